@@ -1,0 +1,156 @@
+//! The force that is fed back: the measured one, the exaggerated one, and the cross-fade between them.
+//!
+//! It is continuous at both ends: what it may change by in one tick is stated with each command and measured.
+
+use super::automaton::{Mode, has_become, is};
+use crate::error::{InvalidValue, finite, non_negative, positive, require};
+use crate::lane::Lane;
+use crate::time::nearest_ticks;
+
+/// What the hand feels while the slave is frozen. `F*` is the force fed back just before the alarm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ForceLaw {
+    /// `F* → ratio · F*`, exponentially: the same crisp drop at every rupture, whatever its size.
+    Decay {
+        /// Where the force goes, as a share of `F*`, from 0 to 1.
+        ratio: f64,
+        /// Time constant in s, above 0.
+        time_constant_s: f64,
+    },
+    /// `F* + κ (F_e - F*)`, floored at 0: the measured variation is scaled, and its size still tells.
+    Amplify {
+        /// κ, at least 1.
+        gain: f64,
+    },
+}
+
+impl ForceLaw {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        match *self {
+            Self::Decay { ratio, time_constant_s } => {
+                non_negative("augmentation.decay_ratio", ratio)?;
+                require("augmentation.decay_ratio", ratio, ratio <= 1.0, "from 0 to 1")?;
+                positive("augmentation.decay_time_constant_s", time_constant_s)?;
+            }
+            Self::Amplify { gain } => {
+                finite("augmentation.amplification", gain)?;
+                require("augmentation.amplification", gain, gain >= 1.0, "at least 1")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Default for ForceLaw {
+    fn default() -> Self {
+        Self::Decay { ratio: 0.0, time_constant_s: 0.03 }
+    }
+}
+
+/// The fed-back force.
+///
+/// ```text
+/// teleoperation  F = F_e                                     |ΔF| <= |ΔF_e|
+/// decay          F = F∞ + (F⁻ - F∞) exp(-T/τ), F∞ = ratio F* |ΔF| <= |F⁻ - F∞| (1 - exp(-T/τ))
+/// amplify        F = max(F* + κ (F_e - F*), min(F*, 0))      |ΔF| <= κ |ΔF_e|
+/// reengaging     F = F_a + w (F_e - F_a), w = u² (3 - 2u)    |ΔF| <= w |ΔF_e| + Δw |F_e⁻ - F_a|
+/// ```
+/// `F⁻`: the tick before; `F_a`: the last augmented force; `u` runs from 0 to 1 over the blend. The floor of a force
+/// that pulled already is that force, as a jump to 0 would be felt.
+#[derive(Debug, Clone)]
+pub(super) struct ForceFeedback<L> {
+    law: ForceLaw,
+    ratio: L,
+    keep: L,
+    gain: L,
+    blend_step: L,
+    anchor: L,
+    augmented: L,
+    progress: L,
+    weight: L,
+    fed_back: L,
+    measured: L,
+}
+
+impl<L: Lane> ForceFeedback<L> {
+    pub(super) fn new(law: ForceLaw, blend_s: f64, tick_s: f64) -> Self {
+        let (ratio, keep, gain) = match law {
+            ForceLaw::Decay { ratio, time_constant_s } => (ratio, libm::exp(-tick_s / time_constant_s), 1.0),
+            ForceLaw::Amplify { gain } => (0.0, 0.0, gain),
+        };
+        let blend_ticks = nearest_ticks(blend_s, tick_s).max(1) as f64;
+        Self {
+            law,
+            ratio: L::splat(ratio),
+            keep: L::splat(keep),
+            gain: L::splat(gain),
+            blend_step: L::splat(1.0 / blend_ticks),
+            anchor: L::zero(),
+            augmented: L::zero(),
+            progress: L::splat(1.0),
+            weight: L::splat(1.0),
+            fed_back: L::zero(),
+            measured: L::zero(),
+        }
+    }
+
+    /// Passes a force on in teleoperation; gives the allowed step.
+    #[inline(always)]
+    pub(super) fn pass(&mut self, force: L) -> L {
+        let allowed = (force - self.measured).abs();
+        self.fed_back = force;
+        self.measured = force;
+        allowed
+    }
+
+    /// Whether the cross-fade has ended.
+    #[inline(always)]
+    pub(super) fn is_blended(&self) -> L::Mask {
+        self.progress.ge(L::splat(1.0))
+    }
+
+    /// The force in any mode, and the allowed step.
+    pub(super) fn update(&mut self, before: L, mode: L, force: L) -> (L, L) {
+        let zero = L::zero();
+        let one = L::splat(1.0);
+        let moved = (force - self.measured).abs();
+        self.anchor = L::select(has_become(before, mode, Mode::Augmented), self.fed_back, self.anchor);
+
+        let (augmented, augmented_step) = match self.law {
+            ForceLaw::Decay { .. } => {
+                let end = self.ratio * self.anchor;
+                let gap = self.fed_back - end;
+                (end + gap * self.keep, gap.abs() * (one - self.keep))
+            }
+            ForceLaw::Amplify { .. } => {
+                let scaled = self.anchor + self.gain * (force - self.anchor);
+                (scaled.max(self.anchor.min(zero)), self.gain * moved)
+            }
+        };
+        let is_augmented = is(mode, Mode::Augmented);
+        self.augmented = L::select(is_augmented, augmented, self.augmented);
+
+        let is_reengaging = is(mode, Mode::Reengaging);
+        let starting = has_become(before, mode, Mode::Reengaging);
+        let (progress, last_weight) =
+            (L::select(starting, zero, self.progress), L::select(starting, zero, self.weight));
+        let progress = (progress + self.blend_step).min(one);
+        // The last step ends on 1 whatever the rounding of the sum.
+        let progress = L::select(progress.ge(one - L::splat(0.5) * self.blend_step), one, progress);
+        let weight = progress * progress * (L::splat(3.0) - L::splat(2.0) * progress);
+        let faded = self.augmented + weight * (force - self.augmented);
+        let faded_step = weight * moved + (weight - last_weight) * (self.measured - self.augmented).abs();
+        self.progress = L::select(is_reengaging, progress, one);
+        self.weight = L::select(is_reengaging, weight, one);
+
+        let fed_back = L::select(is_augmented, augmented, L::select(is_reengaging, faded, force));
+        let allowed = L::select(is_augmented, augmented_step, L::select(is_reengaging, faded_step, moved));
+        self.fed_back = fed_back;
+        self.measured = force;
+        (fed_back, allowed)
+    }
+}

@@ -1,0 +1,139 @@
+//! Event-based haptic augmentation (section 5.1): on an alarm the slave is frozen and the felt force drop exaggerated.
+//!
+//! The supervisor runs on the slave's side. Each tick it takes the alarm, the hand's position as it arrives, the slave's
+//! position and the measured force, and commands the slave's reference and the force that is fed back.
+
+mod automaton;
+mod force;
+mod position;
+
+pub use automaton::{AutomatonSettings, Mode};
+pub use force::ForceLaw;
+pub use position::{Freeze, Reengage};
+
+use crate::error::InvalidValue;
+use crate::lane::{Lane, Mask};
+use automaton::Automaton;
+use force::ForceFeedback;
+use position::SlaveReference;
+
+/// Everything the supervisor is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AugmentationSettings {
+    /// Whether alarms have any effect; without it the scheme is the classical one.
+    pub enabled: bool,
+    /// When to enter and to leave.
+    pub automaton: AutomatonSettings,
+    /// Where the slave is held.
+    pub freeze: Freeze,
+    /// How the slave meets the hand again.
+    pub reengage: Reengage,
+    /// What the hand feels meanwhile.
+    pub force: ForceLaw,
+    /// Length of the cross-fade back to the measured force in s, at least 0.
+    pub blend_s: f64,
+}
+
+impl AugmentationSettings {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.automaton.validate()?;
+        self.reengage.validate()?;
+        self.force.validate()?;
+        crate::error::non_negative("augmentation.blend_s", self.blend_s)?;
+        Ok(())
+    }
+}
+
+impl Default for AugmentationSettings {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            automaton: AutomatonSettings::default(),
+            freeze: Freeze::Measured,
+            reengage: Reengage::default(),
+            force: ForceLaw::default(),
+            blend_s: 0.1,
+        }
+    }
+}
+
+/// What the supervisor sees at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<L: Lane> {
+    /// The tick's number.
+    pub tick: u64,
+    /// Whether the detector announces a rupture.
+    pub alarm: L::Mask,
+    /// The detector's decision function `g_k`.
+    pub decision: L,
+    /// The hand's position scaled to the slave, in m.
+    pub hand_m: L,
+    /// The slave's measured position in m.
+    pub slave_m: L,
+    /// The measured force scaled to the master, in N.
+    pub force_n: L,
+}
+
+/// What the supervisor commands at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Command<L> {
+    /// 0 teleoperation, 1 augmented, 2 reengaging (see [`Mode`]).
+    pub mode: L,
+    /// The slave's reference in m.
+    pub slave_reference_m: L,
+    /// The force to feed back in N.
+    pub feedback_force_n: L,
+    /// The most by which the law in force lets the fed-back force differ from the last tick's, in N.
+    pub allowed_step_n: L,
+}
+
+/// The supervisor at work.
+#[derive(Debug, Clone)]
+pub struct Supervisor<L: Lane> {
+    enabled: bool,
+    automaton: Automaton<L>,
+    reference: SlaveReference<L>,
+    feedback: ForceFeedback<L>,
+}
+
+impl<L: Lane> Supervisor<L> {
+    /// A supervisor in teleoperation, for a detector with the threshold γ and ticks `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
+        Self {
+            enabled: settings.enabled,
+            automaton: Automaton::new(&settings.automaton, threshold, tick_s),
+            reference: SlaveReference::new(settings.freeze, settings.reengage, tick_s),
+            feedback: ForceFeedback::new(settings.force, settings.blend_s, tick_s),
+        }
+    }
+
+    /// Decides the tick.
+    #[inline(always)]
+    pub fn update(&mut self, now: &Situation<L>) -> Command<L> {
+        if !self.enabled {
+            let allowed_step_n = self.feedback.pass(now.force_n);
+            let mode = L::splat(Mode::Teleoperation.code());
+            let (slave_reference_m, feedback_force_n) = (now.hand_m, now.force_n);
+            return Command { mode, slave_reference_m, feedback_force_n, allowed_step_n };
+        }
+        let before = self.automaton.mode();
+        if (self.automaton.is_teleoperation() & !now.alarm).all() {
+            let allowed_step_n = self.feedback.pass(now.force_n);
+            let slave_reference_m = self.reference.follow(now.hand_m);
+            return Command { mode: before, slave_reference_m, feedback_force_n: now.force_n, allowed_step_n };
+        }
+        let blended = self.feedback.is_blended() & self.reference.is_blended();
+        let mode = self.automaton.step(now.tick, now.alarm, now.decision, blended);
+        let slave_reference_m = self.reference.update(before, mode, now.hand_m, now.slave_m);
+        let (feedback_force_n, allowed_step_n) = self.feedback.update(before, mode, now.force_n);
+        Command { mode, slave_reference_m, feedback_force_n, allowed_step_n }
+    }
+}
+
+#[cfg(test)]
+mod tests;

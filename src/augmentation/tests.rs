@@ -1,0 +1,166 @@
+use super::*;
+use proptest::prelude::*;
+
+const TICK_S: f64 = 1e-3;
+const THRESHOLD: f64 = 2.0;
+
+/// A supervisor that is told, tick by tick, of a hand moving 10 mm/s and a force, with alarms at given ticks.
+struct Timeline {
+    supervisor: Supervisor<f64>,
+    alarms: Vec<u64>,
+    loud_until: u64,
+    hand_speed: f64,
+}
+
+impl Timeline {
+    fn new(settings: AugmentationSettings) -> Self {
+        let supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S);
+        Self { supervisor, alarms: vec![], loud_until: 0, hand_speed: 0.01 }
+    }
+    fn alarm_at(mut self, tick: u64) -> Self {
+        self.alarms.push(tick);
+        self
+    }
+    /// `g` stays above the threshold until then.
+    fn loud_until(mut self, tick: u64) -> Self {
+        self.loud_until = tick;
+        self
+    }
+    fn hand(&self, tick: u64) -> f64 {
+        self.hand_speed * tick as f64 * TICK_S
+    }
+    fn run(mut self, ticks: u64, force: impl Fn(u64) -> f64) -> Vec<Command<f64>> {
+        let step = |tick| {
+            let hand_m = self.hand(tick);
+            self.supervisor.update(&Situation {
+                tick,
+                alarm: self.alarms.contains(&tick),
+                decision: if tick < self.loud_until { 10.0 * THRESHOLD } else { 0.0 },
+                hand_m,
+                slave_m: hand_m - 1e-4,
+                force_n: force(tick),
+            })
+        };
+        (0..ticks).map(step).collect()
+    }
+}
+
+/// The modes with the tick at which each begins.
+fn modes(commands: &[Command<f64>]) -> Vec<(usize, u8)> {
+    let mut changes = vec![];
+    for (tick, command) in commands.iter().enumerate() {
+        let mode = command.mode as u8;
+        if changes.last().is_none_or(|&(_, last)| last != mode) {
+            changes.push((tick, mode));
+        }
+    }
+    changes
+}
+
+fn settings() -> AugmentationSettings {
+    AugmentationSettings { reengage: Reengage::Ramp { catch_up_speed_m_per_s: 0.02 }, ..Default::default() }
+}
+
+#[test]
+fn an_event_holds_reengages_and_ends() {
+    let commands = Timeline::new(settings()).alarm_at(100).run(2000, |_| 4.0);
+    // 0.5 s of hold let the hand gain 5 mm + 0.1 mm, which 20 mm/s takes 255 ms to close.
+    assert_eq!(modes(&commands), [(0, 0), (100, 1), (600, 2), (856, 0)]);
+}
+
+#[test]
+fn a_loud_residual_keeps_it_until_max_hold() {
+    let commands = Timeline::new(settings()).alarm_at(100).loud_until(5000).run(2000, |_| 4.0);
+    assert_eq!(modes(&commands)[2], (1100, 2));
+}
+
+#[test]
+fn the_hysteresis_waits_for_quiet() {
+    let commands = Timeline::new(settings()).alarm_at(100).loud_until(700).run(2000, |_| 4.0);
+    assert_eq!(modes(&commands)[2], (749, 2), "50 ms of quiet after g fell");
+}
+
+#[test]
+fn no_alarm_is_taken_during_an_event_nor_in_the_refractory_time() {
+    let timeline = Timeline::new(settings()).alarm_at(100).alarm_at(300).alarm_at(700).alarm_at(1000).alarm_at(1056);
+    let commands = timeline.run(1200, |_| 4.0);
+    assert_eq!(modes(&commands), [(0, 0), (100, 1), (600, 2), (856, 0), (1056, 1)]);
+}
+
+#[test]
+fn a_ramp_never_moves_the_reference_faster_than_hand_and_catch_up_together() {
+    let commands = Timeline::new(settings()).alarm_at(100).run(2000, |_| 4.0);
+    let step = |pair: &[Command<f64>]| (pair[1].slave_reference_m - pair[0].slave_reference_m).abs();
+    let fastest = commands[101..].windows(2).map(step).fold(0.0, f64::max);
+    assert!(fastest <= 0.03 * TICK_S * (1.0 + 1e-9), "{fastest}");
+}
+
+#[test]
+fn a_clutch_keeps_the_gap_and_a_snap_jumps_it() {
+    let with = |reengage| Timeline::new(AugmentationSettings { reengage, ..settings() }).alarm_at(100);
+    let clutch = with(Reengage::Clutch).run(2000, |_| 4.0);
+    let gap = 0.01 * 1.999 - clutch[1999].slave_reference_m;
+    assert!((gap - 5.1e-3).abs() < 1e-9, "{gap}");
+    let snap = with(Reengage::Snap).run(2000, |_| 4.0);
+    let jump = snap[600].slave_reference_m - snap[599].slave_reference_m;
+    assert!((jump - 5.1e-3).abs() < 1e-9, "{jump}");
+}
+
+#[test]
+fn the_slave_is_frozen_where_it_was_told() {
+    let at = |freeze| {
+        let commands = Timeline::new(AugmentationSettings { freeze, ..settings() }).alarm_at(100).run(400, |_| 4.0);
+        (commands[100].slave_reference_m, commands[399].slave_reference_m)
+    };
+    let (measured, reference) = (0.01 * 0.1 - 1e-4, 0.01 * 0.099);
+    assert_eq!(at(Freeze::Measured), (measured, measured));
+    let (first, last) = at(Freeze::Reference);
+    assert!((first - reference).abs() < 1e-15 && first == last);
+}
+
+#[test]
+fn disabled_it_is_the_classical_scheme() {
+    let settings = AugmentationSettings { enabled: false, ..settings() };
+    let commands = Timeline::new(settings).alarm_at(100).run(400, |tick| tick as f64);
+    assert!(commands.iter().enumerate().all(|(k, c)| c.mode == 0.0 && c.feedback_force_n == k as f64));
+}
+
+#[test]
+fn decay_drops_faster_than_the_tissue_and_amplify_scales_the_drop() {
+    let tissue = |tick: u64| if tick < 100 { 5.0 } else { 5.0 - 0.01 * (tick - 100) as f64 };
+    let felt = |force| {
+        let commands = Timeline::new(AugmentationSettings { force, ..settings() }).alarm_at(110).run(400, tissue);
+        commands[160].feedback_force_n
+    };
+    let decayed = felt(ForceLaw::Decay { ratio: 0.2, time_constant_s: 0.02 });
+    let anchor = 5.0 - 0.09;
+    let exact = anchor * (0.2 + 0.8 * (-51.0 * TICK_S / 0.02_f64).exp());
+    assert!((decayed - exact).abs() < 1e-12, "{decayed} {exact}");
+    let amplified = felt(ForceLaw::Amplify { gain: 3.0 });
+    assert!((amplified - (anchor - 3.0 * 0.51)).abs() < 1e-12, "{amplified}");
+}
+
+proptest! {
+    #[test]
+    fn the_fed_back_force_never_steps_by_more_than_its_law_allows(
+        forces in prop::collection::vec(-6.0..6.0f64, 700),
+        alarms in prop::collection::vec(0u64..700, 0..6),
+        blend_s in 0.0..0.2f64,
+        amplify in any::<bool>(),
+        shape in 0.0..1.0f64,
+    ) {
+        let force = if amplify {
+            ForceLaw::Amplify { gain: 1.0 + 4.0 * shape }
+        } else {
+            ForceLaw::Decay { ratio: shape, time_constant_s: 0.001 + 0.05 * shape }
+        };
+        let automaton = AutomatonSettings { min_hold_s: 0.05, max_hold_s: 0.1, refractory_s: 0.0, ..Default::default() };
+        let mut timeline = Timeline::new(AugmentationSettings { force, blend_s, automaton, ..settings() });
+        timeline.alarms = alarms;
+        let commands = timeline.run(700, |tick| forces[tick as usize]);
+        for pair in commands.windows(2) {
+            let step = (pair[1].feedback_force_n - pair[0].feedback_force_n).abs();
+            prop_assert!(step <= pair[1].allowed_step_n + 1e-9, "{pair:?}");
+        }
+    }
+}

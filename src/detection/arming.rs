@@ -1,0 +1,77 @@
+//! When an alarm may be taken at all.
+
+use super::Evidence;
+use crate::error::{InvalidValue, non_negative};
+use crate::lane::Lane;
+use crate::time::nearest_ticks;
+
+/// When the detector listens.
+///
+/// A CUSUM alone announces the first touch, the estimator's own convergence, and every other large error. It is armed
+/// only once the needle has been in contact, with `g` at or below the threshold, for `settle_s` on end; any crossing
+/// ends that quiet. What crosses while armed is a rupture if it looks like one: the force falls *short* of an expected
+/// *resisting* force (`drop_only`), and the needle is not being withdrawn. The price: a second rupture within
+/// `settle_s` of the first is not announced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmingSettings {
+    /// Quiet contact before alarms are taken, in s, at least 0.
+    pub settle_s: f64,
+    /// Whether only a force below an expected resisting force counts.
+    pub drop_only: bool,
+    /// Speed of withdrawal in m/s, at least 0, above which nothing counts.
+    pub withdrawal_speed_m_per_s: f64,
+}
+
+impl ArmingSettings {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        non_negative("detector.settle_s", self.settle_s)?;
+        non_negative("detector.withdrawal_speed_m_per_s", self.withdrawal_speed_m_per_s)?;
+        Ok(())
+    }
+}
+
+impl Default for ArmingSettings {
+    fn default() -> Self {
+        Self { settle_s: 0.1, drop_only: true, withdrawal_speed_m_per_s: 5e-3 }
+    }
+}
+
+/// The count of quiet samples, and the conditions on an alarm.
+#[derive(Debug, Clone)]
+pub(super) struct Arming<L> {
+    settle_ticks: L,
+    quiet_ticks: L,
+    drop_only: bool,
+    slowest_velocity: L,
+}
+
+impl<L: Lane> Arming<L> {
+    pub(super) fn new(settings: &ArmingSettings, tick_s: f64) -> Self {
+        Self {
+            settle_ticks: L::splat(nearest_ticks(settings.settle_s, tick_s) as f64),
+            quiet_ticks: L::zero(),
+            drop_only: settings.drop_only,
+            slowest_velocity: L::splat(-settings.withdrawal_speed_m_per_s),
+        }
+    }
+
+    /// Whether a sample whose `g` is `above` the threshold is an alarm.
+    #[inline(always)]
+    pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
+        let zero = L::zero();
+        let armed = self.quiet_ticks.ge(self.settle_ticks);
+        let quiet = evidence.in_contact & !above;
+        self.quiet_ticks = L::select(quiet, self.quiet_ticks + L::splat(1.0), zero);
+        let inserting = evidence.velocity_m_per_s.ge(self.slowest_velocity);
+        let crossing = armed & above & evidence.in_contact & inserting;
+        if self.drop_only {
+            crossing & evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero)
+        } else {
+            crossing
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! The cumulative sum of Page (1954), eq. 27, with a cap.
+
+use crate::error::{InvalidValue, finite, positive, require};
+use crate::lane::Lane;
+
+/// How much evidence makes an alarm, in the unit of the distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CusumSettings {
+    /// γ, above 0: an alarm when `g > γ`.
+    pub threshold: f64,
+    /// ν: what is taken off each sample; halfway between the distance's two means.
+    pub drift: f64,
+    /// Largest value of `g`, above γ. Without it one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000
+    /// samples to fall: blind for seconds. The price of a cap: `g` no longer tells how large the change was.
+    pub cap: f64,
+}
+
+impl CusumSettings {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        positive("detector.threshold", self.threshold)?;
+        finite("detector.drift", self.drift)?;
+        positive("detector.cap", self.cap)?;
+        require("detector.cap", self.cap, self.cap > self.threshold, "above detector.threshold")?;
+        Ok(())
+    }
+}
+
+/// `g_0 = 0`, `g_k = min(max(g_{k-1} + s_k - ν, 0), cap)` (eq. 27).
+#[derive(Debug, Clone)]
+pub(super) struct Cusum<L> {
+    threshold: L,
+    drift: L,
+    cap: L,
+    value: L,
+}
+
+impl<L: Lane> Cusum<L> {
+    pub(super) fn new(settings: &CusumSettings) -> Self {
+        Self {
+            threshold: L::splat(settings.threshold),
+            drift: L::splat(settings.drift),
+            cap: L::splat(settings.cap),
+            value: L::zero(),
+        }
+    }
+
+    /// Adds a distance; gives `g_k` and whether it is above the threshold.
+    #[inline(always)]
+    pub(super) fn update(&mut self, distance: L) -> (L, L::Mask) {
+        self.value = (self.value + (distance - self.drift)).clamp(L::zero(), self.cap);
+        (self.value, self.value.gt(self.threshold))
+    }
+
+    /// Starts again from 0 where the mask holds.
+    #[inline(always)]
+    pub(super) fn reset(&mut self, mask: L::Mask) {
+        self.value = L::select(mask, L::zero(), self.value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cusum() -> Cusum<f64> {
+        Cusum::new(&CusumSettings { threshold: 2.0, drift: 1.0, cap: 10.0 })
+    }
+
+    #[test]
+    fn it_is_eq_27() {
+        let mut cusum = cusum();
+        let values: Vec<f64> = [0.5, 2.0, 2.5, 0.0, 0.0, 0.0].map(|s| cusum.update(s).0).to_vec();
+        assert_eq!(values, [0.0, 1.0, 2.5, 1.5, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn the_cap_bounds_the_time_to_fall() {
+        let mut cusum = cusum();
+        assert_eq!(cusum.update(225.0), (10.0, true));
+        let samples = (1..).find(|_| !cusum.update(0.0).1);
+        assert_eq!(samples, Some(8), "from the cap to the threshold at one drift a sample");
+    }
+
+    #[test]
+    fn a_cap_below_the_threshold_is_refused() {
+        let settings = CusumSettings { threshold: 2.0, drift: 1.0, cap: 1.0 };
+        assert_eq!(settings.validate().expect_err("cap").name, "detector.cap");
+    }
+}

@@ -1,0 +1,193 @@
+//! The distance `s_k`: how unlike the hypothesis "nothing happened" a sample is (eq. 22, 23, 26 and the paper's choices).
+
+use super::Evidence;
+use crate::error::{InvalidValue, positive, require};
+use crate::lane::Lane;
+
+/// Which distance is accumulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DistanceKind {
+    /// `s_k = e_k²` in N²: the paper's choice (4.4.3).
+    SquaredResidual,
+    /// Log-likelihood ratio of a mean shifted from 0 to `m_1` (eq. 22), dimensionless.
+    MeanChange,
+    /// Log-likelihood ratio of a variance grown from `σ_0²` to `σ_1²` (eq. 23), dimensionless.
+    VarianceChange,
+    /// Magnitude of the stiffness correction `|H_k|` in N/m (eq. 26): the earlier proposal of Barbé et al. (2006).
+    ParameterChange,
+    /// `(y_k - y_{k-1})²` in N²: the direct filtering that the paper compares with (4.1).
+    ForceDerivative,
+}
+
+impl DistanceKind {
+    /// Every kind.
+    pub const ALL: [Self; 5] = [
+        Self::SquaredResidual,
+        Self::MeanChange,
+        Self::VarianceChange,
+        Self::ParameterChange,
+        Self::ForceDerivative,
+    ];
+
+    /// The unit of the distance, of its threshold and its drift.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::SquaredResidual | Self::ForceDerivative => "N²",
+            Self::MeanChange | Self::VarianceChange => "1",
+            Self::ParameterChange => "N/m",
+        }
+    }
+}
+
+/// What the two hypotheses of eq. 19 say of the residual.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hypotheses {
+    /// `σ_0` in N, above 0: spread of the residual when nothing happens (the paper measured 0.02 N).
+    pub quiet_std_n: f64,
+    /// `σ_1` in N, above `σ_0`: its spread after a rupture (the paper: at least 0.2 N).
+    pub rupture_std_n: f64,
+    /// `m_1` in N, not 0: its mean after a rupture, for eq. 22; negative as the force falls short.
+    pub rupture_mean_n: f64,
+    /// Correction of the stiffness in N/m, above 0, that one sample of a rupture causes, for eq. 26.
+    pub stiffness_change_n_per_m: f64,
+}
+
+impl Hypotheses {
+    /// Threshold γ and drift ν for a kind of distance, in its unit.
+    ///
+    /// The drift lies halfway between the two hypotheses and the threshold is what one sample of the changed one adds:
+    /// for the squared residual `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio brings its
+    /// own drift.
+    #[must_use]
+    pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
+        let (quiet, changed) = (self.quiet_std_n.powi(2), self.rupture_std_n.powi(2));
+        match kind {
+            DistanceKind::SquaredResidual | DistanceKind::ForceDerivative => {
+                ((changed - quiet) / 2.0, (changed + quiet) / 2.0)
+            }
+            DistanceKind::MeanChange => (self.rupture_mean_n.powi(2) / (2.0 * quiet), 0.0),
+            DistanceKind::VarianceChange => {
+                ((self.quiet_std_n / self.rupture_std_n).ln() + (changed / quiet - 1.0) / 2.0, 0.0)
+            }
+            DistanceKind::ParameterChange => {
+                (self.stiffness_change_n_per_m / 2.0, self.stiffness_change_n_per_m / 2.0)
+            }
+        }
+    }
+
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first one out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        positive("detector.quiet_std_n", self.quiet_std_n)?;
+        positive("detector.rupture_std_n", self.rupture_std_n)?;
+        let ordered = self.rupture_std_n > self.quiet_std_n;
+        require("detector.rupture_std_n", self.rupture_std_n, ordered, "above detector.quiet_std_n")?;
+        let shifted = self.rupture_mean_n.is_finite() && self.rupture_mean_n != 0.0;
+        require("detector.rupture_mean_n", self.rupture_mean_n, shifted, "a finite number other than 0")?;
+        positive("detector.stiffness_change_n_per_m", self.stiffness_change_n_per_m)?;
+        Ok(())
+    }
+}
+
+impl Default for Hypotheses {
+    fn default() -> Self {
+        Self { quiet_std_n: 0.02, rupture_std_n: 0.2, rupture_mean_n: -0.2, stiffness_change_n_per_m: 20.0 }
+    }
+}
+
+/// A kind of distance with the hypotheses that scale it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Distance {
+    /// Which distance.
+    pub kind: DistanceKind,
+    /// What it compares.
+    pub hypotheses: Hypotheses,
+}
+
+/// A distance at work.
+///
+/// ```text
+/// mean:      s = m_1/σ_0² (e - m_1/2)                              (22)
+/// variance:  s = ln(σ_0/σ_1) + (1/σ_0² - 1/σ_1²) e²/2              (23)
+/// ```
+#[derive(Debug, Clone)]
+pub(super) struct DistanceState<L> {
+    kind: DistanceKind,
+    scale: L,
+    offset: L,
+    last_force: L,
+    started: bool,
+}
+
+impl<L: Lane> DistanceState<L> {
+    pub(super) fn new(distance: &Distance) -> Self {
+        let h = &distance.hypotheses;
+        let (quiet, changed) = (h.quiet_std_n.powi(2), h.rupture_std_n.powi(2));
+        let (scale, offset) = match distance.kind {
+            DistanceKind::MeanChange => (h.rupture_mean_n / quiet, -h.rupture_mean_n.powi(2) / (2.0 * quiet)),
+            DistanceKind::VarianceChange => {
+                ((1.0 / quiet - 1.0 / changed) / 2.0, (h.quiet_std_n / h.rupture_std_n).ln())
+            }
+            _ => (1.0, 0.0),
+        };
+        Self {
+            kind: distance.kind,
+            scale: L::splat(scale),
+            offset: L::splat(offset),
+            last_force: L::zero(),
+            started: false,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn update(&mut self, evidence: &Evidence<L>) -> L {
+        let e = evidence.residual_n;
+        match self.kind {
+            DistanceKind::SquaredResidual => e * e,
+            DistanceKind::MeanChange => self.scale * e + self.offset,
+            DistanceKind::VarianceChange => self.scale * (e * e) + self.offset,
+            DistanceKind::ParameterChange => evidence.correction[0].abs(),
+            DistanceKind::ForceDerivative => {
+                if !self.started {
+                    self.started = true;
+                    self.last_force = evidence.force_n;
+                }
+                let change = evidence.force_n - self.last_force;
+                self.last_force = evidence.force_n;
+                change * change
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log_density(e: f64, mean: f64, std: f64) -> f64 {
+        -(e - mean).powi(2) / (2.0 * std * std) - std.ln()
+    }
+
+    #[test]
+    fn eq_22_and_23_are_the_log_likelihood_ratios_of_eq_20() {
+        let hypotheses = Hypotheses::default();
+        for e in [-0.4, -0.07, 0.0, 0.03, 0.2] {
+            let evidence = Evidence {
+                force_n: e,
+                predicted_force_n: 0.0,
+                residual_n: e,
+                correction: [0.0; 2],
+                velocity_m_per_s: 0.0,
+                in_contact: true,
+            };
+            let distance = |kind| DistanceState::<f64>::new(&Distance { kind, hypotheses }).update(&evidence);
+            let mean = log_density(e, -0.2, 0.02) - log_density(e, 0.0, 0.02);
+            let variance = log_density(e, 0.0, 0.2) - log_density(e, 0.0, 0.02);
+            assert!((distance(DistanceKind::MeanChange) - mean).abs() < 1e-9);
+            assert!((distance(DistanceKind::VarianceChange) - variance).abs() < 1e-9);
+        }
+    }
+}

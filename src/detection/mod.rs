@@ -1,0 +1,179 @@
+//! Detection of ruptures in the estimator's residual: a distance, a CUSUM on it, and the arming that the paper leaves out.
+
+mod arming;
+mod cusum;
+mod distance;
+
+pub use arming::ArmingSettings;
+pub use cusum::CusumSettings;
+pub use distance::{Distance, DistanceKind, Hypotheses};
+
+use crate::error::InvalidValue;
+use crate::lane::{Lane, Mask};
+use arming::Arming;
+use cusum::Cusum;
+use distance::DistanceState;
+
+/// Everything the detector is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectorSettings {
+    /// What is accumulated.
+    pub distance: Distance,
+    /// When the accumulated evidence is enough.
+    pub cusum: CusumSettings,
+    /// When an alarm may be taken.
+    pub arming: ArmingSettings,
+}
+
+impl DetectorSettings {
+    /// The paper's detector (4.6) for a kind of distance: threshold and drift follow from the hypotheses by
+    /// [`Hypotheses::tuning`], the cap is ten thresholds.
+    #[must_use]
+    pub fn for_kind(kind: DistanceKind, hypotheses: Hypotheses) -> Self {
+        let (threshold, drift) = hypotheses.tuning(kind);
+        Self {
+            distance: Distance { kind, hypotheses },
+            cusum: CusumSettings { threshold, drift, cap: 10.0 * threshold },
+            arming: ArmingSettings::default(),
+        }
+    }
+
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.distance.hypotheses.validate()?;
+        self.cusum.validate()?;
+        self.arming.validate()
+    }
+}
+
+impl Default for DetectorSettings {
+    fn default() -> Self {
+        Self::for_kind(DistanceKind::SquaredResidual, Hypotheses::default())
+    }
+}
+
+/// What the detector sees of one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Evidence<L: Lane> {
+    /// Measured force `y_k` in N.
+    pub force_n: L,
+    /// Force that the estimator expected, `ŷ_k` in N.
+    pub predicted_force_n: L,
+    /// `e_k = y_k - ŷ_k` in N.
+    pub residual_n: L,
+    /// `H_k` of eq. 25: stiffness (N/m) and damping (N·s/m).
+    pub correction: [L; 2],
+    /// Velocity of the needle in m/s, positive into the tissue.
+    pub velocity_m_per_s: L,
+    /// Whether the needle touches the tissue.
+    pub in_contact: L::Mask,
+}
+
+/// What the detector made of one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Decision<L: Lane> {
+    /// `s_k`, in the unit of the distance.
+    pub distance: L,
+    /// `g_k` before a reset, in the unit of the distance.
+    pub decision: L,
+    /// Whether a rupture is announced at this sample.
+    pub alarm: L::Mask,
+}
+
+/// A rupture detector: distance, CUSUM and arming.
+#[derive(Debug, Clone)]
+pub struct Detector<L: Lane> {
+    distance: DistanceState<L>,
+    cusum: Cusum<L>,
+    arming: Arming<L>,
+}
+
+impl<L: Lane> Detector<L> {
+    /// A detector for samples `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
+        Self {
+            distance: DistanceState::new(&settings.distance),
+            cusum: Cusum::new(&settings.cusum),
+            arming: Arming::new(&settings.arming, tick_s),
+        }
+    }
+
+    /// Takes one sample's evidence.
+    #[inline(always)]
+    pub fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
+        let distance = self.distance.update(evidence);
+        let (decision, above) = self.cusum.update(distance);
+        let alarm = self.arming.update(above, evidence);
+        if alarm.any() {
+            self.cusum.reset(alarm);
+        }
+        Decision { distance, decision, alarm }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn evidence(residual: f64, velocity: f64) -> Evidence<f64> {
+        Evidence {
+            force_n: 5.0 + residual,
+            predicted_force_n: 5.0,
+            residual_n: residual,
+            correction: [0.0; 2],
+            velocity_m_per_s: velocity,
+            in_contact: true,
+        }
+    }
+
+    /// The samples at which a run of residuals raises an alarm, after a second of quiet.
+    fn alarms(residuals: &[f64], velocity: f64) -> Vec<usize> {
+        let mut detector = Detector::new(&DetectorSettings::default(), 1e-3);
+        for _ in 0..1000 {
+            assert!(!detector.update(&evidence(0.01, 0.01)).alarm);
+        }
+        let is_alarm = |(k, &e): (usize, &f64)| detector.update(&evidence(e, velocity)).alarm.then_some(k);
+        residuals.iter().enumerate().filter_map(is_alarm).collect()
+    }
+
+    #[test]
+    fn one_large_drop_is_announced_once() {
+        let mut residuals = vec![-15.0];
+        residuals.extend([0.0; 400]);
+        assert_eq!(alarms(&residuals, 0.01), [0]);
+    }
+
+    #[test]
+    fn a_small_drop_takes_the_samples_that_the_drift_predicts() {
+        // e² - ν = 0.0289 - 0.0202 = 0.0087 a sample: above γ = 0.0198 at the third.
+        assert_eq!(alarms(&[-0.17; 10], 0.01), [2]);
+    }
+
+    #[test]
+    fn a_rise_and_a_withdrawal_are_not_ruptures() {
+        assert!(alarms(&[0.5; 50], 0.01).is_empty());
+        assert!(alarms(&[-0.5; 50], -0.03).is_empty());
+    }
+
+    #[test]
+    fn the_paper_tuning_follows_from_its_variances() {
+        let settings = DetectorSettings::default();
+        assert!((settings.cusum.threshold - 1.98e-2).abs() < 1e-12);
+        assert!((settings.cusum.drift - 2.02e-2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn every_distance_finds_a_drop_of_half_a_newton() {
+        for kind in DistanceKind::ALL {
+            let mut detector = Detector::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
+            let sample = |drop: f64| Evidence { correction: [drop / 0.02, 0.0], ..evidence(drop, 0.01) };
+            let quiet = (0..500).filter(|_| detector.update(&sample(-0.001)).alarm).count();
+            let found = (0..5).filter(|k| detector.update(&sample(-0.5 * f64::from(*k))).alarm).count();
+            assert_eq!((quiet, found), (0, 1), "{kind:?}");
+        }
+    }
+}

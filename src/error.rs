@@ -1,0 +1,77 @@
+//! What is wrong with a number, said with the number and the remedy.
+
+use thiserror::Error;
+
+/// A value outside the range that its meaning allows.
+///
+/// `name` is the dotted key as a scenario writes it (`slave.velocity_gain`), `requirement` completes the sentence
+/// "… must be".
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{name} is {value}, must be {requirement}")]
+pub struct InvalidValue {
+    /// The dotted key, as in a scenario file.
+    pub name: &'static str,
+    /// The value that was given.
+    pub value: f64,
+    /// What it must be, as in "positive".
+    pub requirement: &'static str,
+}
+
+/// Passes `value` on if it is finite and greater than zero.
+///
+/// # Errors
+/// [`InvalidValue`] naming the key otherwise (NaN included).
+pub fn positive(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
+    require(name, value, value.is_finite() && value > 0.0, "a positive, finite number")
+}
+
+/// Passes `value` on if it is finite and not negative.
+///
+/// # Errors
+/// [`InvalidValue`] naming the key otherwise (NaN included).
+pub fn non_negative(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
+    require(name, value, value.is_finite() && value >= 0.0, "a finite number of at least 0")
+}
+
+/// Passes `value` on if it is finite.
+///
+/// # Errors
+/// [`InvalidValue`] naming the key otherwise.
+pub fn finite(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
+    require(name, value, value.is_finite(), "a finite number")
+}
+
+/// Passes `value` on if `holds`.
+///
+/// # Errors
+/// [`InvalidValue`] with the key and the requirement otherwise.
+pub fn require(
+    name: &'static str,
+    value: f64,
+    holds: bool,
+    requirement: &'static str,
+) -> Result<f64, InvalidValue> {
+    if holds { Ok(value) } else { Err(InvalidValue { name, value, requirement }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_message_names_the_key_the_number_and_the_remedy() {
+        let error = non_negative("slave.velocity_gain", -2.0).expect_err("negative");
+        assert_eq!(error.to_string(), "slave.velocity_gain is -2, must be a finite number of at least 0");
+    }
+
+    #[test]
+    fn nothing_that_is_not_a_number_passes() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(positive("x", value).is_err());
+            assert!(non_negative("x", value).is_err());
+            assert!(finite("x", value).is_err());
+        }
+        assert!(positive("x", 0.0).is_err());
+        assert_eq!(non_negative("x", 0.0), Ok(0.0));
+    }
+}
