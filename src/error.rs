@@ -45,12 +45,7 @@ pub fn finite(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
 ///
 /// # Errors
 /// [`InvalidValue`] with the key and the requirement otherwise.
-pub fn require(
-    name: &'static str,
-    value: f64,
-    holds: bool,
-    requirement: &'static str,
-) -> Result<f64, InvalidValue> {
+pub fn require(name: &'static str, value: f64, holds: bool, requirement: &'static str) -> Result<f64, InvalidValue> {
     if holds { Ok(value) } else { Err(InvalidValue { name, value, requirement }) }
 }
 

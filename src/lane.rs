@@ -159,7 +159,8 @@ mod tests {
 
     #[test]
     fn rounding_agrees_with_the_standard_library() {
-        for (value, step) in [(0.123_456, 1e-3), (-2.5, 1.0), (3.5, 1.0), (1e-9, 1e-6), (-0.0149, 0.01), (7.0e15, 0.5)] {
+        for (value, step) in [(0.123_456, 1e-3), (-2.5, 1.0), (3.5, 1.0), (1e-9, 1e-6), (-0.0149, 0.01), (7.0e15, 0.5)]
+        {
             let expected = if value / step > 2e15 { value } else { f64::round_ties_even(value * (1.0 / step)) * step };
             assert_eq!(Lane::round_to(value, step, 1.0 / step), expected, "{value} in steps of {step}");
         }

@@ -24,8 +24,15 @@
 //! | 0 | [`time`], [`lane`], [`error`] |
 
 pub mod augmentation;
+pub mod channel;
 pub mod detection;
+pub mod engine;
 pub mod error;
 pub mod estimation;
 pub mod lane;
+pub mod lti;
+pub mod operator;
+pub mod plant;
+pub mod sensor;
 pub mod time;
+pub mod tissue;

@@ -87,7 +87,9 @@ mod tests {
 
     #[test]
     fn a_grid_without_ticks_is_refused() {
-        for (tick, duration) in [(0.0, 1.0), (f64::NAN, 1.0), (1e-3, 0.0), (1e-3, 1e-5), (1e-12, 1.0), (1.0, f64::INFINITY)] {
+        for (tick, duration) in
+            [(0.0, 1.0), (f64::NAN, 1.0), (1e-3, 0.0), (1e-3, 1e-5), (1e-12, 1.0), (1.0, f64::INFINITY)]
+        {
             assert!(TickGrid::new(tick, duration).is_err(), "{tick} {duration}");
         }
     }

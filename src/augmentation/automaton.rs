@@ -158,4 +158,3 @@ pub(super) fn is<L: Lane>(mode: L, which: Mode) -> L::Mask {
 pub(super) fn has_become<L: Lane>(before: L, mode: L, which: Mode) -> L::Mask {
     is(mode, which) & !is(before, which)
 }
-

@@ -21,13 +21,8 @@ pub enum DistanceKind {
 
 impl DistanceKind {
     /// Every kind.
-    pub const ALL: [Self; 5] = [
-        Self::SquaredResidual,
-        Self::MeanChange,
-        Self::VarianceChange,
-        Self::ParameterChange,
-        Self::ForceDerivative,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::SquaredResidual, Self::MeanChange, Self::VarianceChange, Self::ParameterChange, Self::ForceDerivative];
 
     /// The unit of the distance, of its threshold and its drift.
     #[must_use]
@@ -70,9 +65,7 @@ impl Hypotheses {
             DistanceKind::VarianceChange => {
                 ((self.quiet_std_n / self.rupture_std_n).ln() + (changed / quiet - 1.0) / 2.0, 0.0)
             }
-            DistanceKind::ParameterChange => {
-                (self.stiffness_change_n_per_m / 2.0, self.stiffness_change_n_per_m / 2.0)
-            }
+            DistanceKind::ParameterChange => (self.stiffness_change_n_per_m / 2.0, self.stiffness_change_n_per_m / 2.0),
         }
     }
 

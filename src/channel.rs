@@ -1,0 +1,49 @@
+//! The link between the sides: each direction delays its samples by whole ticks.
+
+use crate::lane::Lane;
+
+/// Longest delay in ticks.
+pub const MOST_DELAY_TICKS: u64 = 1_000_000;
+
+/// One direction of the link. Until the first sample has come through, the receiver has the initial one.
+#[derive(Debug, Clone)]
+pub struct Delay<L> {
+    line: Box<[L]>,
+    next: usize,
+}
+
+impl<L: Lane> Delay<L> {
+    /// A delay of `ticks` (0: the same tick; at most [`MOST_DELAY_TICKS`], more is cut to it) holding `initial`.
+    #[must_use]
+    pub fn new(ticks: u64, initial: L) -> Self {
+        Self { line: vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice(), next: 0 }
+    }
+
+    /// Sends a sample and gives the one that arrives.
+    #[inline(always)]
+    pub fn exchange(&mut self, sample: L) -> L {
+        let Some(slot) = self.line.get_mut(self.next) else { return sample };
+        let arrived = std::mem::replace(slot, sample);
+        self.next += 1;
+        if self.next == self.line.len() {
+            self.next = 0;
+        }
+        arrived
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_arrives_after_its_delay() {
+        let arrivals = |ticks| {
+            let mut delay = Delay::new(ticks, 9.0);
+            [1.0, 2.0, 3.0, 4.0].map(|sample| delay.exchange(sample))
+        };
+        assert_eq!(arrivals(0), [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(arrivals(1), [9.0, 1.0, 2.0, 3.0]);
+        assert_eq!(arrivals(3), [9.0, 9.0, 9.0, 1.0]);
+    }
+}

@@ -1,0 +1,206 @@
+//! The sides integrated numerically between ticks (Dormand-Prince 8(5,3)), as an independent check on the exact step.
+//!
+//! The equations are written out here from the paper's letters and coefficients: nothing of `lti` is used, so that an
+//! error in a realisation or a hold shows as a difference. Some hundred times slower than the exact step.
+
+use ode_solvers::dop_shared::OutputType;
+use ode_solvers::{Dop853, SVector, System};
+use thiserror::Error;
+
+use super::{MasterReading, Sides, SlaveReading};
+use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
+
+/// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, then the slave in observer form `z_1 = x_e, z_2, z_3`.
+type State = SVector<f64, 8>;
+
+const RELATIVE_TOLERANCE: f64 = 1e-12;
+const ABSOLUTE_TOLERANCE: f64 = 1e-15;
+
+/// The integrator gave up, as it does where a run diverges.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("the numerical integration gave up within a tick: {reason}; use simulation.engine = \"exact\"")]
+pub struct IntegrationError {
+    /// What the integrator says.
+    pub reason: String,
+}
+
+/// The equations of both sides over one tick.
+#[derive(Debug, Clone)]
+struct Equations {
+    master: MasterParameters,
+    arm: ArmParameters,
+    timing: ControlTiming,
+    /// Slave: `x_e''' + a[2] x_e'' + a[1] x_e' + a[0] x_e = b[1] u' + b[0] u`.
+    a: [f64; 3],
+    b: [f64; 2],
+    proportional_gain: f64,
+    velocity_gain: f64,
+    damping: Damping,
+    desired: f64,
+    desired_velocity: f64,
+    feedback: f64,
+    reference: f64,
+    /// Held over the tick where control is sampled.
+    motor: f64,
+    held_slave_control: f64,
+}
+
+impl Equations {
+    fn hand_force(&self, s: &State) -> f64 {
+        self.arm.k_a_n_per_m * (s[2] - s[0]) + self.arm.b_a_n_s_per_m * (s[3] - s[1])
+    }
+
+    fn motor(&self, s: &State) -> f64 {
+        self.feedback + self.master.force_integral_gain * s[4]
+    }
+
+    fn slave_velocity(&self, s: &State) -> f64 {
+        s[6] - self.a[2] * s[5]
+    }
+
+    fn slave_control(&self, s: &State) -> f64 {
+        let damped = match self.damping {
+            Damping::Velocity => self.slave_velocity(s),
+            Damping::AsPrinted => s[5],
+        };
+        self.proportional_gain * (self.reference - s[5]) - self.velocity_gain * damped
+    }
+}
+
+impl System<f64, State> for Equations {
+    fn system(&self, time: f64, s: &State, derivative: &mut State) {
+        let hand_force = self.hand_force(s);
+        let (motor, control) = match self.timing {
+            ControlTiming::Continuous => (self.motor(s), self.slave_control(s)),
+            ControlTiming::Sampled => (self.motor, self.held_slave_control),
+        };
+        let desired = self.desired + self.desired_velocity * time;
+        let push = match self.master.coupling {
+            Coupling::Physical => hand_force - motor,
+            Coupling::AsPrinted => motor,
+        };
+        let arm = &self.arm;
+        derivative[0] = s[1];
+        derivative[1] = (push - self.master.damping_n_s_per_m * s[1]) / self.master.mass_kg;
+        derivative[2] = s[3];
+        derivative[3] = (arm.k_h_n_per_m * (desired - s[2]) + arm.b_h_n_s_per_m * (self.desired_velocity - s[3])
+            - hand_force)
+            / arm.m_h_kg;
+        derivative[4] = match self.timing {
+            ControlTiming::Continuous => self.feedback - hand_force,
+            ControlTiming::Sampled => 0.0,
+        };
+        derivative[5] = self.slave_velocity(s);
+        derivative[6] = s[7] - self.a[1] * s[5] + self.b[1] * control;
+        derivative[7] = self.b[0] * control - self.a[0] * s[5];
+    }
+}
+
+/// Both sides between ticks, integrated numerically.
+#[derive(Debug, Clone)]
+pub struct IntegratedSides {
+    equations: Equations,
+    tick_s: f64,
+    state: State,
+}
+
+impl IntegratedSides {
+    /// Both sides at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
+    ///
+    /// The parameters are those that `plant` has accepted.
+    #[must_use]
+    pub fn new(
+        (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
+        timing: ControlTiming,
+        tick_s: f64,
+        master_m: f64,
+        reference_m: f64,
+    ) -> Self {
+        let (a, b) = third_order(&slave.numerator, &slave.denominator);
+        let stiffness = match slave.damping {
+            Damping::Velocity => slave.proportional_gain,
+            Damping::AsPrinted => slave.proportional_gain + slave.velocity_gain,
+        };
+        let load = a[0] + b[0] * stiffness;
+        let gain = if load == 0.0 { 1.0 } else { b[0] * slave.proportional_gain / load };
+        let position = gain * reference_m;
+        let control = slave.proportional_gain * reference_m - stiffness * position;
+        let mut state = State::zeros();
+        (state[0], state[2]) = (master_m, master_m);
+        (state[5], state[6], state[7]) = (position, a[2] * position, a[1] * position - b[1] * control);
+        let equations = Equations {
+            master: *master,
+            arm: *arm,
+            timing,
+            a,
+            b,
+            proportional_gain: slave.proportional_gain,
+            velocity_gain: slave.velocity_gain,
+            damping: slave.damping,
+            desired: master_m,
+            desired_velocity: 0.0,
+            feedback: 0.0,
+            reference: reference_m,
+            motor: 0.0,
+            held_slave_control: 0.0,
+        };
+        Self { equations, tick_s, state }
+    }
+}
+
+/// Coefficients of a slave of degree 2 or 3 as those of degree 3, lowest power first, the leading one being 1.
+fn third_order(numerator: &[f64], denominator: &[f64]) -> ([f64; 3], [f64; 2]) {
+    let trim = |c: &[f64]| c.iter().copied().skip_while(|&v| v == 0.0).collect::<Vec<f64>>();
+    let (mut numerator, mut denominator) = (trim(numerator), trim(denominator));
+    if denominator.len() == 3 {
+        // Multiplying both by s leaves the function as it is.
+        numerator.push(0.0);
+        denominator.push(0.0);
+    }
+    let leading = denominator.first().copied().unwrap_or(1.0);
+    let power = |c: &[f64], p: usize| c.iter().rev().nth(p).map_or(0.0, |v| v / leading);
+    (std::array::from_fn(|p| power(&denominator, p)), std::array::from_fn(|p| power(&numerator, p)))
+}
+
+impl Sides<f64> for IntegratedSides {
+    fn master(&self) -> MasterReading<f64> {
+        MasterReading {
+            position_m: self.state[0],
+            velocity_m_per_s: self.state[1],
+            hand_force_n: self.equations.hand_force(&self.state),
+        }
+    }
+
+    fn slave(&self) -> SlaveReading<f64> {
+        SlaveReading { position_m: self.state[5], velocity_m_per_s: self.equations.slave_velocity(&self.state) }
+    }
+
+    fn step(&mut self, desired: f64, next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError> {
+        let equations = &mut self.equations;
+        equations.desired = desired;
+        equations.desired_velocity = (next - desired) / self.tick_s;
+        equations.feedback = feedback;
+        equations.reference = reference;
+        equations.motor = equations.motor(&self.state);
+        equations.held_slave_control = equations.slave_control(&self.state);
+        let sampled_integral = self.state[4] + self.tick_s * (feedback - equations.hand_force(&self.state));
+
+        let tick = self.tick_s;
+        let mut solver = Dop853::new(&*equations, 0.0, tick, tick, self.state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
+        solver.set_output(OutputType::Sparse);
+        solver.integrate().map_err(|error| IntegrationError { reason: error.to_string() })?;
+        if let Some(last) = solver.y_out().last() {
+            self.state = *last;
+        }
+        if equations.timing == ControlTiming::Sampled {
+            self.state[4] = sampled_integral;
+        }
+        Ok(())
+    }
+}
+
+impl System<f64, State> for &Equations {
+    fn system(&self, time: f64, state: &State, derivative: &mut State) {
+        (**self).system(time, state, derivative);
+    }
+}

@@ -1,0 +1,150 @@
+//! One tick, N ticks, and the observers that see them.
+//!
+//! The physics between ticks is linear, so it is stepped exactly; the sides meet only through the sampled channel. A
+//! tick, at `k * tick_s`:
+//!
+//! 1. read both sides: `x_h, v_h, F_h`; `x_e, v_e`
+//! 2. tissue: `f_e`; sensors: the measured force `y`, position and velocity
+//! 3. estimator: `e_k`, then its parameters
+//! 4. detector: `s_k`, then `g_k` and the alarm
+//! 5. supervisor, on the slave's side, fed with the hand's position as it arrives: mode, `x_ref`, `F_ed`
+//! 6. channel: `F_ed` to the master
+//! 7. both sides to tick `k + 1`
+
+mod exact;
+mod integrated;
+mod observer;
+mod sides;
+mod signals;
+mod trace;
+
+pub use exact::ExactSides;
+pub use integrated::{IntegratedSides, IntegrationError};
+pub use observer::Observer;
+pub use sides::{MasterReading, Sides, SlaveReading};
+pub use signals::Signals;
+pub use trace::{COLUMNS, Trace};
+
+use crate::augmentation::{Situation, Supervisor};
+use crate::channel::Delay;
+use crate::detection::{Detector, Evidence};
+use crate::estimation::{Rls, VelocityFilter};
+use crate::lane::Lane;
+use crate::operator::Operator;
+use crate::sensor::Sensor;
+use crate::time::TickGrid;
+use crate::tissue::Tissue;
+
+/// Everything that one insertion is made of, over any number of lanes.
+#[derive(Debug, Clone)]
+pub struct Engine<L: Lane, S> {
+    /// Which ticks there are.
+    pub grid: TickGrid,
+    /// The two machines.
+    pub sides: S,
+    /// What the person wants.
+    pub operator: Operator<L>,
+    /// What the needle meets.
+    pub tissue: Tissue<L>,
+    /// How force and position are measured.
+    pub sensor: Sensor<L>,
+    /// The velocity from measured positions; without it the slave's own velocity is read.
+    pub velocity_filter: Option<VelocityFilter<L>>,
+    /// Where the estimator takes the tissue to begin, in m.
+    pub contact_m: L,
+    /// The estimator.
+    pub estimator: Rls<L>,
+    /// The detector.
+    pub detector: Detector<L>,
+    /// The supervisor.
+    pub supervisor: Supervisor<L>,
+    /// From the master to the slave.
+    pub forward: Delay<L>,
+    /// From the slave to the master.
+    pub backward: Delay<L>,
+    /// Fed-back force per measured force.
+    pub force_scale: L,
+    /// Slave's motion per master's.
+    pub position_scale: L,
+}
+
+impl<L: Lane, S: Sides<L>> Engine<L, S> {
+    /// Runs every tick of the grid, or until the observer has seen enough. Nothing is allocated on the way.
+    ///
+    /// # Errors
+    /// [`IntegrationError`] where the sides are integrated numerically and the integrator gives up.
+    pub fn run<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+        let mut desired = self.operator.desired_position_m(0);
+        for tick in 0..self.grid.ticks() {
+            let desired_next = self.operator.desired_position_m(tick + 1);
+            let signals = self.tick(tick, desired, desired_next)?;
+            observer.observe(&signals);
+            if observer.is_done() {
+                break;
+            }
+            desired = desired_next;
+        }
+        Ok(())
+    }
+
+    /// One tick: from the sides' states at `tick` to those at the next.
+    #[inline(always)]
+    fn tick(&mut self, tick: u64, desired: L, desired_next: L) -> Result<Signals<L>, IntegrationError> {
+        let master = self.sides.master();
+        let slave = self.sides.slave();
+
+        let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
+        let measured_force = self.sensor.read_force(reaction.force_n);
+        let measured_position = self.sensor.read_position(slave.position_m);
+        let measured_velocity = match &mut self.velocity_filter {
+            Some(filter) => filter.update(measured_position),
+            None => slave.velocity_m_per_s,
+        };
+
+        let depth = measured_position - self.contact_m;
+        let estimate = self.estimator.update(measured_force, depth, measured_velocity);
+        let decision = self.detector.update(&Evidence {
+            force_n: measured_force,
+            predicted_force_n: estimate.predicted_force_n,
+            residual_n: estimate.residual_n,
+            correction: estimate.correction,
+            velocity_m_per_s: measured_velocity,
+            in_contact: depth.gt(L::zero()),
+        });
+
+        let command = self.supervisor.update(&Situation {
+            tick,
+            alarm: decision.alarm,
+            decision: decision.decision,
+            hand_m: self.position_scale * self.forward.exchange(master.position_m),
+            slave_m: measured_position,
+            force_n: self.force_scale * measured_force,
+        });
+        let feedback_force = self.backward.exchange(command.feedback_force_n);
+        self.sides.step(desired, desired_next, feedback_force, command.slave_reference_m)?;
+
+        Ok(Signals {
+            tick,
+            desired_position_m: desired,
+            master_position_m: master.position_m,
+            master_velocity_m_per_s: master.velocity_m_per_s,
+            operator_force_n: master.hand_force_n,
+            slave_reference_m: command.slave_reference_m,
+            slave_position_m: slave.position_m,
+            slave_velocity_m_per_s: slave.velocity_m_per_s,
+            tissue_force_n: reaction.force_n,
+            measured_force_n: measured_force,
+            feedback_force_n: feedback_force,
+            stiffness_n_per_m: estimate.stiffness_n_per_m,
+            damping_n_s_per_m: estimate.damping_n_s_per_m,
+            residual_n: estimate.residual_n,
+            distance: decision.distance,
+            decision: decision.decision,
+            mode: command.mode,
+            ruptured: reaction.ruptured,
+            alarm: decision.alarm,
+            commanded_force_n: command.feedback_force_n,
+            allowed_force_step_n: command.allowed_step_n,
+        })
+    }
+}

@@ -1,0 +1,37 @@
+//! What the engine asks of the two machines.
+
+use super::IntegrationError;
+
+/// What the master side shows at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct MasterReading<L> {
+    /// `x_h` in m.
+    pub position_m: L,
+    /// `v_h` in m/s.
+    pub velocity_m_per_s: L,
+    /// `F_h` in N.
+    pub hand_force_n: L,
+}
+
+/// What the slave side shows at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct SlaveReading<L> {
+    /// `x_e` in m.
+    pub position_m: L,
+    /// `v_e` in m/s.
+    pub velocity_m_per_s: L,
+}
+
+/// The two machines with their controllers, from tick to tick.
+pub trait Sides<L> {
+    /// The master side now.
+    fn master(&self) -> MasterReading<L>;
+    /// The slave side now.
+    fn slave(&self) -> SlaveReading<L>;
+    /// To the next tick: the desired position goes from `desired` to `desired_next` (m) in a straight line, the fed-back
+    /// force (N) and the slave's reference (m) are held.
+    ///
+    /// # Errors
+    /// [`IntegrationError`] where a numerical integrator gives up.
+    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError>;
+}

@@ -1,0 +1,94 @@
+//! The time domain of a system, in its type.
+
+use super::{Complex64, Error};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for super::Continuous {}
+    impl Sealed for super::Discrete {}
+}
+
+/// Continuous or discrete time. Sealed: there is no third kind.
+pub trait Domain: Copy + std::fmt::Debug + PartialEq + sealed::Sealed {
+    /// The domain two systems share.
+    ///
+    /// # Errors
+    /// [`Error::UnequalTicks`] for two discrete systems whose ticks differ.
+    fn shared_with(self, other: Self) -> Result<Self, Error>;
+
+    /// The point of the complex plane where a constant input lives: s = 0, or z = 1.
+    fn constant_point(self) -> f64;
+
+    /// The point of the complex plane at a real frequency: s = jω, or z = exp(jωT). `omega_rad_per_s` in rad/s.
+    fn frequency_point(self, omega_rad_per_s: f64) -> Complex64;
+
+    /// Whether a pole decays: Re s < 0, or |z| < 1.
+    fn is_stable_pole(self, pole: Complex64) -> bool;
+}
+
+/// Continuous time: `x' = A x + B u`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Continuous;
+
+/// Discrete time: `x_{k+1} = A x_k + B u_k`, once per tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Discrete {
+    tick_s: f64,
+}
+
+impl Discrete {
+    /// A domain with this tick, in s (positive, finite).
+    ///
+    /// # Errors
+    /// [`Error::TickNotPositive`].
+    pub fn new(tick_s: f64) -> Result<Self, Error> {
+        if tick_s.is_finite() && tick_s > 0.0 { Ok(Self { tick_s }) } else { Err(Error::TickNotPositive { tick_s }) }
+    }
+
+    /// The tick, in s.
+    #[must_use]
+    pub fn tick_s(self) -> f64 {
+        self.tick_s
+    }
+}
+
+impl Domain for Continuous {
+    fn shared_with(self, _: Self) -> Result<Self, Error> {
+        Ok(self)
+    }
+
+    fn constant_point(self) -> f64 {
+        0.0
+    }
+
+    fn frequency_point(self, omega_rad_per_s: f64) -> Complex64 {
+        Complex64::new(0.0, omega_rad_per_s)
+    }
+
+    fn is_stable_pole(self, pole: Complex64) -> bool {
+        pole.re < 0.0
+    }
+}
+
+impl Domain for Discrete {
+    fn shared_with(self, other: Self) -> Result<Self, Error> {
+        if self.tick_s == other.tick_s {
+            Ok(self)
+        } else {
+            Err(Error::UnequalTicks { first_s: self.tick_s, second_s: other.tick_s })
+        }
+    }
+
+    fn constant_point(self) -> f64 {
+        1.0
+    }
+
+    fn frequency_point(self, omega_rad_per_s: f64) -> Complex64 {
+        let (sin, cos) = libm::sincos(omega_rad_per_s * self.tick_s);
+        Complex64::new(cos, sin)
+    }
+
+    fn is_stable_pole(self, pole: Complex64) -> bool {
+        pole.norm() < 1.0
+    }
+}

@@ -1,0 +1,180 @@
+//! Joining systems: in series, in parallel, in feedback, side by side, or by any static gains.
+
+use nalgebra::DMatrix;
+
+use super::linear_algebra::{check_finite, check_size, product, solve};
+use super::{Domain, Error, Signal, StateSpace, Wiring};
+
+/// The systems side by side: states, inputs and outputs of the first, then of the next; block-diagonal matrices.
+///
+/// # Errors
+/// [`Error::UnequalTicks`]; [`Error::DimensionMismatch`] for an empty list.
+pub fn append<D: Domain>(systems: &[&StateSpace<D>]) -> Result<StateSpace<D>, Error> {
+    let Some((first, rest)) = systems.split_first() else {
+        return Err(Error::DimensionMismatch { what: "the number of systems to append", expected: 1, found: 0 });
+    };
+    let domain = rest.iter().try_fold(first.domain(), |domain, next| domain.shared_with(next.domain()))?;
+    let diagonal = |block: fn(&StateSpace<D>) -> &DMatrix<f64>| {
+        let rows = systems.iter().map(|s| block(s).nrows()).sum();
+        let columns = systems.iter().map(|s| block(s).ncols()).sum();
+        let mut whole = DMatrix::zeros(rows, columns);
+        let (mut row, mut column) = (0, 0);
+        for system in systems {
+            let part = block(system);
+            whole.view_mut((row, column), part.shape()).copy_from(part);
+            row += part.nrows();
+            column += part.ncols();
+        }
+        whole
+    };
+    StateSpace::new(
+        diagonal(StateSpace::a),
+        diagonal(StateSpace::b),
+        diagonal(StateSpace::c),
+        diagonal(StateSpace::d),
+        domain,
+    )
+}
+
+/// Closes static gains around a system: `u = K [y; r]`, `z = S [y; r]`, with y its p outputs and r the external inputs.
+///
+/// `gain` K is m x (p + q), `selection` S is (any number) x (p + q); q, the number of external inputs, follows from their
+/// columns. With `K = [K_y K_r]`, `S = [S_y S_r]` and `E = (I - D K_y)⁻¹`, which solves the algebraic loop:
+///
+/// `x' = (A + B K_y E C) x + B (K_y E D K_r + K_r) r`, `z = S_y E C x + (S_y E D K_r + S_r) r`.
+///
+/// The states stay those of `system`. [`Wiring`] builds K and S line by line.
+///
+/// # Errors
+/// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::AlgebraicLoop`] when `I - D K_y` is singular.
+pub fn connect<D: Domain>(
+    system: &StateSpace<D>,
+    gain: &DMatrix<f64>,
+    selection: &DMatrix<f64>,
+) -> Result<StateSpace<D>, Error> {
+    let (m, p) = (system.inputs(), system.outputs());
+    check_size("the number of rows of the gain", m, gain.nrows())?;
+    check_size("the number of columns of the selection", gain.ncols(), selection.ncols())?;
+    let Some(q) = gain.ncols().checked_sub(p) else {
+        return Err(Error::DimensionMismatch {
+            what: "the number of columns of the gain (outputs, then external inputs)",
+            expected: p,
+            found: gain.ncols(),
+        });
+    };
+    check_finite("the gain", gain.as_slice())?;
+    check_finite("the selection", selection.as_slice())?;
+    let split = |k: &DMatrix<f64>| (k.columns(0, p).into_owned(), k.columns(p, q).into_owned());
+    let (gain_y, gain_r) = split(gain);
+    let (selection_y, selection_r) = split(selection);
+
+    let singular = || Error::AlgebraicLoop { size: p };
+    let open = DMatrix::identity(p, p) - product(system.d(), &gain_y);
+    let y_x = solve(&open, system.c()).ok_or_else(singular)?;
+    let y_r = solve(&open, &product(system.d(), &gain_r)).ok_or_else(singular)?;
+    let u_x = product(&gain_y, &y_x);
+    let u_r = product(&gain_y, &y_r) + gain_r;
+    StateSpace::new(
+        system.a() + product(system.b(), &u_x),
+        product(system.b(), &u_r),
+        product(&selection_y, &y_x),
+        product(&selection_y, &y_r) + selection_r,
+        system.domain(),
+    )
+}
+
+/// `second` after `first`: `y = H_2 H_1 u`. States of the first, then of the second.
+///
+/// # Errors
+/// [`Error::DimensionMismatch`] unless `first` has as many outputs as `second` has inputs; [`Error::UnequalTicks`].
+pub fn series<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
+    check_size("the number of inputs of the second system", first.outputs(), second.inputs())?;
+    let both = append(&[first, second])?;
+    let mut wiring = Wiring::new(&both, first.inputs());
+    for i in 0..first.inputs() {
+        wiring = wiring.feed(i, &[(1.0, Signal::External(i))])?;
+    }
+    for i in 0..second.inputs() {
+        wiring = wiring.feed(first.inputs() + i, &[(1.0, Signal::Output(i))])?;
+    }
+    for i in 0..second.outputs() {
+        wiring = wiring.read(&[(1.0, Signal::Output(first.outputs() + i))])?;
+    }
+    wiring.close(&both)
+}
+
+/// Both on the same inputs, outputs added: `y = (H_1 + H_2) u`.
+///
+/// # Errors
+/// [`Error::DimensionMismatch`] unless both have the same inputs and outputs; [`Error::UnequalTicks`].
+pub fn parallel<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
+    check_size("the number of inputs of the second system", first.inputs(), second.inputs())?;
+    check_size("the number of outputs of the second system", first.outputs(), second.outputs())?;
+    let both = append(&[first, second])?;
+    let mut wiring = Wiring::new(&both, first.inputs());
+    for i in 0..first.inputs() {
+        wiring = wiring.feed(i, &[(1.0, Signal::External(i))])?;
+        wiring = wiring.feed(first.inputs() + i, &[(1.0, Signal::External(i))])?;
+    }
+    for i in 0..first.outputs() {
+        wiring = wiring.read(&[(1.0, Signal::Output(i)), (1.0, Signal::Output(first.outputs() + i))])?;
+    }
+    wiring.close(&both)
+}
+
+/// Negative feedback: `y = H_f (r - H_b y)`, so `(I + H_f H_b)⁻¹ H_f`.
+///
+/// # Errors
+/// [`Error::DimensionMismatch`] unless `back` maps the outputs of `forward` to its inputs; [`Error::UnequalTicks`];
+/// [`Error::AlgebraicLoop`].
+pub fn feedback<D: Domain>(forward: &StateSpace<D>, back: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
+    check_size("the number of inputs of the feedback", forward.outputs(), back.inputs())?;
+    check_size("the number of outputs of the feedback", forward.inputs(), back.outputs())?;
+    let both = append(&[forward, back])?;
+    let mut wiring = Wiring::new(&both, forward.inputs());
+    for i in 0..forward.inputs() {
+        let error = [(1.0, Signal::External(i)), (-1.0, Signal::Output(forward.outputs() + i))];
+        wiring = wiring.feed(i, &error)?;
+    }
+    for i in 0..forward.outputs() {
+        wiring = wiring.feed(forward.inputs() + i, &[(1.0, Signal::Output(i))])?;
+        wiring = wiring.read(&[(1.0, Signal::Output(i))])?;
+    }
+    wiring.close(&both)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::dmatrix;
+
+    use super::*;
+    use crate::lti::Continuous;
+
+    #[test]
+    fn a_loop_of_direct_paths_with_gain_one_is_refused() {
+        let forward = StateSpace::gain(dmatrix![2.0], Continuous).expect("finite");
+        let back = StateSpace::gain(dmatrix![-0.5], Continuous).expect("finite");
+        assert_eq!(feedback(&forward, &back), Err(Error::AlgebraicLoop { size: 2 }));
+        let safe = feedback(&forward, &StateSpace::gain(dmatrix![0.5], Continuous).expect("finite"));
+        assert_eq!(safe.expect("regular").d(), &dmatrix![1.0]);
+    }
+
+    #[test]
+    fn ticks_must_agree() {
+        let gain = |tick_s| {
+            let zero = || dmatrix![0.0];
+            StateSpace::discrete(zero(), zero(), zero(), zero(), tick_s).expect("well formed")
+        };
+        assert_eq!(parallel(&gain(1e-3), &gain(2e-3)), Err(Error::UnequalTicks { first_s: 1e-3, second_s: 2e-3 }));
+        assert_eq!(series(&gain(1e-3), &gain(1e-3)).expect("same tick").tick_s(), 1e-3);
+    }
+
+    #[test]
+    fn sizes_must_agree() {
+        let one = StateSpace::gain(dmatrix![1.0], Continuous).expect("finite");
+        let two = StateSpace::gain(dmatrix![1.0, 1.0], Continuous).expect("finite");
+        assert!(matches!(series(&one, &two), Err(Error::DimensionMismatch { expected: 1, found: 2, .. })));
+        assert!(append::<Continuous>(&[]).is_err());
+        assert!(connect(&one, &DMatrix::zeros(1, 0), &DMatrix::zeros(1, 0)).is_err());
+    }
+}

@@ -1,0 +1,157 @@
+//! Dense kernels with a fixed order of operations.
+//!
+//! nalgebra hands larger products to `matrixmultiply`, which picks a kernel (with or without fused multiply-add) by the
+//! processor it finds: the last bit of a simulation would depend on the machine. [`product`] is a plain triple loop.
+
+use nalgebra::{DMatrix, Schur};
+
+use super::{Complex64, Error};
+
+const MAX_QR_ITERATIONS: usize = 10_000;
+
+/// `A B`, accumulated in the order of the inner index. The caller has checked the shapes.
+pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    debug_assert_eq!(a.ncols(), b.nrows());
+    DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).fold(0.0, |sum, k| sum + a[(i, k)] * b[(k, j)]))
+}
+
+/// The largest column sum of absolute values, 0 for an empty matrix.
+pub(super) fn one_norm(a: &DMatrix<f64>) -> f64 {
+    (0..a.ncols()).map(|j| a.column(j).iter().fold(0.0, |sum, v| sum + v.abs())).fold(0.0, f64::max)
+}
+
+/// Refuses infinite and not-a-number entries.
+pub(super) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(position) => Err(Error::NonFinite { what, value: values[position], position }),
+    }
+}
+
+/// Refuses a size that is not the expected one.
+pub(super) fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
+    if expected == found { Ok(()) } else { Err(Error::DimensionMismatch { what, expected, found }) }
+}
+
+/// Solves `A X = B` for a square `A`; `None` when `A` is singular to working precision.
+///
+/// Rows and columns are first scaled by powers of two (exactly), so that mixed units (newtons per metre beside metres)
+/// are not mistaken for singularity.
+pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = a.nrows();
+    if n == 0 {
+        return Some(b.clone());
+    }
+    let mut scaled = a.clone();
+    let mut right = b.clone();
+    for i in 0..n {
+        let scale = power_of_two(scaled.row(i).amax())?;
+        scaled.row_mut(i).unscale_mut(scale);
+        right.row_mut(i).unscale_mut(scale);
+    }
+    let mut column_scales = Vec::with_capacity(n);
+    for j in 0..n {
+        let scale = power_of_two(scaled.column(j).amax())?;
+        scaled.column_mut(j).unscale_mut(scale);
+        column_scales.push(scale);
+    }
+    let lu = scaled.lu();
+    let pivots = lu.u().diagonal().abs();
+    if !(pivots.min() > n as f64 * f64::EPSILON * pivots.max()) {
+        return None;
+    }
+    let mut solution = lu.solve(&right)?;
+    for (j, scale) in column_scales.into_iter().enumerate() {
+        solution.row_mut(j).unscale_mut(scale);
+    }
+    solution.iter().all(|v| v.is_finite()).then_some(solution)
+}
+
+/// Solves `X A = B`; `None` when `A` is singular to working precision.
+pub(super) fn solve_right(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    solve(&a.transpose(), &b.transpose()).map(|x| x.transpose())
+}
+
+/// The largest power of two not above `value`; `None` for 0, subnormal and non-finite values.
+fn power_of_two(value: f64) -> Option<f64> {
+    value.is_normal().then(|| f64::from_bits(value.abs().to_bits() & 0x7ff0_0000_0000_0000))
+}
+
+/// Eigenvalues of a square matrix, sorted by real then imaginary part; complex ones in exactly conjugate pairs.
+///
+/// Balanced first (Parlett and Reinsch), then the real Schur form by a capped QR iteration.
+pub(super) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
+    let n = a.nrows();
+    check_finite("the matrix", a.as_slice())?;
+    // An all-zero (or subnormal) matrix: its eigenvalues are 0 as far as a double can tell.
+    let Some(scale) = (if n == 0 { None } else { power_of_two(a.amax()) }) else {
+        return Ok(vec![Complex64::new(0.0, 0.0); n]);
+    };
+    let failed = || Error::EigenvaluesDidNotConverge { size: n, iterations: MAX_QR_ITERATIONS };
+    let mut balanced = a / scale;
+    nalgebra::linalg::balancing::balance_parlett_reinsch(&mut balanced);
+    let (_, t) = Schur::try_new(balanced, f64::EPSILON, MAX_QR_ITERATIONS).ok_or_else(failed)?.unpack();
+
+    let mut values = Vec::with_capacity(n);
+    let mut i = 0;
+    while i < n {
+        if i + 1 < n && t[(i + 1, i)] != 0.0 {
+            // nalgebra's own extraction gives NaN when rounding makes this discriminant positive.
+            let mean = 0.5 * (t[(i, i)] + t[(i + 1, i + 1)]);
+            let half = 0.5 * (t[(i, i)] - t[(i + 1, i + 1)]);
+            let discriminant = half * half + t[(i, i + 1)] * t[(i + 1, i)];
+            let root = discriminant.abs().sqrt();
+            let (re, im) = if discriminant < 0.0 { (0.0, root) } else { (root, 0.0) };
+            values.push(Complex64::new(mean - re, -im) * scale);
+            values.push(Complex64::new(mean + re, im) * scale);
+            i += 2;
+        } else {
+            values.push(Complex64::new(t[(i, i)] * scale, 0.0));
+            i += 1;
+        }
+    }
+    if values.iter().any(|v| !(v.re.is_finite() && v.im.is_finite())) {
+        return Err(failed());
+    }
+    sort(&mut values);
+    Ok(values)
+}
+
+/// Sorts by real, then imaginary part.
+pub(super) fn sort(values: &mut [Complex64]) {
+    values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eigenvalues_of_a_badly_scaled_matrix() {
+        let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 0.0, 0.0, 1e6, -6.0, -11.0, -6e6]);
+        // Companion form of a cubic whose third state is measured in micro-units.
+        let trace: f64 = eigenvalues(&a).expect("converges").iter().map(|v| v.re).sum();
+        assert!((trace + 6e6).abs() < 1e-6);
+    }
+
+    #[test]
+    fn eigenvalues_of_degenerate_matrices() {
+        assert!(eigenvalues(&DMatrix::zeros(0, 0)).expect("empty").is_empty());
+        assert_eq!(eigenvalues(&DMatrix::zeros(3, 3)).expect("zero"), vec![Complex64::new(0.0, 0.0); 3]);
+        assert!(matches!(
+            eigenvalues(&DMatrix::from_element(2, 2, f64::NAN)),
+            Err(Error::NonFinite { position: 0, .. })
+        ));
+        let huge = DMatrix::from_row_slice(2, 2, &[1e300, 1e300, 0.0, 1e-300]);
+        assert_eq!(eigenvalues(&huge).expect("huge")[1].re, 1e300);
+    }
+
+    #[test]
+    fn solving_tells_singular_from_mixed_units() {
+        let mixed = DMatrix::from_diagonal(&nalgebra::dvector![1e-20, 1e15]);
+        let x = solve(&mixed, &DMatrix::identity(2, 2)).expect("regular");
+        assert!((x[(0, 0)] * 1e-20 - 1.0).abs() < 1e-15);
+        let singular = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0]);
+        assert!(solve(&singular, &DMatrix::identity(2, 2)).is_none());
+    }
+}

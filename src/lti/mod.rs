@@ -1,0 +1,54 @@
+//! Linear time-invariant systems: from the transfer functions a paper prints to matrices an engine can step exactly.
+//!
+//! The usual way through:
+//!
+//! 1. write the blocks as [`TransferFunction`]s, as printed;
+//! 2. [`realise`] them, or [`realise_with_derivative`] where position and velocity are both wanted;
+//! 3. [`append`] the blocks and join them with a [`Wiring`] (or [`connect`], its matrix form);
+//! 4. [`exact_step`] over one tick.
+//!
+//! ```
+//! use trocar::lti::{Hold, TransferFunction, exact_step, realise_with_derivative};
+//!
+//! // Eq. 28, the master: 1 / (0.245 s² + 4.1 s), force to position.
+//! let master = TransferFunction::new(&[1.0], &[0.245, 4.1, 0.0])?;
+//! let system = realise_with_derivative(&master)?; // states: position, velocity
+//! let step = exact_step(&system, 1e-3, &[Hold::Held])?;
+//! assert_eq!(step.phi.shape(), (2, 2));
+//! # Ok::<(), trocar::lti::Error>(())
+//! ```
+//!
+//! Matrices that end up in a simulation are computed with plain multiplications and additions in a fixed order
+//! (never through a run-time choice of SIMD kernel or fused multiply-add), so that every machine gets the same bits.
+//!
+//! Nothing here panics on bad numbers: whatever can be wrong comes back as an [`Error`] with the number and the remedy.
+
+mod domain;
+mod error;
+mod hold;
+mod interconnection;
+mod linear_algebra;
+mod matrix_function;
+mod polynomial;
+mod realisation;
+mod response;
+mod state_space;
+mod transfer_function;
+mod tustin;
+mod wiring;
+
+pub use domain::{Continuous, Discrete, Domain};
+pub use error::Error;
+pub use hold::{ExactStep, Hold, exact_step, undo_zero_order_hold, zero_order_hold};
+pub use interconnection::{append, connect, feedback, parallel, series};
+pub use matrix_function::{exponential, logarithm};
+pub use polynomial::Polynomial;
+pub use realisation::{outputs_first, realise, realise_with_derivative};
+pub use response::{FrequencyPoint, StepResponse, frequency_response, step_response, step_response_discrete};
+pub use state_space::StateSpace;
+pub use transfer_function::TransferFunction;
+pub use tustin::{tustin, undo_tustin};
+pub use wiring::{Signal, WeightedSignals, Wiring};
+
+/// A complex number, as nalgebra has it.
+pub type Complex64 = nalgebra::Complex<f64>;

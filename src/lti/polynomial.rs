@@ -1,0 +1,265 @@
+//! Polynomials in s with real coefficients.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use nalgebra::DMatrix;
+
+use super::linear_algebra::{check_finite, eigenvalues, sort};
+use super::{Complex64, Error};
+
+const NEWTON_STEPS: usize = 4;
+
+/// `p(s) = c_0 s^n + c_1 s^(n-1) + ... + c_n`: coefficients in descending powers, as the paper prints them.
+///
+/// Leading zeros are trimmed, so that the first coefficient kept is never 0; the zero polynomial keeps none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial {
+    descending: Vec<f64>,
+}
+
+impl Polynomial {
+    /// From coefficients in descending powers: `[0.245, 4.1, 0.0]` is `0.245 s² + 4.1 s`.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`].
+    pub fn new(descending: &[f64]) -> Result<Self, Error> {
+        check_finite("the polynomial", descending)?;
+        Ok(Self::trimmed(descending.to_vec()))
+    }
+
+    /// The constant polynomial of this value.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`].
+    pub fn constant(value: f64) -> Result<Self, Error> {
+        Self::new(&[value])
+    }
+
+    /// `leading · Π (s - r_i)`. Complex roots must come in conjugate pairs; an imaginary part left over by rounding is dropped.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`].
+    pub fn from_roots(leading: f64, roots: &[Complex64]) -> Result<Self, Error> {
+        let mut product = vec![Complex64::new(leading, 0.0)];
+        for root in roots {
+            product.push(Complex64::new(0.0, 0.0));
+            for i in (1..product.len()).rev() {
+                let carried = product[i - 1] * root;
+                product[i] -= carried;
+            }
+        }
+        let real: Vec<f64> = product.iter().map(|c| c.re).collect();
+        Self::new(&real)
+    }
+
+    fn trimmed(mut descending: Vec<f64>) -> Self {
+        let leading_zeros = descending.iter().take_while(|c| **c == 0.0).count();
+        descending.drain(..leading_zeros);
+        Self { descending }
+    }
+
+    /// The coefficients in descending powers, without leading zeros; empty for the zero polynomial.
+    #[must_use]
+    pub fn coefficients(&self) -> &[f64] {
+        &self.descending
+    }
+
+    /// The coefficient of the highest power; `None` for the zero polynomial.
+    #[must_use]
+    pub fn leading(&self) -> Option<f64> {
+        self.descending.first().copied()
+    }
+
+    /// The coefficient of `s^power`, 0 beyond the degree.
+    #[must_use]
+    pub fn coefficient(&self, power: usize) -> f64 {
+        self.descending.iter().rev().nth(power).copied().unwrap_or(0.0)
+    }
+
+    /// The highest power; `None` for the zero polynomial.
+    #[must_use]
+    pub fn degree(&self) -> Option<usize> {
+        self.descending.len().checked_sub(1)
+    }
+
+    /// Whether every coefficient is 0.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.descending.is_empty()
+    }
+
+    /// How many roots lie exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
+    #[must_use]
+    pub fn roots_at_zero(&self) -> usize {
+        self.descending.iter().rev().take_while(|c| **c == 0.0).count()
+    }
+
+    /// `factor · p(s)`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self::trimmed(self.descending.iter().map(|c| c * factor).collect())
+    }
+
+    /// `p(x)` at a real point, by Horner's rule.
+    #[must_use]
+    pub fn evaluate(&self, x: f64) -> f64 {
+        self.descending.iter().fold(0.0, |value, c| value * x + c)
+    }
+
+    /// `p(s)` at a complex point, by Horner's rule.
+    #[must_use]
+    pub fn evaluate_complex(&self, s: Complex64) -> Complex64 {
+        self.descending.iter().fold(Complex64::new(0.0, 0.0), |value, c| value * s + c)
+    }
+
+    /// `p'(s)`.
+    #[must_use]
+    pub fn derivative(&self) -> Self {
+        let powers = (1..self.descending.len()).rev();
+        Self::trimmed(self.descending.iter().zip(powers).map(|(c, power)| c * power as f64).collect())
+    }
+
+    /// `p(s) / s^count`, dropping the `count` lowest coefficients.
+    pub(super) fn without_lowest(&self, count: usize) -> Self {
+        let kept = self.descending.len().saturating_sub(count);
+        Self { descending: self.descending[..kept].to_vec() }
+    }
+
+    /// Every root with its multiplicity, sorted by real then imaginary part; complex ones in exactly conjugate pairs.
+    ///
+    /// Eigenvalues of the balanced companion matrix, each polished by a few Newton steps that are kept only while they
+    /// lower |p|. Roots at 0 are exact. A root of multiplicity m is found to about ε^(1/m), relative.
+    ///
+    /// # Errors
+    /// [`Error::ZeroPolynomial`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
+    pub fn roots(&self) -> Result<Vec<Complex64>, Error> {
+        check_finite("the polynomial", &self.descending)?;
+        let Some(degree) = self.degree() else {
+            return Err(Error::ZeroPolynomial);
+        };
+        let at_zero = self.roots_at_zero();
+        let rest = self.without_lowest(at_zero);
+        let n = degree - at_zero;
+        let mut roots = vec![Complex64::new(0.0, 0.0); at_zero];
+        if n > 0 {
+            let c = &rest.descending;
+            let companion = DMatrix::from_fn(n, n, |i, j| match i {
+                0 => -c[j + 1] / c[0],
+                _ if i == j + 1 => 1.0,
+                _ => 0.0,
+            });
+            let slope = rest.derivative();
+            for guess in eigenvalues(&companion)?.into_iter().filter(|v| v.im >= 0.0) {
+                let root = rest.polished(&slope, guess);
+                roots.push(root);
+                if root.im != 0.0 {
+                    roots.push(root.conj());
+                } else if guess.im != 0.0 {
+                    roots.push(root); // a pair that Newton brought onto the real axis
+                }
+            }
+        }
+        sort(&mut roots);
+        Ok(roots)
+    }
+
+    fn polished(&self, slope: &Self, mut root: Complex64) -> Complex64 {
+        let mut value = self.evaluate_complex(root);
+        for _ in 0..NEWTON_STEPS {
+            let next = root - value / slope.evaluate_complex(root);
+            let next_value = self.evaluate_complex(next);
+            // False for NaN as well: a step off a multiple root is not taken.
+            if !(next_value.norm() < value.norm()) {
+                break;
+            }
+            (root, value) = (next, next_value);
+        }
+        root
+    }
+}
+
+impl Add for &Polynomial {
+    type Output = Polynomial;
+
+    fn add(self, other: Self) -> Polynomial {
+        let length = self.descending.len().max(other.descending.len());
+        Polynomial::trimmed((0..length).rev().map(|power| self.coefficient(power) + other.coefficient(power)).collect())
+    }
+}
+
+impl Neg for &Polynomial {
+    type Output = Polynomial;
+
+    fn neg(self) -> Polynomial {
+        self.scaled(-1.0)
+    }
+}
+
+impl Sub for &Polynomial {
+    type Output = Polynomial;
+
+    fn sub(self, other: Self) -> Polynomial {
+        self + &-other
+    }
+}
+
+impl Mul for &Polynomial {
+    type Output = Polynomial;
+
+    fn mul(self, other: Self) -> Polynomial {
+        if self.is_zero() || other.is_zero() {
+            return Polynomial { descending: Vec::new() };
+        }
+        let mut product = vec![0.0; self.descending.len() + other.descending.len() - 1];
+        for (i, a) in self.descending.iter().enumerate() {
+            for (j, b) in other.descending.iter().enumerate() {
+                product[i + j] += a * b;
+            }
+        }
+        Polynomial::trimmed(product)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn p(descending: &[f64]) -> Polynomial {
+        Polynomial::new(descending).expect("finite")
+    }
+
+    #[test]
+    fn leading_zeros_are_trimmed() {
+        assert_eq!(p(&[0.0, 0.0, 2.0, 0.0]).coefficients(), [2.0, 0.0]);
+        assert_eq!(p(&[0.0]).degree(), None);
+        assert_eq!((&p(&[1.0, 2.0]) - &p(&[1.0, 1.0])).coefficients(), [1.0]);
+    }
+
+    #[test]
+    fn arithmetic_of_small_polynomials() {
+        assert_eq!(&p(&[1.0, 1.0]) * &p(&[1.0, -1.0]), p(&[1.0, 0.0, -1.0]));
+        assert_eq!(p(&[3.0, 2.0, 1.0]).derivative(), p(&[6.0, 2.0]));
+        assert_eq!(p(&[1.0, 0.0, 1.0]).evaluate_complex(Complex64::new(0.0, 1.0)).norm(), 0.0);
+        assert_eq!(p(&[2.0, 1.0]).evaluate(3.0), 7.0);
+    }
+
+    #[test]
+    fn roots_at_zero_are_exact() {
+        let roots = p(&[1.0, 3.0, 0.0, 0.0]).roots().expect("converges");
+        assert_eq!(roots, [-3.0, 0.0, 0.0].map(|re| Complex64::new(re, 0.0)));
+    }
+
+    #[test]
+    fn roots_of_constants_and_of_nothing() {
+        assert!(p(&[4.0]).roots().expect("none").is_empty());
+        assert_eq!(p(&[]).roots(), Err(Error::ZeroPolynomial));
+        assert!(matches!(Polynomial::new(&[1.0, f64::NAN]), Err(Error::NonFinite { position: 1, .. })));
+    }
+
+    #[test]
+    fn a_double_root_stays_close() {
+        for root in p(&[1.0, 4.0, 4.0]).roots().expect("converges") {
+            assert!((root + 2.0).norm() < 1e-7);
+        }
+    }
+}

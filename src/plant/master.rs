@@ -1,0 +1,238 @@
+//! The master, its force controller and the arm that holds it (eq. 28, 29, 32-35).
+
+use super::{ControlTiming, MASTER_STATES, PlantError, on};
+use crate::error::{InvalidValue, non_negative, positive};
+use crate::lti::{
+    Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, append, exact_step, realise,
+    realise_with_derivative,
+};
+
+/// How the hand acts on the master.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coupling {
+    /// The hand pushes the master and the motor resists: `m x_h'' + b x_h' = F_h - U_m`.
+    Physical,
+    /// Eq. 28 to the letter, `X_h = G_m U_m`: the hand does not act on the master. Unstable, a pole at +41.961.
+    AsPrinted,
+}
+
+/// The master (eq. 28) and its controller (eq. 29).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MasterParameters {
+    /// Mass in kg, above 0.
+    pub mass_kg: f64,
+    /// Damping in N·s/m, at least 0.
+    pub damping_n_s_per_m: f64,
+    /// `K_i` in 1/s, at least 0.
+    pub force_integral_gain: f64,
+    /// Whether the hand acts on the master.
+    pub coupling: Coupling,
+}
+
+impl Default for MasterParameters {
+    fn default() -> Self {
+        Self { mass_kg: 0.245, damping_n_s_per_m: 4.1, force_integral_gain: 12.0, coupling: Coupling::Physical }
+    }
+}
+
+/// The arm (eq. 32-35) as a mass `m_h` tied to the desired position by (`k_h`, `b_h`) and to the master by
+/// (`k_a`, `b_a`):
+///
+/// ```text
+/// m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h
+/// F_h       = k_a (x_a - x_h) + b_a (x_a' - x_h')
+/// ```
+/// Eliminating `x_a` gives eq. 32. Held still, it feels like the stiffness `k_a k_h / (k_a + k_h)` = 698.845 N/m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmParameters {
+    /// `k_a` in N/m, at least 0.
+    pub k_a_n_per_m: f64,
+    /// `b_a` in N·s/m, at least 0.
+    pub b_a_n_s_per_m: f64,
+    /// `k_h` in N/m, at least 0.
+    pub k_h_n_per_m: f64,
+    /// `b_h` in N·s/m, at least 0.
+    pub b_h_n_s_per_m: f64,
+    /// `m_h` in kg, above 0.
+    pub m_h_kg: f64,
+}
+
+impl Default for ArmParameters {
+    fn default() -> Self {
+        Self { k_a_n_per_m: 733.0, b_a_n_s_per_m: 37.3, k_h_n_per_m: 14998.0, b_h_n_s_per_m: 178.0, m_h_kg: 1.88 }
+    }
+}
+
+impl ArmParameters {
+    /// The force in N per m of a still master's distance from the desired position: `k_a k_h / (k_a + k_h)`.
+    #[must_use]
+    pub fn static_stiffness_n_per_m(&self) -> f64 {
+        self.k_a_n_per_m * self.k_h_n_per_m / (self.k_a_n_per_m + self.k_h_n_per_m)
+    }
+}
+
+fn validate(master: &MasterParameters, arm: &ArmParameters) -> Result<(), InvalidValue> {
+    positive("master.mass_kg", master.mass_kg)?;
+    non_negative("master.damping_n_s_per_m", master.damping_n_s_per_m)?;
+    non_negative("master.force_integral_gain", master.force_integral_gain)?;
+    non_negative("arm.k_a_n_per_m", arm.k_a_n_per_m)?;
+    non_negative("arm.b_a_n_s_per_m", arm.b_a_n_s_per_m)?;
+    non_negative("arm.k_h_n_per_m", arm.k_h_n_per_m)?;
+    non_negative("arm.b_h_n_s_per_m", arm.b_h_n_s_per_m)?;
+    positive("arm.m_h_kg", arm.m_h_kg)?;
+    Ok(())
+}
+
+/// The master side in continuous time.
+///
+/// Inputs: `x_d` (m), its derivative (m/s), and `F_ed` (N); outputs: `F_h` (N) and `F_ed - F_h` (N). States:
+/// `x_h, v_h, x_a, v_a` and, with continuous control, `∫(F_ed - F_h)`. With sampled control the third input is `U_m`
+/// itself, and the second output `U_m - F_h`.
+///
+/// # Errors
+/// [`PlantError`] for a parameter out of range or numbers beyond computing.
+pub fn master_system(
+    master: &MasterParameters,
+    arm: &ArmParameters,
+    timing: ControlTiming,
+) -> Result<StateSpace<Continuous>, PlantError> {
+    validate(master, arm)?;
+    build(master, arm, timing).map_err(on("master"))
+}
+
+fn build(
+    master: &MasterParameters,
+    arm: &ArmParameters,
+    timing: ControlTiming,
+) -> Result<StateSpace<Continuous>, crate::lti::Error> {
+    use Signal::{External, Output};
+    let (x_h, v_h, x_a, v_a, integral) = (Output(0), Output(1), Output(2), Output(3), Output(4));
+    let (x_d, v_d, force) = (External(0), External(1), External(2));
+    let ArmParameters { k_a_n_per_m: k_a, b_a_n_s_per_m: b_a, k_h_n_per_m: k_h, b_h_n_s_per_m: b_h, m_h_kg } = *arm;
+    let hand_force = |sign: f64| [(sign * k_a, x_a), (-sign * k_a, x_h), (sign * b_a, v_a), (-sign * b_a, v_h)];
+
+    let g_m =
+        realise_with_derivative(&TransferFunction::new(&[1.0], &[master.mass_kg, master.damping_n_s_per_m, 0.0])?)?;
+    let hand_mass = realise_with_derivative(&TransferFunction::new(&[1.0], &[m_h_kg, 0.0, 0.0])?)?;
+    let integrator = realise(&TransferFunction::new(&[1.0], &[1.0, 0.0])?)?;
+    let blocks = match timing {
+        ControlTiming::Continuous => append(&[&g_m, &hand_mass, &integrator])?,
+        ControlTiming::Sampled => append(&[&g_m, &hand_mass])?,
+    };
+
+    let mut wiring = Wiring::new(&blocks, 3);
+    let motor = match master.coupling {
+        Coupling::Physical => {
+            wiring = wiring.feed(0, &hand_force(1.0))?;
+            -1.0
+        }
+        Coupling::AsPrinted => 1.0,
+    };
+    wiring = wiring.feed(0, &[(motor, force)])?;
+    wiring = wiring.feed(1, &[(k_h, x_d), (-k_h, x_a), (b_h, v_d), (-b_h, v_a)])?.feed(1, &hand_force(-1.0))?;
+    if timing == ControlTiming::Continuous {
+        wiring = wiring.feed(0, &[(motor * master.force_integral_gain, integral)])?;
+        wiring = wiring.feed(2, &[(1.0, force)])?.feed(2, &hand_force(-1.0))?;
+    }
+    let error: Vec<_> = hand_force(-1.0).into_iter().chain([(1.0, force)]).collect();
+    wiring.read(&hand_force(1.0))?.read(&error)?.close(&blocks)
+}
+
+/// The master side's exact step over a tick.
+///
+/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + feedback · F_ed(k)` with `x_d` linear
+/// over the tick and `F_ed` held; states `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MasterStep {
+    /// Row by row.
+    pub transition: [[f64; MASTER_STATES]; MASTER_STATES],
+    /// Effect of the desired position at the start of the tick.
+    pub desired_now: [f64; MASTER_STATES],
+    /// Effect of the desired position at its end.
+    pub desired_next: [f64; MASTER_STATES],
+    /// Effect of the fed-back force.
+    pub feedback: [f64; MASTER_STATES],
+    /// `F_h` from the states.
+    pub hand_force: [f64; MASTER_STATES],
+}
+
+impl MasterStep {
+    /// The step over `tick_s` (s).
+    ///
+    /// # Errors
+    /// As [`master_system`], and where the step's matrices overflow.
+    pub fn new(
+        master: &MasterParameters,
+        arm: &ArmParameters,
+        timing: ControlTiming,
+        tick_s: f64,
+    ) -> Result<Self, PlantError> {
+        let system = master_system(master, arm, timing)?;
+        let step = exact_step(&system, tick_s, &[Hold::Linear, Hold::Held, Hold::Held]).map_err(on("master"))?;
+        let states = system.states();
+        let column = |matrix: &nalgebra::DMatrix<f64>, j: usize| {
+            std::array::from_fn(|i| if i < states { matrix[(i, j)] } else { 0.0 })
+        };
+        // The desired velocity over a tick is the difference of the desired positions.
+        let slope: [f64; MASTER_STATES] = column(&step.gamma_now, 1);
+        let now: [f64; MASTER_STATES] = column(&step.gamma_now, 0);
+        let next: [f64; MASTER_STATES] = column(&step.gamma_next, 0);
+        let mut result = Self {
+            transition: std::array::from_fn(|i| {
+                std::array::from_fn(|j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 })
+            }),
+            desired_now: std::array::from_fn(|i| now[i] - slope[i] / tick_s),
+            desired_next: std::array::from_fn(|i| next[i] + slope[i] / tick_s),
+            feedback: column(&step.gamma_now, 2),
+            hand_force: std::array::from_fn(|j| if j < states { system.c()[(0, j)] } else { 0.0 }),
+        };
+        if timing == ControlTiming::Sampled {
+            result.close_sampled_loop(master.force_integral_gain, tick_s);
+        }
+        Ok(result)
+    }
+
+    /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the bare machine.
+    fn close_sampled_loop(&mut self, integral_gain: f64, tick_s: f64) {
+        const INTEGRAL: usize = MASTER_STATES - 1;
+        for i in 0..INTEGRAL {
+            self.transition[i][INTEGRAL] = self.feedback[i] * integral_gain;
+        }
+        for j in 0..INTEGRAL {
+            self.transition[INTEGRAL][j] = -tick_s * self.hand_force[j];
+        }
+        self.transition[INTEGRAL][INTEGRAL] = 1.0;
+        self.feedback[INTEGRAL] = tick_s;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_still_master_feels_the_static_stiffness() {
+        assert!((ArmParameters::default().static_stiffness_n_per_m() - 698.845).abs() < 5e-4);
+    }
+
+    #[test]
+    fn the_sampled_step_tends_to_the_continuous_one() {
+        let (master, arm) = (MasterParameters::default(), ArmParameters::default());
+        let step = |timing, tick| MasterStep::new(&master, &arm, timing, tick).expect("valid");
+        let difference = |tick| {
+            let (a, b) = (step(ControlTiming::Sampled, tick), step(ControlTiming::Continuous, tick));
+            (0..4)
+                .flat_map(|i| (0..5).map(move |j| (i, j)))
+                .map(|(i, j)| (a.transition[i][j] - b.transition[i][j]).abs())
+                .fold(0.0, f64::max)
+        };
+        assert!(difference(1e-4) < 0.02 * difference(1e-3), "second order in the tick");
+    }
+
+    #[test]
+    fn a_negative_mass_is_named() {
+        let master = MasterParameters { mass_kg: -1.0, ..MasterParameters::default() };
+        let error = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect_err("negative");
+        assert_eq!(error.to_string(), "master.mass_kg is -1, must be a positive, finite number");
+    }
+}

@@ -1,0 +1,63 @@
+//! The machines: the master with the person's arm on it, and the slave, each with its controller (eq. 28-35).
+//!
+//! Each side is built from the paper's transfer functions by interconnection, then stepped exactly over a tick. Where the
+//! printed appendix cannot be what was simulated, the reading that can is the default and the printed one stays
+//! selectable.
+
+mod master;
+mod slave;
+
+pub use master::{ArmParameters, Coupling, MasterParameters, MasterStep, master_system};
+pub use slave::{Damping, SlaveParameters, SlaveStep, slave_system};
+
+use thiserror::Error;
+
+use crate::error::InvalidValue;
+use crate::lti;
+
+/// How many states the master side has: `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
+pub const MASTER_STATES: usize = 5;
+
+/// How many states the slave side has: `x_e, v_e` and one without a physical meaning.
+pub const SLAVE_STATES: usize = 3;
+
+/// Where the controllers run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ControlTiming {
+    /// In continuous time, as the appendix writes them.
+    Continuous,
+    /// On the tick, with held outputs, as a real digital controller would.
+    Sampled,
+}
+
+/// Why a side cannot be built.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlantError {
+    /// A parameter is out of range.
+    #[error(transparent)]
+    Parameter(#[from] InvalidValue),
+    /// The parameters make a system that cannot be computed with.
+    #[error("the {side} side cannot be built: {source}")]
+    Build {
+        /// Which side.
+        side: &'static str,
+        /// What its algebra says.
+        source: lti::Error,
+    },
+    /// The slave's transfer function has no position and velocity, or too many states.
+    #[error(
+        "slave.denominator of degree {denominator} under slave.numerator of degree {numerator}: the denominator must be of \
+         degree 2 or 3 and at least 2 above the numerator, so that the slave has a position and a velocity"
+    )]
+    SlaveDegree {
+        /// Degree of the numerator.
+        numerator: usize,
+        /// Degree of the denominator.
+        denominator: usize,
+    },
+}
+
+/// Wraps an algebra's error with the side that it concerns.
+fn on(side: &'static str) -> impl Fn(lti::Error) -> PlantError {
+    move |source| PlantError::Build { side, source }
+}

@@ -1,0 +1,168 @@
+//! The slave and its position controller (eq. 30, 31).
+
+use super::{ControlTiming, PlantError, SLAVE_STATES, on};
+use crate::error::{finite, non_negative};
+use crate::lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
+
+/// What `K_v` acts on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Damping {
+    /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
+    Velocity,
+    /// On the position, as eq. 31 is printed: barely damped, static gain 1300/1315.
+    AsPrinted,
+}
+
+/// The slave (eq. 30) and its controller (eq. 31).
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlaveParameters {
+    /// Coefficients of the numerator of `X_e / U_s`, highest power first.
+    pub numerator: Vec<f64>,
+    /// Coefficients of its denominator, highest power first, of degree 2 or 3.
+    pub denominator: Vec<f64>,
+    /// `K_p`, at least 0.
+    pub proportional_gain: f64,
+    /// `K_v`, at least 0.
+    pub velocity_gain: f64,
+    /// What `K_v` acts on.
+    pub damping: Damping,
+}
+
+impl Default for SlaveParameters {
+    fn default() -> Self {
+        Self {
+            numerator: vec![7.778, 656.0],
+            denominator: vec![1.0, 104.1, 1.131e-4, 0.0],
+            proportional_gain: 1300.0,
+            velocity_gain: 15.0,
+            damping: Damping::Velocity,
+        }
+    }
+}
+
+impl SlaveParameters {
+    /// The slave without its controller: input `U_s`, outputs and first states `x_e` (m) and `v_e` (m/s).
+    fn machine(&self) -> Result<StateSpace<Continuous>, PlantError> {
+        for &coefficient in &self.numerator {
+            finite("slave.numerator", coefficient)?;
+        }
+        for &coefficient in &self.denominator {
+            finite("slave.denominator", coefficient)?;
+        }
+        non_negative("slave.proportional_gain", self.proportional_gain)?;
+        non_negative("slave.velocity_gain", self.velocity_gain)?;
+        let function = TransferFunction::new(&self.numerator, &self.denominator).map_err(on("slave"))?;
+        let numerator = function.numerator().degree().unwrap_or(0);
+        let denominator = function.denominator().degree().unwrap_or(0);
+        if !(2..=SLAVE_STATES).contains(&denominator) || numerator + 2 > denominator {
+            return Err(PlantError::SlaveDegree { numerator, denominator });
+        }
+        realise_with_derivative(&function).map_err(on("slave"))
+    }
+
+    /// `U_s` as gains on `(x_ref, x_e, v_e)`.
+    fn control(&self) -> [f64; 3] {
+        let (k_p, k_v) = (self.proportional_gain, self.velocity_gain);
+        match self.damping {
+            Damping::Velocity => [k_p, -k_p, -k_v],
+            Damping::AsPrinted => [k_p, -k_p - k_v, 0.0],
+        }
+    }
+}
+
+/// The slave side in continuous time: input `x_ref` (m) (with sampled control: `U_s`), outputs and first states `x_e`
+/// (m) and `v_e` (m/s).
+///
+/// # Errors
+/// [`PlantError`] for a parameter out of range, a transfer function without position and velocity, or numbers beyond
+/// computing.
+pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<StateSpace<Continuous>, PlantError> {
+    let machine = slave.machine()?;
+    if timing == ControlTiming::Sampled {
+        return Ok(machine);
+    }
+    let [reference, position, velocity] = slave.control();
+    let close = || {
+        Wiring::new(&machine, 1)
+            .feed(0, &[(reference, Signal::External(0)), (position, Signal::Output(0)), (velocity, Signal::Output(1))])?
+            .read(&[(1.0, Signal::Output(0))])?
+            .read(&[(1.0, Signal::Output(1))])?
+            .close(&machine)
+    };
+    close().map_err(on("slave"))
+}
+
+/// The slave side's exact step over a tick: `x_{k+1} = transition · x_k + reference · x_ref(k)`, `x_ref` held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlaveStep {
+    /// Row by row; a slave with two states has a third that stays 0.
+    pub transition: [[f64; SLAVE_STATES]; SLAVE_STATES],
+    /// Effect of the reference.
+    pub reference: [f64; SLAVE_STATES],
+    /// The states at rest per metre of constant reference.
+    pub rest: [f64; SLAVE_STATES],
+}
+
+impl SlaveStep {
+    /// The step over `tick_s` (s).
+    ///
+    /// # Errors
+    /// As [`slave_system`], and where the step's matrices overflow.
+    pub fn new(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
+        let system = slave_system(slave, timing)?;
+        let step = exact_step(&system, tick_s, &[Hold::Held]).map_err(on("slave"))?;
+        let states = system.states();
+        let input: [f64; SLAVE_STATES] = std::array::from_fn(|i| if i < states { step.gamma_now[(i, 0)] } else { 0.0 });
+        let bare = |i, j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 };
+        let [to_reference, to_position, to_velocity] = match timing {
+            ControlTiming::Continuous => [1.0, 0.0, 0.0],
+            ControlTiming::Sampled => slave.control(),
+        };
+        let control = [to_position, to_velocity, 0.0];
+        let transition = std::array::from_fn(|i| std::array::from_fn(|j| bare(i, j) + input[i] * control[j]));
+        let continuous = slave_system(slave, ControlTiming::Continuous)?;
+        Ok(Self { transition, reference: input.map(|gain| gain * to_reference), rest: rest(&continuous) })
+    }
+}
+
+/// The states at which a unit reference leaves the slave; at the position itself where there is no such state.
+fn rest(system: &StateSpace<Continuous>) -> [f64; SLAVE_STATES] {
+    let settled = system.a().clone().lu().solve(&(-system.b()));
+    let settled = settled.filter(|state| state.iter().all(|value| value.is_finite()));
+    std::array::from_fn(|i| match &settled {
+        Some(state) => state.get(i).copied().unwrap_or(0.0),
+        None => f64::from(u8::from(i == 0)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_rest_nothing_moves() {
+        for damping in [Damping::Velocity, Damping::AsPrinted] {
+            for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
+                let slave = SlaveParameters { damping, ..SlaveParameters::default() };
+                let step = SlaveStep::new(&slave, timing, 1e-3).expect("valid");
+                for i in 0..3 {
+                    let next: f64 =
+                        (0..3).map(|j| step.transition[i][j] * step.rest[j]).sum::<f64>() + step.reference[i];
+                    assert!(
+                        (next - step.rest[i]).abs() < 1e-9 * (1.0 + step.rest[i].abs()),
+                        "{damping:?} {timing:?} {i}"
+                    );
+                }
+                let gain = if damping == Damping::Velocity { 1.0 } else { 1300.0 / 1315.0 };
+                assert!((step.rest[0] - gain).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_slave_without_velocity_is_refused() {
+        let slave = SlaveParameters { denominator: vec![1.0, 2.0], ..SlaveParameters::default() };
+        let message = slave_system(&slave, ControlTiming::Continuous).expect_err("first order").to_string();
+        assert!(message.contains("degree 1"), "{message}");
+    }
+}

@@ -1,0 +1,47 @@
+//! A recorded force replayed over time.
+
+use std::sync::Arc;
+
+use super::Reaction;
+use crate::lane::{Lane, Mask};
+
+/// A force for each tick, and the ticks at which the recording's labels place a rupture.
+///
+/// The replay does not notice what the slave does: it is how the paper simulates (5.2), and it leaves the loop open.
+/// After its end the last force is held.
+#[derive(Debug, Clone)]
+pub struct RecordedForce {
+    force_n: Arc<[f64]>,
+    rupture_ticks: Arc<[u64]>,
+    next_rupture: usize,
+}
+
+impl RecordedForce {
+    /// A replay of `force_n` (N, one a tick, resisting insertion positive) with ruptures at `rupture_ticks`
+    /// (ascending). An empty recording is a force of 0.
+    #[must_use]
+    pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {
+        Self { force_n, rupture_ticks, next_rupture: 0 }
+    }
+
+    #[inline(always)]
+    pub(super) fn react<L: Lane>(&mut self, tick: u64) -> Reaction<L> {
+        let force = self.force_n.get(tick as usize).or(self.force_n.last()).copied().unwrap_or(0.0);
+        let ruptured = self.rupture_ticks.get(self.next_rupture) == Some(&tick);
+        self.next_rupture += usize::from(ruptured);
+        Reaction { force_n: L::splat(force), ruptured: L::Mask::splat(ruptured) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_replays_by_the_tick_and_holds_the_end() {
+        let mut tissue = RecordedForce::new(Arc::from([1.0, 2.0, 3.0]), Arc::from([1]));
+        let reactions: Vec<(f64, bool)> =
+            (0..5).map(|k| tissue.react::<f64>(k)).map(|r| (r.force_n, r.ruptured)).collect();
+        assert_eq!(reactions, [(1.0, false), (2.0, true), (3.0, false), (3.0, false), (3.0, false)]);
+    }
+}

@@ -1,0 +1,74 @@
+//! What several test files need: reading a table of numbers, comparing columns, building an insertion by hand.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use trocar::augmentation::{AugmentationSettings, Supervisor};
+use trocar::channel::Delay;
+use trocar::detection::{Detector, DetectorSettings};
+use trocar::engine::{Engine, Sides};
+use trocar::estimation::{Rls, RlsSettings};
+use trocar::operator::{Operator, Ramp};
+use trocar::sensor::{Sensor, SensorSettings};
+use trocar::time::TickGrid;
+use trocar::tissue::{KelvinVoigt, Tissue};
+
+/// A file of the project.
+pub fn file(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// The columns of a CSV file of numbers, by name.
+pub fn table(path: &str) -> HashMap<String, Vec<f64>> {
+    let mut reader = csv::Reader::from_path(file(path)).expect("the file is there");
+    let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+    let mut columns: HashMap<String, Vec<f64>> = names.iter().map(|n| (n.clone(), vec![])).collect();
+    for record in reader.records() {
+        for (name, field) in names.iter().zip(&record.expect("a row")) {
+            columns.get_mut(name).expect("known").push(field.parse().expect("a number"));
+        }
+    }
+    columns
+}
+
+/// Largest difference between a computed column, thinned by `every`, and the expected one, relative to its peak.
+pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
+    let thinned: Vec<f64> = computed.iter().step_by(every).copied().collect();
+    assert!(thinned.len() >= expected.len(), "{} rows computed, {} expected", thinned.len(), expected.len());
+    let peak = expected.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    expected.iter().zip(&thinned).map(|(e, c)| (e - c).abs()).fold(0.0, f64::max) / peak
+}
+
+/// A classical insertion into a Kelvin-Voigt tissue: 10 mm/s to 20 mm at 1 kHz for 3 s.
+pub struct ClosedLoop {
+    pub stiffness_n_per_m: f64,
+    pub damping_n_s_per_m: f64,
+    pub force_scale: f64,
+    pub position_scale: f64,
+    pub delay_ticks: u64,
+}
+
+impl ClosedLoop {
+    pub fn engine<S: Sides<f64>>(&self, sides: S) -> Engine<f64, S> {
+        let tick_s = 1e-3;
+        let supervisor = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
+        let tissue = KelvinVoigt::new(self.stiffness_n_per_m, self.damping_n_s_per_m, 0.0).expect("valid");
+        Engine {
+            grid: TickGrid::new(tick_s, 3.0).expect("valid"),
+            sides,
+            operator: Operator::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid")),
+            tissue: Tissue::KelvinVoigt(tissue),
+            sensor: Sensor::new(&SensorSettings::default(), 0, 0),
+            velocity_filter: None,
+            contact_m: 0.0,
+            estimator: Rls::new(&RlsSettings::default()),
+            detector: Detector::new(&DetectorSettings::default(), tick_s),
+            supervisor: Supervisor::new(&supervisor, 1.98e-2, tick_s),
+            forward: Delay::new(self.delay_ticks, 0.0),
+            backward: Delay::new(self.delay_ticks, 0.0),
+            force_scale: self.force_scale,
+            position_scale: self.position_scale,
+        }
+    }
+}
