@@ -33,6 +33,7 @@ pub mod lane;
 pub mod lti;
 pub mod operator;
 pub mod plant;
+pub mod recording;
 pub mod sensor;
 pub mod time;
 pub mod tissue;

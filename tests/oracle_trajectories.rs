@@ -29,13 +29,8 @@ fn drive(mut sides: impl Sides<f64>, ticks: usize, input: impl Fn(usize) -> (f64
     let mut columns: [Vec<f64>; 5] = Default::default();
     for k in 0..ticks {
         let (master, slave) = (sides.master(), sides.slave());
-        let row = [
-            master.position_m,
-            master.velocity_m_per_s,
-            master.hand_force_n,
-            slave.position_m,
-            slave.velocity_m_per_s,
-        ];
+        let row =
+            [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
         for (column, value) in columns.iter_mut().zip(row) {
             column.push(value);
         }
@@ -112,15 +107,13 @@ fn oracle_closed_loop() {
 #[test]
 fn oracle_estimator_and_cusum_on_the_real_recording() {
     let recording = table("scenarios/recordings/own_ctrl_pop.csv");
-    let settings =
-        RlsSettings { initial_gain: 1e4, reset_threshold: 5.2e-3, dead_zone_n: 0.03, normalisation: 0.0 };
+    let settings = RlsSettings { initial_gain: 1e4, reset_threshold: 5.2e-3, dead_zone_n: 0.03, normalisation: 0.0 };
     let mut rls = Rls::<f64>::new(&settings);
     let mut decision = 0.0_f64;
     let mut computed: [Vec<f64>; 4] = Default::default();
     for k in 0..recording["t_s"].len() {
         let depth = 0.075 * recording["xs_rad"][k] - 6.30e-3;
-        let estimate =
-            rls.update(recording["env_out_Nm_derived"][k] / 0.075, depth, 0.075 * recording["vs_rad_s"][k]);
+        let estimate = rls.update(recording["env_out_Nm_derived"][k] / 0.075, depth, 0.075 * recording["vs_rad_s"][k]);
         decision = (decision + estimate.residual_n.powi(2) - 2.02e-2).max(0.0);
         let row = [estimate.residual_n, estimate.stiffness_n_per_m, estimate.damping_n_s_per_m, decision];
         for (column, value) in computed.iter_mut().zip(row) {

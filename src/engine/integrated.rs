@@ -10,11 +10,11 @@ use thiserror::Error;
 use super::{MasterReading, Sides, SlaveReading};
 use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
 
-/// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, then the slave in observer form `z_1 = x_e, z_2, z_3`.
-type State = SVector<f64, 8>;
+/// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, the slave in observer form `z_1 = x_e, z_2, z_3`, and `x_d`.
+type State = SVector<f64, 9>;
 
 const RELATIVE_TOLERANCE: f64 = 1e-12;
-const ABSOLUTE_TOLERANCE: f64 = 1e-15;
+const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
 /// The integrator gave up, as it does where a run diverges.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -36,7 +36,6 @@ struct Equations {
     proportional_gain: f64,
     velocity_gain: f64,
     damping: Damping,
-    desired: f64,
     desired_velocity: f64,
     feedback: f64,
     reference: f64,
@@ -68,13 +67,13 @@ impl Equations {
 }
 
 impl System<f64, State> for Equations {
-    fn system(&self, time: f64, s: &State, derivative: &mut State) {
+    fn system(&self, _time: f64, s: &State, derivative: &mut State) {
         let hand_force = self.hand_force(s);
         let (motor, control) = match self.timing {
             ControlTiming::Continuous => (self.motor(s), self.slave_control(s)),
             ControlTiming::Sampled => (self.motor, self.held_slave_control),
         };
-        let desired = self.desired + self.desired_velocity * time;
+        let desired = s[8];
         let push = match self.master.coupling {
             Coupling::Physical => hand_force - motor,
             Coupling::AsPrinted => motor,
@@ -93,6 +92,7 @@ impl System<f64, State> for Equations {
         derivative[5] = self.slave_velocity(s);
         derivative[6] = s[7] - self.a[1] * s[5] + self.b[1] * control;
         derivative[7] = self.b[0] * control - self.a[0] * s[5];
+        derivative[8] = self.desired_velocity;
     }
 }
 
@@ -137,7 +137,6 @@ impl IntegratedSides {
             proportional_gain: slave.proportional_gain,
             velocity_gain: slave.velocity_gain,
             damping: slave.damping,
-            desired: master_m,
             desired_velocity: 0.0,
             feedback: 0.0,
             reference: reference_m,
@@ -177,7 +176,7 @@ impl Sides<f64> for IntegratedSides {
 
     fn step(&mut self, desired: f64, next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError> {
         let equations = &mut self.equations;
-        equations.desired = desired;
+        self.state[8] = desired;
         equations.desired_velocity = (next - desired) / self.tick_s;
         equations.feedback = feedback;
         equations.reference = reference;

@@ -57,7 +57,9 @@ pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> 
     }
     let lu = scaled.lu();
     let pivots = lu.u().diagonal().abs();
-    if !(pivots.min() > n as f64 * f64::EPSILON * pivots.max()) {
+    // False for NaN as well.
+    let regular = pivots.min() > n as f64 * f64::EPSILON * pivots.max();
+    if !regular {
         return None;
     }
     let mut solution = lu.solve(&right)?;

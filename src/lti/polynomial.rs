@@ -169,7 +169,8 @@ impl Polynomial {
             let next = root - value / slope.evaluate_complex(root);
             let next_value = self.evaluate_complex(next);
             // False for NaN as well: a step off a multiple root is not taken.
-            if !(next_value.norm() < value.norm()) {
+            let lower = next_value.norm() < value.norm();
+            if !lower {
                 break;
             }
             (root, value) = (next, next_value);

@@ -1,0 +1,149 @@
+//! Which column of a file holds which quantity, and in what unit.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A column of a file, and the factor that turns its numbers into SI with forces positive when they resist insertion.
+///
+/// Written `name` (factor 1) or `name:factor`, as in `xs_rad:0.075`. What follows the last `:` is the factor only if
+/// it is a number, so that `force: raw` is a plain name; a column really named `a:1` is written `a:1:1`. Spaces around
+/// the name are dropped, here and in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    name: String,
+    scale: f64,
+}
+
+impl Column {
+    /// The column `name`, its numbers multiplied by `scale`.
+    ///
+    /// # Errors
+    /// When the name is blank, or the scale is zero or not finite.
+    pub fn new(name: &str, scale: f64) -> Result<Self, ColumnError> {
+        let name = name.trim();
+        if name.is_empty() {
+            return Err(ColumnError::NoName);
+        }
+        if !scale.is_finite() || scale == 0.0 {
+            let name = name.to_owned();
+            return Err(ColumnError::Scale { name, scale });
+        }
+        Ok(Self { name: name.to_owned(), scale })
+    }
+
+    /// The name in the file's header, without surrounding spaces; never empty.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// SI units per unit of the file; finite, never zero, negative where the file's sign is the opposite one.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+}
+
+/// The tail after the last `:` if it is a number, and what stands before it.
+fn split_scale(text: &str) -> Option<(&str, f64)> {
+    let (name, tail) = text.rsplit_once(':')?;
+    let scale = tail.trim().parse().ok()?;
+    Some((name, scale))
+}
+
+impl FromStr for Column {
+    type Err = ColumnError;
+
+    fn from_str(text: &str) -> Result<Self, ColumnError> {
+        let (name, scale) = split_scale(text).unwrap_or((text, 1.0));
+        Self::new(name, scale)
+    }
+}
+
+/// Writes what [`FromStr`] reads back as the same column.
+impl fmt::Display for Column {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.scale == 1.0 && split_scale(&self.name).is_none() {
+            f.write_str(&self.name)
+        } else {
+            write!(f, "{}:{}", self.name, self.scale)
+        }
+    }
+}
+
+/// Where a recording's quantities are found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    /// Time, scaled to s.
+    pub time: Column,
+    /// Position of the needle, scaled to m, growing into the tissue.
+    pub position: Column,
+    /// Velocity of the needle, scaled to m/s, where the file has it.
+    pub velocity: Option<Column>,
+    /// Force on the needle, scaled to N, positive when it resists insertion.
+    pub force: Column,
+}
+
+/// Why a column's description is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ColumnError {
+    /// Nothing, or only spaces, where the name is expected.
+    #[error("a column needs a name, as in 'force_n' or 'torque_nm:13.3'")]
+    NoName,
+    /// The factor would lose or poison every number.
+    #[error("column '{name}' has scale {scale}, must be finite and not 0")]
+    Scale {
+        /// The column's name.
+        name: String,
+        /// The factor, as given.
+        scale: f64,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parsed(text: &str) -> (String, f64) {
+        let column: Column = text.parse().expect("a column");
+        (column.name, column.scale)
+    }
+
+    #[test]
+    fn a_scale_is_a_number_after_the_last_colon() {
+        assert_eq!(parsed("xs_rad"), ("xs_rad".into(), 1.0));
+        assert_eq!(parsed("xs_rad:0.075"), ("xs_rad".into(), 0.075));
+        assert_eq!(parsed(" xs_rad : -1e-3 "), ("xs_rad".into(), -1e-3));
+        assert_eq!(parsed("force: raw"), ("force: raw".into(), 1.0));
+        assert_eq!(parsed("a:b:2"), ("a:b".into(), 2.0));
+        assert_eq!(parsed("a:1:1"), ("a:1".into(), 1.0));
+        assert_eq!(parsed("a:"), ("a:".into(), 1.0));
+    }
+
+    #[test]
+    fn useless_columns_are_refused() {
+        for text in ["", "  ", ":2", " :2"] {
+            assert_eq!(text.parse::<Column>(), Err(ColumnError::NoName), "{text:?}");
+        }
+        for text in ["x:0", "x:-0.0", "x:inf", "x:NaN", "x:1e999"] {
+            let error = text.parse::<Column>().expect_err(text);
+            assert!(matches!(error, ColumnError::Scale { .. }), "{text}");
+        }
+        let error = "x:0".parse::<Column>().expect_err("zero");
+        assert_eq!(error.to_string(), "column 'x' has scale 0, must be finite and not 0");
+    }
+
+    proptest! {
+        #[test]
+        fn written_columns_read_back(name in "[a-z:1. ]{1,12}", scale in proptest::num::f64::NORMAL) {
+            if let Ok(column) = Column::new(&name, scale) {
+                prop_assert_eq!(column.to_string().parse::<Column>(), Ok(column));
+            }
+            if let Ok(column) = Column::new(&name, 1.0) {
+                prop_assert_eq!(column.to_string().parse::<Column>(), Ok(column));
+            }
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! What can be wrong with a recording: where, what, and the remedy.
+
+use std::fmt;
+use std::io;
+
+use super::Limits;
+
+/// A recording that cannot be used: `pop.csv line 812, column 'xs_rad': 'abc' is not a number; …`.
+#[derive(Debug, thiserror::Error)]
+#[error("{place}: {problem}")]
+pub struct RecordingError {
+    /// Where it went wrong.
+    pub place: Place,
+    /// What is wrong there.
+    pub problem: Problem,
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file, as the caller named it.
+    pub file: Box<str>,
+    /// The line as an editor counts it, from 1; `None` where the whole file is meant.
+    pub line: Option<u64>,
+    /// The header name of the column; `None` where no column is to blame.
+    pub column: Option<Box<str>>,
+}
+
+impl Place {
+    /// The whole file.
+    pub(super) fn file(file: &str) -> Self {
+        Self { file: file.into(), line: None, column: None }
+    }
+
+    pub(super) fn at_line(self, line: u64) -> Self {
+        let line = Some(line);
+        Self { line, ..self }
+    }
+
+    pub(super) fn in_column(self, column: &str) -> Self {
+        let column = Some(column.into());
+        Self { column, ..self }
+    }
+
+    pub(super) fn error(self, problem: Problem) -> RecordingError {
+        let place = self;
+        RecordingError { place, problem }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(line) = self.line {
+            write!(f, " line {line}")?;
+        }
+        if let Some(column) = &self.column {
+            write!(f, ", column '{}'", excerpt(column))?;
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with a recording, and what to do about it. Times are in s.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The file does not exist, may not be opened, or failed while being read.
+    #[error("cannot be read: {0}")]
+    Unreadable(io::Error),
+    /// A directory, pipe, socket or device. Reading one could wait or run for ever.
+    #[error("is a {0}, not a regular file; give the path of a CSV file")]
+    NotAFile(&'static str),
+    /// The file's size is above the limit; nothing was read.
+    #[error(
+        "is {} ({size} bytes), the limit is {} ({limit} bytes); keep fewer rows or columns, or raise max_bytes",
+        mebibytes(*.size),
+        mebibytes(*.limit)
+    )]
+    TooLarge {
+        /// The file's size in bytes.
+        size: u64,
+        /// The limit in bytes.
+        limit: u64,
+    },
+    /// More bytes came than the limit allows, from a source whose size is not known beforehand.
+    #[error("holds more than {} ({limit} bytes); keep fewer rows or columns, or raise max_bytes", mebibytes(*.limit))]
+    TooManyBytes {
+        /// The limit in bytes.
+        limit: u64,
+    },
+    /// More rows than the limit allows.
+    #[error("more than {limit} samples; thin the recording or raise max_samples")]
+    TooManySamples {
+        /// The limit in samples.
+        limit: usize,
+    },
+    /// A line that does not end within reason.
+    #[error("the line is longer than {} bytes; is this a table with one sample per line?", Limits::MAX_LINE_BYTES)]
+    LineTooLong,
+    /// A zero byte: a spreadsheet, a `.mat` file, UTF-16 text.
+    #[error("holds binary data (a zero byte); export it as CSV text in UTF-8")]
+    Binary,
+    /// Bytes that are not UTF-8 in the header or in a wanted column.
+    #[error("the text is not UTF-8; save the file as CSV in UTF-8")]
+    NotUtf8,
+    /// Nothing but blank lines and comments.
+    #[error("holds no data; a header line with the columns' names is expected, then one sample per line")]
+    Empty,
+    /// The first line that is not a comment holds only numbers.
+    #[error(
+        "numbers where the columns' names are expected; add a header line (one that begins with '#' is taken for a comment)"
+    )]
+    NoHeader,
+    /// The header does not name a wanted column.
+    #[error("no column '{}'; the file has {}{}", excerpt(.name), listing(.available), suggestion(.nearest.as_deref()))]
+    MissingColumn {
+        /// The name looked for.
+        name: Box<str>,
+        /// The file's names, in order.
+        available: Vec<String>,
+        /// The most similar of them, where one is similar.
+        nearest: Option<Box<str>>,
+    },
+    /// The header has a wanted name more than once.
+    #[error("{count} columns are named '{}'; rename all but one", excerpt(.name))]
+    AmbiguousColumn {
+        /// The name looked for.
+        name: Box<str>,
+        /// How often the header has it, at least 2.
+        count: usize,
+    },
+    /// Fewer than two rows follow the header.
+    #[error("holds {}; at least two are needed", if *.0 == 0 { "a header but no samples" } else { "a single sample" })]
+    TooFewSamples(usize),
+    /// A row whose number of fields is not the header's.
+    #[error(
+        "the row has {found} fields, the header {expected}; complete or remove the row (decimals need a point, not a comma)"
+    )]
+    RaggedRow {
+        /// Fields in the row.
+        found: usize,
+        /// Fields in the header.
+        expected: usize,
+    },
+    /// A quoted field that goes on beyond its line.
+    #[error("a quoted field runs over the end of the line; close the quote")]
+    OpenQuote,
+    /// An empty field in a wanted column.
+    #[error("the field is empty; fill in a number or remove the row")]
+    EmptyField,
+    /// Text where a number is expected.
+    #[error("'{}' is not a number; {}", .0, if .0.contains(',') { "write decimals with a point" } else { "correct it or remove the row" })]
+    NotANumber(
+        /// The field, shortened where it is long.
+        Box<str>,
+    ),
+    /// NaN, an infinity, or a number that overflows when scaled.
+    #[error("'{text}' is not finite{}; correct it or remove the row", scaled(*.scale))]
+    NotFinite {
+        /// The field, shortened where it is long.
+        text: Box<str>,
+        /// The column's scale.
+        scale: f64,
+    },
+    /// A sample earlier than the one before it.
+    #[error(
+        "time runs backwards, from {before_s} s on line {before_line} to {after_s} s; sort the rows by time, or keep one run per file"
+    )]
+    TimeBackwards {
+        /// The line of the sample before.
+        before_line: u64,
+        /// Its time.
+        before_s: f64,
+        /// The time on this line.
+        after_s: f64,
+    },
+    /// A sample at the same time as the one before it.
+    #[error(
+        "time stands still at {time_s} s since line {before_line}; remove the repeated row, or log time with more digits"
+    )]
+    TimeRepeats {
+        /// The line of the sample before.
+        before_line: u64,
+        /// The time on both lines.
+        time_s: f64,
+    },
+    /// A pause longer than the limit.
+    #[error(
+        "no sample for {} s since line {before_line} (from {before_s} s to {after_s} s), the limit is {} s{}; cut the recording there, or raise max_gap_s",
+        six_digits(.after_s - .before_s),
+        six_digits(*.limit_s),
+        median(*.median_s)
+    )]
+    Gap {
+        /// The line of the last sample before the pause.
+        before_line: u64,
+        /// Its time.
+        before_s: f64,
+        /// The time of the first sample after the pause.
+        after_s: f64,
+        /// The longest pause allowed.
+        limit_s: f64,
+        /// The median interval, where the limit was derived from it.
+        median_s: Option<f64>,
+    },
+}
+
+/// At most 40 characters of `text`, on one line, for use inside a message.
+pub(super) fn excerpt(text: &str) -> String {
+    const LONGEST: usize = 40;
+    let mut shown: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
+fn listing(names: &[String]) -> String {
+    const MOST: usize = 12;
+    let mut shown: Vec<String> = names.iter().take(MOST).map(|name| excerpt(name)).collect();
+    if names.len() > MOST {
+        shown.push(format!("and {} more", names.len() - MOST));
+    }
+    shown.join(", ")
+}
+
+fn suggestion(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |name| format!("; did you mean '{}'?", excerpt(name)))
+}
+
+fn scaled(scale: f64) -> String {
+    if scale == 1.0 { String::new() } else { format!(" (with scale {scale})") }
+}
+
+fn median(median_s: Option<f64>) -> String {
+    median_s.map_or_else(String::new, |median_s| {
+        let times = Limits::GAP_IN_MEDIANS;
+        format!(" ({times} times the median interval, {} s)", six_digits(median_s))
+    })
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}
+
+/// Rounded to six significant digits, so that a difference of decimals reads as a decimal.
+fn six_digits(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_stay_short_and_on_one_line() {
+        assert_eq!(excerpt("a\nb\u{7}"), "a\\nb\\u{7}");
+        assert_eq!(excerpt(&"x".repeat(1000)).chars().count(), 41);
+        let names: Vec<String> = (0..14).map(|i| format!("c{i}")).collect();
+        assert!(listing(&names).ends_with("c11, and 2 more"));
+    }
+
+    #[test]
+    fn differences_read_as_decimals() {
+        assert_eq!(six_digits(0.605 - 0.405), 0.2);
+        assert_eq!(six_digits(f64::INFINITY), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_error_stays_small_enough_to_return() {
+        assert!(size_of::<RecordingError>() < 128);
+    }
+}

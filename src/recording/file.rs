@@ -1,0 +1,91 @@
+//! Opening a recording on disk.
+
+use std::fs::{File, FileType, Metadata};
+use std::path::Path;
+
+use super::error::{Place, Problem};
+use super::{Columns, Limits, Recording, RecordingError, read_csv};
+
+/// Reads the recording in the file `path`; see [`read_csv`].
+///
+/// # Errors
+/// Those of [`read_csv`]; and, before anything is read, when the file is missing, may not be opened, is larger than
+/// [`Limits::max_bytes`], or is no regular file (reading a pipe or a device could wait or run for ever).
+pub fn open_csv(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
+    let name = path.display().to_string();
+    let refuse = |problem| Place::file(&name).error(problem);
+    let unreadable = |error| refuse(Problem::Unreadable(error));
+    // Before opening: to open a pipe is already to wait for its writer. After: the path may have changed hands.
+    check(&path.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
+    let file = File::open(path).map_err(unreadable)?;
+    check(&file.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
+    read_csv(&name, file, columns, limits)
+}
+
+fn check(metadata: &Metadata, limits: &Limits) -> Result<(), Problem> {
+    if !metadata.is_file() {
+        return Err(Problem::NotAFile(kind(metadata.file_type())));
+    }
+    let (size, limit) = (metadata.len(), limits.max_bytes);
+    if size > limit {
+        return Err(Problem::TooLarge { size, limit });
+    }
+    Ok(())
+}
+
+fn kind(file_type: FileType) -> &'static str {
+    if file_type.is_dir() { "directory" } else { "pipe, socket or device" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::columns;
+    use super::*;
+
+    fn message(path: &Path) -> String {
+        let error = open_csv(path, &columns(), &Limits::default()).expect_err("refused");
+        let message = error.to_string();
+        message.replace(&path.display().to_string(), "PATH")
+    }
+
+    #[test]
+    fn what_is_not_a_file_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let directory = "PATH: is a directory, not a regular file; give the path of a CSV file";
+        assert_eq!(message(folder.path()), directory);
+        assert!(message(&folder.path().join("none.csv")).starts_with("PATH: cannot be read: "));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_refused_without_reading() {
+        let expected = "PATH: is a pipe, socket or device, not a regular file; give the path of a CSV file";
+        assert_eq!(message(Path::new("/dev/zero")), expected);
+        let folder = tempfile::tempdir().expect("a folder");
+        let socket = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).expect("a socket");
+        assert_eq!(message(&socket), expected);
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        if made.is_ok_and(|status| status.success()) {
+            assert_eq!(message(&pipe), expected);
+        }
+    }
+
+    #[test]
+    fn a_gigabyte_is_refused_by_its_size() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        file.as_file().set_len(1 << 30).expect("a sparse file");
+        let expected = "PATH: is 1024.0 MiB (1073741824 bytes), the limit is 256.0 MiB (268435456 bytes); \
+                        keep fewer rows or columns, or raise max_bytes";
+        assert_eq!(message(file.path()), expected);
+    }
+
+    #[test]
+    fn an_empty_file_is_refused() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let expected =
+            "PATH: holds no data; a header line with the columns' names is expected, then one sample per line";
+        assert_eq!(message(file.path()), expected);
+    }
+}

@@ -1,0 +1,32 @@
+//! What the tests of this room share.
+
+use super::{Columns, Limits, Recording, RecordingError, read_csv};
+
+/// Time `t`, position `x`, force `f`, no velocity, all in SI.
+pub(super) fn columns() -> Columns {
+    Columns {
+        time: "t".parse().expect("a column"),
+        position: "x".parse().expect("a column"),
+        velocity: None,
+        force: "f".parse().expect("a column"),
+    }
+}
+
+/// `table` as the file `pop.csv`, with [`columns`] and default limits.
+pub(super) fn read(table: impl AsRef<[u8]>) -> Result<Recording, RecordingError> {
+    read_csv("pop.csv", table.as_ref(), &columns(), &Limits::default())
+}
+
+/// The message with which `table` is refused.
+pub(super) fn refusal(table: impl AsRef<[u8]>) -> String {
+    read(table).expect_err("refused").to_string()
+}
+
+/// A recording of `position_m` at `time_s`, the force being twice the position; no gap is too long.
+pub(super) fn recording(time_s: &[f64], position_m: &[f64]) -> Recording {
+    let rows = time_s.iter().zip(position_m);
+    let rows: String = rows.map(|(t, x)| format!("{t},{x},{}\n", 2.0 * x)).collect();
+    let limits = Limits { max_gap_s: Some(f64::INFINITY), ..Limits::default() };
+    let table = format!("t,x,f\n{rows}");
+    read_csv("pop.csv", table.as_bytes(), &columns(), &limits).expect("a recording")
+}

@@ -1,0 +1,98 @@
+//! The header line: its separator, its names, and where the wanted ones stand.
+
+use super::error::Problem;
+use super::number::trimmed;
+use super::{Column, Columns};
+
+/// The separator of a header line: of `,`, `;` and tab the one it holds most often outside quotes; `,` when it holds none.
+pub(super) fn separator(header: &[u8]) -> u8 {
+    let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
+    let mut quoted = false;
+    for &byte in header {
+        quoted ^= byte == b'"';
+        if !quoted && let Some((_, count)) = counts.iter_mut().find(|(known, _)| *known == byte) {
+            *count += 1;
+        }
+    }
+    // `max_by_key` keeps the last of equals: reversed, the first.
+    let most = counts.iter().rev().max_by_key(|(_, count)| *count);
+    most.map_or(b',', |&(separator, _)| separator)
+}
+
+/// Where the wanted columns stand, counted from 0, and how many there are in all.
+pub(super) struct Layout {
+    pub(super) time: usize,
+    pub(super) position: usize,
+    pub(super) velocity: Option<usize>,
+    pub(super) force: usize,
+    pub(super) width: usize,
+}
+
+impl Layout {
+    /// Finds the wanted columns among the header's fields.
+    pub(super) fn locate<'a>(fields: impl Iterator<Item = &'a [u8]>, columns: &Columns) -> Result<Self, Problem> {
+        let names = fields
+            .map(|field| str::from_utf8(field).map(|name| trimmed(name).to_owned()))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|_| Problem::NotUtf8)?;
+        if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+            return Err(Problem::NoHeader);
+        }
+        Ok(Self {
+            time: find(&names, &columns.time)?,
+            position: find(&names, &columns.position)?,
+            velocity: columns.velocity.as_ref().map(|column| find(&names, column)).transpose()?,
+            force: find(&names, &columns.force)?,
+            width: names.len(),
+        })
+    }
+}
+
+fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
+    let wanted = column.name();
+    let mut found = (0..names.len()).filter(|&index| names[index] == wanted);
+    match (found.next(), found.count()) {
+        (Some(index), 0) => Ok(index),
+        (Some(_), others) => Err(Problem::AmbiguousColumn { name: wanted.into(), count: 1 + others }),
+        (None, _) => Err(Problem::MissingColumn {
+            name: wanted.into(),
+            available: names.to_vec(),
+            nearest: nearest(names, wanted),
+        }),
+    }
+}
+
+/// The name most like `wanted`, letter case aside, if it is at all like it.
+fn nearest(names: &[String], wanted: &str) -> Option<Box<str>> {
+    const ALIKE: f64 = 0.8;
+    let wanted = wanted.to_lowercase();
+    names
+        .iter()
+        .map(|name| (strsim::jaro_winkler(&name.to_lowercase(), &wanted), name))
+        .filter(|(likeness, _)| *likeness >= ALIKE)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map(|(_, name)| name.as_str().into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_commonest_separator_outside_quotes_wins() {
+        assert_eq!(separator(b"t,x,f"), b',');
+        assert_eq!(separator(b"t;x;f"), b';');
+        assert_eq!(separator(b"t\tx\tf"), b'\t');
+        assert_eq!(separator(b"t;\"x, y, z\";f"), b';');
+        assert_eq!(separator(b"t;x,f"), b',');
+        assert_eq!(separator(b"t"), b',');
+        assert_eq!(separator(b""), b',');
+    }
+
+    #[test]
+    fn suggestions_need_likeness() {
+        let names = ["t_s", "Force_N"].map(String::from);
+        assert_eq!(nearest(&names, "force").as_deref(), Some("Force_N"));
+        assert_eq!(nearest(&names, "position"), None);
+    }
+}

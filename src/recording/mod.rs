@@ -1,0 +1,48 @@
+//! Recordings of insertions, imported from CSV files.
+//!
+//! A recording is what a rig logged: time, the needle's position, perhaps its velocity, and the force on it. Every
+//! lab names its columns differently and logs in its own units and sign, so the caller says which [`Column`] holds
+//! what and by which factor it becomes SI with forces positive when they resist insertion.
+//!
+//! The file is streamed: only the wanted columns are kept, and [`Limits`] bound the bytes read and the samples held,
+//! whatever the file turns out to be. Every error names the file, the line and the column, and says what to do.
+//!
+//! ```
+//! use trocar::recording::{Columns, Limits, read_csv};
+//!
+//! let table = "t_s,xs_rad,tau_Nm\n0.0,0.10,0.15\n0.001,0.12,0.30\n";
+//! // A lever of 0.075 m: position = 0.075 * angle, force = torque / 0.075.
+//! let columns = Columns {
+//!     time: "t_s".parse()?,
+//!     position: "xs_rad:0.075".parse()?,
+//!     velocity: None,
+//!     force: "tau_Nm:13.333333333333334".parse()?,
+//! };
+//! let recording = read_csv("lever.csv", table.as_bytes(), &columns, &Limits::default())?;
+//! assert_eq!(recording.len(), 2);
+//! assert_eq!(recording.force_n(), [2.0, 4.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod column;
+mod differences;
+mod error;
+mod file;
+mod guard;
+mod header;
+mod limits;
+mod number;
+mod read;
+mod resample;
+mod samples;
+
+pub use column::{Column, ColumnError, Columns};
+pub use error::{Place, Problem, RecordingError};
+pub use file::open_csv;
+pub use limits::Limits;
+pub use read::read_csv;
+pub use resample::{ResampleError, Resampled};
+pub use samples::Recording;
+
+#[cfg(test)]
+mod fixtures;

@@ -1,0 +1,49 @@
+//! One field to one number in SI.
+
+use super::error::{Problem, excerpt};
+
+/// Without the spaces around it, and without quotes that stood behind a space (where CSV takes them for text).
+pub(super) fn trimmed(text: &str) -> &str {
+    let text = text.trim();
+    let inner = text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+    inner.map_or(text, str::trim)
+}
+
+/// The field's number times `scale`; finite.
+pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
+    let text = str::from_utf8(field).map_err(|_| Problem::NotUtf8)?;
+    let parsed = text.parse::<f64>().or_else(|_| trimmed(text).parse());
+    match parsed.map(|value| value * scale) {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(Problem::NotFinite { text: excerpt(trimmed(text)).into(), scale }),
+        Err(_) if trimmed(text).is_empty() => Err(Problem::EmptyField),
+        Err(_) if trimmed(text).contains('\n') => Err(Problem::OpenQuote),
+        Err(_) => Err(Problem::NotANumber(excerpt(trimmed(text)).into())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_usual_forms_are_read() {
+        let forms = ["1e-3", "+1.0", " -2 ", "\t.5", "1.", "\"3\"", " \" 4 \" ", "1E3"];
+        let values = forms.map(|form| number(form.as_bytes(), 1.0).expect(form));
+        assert_eq!(values, [1e-3, 1.0, -2.0, 0.5, 1.0, 3.0, 4.0, 1e3]);
+        assert_eq!(number(b"2", -0.5).expect("scaled"), -1.0);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let message = |field: &[u8], scale| number(field, scale).expect_err("refused").to_string();
+        assert_eq!(message(b"abc", 1.0), "'abc' is not a number; correct it or remove the row");
+        assert_eq!(message(b"0,5", 1.0), "'0,5' is not a number; write decimals with a point");
+        assert_eq!(message(b"NaN", 1.0), "'NaN' is not finite; correct it or remove the row");
+        assert_eq!(message(b"-inf", 1.0), "'-inf' is not finite; correct it or remove the row");
+        let overflow = "'1e308' is not finite (with scale 100); correct it or remove the row";
+        assert_eq!(message(b"1e308", 100.0), overflow);
+        assert_eq!(message(b"  ", 1.0), "the field is empty; fill in a number or remove the row");
+        assert_eq!(message(b"\xff1", 1.0), "the text is not UTF-8; save the file as CSV in UTF-8");
+    }
+}

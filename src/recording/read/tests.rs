@@ -1,0 +1,221 @@
+//! What is read, and with which words the rest is refused.
+
+use proptest::prelude::*;
+
+use super::super::fixtures::{columns, read, recording, refusal};
+use super::*;
+
+fn samples(table: impl AsRef<[u8]>) -> Vec<[f64; 3]> {
+    let recording = read(table).expect("a recording");
+    let (position, force) = (recording.position_m(), recording.force_n());
+    let rows = recording.time_s().iter().zip(position).zip(force);
+    rows.map(|((&t, &x), &f)| [t, x, f]).collect()
+}
+
+#[test]
+fn tables_are_read_however_they_are_dressed() {
+    let plain = [[0.0, 1.0, 2.0], [1.0, -3.0, 4e-3]];
+    for table in [
+        "t,x,f\n0,1,2\n1,-3,4e-3\n",
+        "t,x,f\n0,1,2\n1,-3,4e-3",
+        "t;x;f\n0;1;2\n1;-3;4e-3\n",
+        "t\tx\tf\n0\t1\t2\n1\t-3\t4e-3\n",
+        "\u{feff}t,x,f\r\n0,1,2\r\n1,-3,4e-3\r\n\r\n",
+        "t,x,f\r0,1,2\r1,-3,4e-3\r",
+        "# by hand\n\n  # twice\nt,x,f\n0,1,2\n# pause\n  # pause\n\n1,-3,4e-3\n   \n,,\n",
+        " t , x,f \n +0.0 , 1., 2\n\t1 ,-3,.4e-2\n",
+        "\"t\",\"x\",\"f\"\n\"0\",\"1\",\"2\"\n\"1\", \"-3\",4e-3\n",
+        "f,note,t,x\n2,a,0,1\n4e-3,\"b, \"\"c\"\"\nd\",1,-3\n",
+        "t,x,f\n0,1,2,\n1,-3,4e-3,,\n",
+        "t,x,t2,f,t2\n0,1,,2,\n1,-3,nan,4e-3,\n",
+    ] {
+        assert_eq!(samples(table), plain, "{table:?}");
+    }
+    let latin = b"t,x,f,note\n0,1,2,\xb5\n1,-3,4e-3,\xff\n";
+    assert_eq!(samples(latin), plain);
+}
+
+#[test]
+fn scales_turn_units_and_signs() {
+    let columns =
+        Columns { time: "t:0.001".parse().expect("a column"), force: "f:-2".parse().expect("a column"), ..columns() };
+    let recording = read_csv("pop.csv", &b"t,x,f\n0,1,2\n4,5,6\n"[..], &columns, &Limits::default());
+    let recording = recording.expect("a recording");
+    assert_eq!(recording.time_s(), [0.0, 0.004]);
+    assert_eq!(recording.force_n(), [-4.0, -12.0]);
+    assert_eq!(recording.velocity_m_per_s(), None);
+}
+
+#[test]
+fn headers_that_do_not_serve_are_refused() {
+    assert_eq!(refusal("t,x,F,raw\n"), "pop.csv: no column 'f'; the file has t, x, F, raw; did you mean 'F'?");
+    assert_eq!(refusal("t,y,f\n"), "pop.csv: no column 'x'; the file has t, y, f");
+    assert_eq!(refusal("t,x,f,x,x\n"), "pop.csv: 3 columns are named 'x'; rename all but one");
+    assert_eq!(
+        refusal("# t,x,f\n0,1,2\n"),
+        "pop.csv line 2: numbers where the columns' names are expected; add a header line \
+         (one that begins with '#' is taken for a comment)"
+    );
+    assert_eq!(refusal(b"t,x,f,\xb5\n"), "pop.csv line 1: the text is not UTF-8; save the file as CSV in UTF-8");
+}
+
+#[test]
+fn files_that_are_no_tables_are_refused() {
+    let empty = "pop.csv: holds no data; a header line with the columns' names is expected, then one sample per line";
+    for table in ["", "\n\n", "\u{feff}", "# nothing\n", "  "] {
+        assert_eq!(refusal(table), empty, "{table:?}");
+    }
+    let header = "pop.csv: holds a header but no samples; at least two are needed";
+    assert_eq!(refusal("t,x,f"), header);
+    assert_eq!(refusal("t,x,f\n\n# 0,1,2\n"), header);
+    assert_eq!(refusal("t,x,f\n0,1,2\n"), "pop.csv: holds a single sample; at least two are needed");
+    let binary = "holds binary data (a zero byte); export it as CSV text in UTF-8";
+    assert_eq!(refusal(b"t,x,f\n0,1,2\n\0"), format!("pop.csv line 3: {binary}"));
+    assert_eq!(refusal(b"\xff\xfet\0,\0"), format!("pop.csv line 1: {binary}"));
+}
+
+#[test]
+fn bad_numbers_are_refused_where_they_stand() {
+    let at = |table: &str| refusal(table).replace("; correct it or remove the row", "");
+    assert_eq!(at("t,x,f\n0,1,2\n1,abc,2\n"), "pop.csv line 3, column 'x': 'abc' is not a number");
+    assert_eq!(at("t,x,f\n0,1,NaN\n"), "pop.csv line 2, column 'f': 'NaN' is not finite");
+    assert_eq!(
+        at("t;x;f\n0;1,5;2\n"),
+        "pop.csv line 2, column 'x': '1,5' is not a number; write decimals with a point"
+    );
+    assert_eq!(
+        at("t,x,f\n0,,2\n"),
+        "pop.csv line 2, column 'x': the field is empty; fill in a number or remove the row"
+    );
+}
+
+#[test]
+fn lines_are_counted_as_an_editor_does() {
+    for (table, line) in [
+        ("t,x,f\n0,1,2\n?,1,2\n", 3),
+        ("t,x,f\n?,1,2", 2),
+        ("\u{feff}t,x,f\r\n0,1,2\r\n?,1,2\r\n", 3),
+        ("t,x,f\r0,1,2\r?,1,2", 3),
+        ("#\n\n#\nt,x,f\n0,1,2\n\n# pause\n?,1,2\n", 8),
+        ("t,x,f,n\n0,1,2,\"a\nb\"\n?,1,2,\"c\nd\"\n", 4),
+        ("t,x,\"f\"\n0,1,2\n  \n?,1,2\n", 4),
+    ] {
+        assert!(refusal(table).starts_with(&format!("pop.csv line {line}, column 't': '?'")), "{table:?}");
+    }
+}
+
+#[test]
+fn rows_of_another_width_are_refused() {
+    let remedy = "complete or remove the row (decimals need a point, not a comma)";
+    let ragged = |line, found| format!("pop.csv line {line}: the row has {found} fields, the header 3; {remedy}");
+    assert_eq!(refusal("t,x,f\n0,1\n"), ragged(2, 2));
+    assert_eq!(refusal("t,x,f\n0,0,1,5,2,0\n"), ragged(2, 6));
+    let open = |line| format!("pop.csv line {line}: a quoted field runs over the end of the line; close the quote");
+    assert_eq!(refusal("t,x,f\n0,\"1,2\n1,1,2\n2,1,2\n"), open(2));
+    assert_eq!(refusal("t,x,f\n0,1,2\n1,\"1,2"), open(3));
+    let in_column = "pop.csv line 2, column 'f': a quoted field runs over the end of the line; close the quote";
+    assert_eq!(refusal("t,x,f\n0,1,\"2\n1,1,2\n"), in_column);
+}
+
+#[test]
+fn time_must_increase() {
+    assert_eq!(
+        refusal("t,x,f\n0,1,2\n# pause\n0.5,1,2\n0.25,1,2\n"),
+        "pop.csv line 5, column 't': time runs backwards, from 0.5 s on line 4 to 0.25 s; \
+         sort the rows by time, or keep one run per file"
+    );
+    assert_eq!(
+        refusal("t,x,f\n0,1,2\n# pause\n0,1,2\n"),
+        "pop.csv line 4, column 't': time stands still at 0 s since line 2; \
+         remove the repeated row, or log time with more digits"
+    );
+}
+
+#[test]
+fn pauses_have_a_limit() {
+    let table = "t,x,f\n0,0,0\n0.005,0,0\n0.01,0,0\n# pause\n0.21,0,0\n0.215,0,0\n";
+    assert_eq!(
+        refusal(table),
+        "pop.csv line 6, column 't': no sample for 0.2 s since line 4 (from 0.01 s to 0.21 s), the limit is 0.05 s \
+         (10 times the median interval, 0.005 s); cut the recording there, or raise max_gap_s"
+    );
+    let limited = |max_gap_s| {
+        let max_gap_s = Some(max_gap_s);
+        let limits = Limits { max_gap_s, ..Limits::default() };
+        read_csv("pop.csv", table.as_bytes(), &columns(), &limits)
+    };
+    assert_eq!(limited(0.2).expect("allowed").len(), 5);
+    assert!(limited(f64::NAN).is_err());
+    assert_eq!(
+        limited(0.1).expect_err("too long").to_string(),
+        "pop.csv line 6, column 't': no sample for 0.2 s since line 4 (from 0.01 s to 0.21 s), the limit is 0.1 s; \
+         cut the recording there, or raise max_gap_s"
+    );
+}
+
+#[test]
+fn samples_have_a_limit() {
+    let limits = Limits { max_samples: 2, ..Limits::default() };
+    let limited = |table: &str| read_csv("pop.csv", table.as_bytes(), &columns(), &limits);
+    assert_eq!(limited("t,x,f\n0,0,0\n1,0,0\n\n#\n").expect("two").len(), 2);
+    let error = limited("t,x,f\n0,0,0\n1,0,0\n2,0,0\n").expect_err("three");
+    assert_eq!(error.to_string(), "pop.csv line 4: more than 2 samples; thin the recording or raise max_samples");
+}
+
+#[test]
+fn a_failing_source_is_an_error() {
+    struct Failing;
+    impl Read for Failing {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other("the disk is gone"))
+        }
+    }
+    let rest = b"t,x,f\n0,0,0\n".chain(Failing);
+    let error = read_csv("pop.csv", rest, &columns(), &Limits::default()).expect_err("refused");
+    assert_eq!(error.to_string(), "pop.csv: cannot be read: the disk is gone");
+}
+
+/// Text that is almost a table.
+fn almost_a_table() -> impl Strategy<Value = String> {
+    let piece = prop::sample::select(vec![
+        "0", "1", "2.5", "-1e-3", "nan", "abc", "", " ", "\"", "\"\"", "#", ",", ",", ";", "\t", "\n", "\r\n", "\r",
+        "é", "1,2,3\n",
+    ]);
+    prop::collection::vec(piece, 0..60).prop_map(|pieces| format!("t,x,f\n{}", pieces.concat()))
+}
+
+proptest! {
+    #[test]
+    fn bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let _ = read(&bytes);
+        let _ = read([b"t,x,f\n0,1,2\n", bytes.as_slice()].concat());
+    }
+
+    #[test]
+    fn almost_tables_never_panic(table in almost_a_table()) {
+        match read(&table) {
+            Ok(recording) => {
+                prop_assert!(recording.len() >= 2);
+                prop_assert!(recording.time_s().is_sorted_by(|a, b| a < b));
+            }
+            Err(error) => {
+                let message = error.to_string();
+                prop_assert!(message.starts_with("pop.csv"));
+                let lines = table.replace("\r\n", "\n").replace('\r', "\n").lines().count() as u64;
+                prop_assert!(error.place.line.is_none_or(|line| (1..=lines).contains(&line)), "{} {:?}", message, table);
+            }
+        }
+    }
+
+    #[test]
+    fn written_numbers_read_back_as_the_same_bits(
+        rows in prop::collection::btree_map(-1_000_000_i64..1_000_000, prop::num::f64::NORMAL.prop_map(|x| x / 4.0), 2..50),
+    ) {
+        let time_s: Vec<f64> = rows.keys().map(|&t| t as f64 / 3.0).collect();
+        let position_m: Vec<f64> = rows.into_values().collect();
+        let recording = recording(&time_s, &position_m);
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        prop_assert_eq!(bits(recording.time_s()), bits(&time_s));
+        prop_assert_eq!(bits(recording.position_m()), bits(&position_m));
+    }
+}

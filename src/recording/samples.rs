@@ -1,0 +1,103 @@
+//! A recording's samples, in SI.
+
+/// Samples of an insertion, in time order.
+///
+/// All quantities have the same length, at least two; every number is finite and time strictly increases. Intervals
+/// may be uneven, up to the limit that the reader checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    time_s: Vec<f64>,
+    position_m: Vec<f64>,
+    velocity_m_per_s: Option<Vec<f64>>,
+    force_n: Vec<f64>,
+    median_interval_s: f64,
+}
+
+impl Recording {
+    /// The caller has checked everything the type promises.
+    pub(super) fn from_checked(
+        time_s: Vec<f64>,
+        position_m: Vec<f64>,
+        velocity_m_per_s: Option<Vec<f64>>,
+        force_n: Vec<f64>,
+    ) -> Self {
+        let median_interval_s = median_interval(&time_s);
+        Self { time_s, position_m, velocity_m_per_s, force_n, median_interval_s }
+    }
+
+    /// Time of each sample in s, as recorded: the first need not be 0.
+    #[must_use]
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s
+    }
+
+    /// Position of the needle in m, growing into the tissue.
+    #[must_use]
+    pub fn position_m(&self) -> &[f64] {
+        &self.position_m
+    }
+
+    /// Velocity of the needle in m/s, if the file has it; see also
+    /// [`velocity_or_differences`](Self::velocity_or_differences).
+    #[must_use]
+    pub fn velocity_m_per_s(&self) -> Option<&[f64]> {
+        self.velocity_m_per_s.as_deref()
+    }
+
+    /// Force on the needle in N, positive when it resists insertion.
+    #[must_use]
+    pub fn force_n(&self) -> &[f64] {
+        &self.force_n
+    }
+
+    /// The median time between two samples in s; of an even number of intervals, the lower of the middle two.
+    #[must_use]
+    pub fn median_interval_s(&self) -> f64 {
+        self.median_interval_s
+    }
+
+    /// Time from the first sample to the last in s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match self.time_s.as_slice() {
+            [first, .., last] => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// How many samples there are, at least two.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+}
+
+fn median_interval(time_s: &[f64]) -> f64 {
+    let mut intervals: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if intervals.is_empty() {
+        return 0.0;
+    }
+    let middle = (intervals.len() - 1) / 2;
+    *intervals.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::recording;
+    use super::*;
+
+    #[test]
+    fn the_median_is_an_interval_of_the_recording() {
+        assert_eq!(median_interval(&[0.0, 1.0]), 1.0);
+        assert_eq!(median_interval(&[0.0, 8.0, 9.0]), 1.0);
+        assert_eq!(median_interval(&[0.0, 8.0, 9.0, 11.0]), 2.0);
+    }
+
+    #[test]
+    fn duration_counts_from_the_first_sample() {
+        let recording = recording(&[3.0, 3.5, 5.0], &[0.0; 3]);
+        assert_eq!(recording.duration_s(), 2.0);
+        assert_eq!(recording.len(), 3);
+    }
+}
