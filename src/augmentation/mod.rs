@@ -80,7 +80,7 @@ pub struct Situation<L: Lane> {
 
 /// What the supervisor commands at a tick.
 #[derive(Debug, Clone, Copy)]
-pub struct Command<L> {
+pub struct Command<L: Lane> {
     /// 0 teleoperation, 1 augmented, 2 reengaging (see [`Mode`]).
     pub mode: L,
     /// The slave's reference in m.
@@ -89,6 +89,8 @@ pub struct Command<L> {
     pub feedback_force_n: L,
     /// The most by which the law in force lets the fed-back force differ from the last tick's, in N.
     pub allowed_step_n: L,
+    /// Whether an alarm was acted on; with augmentation disabled, whether there was one.
+    pub alarm_taken: L::Mask,
 }
 
 /// The supervisor at work.
@@ -119,19 +121,22 @@ impl<L: Lane> Supervisor<L> {
             let allowed_step_n = self.feedback.pass(now.force_n);
             let mode = L::splat(Mode::Teleoperation.code());
             let (slave_reference_m, feedback_force_n) = (now.hand_m, now.force_n);
-            return Command { mode, slave_reference_m, feedback_force_n, allowed_step_n };
+            let alarm_taken = now.alarm;
+            return Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken };
         }
         let before = self.automaton.mode();
         if (self.automaton.is_teleoperation() & !now.alarm).all() {
             let allowed_step_n = self.feedback.pass(now.force_n);
             let slave_reference_m = self.reference.follow(now.hand_m);
-            return Command { mode: before, slave_reference_m, feedback_force_n: now.force_n, allowed_step_n };
+            let (mode, feedback_force_n, alarm_taken) = (before, now.force_n, now.alarm);
+            return Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken };
         }
         let blended = self.feedback.is_blended() & self.reference.is_blended();
         let mode = self.automaton.step(now.tick, now.alarm, now.decision, blended);
         let slave_reference_m = self.reference.update(before, mode, now.hand_m, now.slave_m);
         let (feedback_force_n, allowed_step_n) = self.feedback.update(before, mode, now.force_n);
-        Command { mode, slave_reference_m, feedback_force_n, allowed_step_n }
+        let alarm_taken = automaton::has_become(before, mode, Mode::Augmented);
+        Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 }
 

@@ -143,6 +143,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             mode: command.mode,
             ruptured: reaction.ruptured,
             alarm: decision.alarm,
+            alarm_taken: command.alarm_taken,
             commanded_force_n: command.feedback_force_n,
             allowed_force_step_n: command.allowed_step_n,
         })

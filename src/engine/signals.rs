@@ -1,6 +1,6 @@
 //! What a tick shows to its observers.
 
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 
 /// Every signal of one tick.
 #[derive(Debug, Clone, Copy)]
@@ -43,8 +43,42 @@ pub struct Signals<L: Lane> {
     pub ruptured: L::Mask,
     /// Whether the detector announces a rupture at this tick.
     pub alarm: L::Mask,
+    /// Whether the supervisor acts on it (with augmentation disabled: whether there is one).
+    pub alarm_taken: L::Mask,
     /// `F_ed` as the supervisor commands it, before the channel, in N.
     pub commanded_force_n: L,
     /// By how much the law in force lets it differ from the last tick's, in N.
     pub allowed_force_step_n: L,
+}
+
+impl<L: Lane> Signals<L> {
+    /// The signals of lane `index` alone.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, index: usize) -> Signals<f64> {
+        Signals {
+            tick: self.tick,
+            desired_position_m: self.desired_position_m.lane(index),
+            master_position_m: self.master_position_m.lane(index),
+            master_velocity_m_per_s: self.master_velocity_m_per_s.lane(index),
+            operator_force_n: self.operator_force_n.lane(index),
+            slave_reference_m: self.slave_reference_m.lane(index),
+            slave_position_m: self.slave_position_m.lane(index),
+            slave_velocity_m_per_s: self.slave_velocity_m_per_s.lane(index),
+            tissue_force_n: self.tissue_force_n.lane(index),
+            measured_force_n: self.measured_force_n.lane(index),
+            feedback_force_n: self.feedback_force_n.lane(index),
+            stiffness_n_per_m: self.stiffness_n_per_m.lane(index),
+            damping_n_s_per_m: self.damping_n_s_per_m.lane(index),
+            residual_n: self.residual_n.lane(index),
+            distance: self.distance.lane(index),
+            decision: self.decision.lane(index),
+            mode: self.mode.lane(index),
+            ruptured: self.ruptured.lane(index),
+            alarm: self.alarm.lane(index),
+            alarm_taken: self.alarm_taken.lane(index),
+            commanded_force_n: self.commanded_force_n.lane(index),
+            allowed_force_step_n: self.allowed_force_step_n.lane(index),
+        }
+    }
 }

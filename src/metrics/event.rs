@@ -1,0 +1,100 @@
+//! What happened during one augmented event.
+
+use serde::Serialize;
+
+use crate::augmentation::Mode;
+use crate::engine::Signals;
+use crate::time::TickGrid;
+
+/// The numbers of one event, from the alarm to the return to teleoperation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EventMetrics {
+    /// When the alarm was taken, in s.
+    pub start_s: f64,
+    /// How long the slave was frozen, in s; none if the run ended before.
+    pub augmented_s: Option<f64>,
+    /// How long it then took to re-engage, in s; none if the run ended before.
+    pub reengaging_s: Option<f64>,
+    /// The master's position at the alarm, in m.
+    pub master_start_m: f64,
+    /// The master's position when the slave was released, or last seen frozen, in m.
+    pub master_end_m: f64,
+    /// Farthest that the slave moved from where it was at the alarm while frozen, in m.
+    pub frozen_motion_m: f64,
+    /// Greatest speed of the slave while re-engaging, in m/s; none if it did not.
+    pub peak_reengaging_speed_m_per_s: Option<f64>,
+    /// Change of the fed-back force in the event's first tick, in N, and what its law allows.
+    pub entry_step_n: f64,
+    /// See `entry_step_n`.
+    pub entry_step_allowed_n: f64,
+    /// Change of the fed-back force in the first tick of re-engaging, in N, and what its law allows.
+    pub exit_step_n: Option<f64>,
+    /// See `exit_step_n`.
+    pub exit_step_allowed_n: Option<f64>,
+}
+
+/// An event while it lasts.
+#[derive(Debug, Clone)]
+pub(super) struct EventWindow {
+    start: u64,
+    released: Option<u64>,
+    ended: Option<u64>,
+    slave_start_m: f64,
+    metrics: EventMetrics,
+}
+
+impl EventWindow {
+    pub(super) fn open(s: &Signals<f64>, step_n: f64, grid: &TickGrid) -> Self {
+        Self {
+            start: s.tick,
+            released: None,
+            ended: None,
+            slave_start_m: s.slave_position_m,
+            metrics: EventMetrics {
+                start_s: grid.time_s(s.tick),
+                augmented_s: None,
+                reengaging_s: None,
+                master_start_m: s.master_position_m,
+                master_end_m: s.master_position_m,
+                frozen_motion_m: 0.0,
+                peak_reengaging_speed_m_per_s: None,
+                entry_step_n: step_n,
+                entry_step_allowed_n: s.allowed_force_step_n,
+                exit_step_n: None,
+                exit_step_allowed_n: None,
+            },
+        }
+    }
+
+    /// Takes a tick of the event; gives whether it goes on.
+    pub(super) fn observe(&mut self, s: &Signals<f64>, step_n: f64) -> bool {
+        let m = &mut self.metrics;
+        if s.mode == Mode::Augmented.code() {
+            m.master_end_m = s.master_position_m;
+            m.frozen_motion_m = m.frozen_motion_m.max((s.slave_position_m - self.slave_start_m).abs());
+        } else if s.mode == Mode::Reengaging.code() {
+            if self.released.is_none() {
+                self.released = Some(s.tick);
+                m.master_end_m = s.master_position_m;
+                m.exit_step_n = Some(step_n);
+                m.exit_step_allowed_n = Some(s.allowed_force_step_n);
+            }
+            let speed = s.slave_velocity_m_per_s.abs();
+            let peak = m.peak_reengaging_speed_m_per_s.map_or(speed, |peak| peak.max(speed));
+            m.peak_reengaging_speed_m_per_s = Some(peak);
+        } else {
+            self.ended = Some(s.tick);
+            return false;
+        }
+        true
+    }
+
+    pub(super) fn close(&self, tick_s: f64) -> EventMetrics {
+        let span = |from: u64, to: u64| (to - from) as f64 * tick_s;
+        EventMetrics {
+            augmented_s: self.released.map(|released| span(self.start, released)),
+            reengaging_s: self.released.zip(self.ended).map(|(released, ended)| span(released, ended)),
+            ..self.metrics.clone()
+        }
+    }
+}

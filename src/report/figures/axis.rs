@@ -1,0 +1,235 @@
+//! Axis limits and ticks: finite whatever the data, round numbers, few labels.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+
+/// Tick marks a vertical axis may carry, about.
+pub(super) const Y_TICKS: usize = 5;
+/// Tick marks a time axis may carry, about.
+pub(super) const X_TICKS: usize = 6;
+
+/// Values beyond this are never taken into limits: sums of them could overflow.
+const LARGEST: f64 = 1e30;
+
+/// One axis: limits, ticks, and how their labels are written.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axis {
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) ticks: Vec<f64>,
+    /// Where set, limits and ticks are powers of ten's exponents.
+    pub(super) log: bool,
+    step: f64,
+}
+
+impl Axis {
+    /// An axis from exactly `low` to `high`, such as time.
+    pub(super) fn exact(range: (f64, f64), most_ticks: usize) -> Self {
+        let (low, high) = sane(range);
+        let step = nice_step((high - low) / most_ticks.max(1) as f64);
+        let first = (low / step - 1e-9).ceil();
+        let count = ((high - first * step) / step + 1e-9).floor().clamp(0.0, 50.0) as usize;
+        let ticks = (0..=count).map(|k| (first + k as f64) * step).collect();
+        Self { low, high, ticks, log: false, step }
+    }
+
+    /// An axis with a little air around the data, more of it above, where detections are marked.
+    pub(super) fn padded(range: (f64, f64), most_ticks: usize) -> Self {
+        let (low, high) = sane(range);
+        let air = 0.05 * (high - low);
+        Self::exact((low - air, high + 2.2 * air), most_ticks)
+    }
+
+    /// An axis from zero, for quantities that cannot be negative.
+    pub(super) fn from_zero(high: f64, most_ticks: usize) -> Self {
+        let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
+        Self::exact((0.0, 1.14 * high), most_ticks)
+    }
+
+    /// A logarithmic axis over `range`, both positive.
+    pub(super) fn log10(range: (f64, f64)) -> Self {
+        let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
+        let step = ((high - low) / 6.0).ceil().max(1.0);
+        let first = (low / step).ceil() as i32;
+        let last = (high / step).floor() as i32;
+        let ticks = (first..=last).map(|k| f64::from(k) * step).collect();
+        Self { low, high, ticks, log: true, step }
+    }
+
+    /// Where `value` lies on the axis, in the axis's own coordinate.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }
+    }
+
+    /// The label of a tick, with a real minus sign.
+    pub(super) fn label(&self, tick: f64) -> String {
+        if self.log {
+            return format!("10{}", superscript(tick.round() as i32));
+        }
+        let largest = self.low.abs().max(self.high.abs());
+        if largest >= 1e6 || self.step < 1e-4 {
+            return scientific(tick, self.step);
+        }
+        let decimals = (-self.step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
+        // 2.5 needs one more place than its magnitude says.
+        let scaled = self.step * 10_f64.powi(decimals as i32);
+        let decimals = if (scaled - scaled.round()).abs() > 1e-6 { decimals + 1 } else { decimals };
+        minus(&format!("{:.decimals$}", tick + 0.0))
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
+        let part = ((value - self.low) / (self.high - self.low)).clamp(-100.0, 100.0);
+        from + (part * f64::from(to - from)).round() as i32
+    }
+
+    fn key_points<H: KeyPointHint>(&self, hint: H) -> Vec<f64> {
+        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    fn format(tick: &f64) -> String {
+        tick.to_string()
+    }
+
+    fn format_ext(&self, tick: &f64) -> String {
+        self.label(*tick)
+    }
+}
+
+/// The least and largest finite values.
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    values.into_iter().filter(|v| v.abs() <= LARGEST).fold(None, |range, v| match range {
+        None => Some((v, v)),
+        Some((low, high)) => Some((low.min(v), high.max(v))),
+    })
+}
+
+/// The quantiles at `1 - level` and `level` of the finite values, so that a few wild ones do not set the axis.
+pub(super) fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
+    let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= LARGEST).collect();
+    let last = kept.len().checked_sub(1)?;
+    let high_rank = ((level * last as f64).ceil() as usize).min(last);
+    let low_rank = last - high_rank;
+    let low = *kept.select_nth_unstable_by(low_rank, f64::total_cmp).1;
+    let high = *kept.select_nth_unstable_by(high_rank, f64::total_cmp).1;
+    Some((low, high))
+}
+
+/// The smallest range that holds both.
+pub(super) fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
+        (a, b) => a.or(b),
+    }
+}
+
+/// Finite, ordered, and wide enough to hold distinct numbers.
+fn sane((low, high): (f64, f64)) -> (f64, f64) {
+    if !(low.is_finite() && high.is_finite()) {
+        return (0.0, 1.0);
+    }
+    let (low, high) = (low.clamp(-LARGEST, LARGEST), high.clamp(-LARGEST, LARGEST));
+    let (low, high) = (low.min(high), low.max(high));
+    let least = 1e-9 * low.abs().max(high.abs()).max(1e-3);
+    if high - low > least {
+        return (low, high);
+    }
+    let half = if low == 0.0 { 0.5 } else { 0.1 * low.abs() + 1e-9 };
+    (low - half, high + half)
+}
+
+/// The least of 1, 2, 2.5, 5, 10 times a power of ten that is not below `raw`.
+fn nice_step(raw: f64) -> f64 {
+    let power = 10_f64.powi(raw.log10().floor() as i32);
+    [1.0, 2.0, 2.5, 5.0].into_iter().map(|m| m * power).find(|&step| step >= raw * (1.0 - 1e-9)).unwrap_or(10.0 * power)
+}
+
+fn minus(text: &str) -> String {
+    let is_zero = !text.chars().any(|c| c.is_ascii_digit() && c != '0');
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "−") }
+}
+
+fn scientific(value: f64, step: f64) -> String {
+    if value.abs() < 1e-6 * step {
+        return String::from("0");
+    }
+    let exponent = value.abs().log10().floor() as i32;
+    let mantissa = value / 10_f64.powi(exponent);
+    minus(&format!("{mantissa:.1}·10{}", superscript(exponent)))
+}
+
+fn superscript(exponent: i32) -> String {
+    exponent
+        .to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '0' => '⁰',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            '4' => '⁴',
+            '5' => '⁵',
+            '6' => '⁶',
+            '7' => '⁷',
+            '8' => '⁸',
+            _ => '⁹',
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let axis = Axis::exact((5.12, 7.12), X_TICKS);
+        let labels: Vec<String> = axis.ticks.iter().map(|&t| axis.label(t)).collect();
+        assert_eq!(labels, ["5.5", "6.0", "6.5", "7.0"]);
+        let axis = Axis::padded((-2.5, 5.7), Y_TICKS);
+        let labels: Vec<String> = axis.ticks.iter().map(|&t| axis.label(t)).collect();
+        assert_eq!(labels, ["−2", "0", "2", "4", "6"]);
+    }
+
+    #[test]
+    fn limits_ignore_what_is_not_finite() {
+        let wild = [f64::NAN, 1.0, f64::INFINITY, 1e300, -2.0, f64::NEG_INFINITY];
+        assert_eq!(extent(wild), Some((-2.0, 1.0)));
+        assert_eq!(extent([f64::NAN]), None);
+        assert_eq!(quantile_extent([], 0.995), None);
+        let mut many: Vec<f64> = (0..1000).map(f64::from).collect();
+        many[7] = 1e12;
+        let (low, high) = quantile_extent(many, 0.995).expect("finite values");
+        assert!(low < 20.0 && high < 1000.0, "{low} {high}");
+    }
+
+    #[test]
+    fn no_range_breaks_an_axis() {
+        let odd = [0.0, -0.0, 1.0, 1e-320, 1e30, -1e300, f64::MAX, f64::NAN, f64::INFINITY];
+        for low in odd {
+            for high in odd {
+                for axis in [
+                    Axis::exact((low, high), 6),
+                    Axis::padded((low, high), 6),
+                    Axis::from_zero(high, 6),
+                    Axis::log10((low, high)),
+                ] {
+                    assert!(axis.low < axis.high && axis.ticks.len() < 60, "{axis:?}");
+                    assert!(axis.ticks.iter().all(|&t| axis.label(t).chars().count() < 12));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The detector's decision function, and what it detected, as the paper's figure 13.
+
+use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
+use super::grid::{Grid, Row, Sample};
+use super::panel::{Panel, Trace};
+use super::style::{ALONE, THRESHOLD};
+use super::{EstimationView, Figure, FigureError, events};
+
+/// A peak this many times the threshold would press the threshold onto the axis: the decision is drawn on a logarithmic axis instead.
+const LARGEST_LINEAR_PEAK: f64 = 30.0;
+/// Lowest value of the logarithmic axis, in thresholds.
+const LOG_FLOOR: f64 = 1e-2;
+
+/// The decision function against its threshold γ (above), the measured force with detections and true ruptures (below).
+///
+/// # Errors
+/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
+pub fn decision(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
+    view.check("decision")?;
+    let (time, window) = view.time_axis(X_TICKS);
+    let marked = events::of_estimation(view);
+    let caption = if view.decision_unit.is_empty() {
+        String::from("Decision g")
+    } else {
+        format!("Decision g ({})", view.decision_unit)
+    };
+    let panel = |y, y_caption, values| Panel {
+        events: marked.clone(),
+        traces: vec![Trace { x: view.time_s, y: values, scale: 1.0, stroke: ALONE }],
+        ..Panel::over_time(time.clone(), y, y_caption)
+    };
+    let mut upper = panel(decision_axis(view), &caption, view.decision);
+    let mut legend = Vec::new();
+    if view.threshold.is_finite() {
+        upper.levels.push((view.threshold, THRESHOLD));
+        legend.push((Sample::Line(THRESHOLD), format!("threshold γ = {}", short(view.threshold))));
+    }
+    let lower = panel(view.force_axis(), "Force (N)", view.measured_force_n);
+    Grid {
+        legends: vec![legend],
+        common: events::entries(&[&marked], window),
+        rows: vec![
+            Row { title: None, height: 360.0, panels: vec![upper] },
+            Row { title: None, height: 360.0, panels: vec![lower] },
+        ],
+    }
+    .draw()
+}
+
+fn decision_axis(view: &EstimationView<'_>) -> Axis {
+    let peak = extent(view.decision.iter().copied()).map_or(0.0, |range| range.1);
+    let threshold = view.threshold;
+    if threshold > 0.0 && threshold.is_finite() && peak > LARGEST_LINEAR_PEAK * threshold {
+        return Axis::log10((LOG_FLOOR * threshold, 2.0 * peak));
+    }
+    let threshold = if threshold.is_finite() { threshold } else { 0.0 };
+    Axis::from_zero(peak.max(1.4 * threshold), Y_TICKS)
+}
+
+/// Three digits, without trailing zeros.
+pub(super) fn short(value: f64) -> String {
+    let decimals = if value == 0.0 { 0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize };
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn thresholds_read_well() {
+        assert_eq!(short(1.98e-2), "0.0198");
+        assert_eq!(short(5.0), "5");
+        assert_eq!(short(0.0), "0");
+        assert_eq!(short(1200.0), "1200");
+    }
+}

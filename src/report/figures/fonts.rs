@@ -1,0 +1,94 @@
+//! The bundled typeface. Nothing is taken from the system, so that a figure has the same bytes on every machine.
+//!
+//! `DejaVuSans.ttf` and `DejaVuSans-Bold.ttf` are subsets (Latin, Greek, the mathematical signs figures use) of DejaVu Sans 2.37; `fonts/LICENSE` is
+//! their licence.
+
+use std::sync::OnceLock;
+
+use ab_glyph::{Font, FontRef, ScaleFont};
+use plotters::style::{FontStyle, register_font};
+
+use super::FigureError;
+
+/// The family as an SVG names it. Verdana shares DejaVu's widths, so a viewer without DejaVu lays the text out alike.
+pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
+
+/// Plotters writes `size / 1.24` as an SVG font size; sizes here are that em, in pixels.
+pub(super) const PLOTTERS_SIZE_PER_EM: f64 = 1.24;
+
+static REGULAR: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
+static BOLD: &[u8] = include_bytes!("fonts/DejaVuSans-Bold.ttf");
+
+/// The two faces, parsed once.
+pub(super) struct Faces {
+    pub(super) regular: FontRef<'static>,
+    pub(super) bold: FontRef<'static>,
+}
+
+/// Registers the faces with plotters on first use.
+pub(super) fn faces() -> Result<&'static Faces, FigureError> {
+    static FACES: OnceLock<Option<Faces>> = OnceLock::new();
+    FACES
+        .get_or_init(|| {
+            register_font(FAMILY, FontStyle::Normal, REGULAR).ok()?;
+            register_font(FAMILY, FontStyle::Bold, BOLD).ok()?;
+            Some(Faces { regular: FontRef::try_from_slice(REGULAR).ok()?, bold: FontRef::try_from_slice(BOLD).ok()? })
+        })
+        .as_ref()
+        .ok_or(FigureError::Font)
+}
+
+impl Faces {
+    /// Width of `text` set at `em` pixels.
+    pub(super) fn width(&self, text: &str, em: f64, bold: bool) -> f64 {
+        let face = if bold { &self.bold } else { &self.regular };
+        let scaled = face.as_scaled(pixel_scale(face, em as f32));
+        let advance: f32 = text.chars().map(|c| scaled.h_advance(scaled.glyph_id(c))).sum();
+        f64::from(advance)
+    }
+
+    /// `text` on one line, cut with an ellipsis where it is wider than `room` pixels.
+    pub(super) fn fit(&self, text: &str, em: f64, bold: bool, room: f64) -> String {
+        let mut kept: String = text.chars().take(400).map(|c| if c.is_control() { ' ' } else { c }).collect();
+        if self.width(&kept, em, bold) <= room {
+            return kept;
+        }
+        while kept.pop().is_some() {
+            let cut = format!("{}…", kept.trim_end());
+            if self.width(&cut, em, bold) <= room {
+                return cut;
+            }
+        }
+        String::from("…")
+    }
+}
+
+/// The height that makes one em of `face` measure `em` pixels.
+pub(super) fn pixel_scale(face: &FontRef<'_>, em: f32) -> f32 {
+    match face.units_per_em() {
+        Some(units) if units > 0.0 => em * face.height_unscaled() / units,
+        _ => em,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sign_used_has_a_glyph() {
+        let faces = faces().expect("fonts");
+        for c in "−·²³⁰⁹⁻µθγσΔ×√±≥|…—éß".chars() {
+            assert_ne!(faces.regular.glyph_id(c).0, 0, "no regular {c}");
+            assert_ne!(faces.bold.glyph_id(c).0, 0, "no bold {c}");
+        }
+    }
+
+    #[test]
+    fn long_names_are_cut_to_their_room() {
+        let faces = faces().expect("fonts");
+        let cut = faces.fit(&"very long name ".repeat(50), 30.0, false, 300.0);
+        assert!(cut.ends_with('…') && faces.width(&cut, 30.0, false) <= 300.0);
+        assert_eq!(faces.fit("a\u{1}b", 30.0, false, 300.0), "a b");
+    }
+}

@@ -1,0 +1,73 @@
+//! Limits that runs share, set by the runs that stayed within reason.
+
+use super::axis::{Axis, Y_TICKS, extent, quantile_extent, union};
+use super::{EstimationView, RunView};
+
+/// One signal of one run, with what no sound run exceeds.
+pub(super) struct Signal<'a> {
+    time_s: &'a [f64],
+    values: &'a [f64],
+    scale: f64,
+    /// Beyond this (in the unit of `values`) a run has diverged.
+    plausible: f64,
+}
+
+/// Newtons no needle insertion reaches.
+const PLAUSIBLE_FORCE_N: f64 = 1e3;
+/// Metres no needle travels.
+const PLAUSIBLE_POSITION_M: f64 = 1.0;
+
+impl<'a> Signal<'a> {
+    /// A force, in newtons.
+    pub(super) fn force(run: &RunView<'a>, values: &'a [f64]) -> Self {
+        Self { time_s: run.time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
+    }
+
+    /// The force an estimation was given.
+    pub(super) fn measured(view: &EstimationView<'a>) -> Self {
+        let values = view.measured_force_n;
+        Self { time_s: view.time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
+    }
+
+    /// A position, shown in millimetres.
+    pub(super) fn position(run: &RunView<'a>, values: &'a [f64]) -> Self {
+        Self { time_s: run.time_s, values, scale: 1e3, plausible: PLAUSIBLE_POSITION_M }
+    }
+}
+
+/// An axis for all signals within `window`. Signals that diverge there leave the picture, unless all do.
+pub(super) fn shared(signals: &[Signal<'_>], window: (f64, f64)) -> Axis {
+    let mut sound = None;
+    let mut all = None;
+    for signal in signals {
+        let inside = || {
+            let samples = signal.time_s.iter().zip(signal.values);
+            samples.filter(|(time, _)| (window.0..=window.1).contains(*time)).map(|(_, &v)| v)
+        };
+        let scaled = |(low, high): (f64, f64)| (low * signal.scale, high * signal.scale);
+        if inside().all(|v| v.abs() <= signal.plausible) {
+            sound = union(sound, extent(inside()).map(scaled));
+        } else {
+            let bounded = inside().filter(|v| v.abs() <= signal.plausible);
+            all = union(all, quantile_extent(bounded, 0.95).map(scaled));
+        }
+    }
+    Axis::padded(sound.or(all).unwrap_or((0.0, 1.0)), Y_TICKS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_diverged_run_does_not_hide_the_others() {
+        let time_s: Vec<f64> = (0..100).map(f64::from).collect();
+        let calm: Vec<f64> = time_s.iter().map(|t| t * 0.05).collect();
+        let wild: Vec<f64> = time_s.iter().map(|t| t.exp()).collect();
+        let signal = |values| Signal { time_s: &time_s, values, scale: 1.0, plausible: 1e3 };
+        let both = shared(&[signal(&calm), signal(&wild)], (0.0, 100.0));
+        assert!(both.high < 6.0);
+        assert!(shared(&[signal(&wild)], (0.0, 100.0)).high < 1.1e3);
+        assert!(shared(&[], (0.0, 1.0)).high > 0.0);
+    }
+}

@@ -1,0 +1,199 @@
+//! Figures of runs and of estimations, as SVG and as PNG.
+//!
+//! Callers lend their columns as [`RunView`] and [`EstimationView`]; each function returns a [`Figure`] with both files' bytes. The same input gives
+//! the same bytes on every machine: the typeface is bundled, and nothing is read from the system. Samples that are not finite leave gaps; records
+//! of any length are thinned to what a pixel column can show.
+
+mod axis;
+mod canvas;
+mod comparison;
+mod dash;
+mod decision;
+mod estimation;
+mod events;
+mod fonts;
+mod glyphs;
+mod grid;
+mod limits;
+mod overlay;
+mod panel;
+mod parameters;
+mod raster;
+mod residual;
+mod style;
+mod thin;
+
+pub use comparison::comparison;
+pub use decision::decision;
+pub use estimation::estimation;
+pub use overlay::overlay;
+pub use parameters::parameters;
+pub use residual::residual_histogram;
+
+use plotters::drawing::DrawingAreaErrorKind;
+
+use axis::{Axis, extent};
+use limits::{Signal, shared};
+
+/// One run's signals over time, borrowed column by column; all columns are equally long.
+#[derive(Clone, Copy, Debug)]
+pub struct RunView<'a> {
+    /// The name its row or its line carries.
+    pub name: &'a str,
+    /// Time, s, increasing.
+    pub time_s: &'a [f64],
+    /// Position of the master, m.
+    pub master_position_m: &'a [f64],
+    /// Position of the slave, m.
+    pub slave_position_m: &'a [f64],
+    /// Force of the hand on the master, N, positive when pushing in.
+    pub operator_force_n: &'a [f64],
+    /// Force of the tissue on the needle, N, positive when it resists insertion.
+    pub tissue_force_n: &'a [f64],
+    /// Force fed back to the hand, N, positive when it resists insertion.
+    pub feedback_force_n: &'a [f64],
+    /// 0 teleoperation, 1 augmented, 2 re-engaging.
+    pub mode: &'a [u8],
+    /// When membranes gave way, s.
+    pub rupture_times_s: &'a [f64],
+    /// When ruptures were detected, s.
+    pub alarm_times_s: &'a [f64],
+}
+
+/// An estimation and a detection over time, borrowed column by column; all columns are equally long.
+#[derive(Clone, Copy, Debug)]
+pub struct EstimationView<'a> {
+    /// What was estimated.
+    pub name: &'a str,
+    /// Time, s, increasing.
+    pub time_s: &'a [f64],
+    /// Measured force, N.
+    pub measured_force_n: &'a [f64],
+    /// Prediction error, N: measured minus estimated force.
+    pub residual_n: &'a [f64],
+    /// Estimated stiffness, N/m.
+    pub stiffness_n_per_m: &'a [f64],
+    /// Estimated damping, N·s/m.
+    pub damping_n_s_per_m: &'a [f64],
+    /// Decision function of the detector, in `decision_unit`.
+    pub decision: &'a [f64],
+    /// The decision function's threshold γ, in `decision_unit`.
+    pub threshold: f64,
+    /// Unit of the decision function, such as `N²`; empty where it has none.
+    pub decision_unit: &'a str,
+    /// When membranes gave way, s.
+    pub rupture_times_s: &'a [f64],
+    /// When ruptures were detected, s.
+    pub alarm_times_s: &'a [f64],
+}
+
+/// A figure's two files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Figure {
+    /// An SVG document.
+    pub svg: String,
+    /// A PNG file, 1600 pixels wide.
+    pub png: Vec<u8>,
+}
+
+/// Why there is no figure.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FigureError {
+    /// Nothing to draw.
+    #[error("the {figure} figure needs at least one run with at least one sample")]
+    Empty {
+        /// Which figure.
+        figure: &'static str,
+    },
+    /// Columns of unequal lengths.
+    #[error("{name}: column {column} has {found} samples where time_s has {expected}")]
+    Length {
+        /// Name of the run.
+        name: String,
+        /// The column that differs.
+        column: &'static str,
+        /// Samples of `time_s`.
+        expected: usize,
+        /// Samples of the column.
+        found: usize,
+    },
+    /// The bundled typeface could not be read.
+    #[error("the bundled typeface cannot be read")]
+    Font,
+    /// Drawing failed.
+    #[error("the figure cannot be drawn")]
+    Draw(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The bitmap could not be encoded.
+    #[error("the figure cannot be encoded as PNG")]
+    Png(#[from] png::EncodingError),
+}
+
+impl From<DrawingAreaErrorKind<std::io::Error>> for FigureError {
+    fn from(error: DrawingAreaErrorKind<std::io::Error>) -> Self {
+        Self::Draw(Box::new(error))
+    }
+}
+
+impl RunView<'_> {
+    fn check(&self, figure: &'static str) -> Result<(), FigureError> {
+        let columns = [
+            ("master_position_m", self.master_position_m.len()),
+            ("slave_position_m", self.slave_position_m.len()),
+            ("operator_force_n", self.operator_force_n.len()),
+            ("tissue_force_n", self.tissue_force_n.len()),
+            ("feedback_force_n", self.feedback_force_n.len()),
+            ("mode", self.mode.len()),
+        ];
+        check(figure, self.name, self.time_s.len(), &columns)
+    }
+}
+
+impl EstimationView<'_> {
+    fn check(&self, figure: &'static str) -> Result<(), FigureError> {
+        let columns = [
+            ("measured_force_n", self.measured_force_n.len()),
+            ("residual_n", self.residual_n.len()),
+            ("stiffness_n_per_m", self.stiffness_n_per_m.len()),
+            ("damping_n_s_per_m", self.damping_n_s_per_m.len()),
+            ("decision", self.decision.len()),
+        ];
+        check(figure, self.name, self.time_s.len(), &columns)
+    }
+
+    /// The whole record, as an axis and as a range.
+    fn time_axis(&self, most_ticks: usize) -> (Axis, (f64, f64)) {
+        let axis = Axis::exact(extent(self.time_s.iter().copied()).unwrap_or((0.0, 1.0)), most_ticks);
+        let range = (axis.low, axis.high);
+        (axis, range)
+    }
+
+    fn force_axis(&self) -> Axis {
+        shared(&[Signal::measured(self)], (f64::NEG_INFINITY, f64::INFINITY))
+    }
+}
+
+fn check_runs(figure: &'static str, runs: &[RunView<'_>]) -> Result<(), FigureError> {
+    if runs.is_empty() {
+        return Err(FigureError::Empty { figure });
+    }
+    runs.iter().try_for_each(|run| run.check(figure))
+}
+
+fn check(
+    figure: &'static str,
+    name: &str,
+    expected: usize,
+    columns: &[(&'static str, usize)],
+) -> Result<(), FigureError> {
+    if expected == 0 {
+        return Err(FigureError::Empty { figure });
+    }
+    match columns.iter().find(|column| column.1 != expected) {
+        Some(&(column, found)) => Err(FigureError::Length { name: name.to_owned(), column, expected, found }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,36 @@
+//! The estimated tissue over time, as the paper's figures 5 and 7.
+
+use super::axis::{Axis, X_TICKS, Y_TICKS, quantile_extent};
+use super::grid::{Grid, Row};
+use super::panel::{Panel, Trace};
+use super::style::ALONE;
+use super::{EstimationView, Figure, FigureError, events};
+
+/// Share of the samples the axes hold; the first estimates after contact may be enormous.
+const SHOWN: f64 = 0.995;
+
+/// Estimated stiffness (above) and damping (below). The axes span the quantiles from 0.5 % to 99.5 %; what lies beyond is cut off.
+///
+/// # Errors
+/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
+pub fn parameters(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
+    view.check("parameters")?;
+    let (time, window) = view.time_axis(X_TICKS);
+    let marked = events::of_estimation(view);
+    let row = |(y, y_caption)| {
+        let y: &[f64] = y;
+        let range = quantile_extent(y.iter().copied(), SHOWN).unwrap_or((0.0, 1.0));
+        let panel = Panel {
+            events: marked.clone(),
+            traces: vec![Trace { x: view.time_s, y, scale: 1.0, stroke: ALONE }],
+            ..Panel::over_time(time.clone(), Axis::padded(range, Y_TICKS), y_caption)
+        };
+        Row { title: None, height: 360.0, panels: vec![panel] }
+    };
+    Grid {
+        legends: Vec::new(),
+        common: events::entries(&[&marked], window),
+        rows: vec![row((view.stiffness_n_per_m, "Stiffness (N/m)")), row((view.damping_n_s_per_m, "Damping (N·s/m)"))],
+    }
+    .draw()
+}

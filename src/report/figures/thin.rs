@@ -1,0 +1,240 @@
+//! From samples to what the eye can see of them: at most four points per pixel column, clipped to the axes, straight runs merged.
+
+/// The rectangle lines are drawn in: its size in pixels and the values at its edges.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) x: (f64, f64),
+    pub(super) y: (f64, f64),
+    pub(super) width: f64,
+    pub(super) height: f64,
+}
+
+pub(super) type Point = (f64, f64);
+
+/// Points closer than this to a straight line, in pixels, are merged into it.
+const TOLERANCE: f64 = 0.12;
+/// Points a merged run may hold; bounds the work.
+const LONGEST_RUN: usize = 48;
+/// Pixels beyond which positions are clamped, so that 1e300 stays a number worth computing with.
+const FAR: f64 = 1e6;
+
+impl Frame {
+    /// Pixels from the top left corner.
+    pub(super) fn pixel(&self, x: f64, y: f64) -> Point {
+        let across = (x - self.x.0) / (self.x.1 - self.x.0) * self.width;
+        let down = (self.y.1 - y) / (self.y.1 - self.y.0) * self.height;
+        (across.clamp(-FAR, FAR), down.clamp(-FAR, FAR))
+    }
+}
+
+/// The lines through `samples` (time and value, in axis coordinates), in pixels. A sample that is not finite breaks the line.
+pub(super) fn polylines(samples: impl Iterator<Item = Point>, frame: &Frame) -> Vec<Vec<Point>> {
+    let mut lines = Lines::default();
+    let mut column: Option<Column> = None;
+    for (time, value) in samples {
+        if !(time.is_finite() && value.is_finite()) {
+            lines.flush(column.take(), frame);
+            lines.lift(frame);
+            continue;
+        }
+        let at = frame.pixel(time, value);
+        let index = at.0.floor().clamp(-1.0, frame.width + 1.0) as i64;
+        match &mut column {
+            Some(open) if open.index == index => open.add(at),
+            _ => {
+                lines.flush(column.take(), frame);
+                column = Some(Column::new(index, at));
+            }
+        }
+    }
+    lines.flush(column.take(), frame);
+    lines.lift(frame);
+    lines.done
+}
+
+/// Consecutive samples in one pixel column: the first, the extremes, the last, each with its rank.
+struct Column {
+    index: i64,
+    count: usize,
+    first: Point,
+    low: (usize, Point),
+    high: (usize, Point),
+    last: Point,
+}
+
+impl Column {
+    fn new(index: i64, at: Point) -> Self {
+        Self { index, count: 1, first: at, low: (0, at), high: (0, at), last: at }
+    }
+
+    fn add(&mut self, at: Point) {
+        if at.1 < self.low.1.1 {
+            self.low = (self.count, at);
+        }
+        if at.1 > self.high.1.1 {
+            self.high = (self.count, at);
+        }
+        self.last = at;
+        self.count += 1;
+    }
+
+    fn points(&self) -> [Point; 4] {
+        let (a, b) = if self.low.0 <= self.high.0 { (self.low, self.high) } else { (self.high, self.low) };
+        [self.first, a.1, b.1, self.last]
+    }
+}
+
+#[derive(Default)]
+struct Lines {
+    done: Vec<Vec<Point>>,
+    open: Vec<Point>,
+    pen: Option<Point>,
+    lone: bool,
+}
+
+impl Lines {
+    fn flush(&mut self, column: Option<Column>, frame: &Frame) {
+        let Some(column) = column else { return };
+        for at in column.points() {
+            match self.pen {
+                None => self.lone = true,
+                Some(from) if from != at => {
+                    self.lone = false;
+                    self.segment(from, at, frame);
+                }
+                Some(_) => {}
+            }
+            self.pen = Some(at);
+        }
+    }
+
+    fn segment(&mut self, from: Point, to: Point, frame: &Frame) {
+        let Some((a, b)) = clip(from, to, frame) else {
+            self.close();
+            return;
+        };
+        if self.open.last() != Some(&a) {
+            self.close();
+            self.open.push(a);
+        }
+        self.open.push(b);
+        if b != to {
+            self.close();
+        }
+    }
+
+    /// Ends the line; a sample alone between gaps becomes a point.
+    fn lift(&mut self, frame: &Frame) {
+        if let (Some(at), true) = (self.pen.take(), self.lone)
+            && (0.0..=frame.width).contains(&at.0)
+            && (0.0..=frame.height).contains(&at.1)
+        {
+            self.done.push(vec![at]);
+        }
+        self.lone = false;
+        self.close();
+    }
+
+    fn close(&mut self) {
+        if self.open.len() > 1 {
+            self.done.push(straightened(&self.open));
+        }
+        self.open.clear();
+    }
+}
+
+/// The part of a segment inside the frame (Liang and Barsky).
+fn clip(a: Point, b: Point, frame: &Frame) -> Option<(Point, Point)> {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for (slope, room) in [(-dx, a.0), (dx, frame.width - a.0), (-dy, a.1), (dy, frame.height - a.1)] {
+        if slope == 0.0 {
+            if room < 0.0 {
+                return None;
+            }
+        } else if slope < 0.0 {
+            enter = enter.max(room / slope);
+        } else {
+            leave = leave.min(room / slope);
+        }
+    }
+    if enter > leave {
+        return None;
+    }
+    let at = |t: f64| (a.0 + t * dx, a.1 + t * dy);
+    let start = if enter > 0.0 { at(enter) } else { a };
+    let end = if leave < 1.0 { at(leave) } else { b };
+    Some((start, end))
+}
+
+fn straightened(line: &[Point]) -> Vec<Point> {
+    let mut kept = vec![line[0]];
+    let mut anchor = 0;
+    for end in 2..line.len() {
+        let between = &line[anchor + 1..end];
+        if between.len() >= LONGEST_RUN || between.iter().any(|&p| distance(p, line[anchor], line[end]) > TOLERANCE) {
+            anchor = end - 1;
+            kept.push(line[anchor]);
+        }
+    }
+    kept.push(line[line.len() - 1]);
+    kept
+}
+
+fn distance(p: Point, a: Point, b: Point) -> f64 {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let (ox, oy) = (p.0 - a.0, p.1 - a.1);
+    let length_squared = dx * dx + dy * dy;
+    let t = if length_squared > 0.0 { ((ox * dx + oy * dy) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+    (ox - t * dx).hypot(oy - t * dy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAME: Frame = Frame { x: (0.0, 10.0), y: (-1.0, 1.0), width: 500.0, height: 200.0 };
+
+    #[test]
+    fn a_million_samples_become_four_per_column_and_keep_their_extremes() {
+        let noisy = (0..1_000_000).map(|k| {
+            let spike = if k == 612_345 { 0.99 } else { 0.5 };
+            (f64::from(k) * 1e-5, spike * f64::from(k % 7 - 3) / 3.0)
+        });
+        let noisy = noisy.map(|(t, v)| if (t - 6.12345).abs() < 1e-9 { (t, 0.99) } else { (t, v) });
+        let lines = polylines(noisy, &FRAME);
+        let count: usize = lines.iter().map(Vec::len).sum();
+        assert!(count <= 4 * 502, "{count}");
+        let top = lines.iter().flatten().fold(f64::INFINITY, |m, p| m.min(p.1));
+        assert!((top - 1.0).abs() < 1e-6, "{top}");
+    }
+
+    #[test]
+    fn straight_lines_need_two_points() {
+        let lines = polylines((0..=1000).map(|k| (f64::from(k) * 0.01, 0.0)), &FRAME);
+        assert_eq!(lines.len(), 1);
+        assert!(lines[0].len() < 40, "{}", lines[0].len());
+    }
+
+    #[test]
+    fn gaps_break_lines_and_lone_samples_stay() {
+        let values = [0.0, f64::NAN, 0.5, f64::INFINITY, 0.0, 0.1, f64::NAN];
+        let lines = polylines(values.into_iter().enumerate().map(|(k, v)| (k as f64, v)), &FRAME);
+        let lengths: Vec<usize> = lines.iter().map(Vec::len).collect();
+        assert_eq!(lengths, [1, 1, 2]);
+    }
+
+    #[test]
+    fn huge_values_leave_and_enter_at_the_edge() {
+        let values = [0.0, 1e300, -1e300, 0.0];
+        let lines = polylines(values.into_iter().enumerate().map(|(k, v)| (k as f64, v)), &FRAME);
+        assert!(lines.iter().flatten().all(|p| (-1e-6..=200.0 + 1e-6).contains(&p.1)));
+        assert_eq!(lines.len(), 3);
+    }
+
+    #[test]
+    fn samples_outside_the_window_still_lead_to_its_edges() {
+        let lines = polylines([(-10.0, 0.0), (20.0, 0.0)].into_iter(), &FRAME);
+        assert_eq!(lines, [vec![(0.0, 100.0), (500.0, 100.0)]]);
+    }
+}
