@@ -36,6 +36,7 @@ pub mod operator;
 pub mod plant;
 pub mod recording;
 pub mod report;
+pub mod scenario;
 pub mod sensor;
 pub mod time;
 pub mod tissue;

@@ -87,6 +87,43 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         Ok(())
     }
 
+    /// The same insertion with other machines.
+    #[must_use]
+    pub fn with_sides<T>(self, sides: T) -> Engine<L, T> {
+        let Self {
+            grid,
+            sides: _,
+            operator,
+            tissue,
+            sensor,
+            velocity_filter,
+            contact_m,
+            estimator,
+            detector,
+            supervisor,
+            forward,
+            backward,
+            force_scale,
+            position_scale,
+        } = self;
+        Engine {
+            grid,
+            sides,
+            operator,
+            tissue,
+            sensor,
+            velocity_filter,
+            contact_m,
+            estimator,
+            detector,
+            supervisor,
+            forward,
+            backward,
+            force_scale,
+            position_scale,
+        }
+    }
+
     /// One tick: from the sides' states at `tick` to those at the next.
     #[inline(always)]
     fn tick(&mut self, tick: u64, desired: L, desired_next: L) -> Result<Signals<L>, IntegrationError> {

@@ -1,0 +1,185 @@
+//! A made recording with the facts of the paper's insertion into a liver through the skin.
+//!
+//! Nobody has published the original. This one is generated, from a seed, by a small mechanical model whose numbers were
+//! chosen so that the facts that the paper states come out: two layers that load and rupture at 5.52 s and 8.85 s, the
+//! second less suddenly; forces between about -5.7 and 2.5 N in the paper's sign; a shaft friction that pulls back on
+//! extraction, near 14.5 s, without being a rupture; 1 kHz; measurement noise.
+
+use std::fmt::Write as _;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Samples a second, in Hz.
+const RATE_HZ: f64 = 1000.0;
+
+/// How many samples there are.
+const SAMPLES: u32 = 17_000;
+
+/// When the layers rupture, in s.
+pub const RUPTURES_S: [f64; 2] = [5.52, 8.85];
+
+/// Standard deviation of the noise on the force, in N.
+const NOISE_STD_N: f64 = 0.010;
+
+/// Where the hand is when: (s, mm). It approaches, inserts through two layers, holds, and extracts.
+const WAY: [(f64, f64); 15] = [
+    (0.0, -6.0),
+    (0.9, 0.0),
+    (3.0, 13.0),
+    (5.52, 27.05),
+    (5.82, 28.15),
+    (6.1, 28.5),
+    (7.2, 30.5),
+    (8.85, 37.5),
+    (9.5, 40.0),
+    (11.0, 46.0),
+    (12.2, 48.0),
+    (14.1, 48.0),
+    (14.6, 43.5),
+    (16.4, -2.0),
+    (17.0, -6.0),
+];
+
+/// A layer: it loads as a power of its compression, ruptures, falls fast and relaxes slowly.
+struct Layer {
+    /// Where the needle meets it, in m.
+    from_m: f64,
+    /// Power of its loading.
+    power: f64,
+    /// Its force when it ruptures, in N.
+    rupture_n: f64,
+    /// When it ruptures, in s.
+    rupture_s: f64,
+    /// Time constant of the fall, in s.
+    fall_s: f64,
+    /// Share of the force that relaxes instead of falling.
+    residual: f64,
+    /// Time constant of the relaxation, in s.
+    relaxation_s: f64,
+}
+
+const LAYERS: [Layer; 2] = [
+    Layer {
+        from_m: 0.0,
+        power: 1.8,
+        rupture_n: 5.66,
+        rupture_s: RUPTURES_S[0],
+        fall_s: 0.045,
+        residual: 0.06,
+        relaxation_s: 0.12,
+    },
+    Layer {
+        from_m: 28e-3,
+        power: 1.6,
+        rupture_n: 4.0,
+        rupture_s: RUPTURES_S[1],
+        fall_s: 0.050,
+        residual: 0.2,
+        relaxation_s: 0.4,
+    },
+];
+
+/// Shaft friction in N per m of needle beyond [`FRICTION_FROM_M`].
+const FRICTION_N_PER_M: f64 = 190.0;
+const FRICTION_FROM_M: f64 = 29e-3;
+/// Travel over which friction turns round (Dahl), in m.
+const PRESLIDING_M: f64 = 2.2e-3;
+
+impl Layer {
+    /// Force at time `t` (s), position `p` and position at the rupture `p_rupture` (m).
+    fn force_n(&self, t: f64, p: f64, p_rupture: f64) -> f64 {
+        let since = t - self.rupture_s;
+        if since < 0.0 {
+            let compression = ((p - self.from_m) / (p_rupture - self.from_m)).max(0.0);
+            return self.rupture_n * libm::pow(compression, self.power);
+        }
+        let fallen = (1.0 - self.residual) * libm::exp(-since / self.fall_s);
+        self.rupture_n * (fallen + self.residual * libm::exp(-since / self.relaxation_s))
+    }
+}
+
+/// The recording as a CSV file with the columns `time_s, position_m, velocity_m_per_s, force_n`, forces positive when
+/// they resist insertion. The same seed gives the same bytes.
+#[must_use]
+pub fn in_vivo_like_csv(seed: u64) -> String {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let slopes = monotone_slopes(&WAY);
+    let at = |t: f64| hermite(&WAY, &slopes, t);
+    let rupture_m = LAYERS.map(|layer| at(layer.rupture_s).0);
+    let mut text = String::with_capacity(SAMPLES as usize * 40);
+    text.push_str("time_s,position_m,velocity_m_per_s,force_n\n");
+    let mut friction = 0.0;
+    let mut last = at(0.0).0;
+    for k in 0..SAMPLES {
+        let t = f64::from(k) / RATE_HZ;
+        let (p, v) = at(t);
+        let step = p - last;
+        last = p;
+        // Dahl: the share of full friction follows the travel and turns round over the presliding distance.
+        friction += step / PRESLIDING_M * (1.0 - friction * step.signum());
+        let shaft = FRICTION_N_PER_M * (p - FRICTION_FROM_M).max(0.0) * friction;
+        let layers: f64 = LAYERS.iter().zip(rupture_m).map(|(layer, p_rupture)| layer.force_n(t, p, p_rupture)).sum();
+        let noise: f64 = StandardNormal.sample(&mut rng);
+        let force = layers + shaft + NOISE_STD_N * noise;
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{t:.3},{p:.8},{v:.6},{force:.4}");
+    }
+    text
+}
+
+/// Slopes at the points of a way for which its cubic interpolation never overshoots (Fritsch and Butland 1984), per s.
+fn monotone_slopes<const N: usize>(way: &[(f64, f64); N]) -> [f64; N] {
+    let secant = |i: usize| (way[i + 1].1 - way[i].1) / (way[i + 1].0 - way[i].0);
+    std::array::from_fn(|i| {
+        if i == 0 || i + 1 == N {
+            return 0.0;
+        }
+        let (before, after) = (secant(i - 1), secant(i));
+        if before * after <= 0.0 {
+            return 0.0;
+        }
+        let (h0, h1) = (way[i].0 - way[i - 1].0, way[i + 1].0 - way[i].0);
+        let (w0, w1) = (2.0 * h1 + h0, h1 + 2.0 * h0);
+        (w0 + w1) / (w0 / before + w1 / after)
+    })
+}
+
+/// Position (m) and velocity (m/s) on a way given in mm, by cubic Hermite interpolation.
+fn hermite<const N: usize>(way: &[(f64, f64); N], slopes: &[f64; N], t: f64) -> (f64, f64) {
+    let i = way[1..N - 1].iter().take_while(|(time, _)| *time <= t).count();
+    let ((t0, y0), (t1, y1)) = (way[i], way[i + 1]);
+    let h = t1 - t0;
+    let u = ((t - t0) / h).clamp(0.0, 1.0);
+    let (d0, d1) = (h * slopes[i], h * slopes[i + 1]);
+    let (a, b) = (2.0 * (y0 - y1) + d0 + d1, -3.0 * (y0 - y1) - 2.0 * d0 - d1);
+    let position = y0 + u * (d0 + u * (b + u * a));
+    let velocity = (d0 + u * (2.0 * b + u * 3.0 * a)) / h;
+    (1e-3 * position, 1e-3 * velocity)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_recording_is_what_the_generator_writes() {
+        let shipped = include_str!("../../scenarios/recordings/in_vivo_like.csv");
+        assert!(in_vivo_like_csv(1) == shipped, "run `trocar record --out scenarios/recordings/in_vivo_like.csv`");
+        assert!(in_vivo_like_csv(2) != shipped);
+    }
+
+    #[test]
+    fn the_way_is_smooth_and_meets_its_points() {
+        let slopes = monotone_slopes(&WAY);
+        for (t, y) in WAY {
+            assert!((hermite(&WAY, &slopes, t).0 - 1e-3 * y).abs() < 1e-12);
+        }
+        for k in 1..SAMPLES {
+            let t = f64::from(k) / RATE_HZ;
+            let difference = (hermite(&WAY, &slopes, t + 1e-6).0 - hermite(&WAY, &slopes, t - 1e-6).0) / 2e-6;
+            assert!((difference - hermite(&WAY, &slopes, t).1).abs() < 1e-4, "{t}");
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! From a scenario to an engine.
+
+use super::error::ScenarioError;
+use super::resolve::{EngineKind, OperatorSpec, Scenario, TissueSpec};
+use crate::augmentation::Supervisor;
+use crate::channel::Delay;
+use crate::detection::Detector;
+use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, Observer};
+use crate::estimation::{Rls, VelocityFilter};
+use crate::lane::Lane;
+use crate::operator::{Operator, Ramp};
+use crate::plant::{MasterStep, PlantError, SlaveStep};
+use crate::sensor::Sensor;
+use crate::tissue::{KelvinVoigt, RecordedForce, Tissue};
+
+/// An engine of either kind.
+#[derive(Debug, Clone)]
+pub enum ScenarioEngine {
+    /// Stepped exactly.
+    Exact(Box<Engine<f64, ExactSides<f64>>>),
+    /// Integrated numerically.
+    Integrated(Box<Engine<f64, IntegratedSides>>),
+}
+
+impl ScenarioEngine {
+    /// Runs the scenario.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub fn run<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+        match self {
+            Self::Exact(engine) => engine.run(observer),
+            Self::Integrated(engine) => engine.run(observer),
+        }
+    }
+}
+
+impl Scenario {
+    /// The engine that the scenario asks for, ready at tick 0.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] where the parameters make no machine that can be computed with.
+    pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
+        let exact = self.engine::<f64>(0)?;
+        Ok(match self.engine {
+            EngineKind::Exact => ScenarioEngine::Exact(Box::new(exact)),
+            EngineKind::Dop853 => {
+                let start_m = self.start_m();
+                let sides = IntegratedSides::new(
+                    (&self.master, &self.arm, &self.slave),
+                    self.timing,
+                    self.grid.tick_s(),
+                    start_m,
+                    self.position_scale * start_m,
+                );
+                ScenarioEngine::Integrated(Box::new(exact.with_sides(sides)))
+            }
+        })
+    }
+
+    /// The exact engine over lanes, all running this scenario, lane `i` with the noise of stream `first_stream + i`.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactSides<L>>, ScenarioError> {
+        let tick_s = self.grid.tick_s();
+        let plant = |error: PlantError| match &error {
+            PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
+            PlantError::SlaveDegree { .. } => self.values().error("slave.denominator", error.to_string()),
+            PlantError::Build { .. } => ScenarioError::new(error.to_string()),
+        };
+        let out_of_range = |error| self.values().out_of_range(&error);
+        let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
+        let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
+        let start_m = self.start_m();
+        let velocity_filter = (self.sensor.position_resolution_m > 0.0)
+            .then(|| VelocityFilter::new(tick_s, self.sensor.position_resolution_m, self.acceleration_std_m_per_s2))
+            .transpose()
+            .map_err(out_of_range)?;
+        Ok(Engine {
+            grid: self.grid,
+            sides: ExactSides::new(&master, &slave, start_m, self.position_scale * start_m),
+            operator: match &self.operator {
+                OperatorSpec::Recording(positions) => Operator::Recording(positions.clone()),
+                OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
+                    Operator::Ramp(Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s).map_err(out_of_range)?)
+                }
+            },
+            tissue: match &self.tissue {
+                TissueSpec::Recording { force_n, rupture_ticks } => {
+                    Tissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone()))
+                }
+                TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => Tissue::KelvinVoigt(
+                    KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map_err(out_of_range)?,
+                ),
+            },
+            sensor: Sensor::new(&self.sensor, self.seed, first_stream),
+            velocity_filter,
+            contact_m: L::splat(self.contact_m),
+            estimator: Rls::new(&self.estimator),
+            detector: Detector::new(&self.detector, tick_s),
+            supervisor: Supervisor::new(&self.augmentation, self.detector.cusum.threshold, tick_s),
+            forward: Delay::new(self.forward_ticks, L::splat(start_m)),
+            backward: Delay::new(self.backward_ticks, L::zero()),
+            force_scale: L::splat(self.force_scale),
+            position_scale: L::splat(self.position_scale),
+        })
+    }
+
+    /// Where the person begins, in m; both sides begin there at rest.
+    fn start_m(&self) -> f64 {
+        match &self.operator {
+            OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),
+            OperatorSpec::Ramp { start_m, .. } => *start_m,
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! The scenarios and recordings that the binary carries, so that it works from any directory.
+
+/// What a path begins with that means a file of the binary's own.
+pub const PREFIX: &str = "builtin:";
+
+const FILES: &[(&str, &[u8])] = &[
+    ("classical.toml", include_bytes!("../../scenarios/classical.toml")),
+    ("augmented.toml", include_bytes!("../../scenarios/augmented.toml")),
+    ("in_vivo_like.csv", include_bytes!("../../scenarios/recordings/in_vivo_like.csv")),
+    ("own_ctrl_pop.csv", include_bytes!("../../scenarios/recordings/own_ctrl_pop.csv")),
+];
+
+/// The content of a file of the binary's own, by its name without [`PREFIX`].
+#[must_use]
+pub fn content(name: &str) -> Option<&'static [u8]> {
+    FILES.iter().find(|(known, _)| *known == name).map(|(_, content)| *content)
+}
+
+/// The names of all of them.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(name, _)| *name)
+}

@@ -1,0 +1,213 @@
+//! From files to entries: a scenario, what it is based on, and what the command line sets.
+
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::builtin;
+use super::error::{Place, ScenarioError};
+
+/// Largest scenario file in bytes; a real one has a few thousand.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// Longest chain of bases.
+const MOST_BASES: usize = 32;
+
+/// Where a file comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// A file on disk.
+    Disk(PathBuf),
+    /// One of the binary's own, by name.
+    Builtin(String),
+}
+
+impl Source {
+    /// What a user wrote on the command line: a path, or `builtin:` and a name.
+    #[must_use]
+    pub fn parse(text: &str) -> Self {
+        match text.strip_prefix(builtin::PREFIX) {
+            Some(name) => Self::Builtin(name.to_owned()),
+            None => Self::Disk(PathBuf::from(text)),
+        }
+    }
+
+    /// What a file at this source means by a path.
+    #[must_use]
+    pub fn relative(&self, text: &str) -> Self {
+        match (Self::parse(text), self) {
+            (Self::Disk(path), Self::Disk(here)) => Self::Disk(here.parent().unwrap_or(Path::new("")).join(path)),
+            (Self::Disk(path), Self::Builtin(_)) if path.is_relative() => Self::Builtin(text.to_owned()),
+            (other, _) => other,
+        }
+    }
+
+    /// The file as messages name it.
+    #[must_use]
+    pub fn display(&self) -> String {
+        match self {
+            Self::Disk(path) => path.display().to_string(),
+            Self::Builtin(name) => format!("{}{name}", builtin::PREFIX),
+        }
+    }
+
+    /// The file's name without its ending.
+    #[must_use]
+    pub fn stem(&self) -> String {
+        let path = match self {
+            Self::Disk(path) => path.as_path(),
+            Self::Builtin(name) => Path::new(name),
+        };
+        path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
+    }
+
+    /// The same source in its one form, for telling whether two are the same file and for writing it down.
+    #[must_use]
+    pub fn canonical(&self) -> Self {
+        match self {
+            Self::Disk(path) => Self::Disk(std::fs::canonicalize(path).unwrap_or_else(|_| path.clone())),
+            Self::Builtin(_) => self.clone(),
+        }
+    }
+
+    fn read(&self) -> Result<String, ScenarioError> {
+        let refuse = |reason: String| ScenarioError::new(format!("{}: {reason}", self.display()));
+        let bytes = match self {
+            Self::Builtin(name) => builtin::content(name).map(<[u8]>::to_vec).ok_or_else(|| {
+                let known: Vec<_> = builtin::names().collect();
+                refuse(format!("there is no such builtin file; there are {}", known.join(", ")))
+            })?,
+            Self::Disk(path) => {
+                let cannot = |error: std::io::Error| refuse(format!("cannot be read: {error}"));
+                let metadata = path.metadata().map_err(cannot)?;
+                if !metadata.is_file() {
+                    return Err(refuse("is not a regular file; give the path of a scenario file".into()));
+                }
+                let mut bytes = Vec::new();
+                let file = File::open(path).map_err(cannot)?;
+                file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
+                bytes
+            }
+        };
+        if bytes.len() as u64 > MOST_BYTES {
+            return Err(refuse(format!("is larger than the {MOST_BYTES} bytes that a scenario may have")));
+        }
+        String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8 text; save it as UTF-8".into()))
+    }
+}
+
+/// One key with its value, as a file gives it.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// Dotted path.
+    pub path: String,
+    /// The value.
+    pub value: toml::Value,
+    /// Where the key stands.
+    pub key_place: Place,
+    /// Where the value stands.
+    pub value_place: Place,
+    /// The file that the entry's own paths are relative to.
+    pub source: Source,
+}
+
+/// Every entry of a scenario, its bases and its command-line settings; the first one of a path counts.
+///
+/// # Errors
+/// A file that cannot be read, is no TOML, or is based on itself; a setting that is not `section.key=value`.
+pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, ScenarioError> {
+    let mut entries = Vec::new();
+    for setting in settings.iter().rev() {
+        entries.extend(parse_setting(setting)?);
+    }
+    let mut seen = HashSet::new();
+    let mut next = Some((source.clone(), None));
+    while let Some((source, place)) = next {
+        if !seen.insert(source.canonical()) {
+            let message = format!("{} is based on itself", source.display());
+            return Err(ScenarioError::new(message).at(place).remedy("base must name another file"));
+        }
+        if seen.len() > MOST_BASES {
+            let message = format!("the chain of bases is longer than {MOST_BASES}");
+            return Err(ScenarioError::new(message).at(place).remedy("base on a file nearer to the first"));
+        }
+        let text = source.read().map_err(|error| error.at(place))?;
+        let file = parse(&source.display(), &text, &source)?;
+        let (bases, rest): (Vec<_>, Vec<_>) = file.into_iter().partition(|entry| entry.path == "base");
+        entries.extend(rest);
+        next = bases.into_iter().next().map(|entry| based_on(&source, entry)).transpose()?;
+    }
+    Ok(entries)
+}
+
+fn based_on(source: &Source, entry: Entry) -> Result<(Source, Option<Place>), ScenarioError> {
+    let Some(path) = entry.value.as_str().filter(|path| !path.is_empty()) else {
+        let message = format!("base is {}, must be the path of a scenario file", entry.value);
+        return Err(ScenarioError::new(message).at(Some(entry.value_place)));
+    };
+    Ok((source.relative(path), Some(entry.value_place)))
+}
+
+/// The entries of one file.
+fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, ScenarioError> {
+    let (file, text): (Arc<str>, Arc<str>) = (name.into(), text.into());
+    let place = |span: Range<usize>| Place { file: file.clone(), text: text.clone(), span };
+    let table = DeTable::parse(&text).map_err(|error| {
+        ScenarioError::new(error.message().to_owned()).at(error.span().map(place)).remedy("scenarios are TOML files")
+    })?;
+    let mut entries = Vec::new();
+    flatten("", table.get_ref(), &mut |path, key: Range<usize>, value: &Spanned<DeValue<'_>>| {
+        let raw = text.get(value.span()).unwrap_or_default();
+        let parsed = ValueDeserializer::parse(raw)
+            .and_then(toml::Value::deserialize)
+            .map_err(|error| ScenarioError::new(error.message().to_owned()).at(Some(place(value.span()))))?;
+        entries.push(Entry {
+            path,
+            value: parsed,
+            key_place: place(key),
+            value_place: place(value.span()),
+            source: source.clone(),
+        });
+        Ok(())
+    })?;
+    Ok(entries)
+}
+
+type Leaf<'a> = dyn FnMut(String, Range<usize>, &Spanned<DeValue<'_>>) -> Result<(), ScenarioError> + 'a;
+
+/// Visits every value that is not itself a table.
+fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(), ScenarioError> {
+    for (key, value) in table {
+        let path = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        match value.get_ref() {
+            DeValue::Table(inner) => flatten(&path, inner, leaf)?,
+            _ => leaf(path, key.span(), value)?,
+        }
+    }
+    Ok(())
+}
+
+/// `section.key=value` as a document of its own; a value that is no TOML is a text.
+pub(super) fn parse_setting(setting: &str) -> Result<Vec<Entry>, ScenarioError> {
+    let remedy = "write --set section.key=value, as in --set scaling.force=2";
+    let Some((key, value)) = setting.split_once('=') else {
+        return Err(ScenarioError::new(format!("--set {setting}: there is no '='")).remedy(remedy));
+    };
+    let (key, value) = (key.trim(), value.trim());
+    let is_toml = ValueDeserializer::parse(value).and_then(toml::Value::deserialize).is_ok();
+    let value = if is_toml { value.to_owned() } else { toml::Value::String(value.to_owned()).to_string() };
+    // Paths on the command line are relative to where the user is.
+    let here = Source::Disk(PathBuf::new());
+    let entries = parse("--set", &format!("{key} = {value}"), &here)?;
+    if entries.iter().any(|entry| entry.path == "base") {
+        return Err(ScenarioError::new("base cannot be set on the command line").remedy("name another scenario"));
+    }
+    Ok(entries)
+}

@@ -1,0 +1,89 @@
+//! What is wrong with a scenario, and where.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A stretch of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    /// The file as the user named it.
+    pub file: Arc<str>,
+    /// Its whole text.
+    pub text: Arc<str>,
+    /// The bytes meant, within the text.
+    pub span: Range<usize>,
+}
+
+impl Place {
+    /// Line and column of its beginning, from 1.
+    #[must_use]
+    pub fn line_and_column(&self) -> (usize, usize) {
+        let before = self.text.get(..self.span.start).unwrap_or(&self.text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        (line, column)
+    }
+}
+
+/// A scenario that cannot be run as written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenarioError {
+    /// What is wrong, with the number and what is allowed.
+    pub message: String,
+    /// Where, if it stands in a file.
+    pub place: Option<Place>,
+    /// What to do about it.
+    pub remedy: Option<String>,
+}
+
+impl ScenarioError {
+    /// An error without a place.
+    #[must_use]
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), place: None, remedy: None }
+    }
+
+    /// The same error at a place, if there is one.
+    #[must_use]
+    pub fn at(mut self, place: Option<Place>) -> Self {
+        self.place = place;
+        self
+    }
+
+    /// The same error with a remedy.
+    #[must_use]
+    pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into());
+        self
+    }
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            let (line, column) = place.line_and_column();
+            write!(f, "{}:{line}:{column}: ", place.file)?;
+        }
+        f.write_str(&self.message)?;
+        if let Some(remedy) = &self.remedy {
+            write!(f, "; {remedy}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for ScenarioError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_counted_as_an_editor_does() {
+        let place = Place { file: "a.toml".into(), text: "x = 1\nµ = 2\n".into(), span: 9..11 };
+        assert_eq!(place.line_and_column(), (2, 3));
+        let error = ScenarioError::new("no").at(Some(place)).remedy("do");
+        assert_eq!(error.to_string(), "a.toml:2:3: no; do");
+    }
+}

@@ -1,0 +1,452 @@
+//! From values to what the engine needs: nothing optional is left that a run would have to guess.
+
+use std::sync::Arc;
+
+use super::builtin;
+use super::document::Source;
+use super::error::ScenarioError;
+use super::keys::DISTANCES;
+use super::value::Value;
+use super::values::Values;
+use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Freeze, Reengage};
+use crate::channel::MOST_DELAY_TICKS;
+use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
+use crate::estimation::RlsSettings;
+use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
+use crate::recording::{Column, Columns, Limits, Recording, open_csv, read_csv};
+use crate::sensor::SensorSettings;
+use crate::time::{TickGrid, whole_ticks};
+
+/// Length of a run without a recording, in s.
+const DEFAULT_DURATION_S: f64 = 7.0;
+
+/// Most ticks of one scenario: at 1 kHz nearly three hours, in a trace 1.4 GB.
+const MOST_TICKS: u64 = 10_000_000;
+
+/// How the sides are brought from tick to tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EngineKind {
+    /// By matrix exponentials.
+    Exact,
+    /// By numerical integration, as a check.
+    Dop853,
+}
+
+/// What the person does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum OperatorSpec {
+    /// Positions in m, one a tick.
+    Recording(Arc<[f64]>),
+    /// A constant speed.
+    Ramp {
+        /// Where it begins, in m.
+        start_m: f64,
+        /// Where it ends, in m.
+        end_m: f64,
+        /// How fast it gets there, in m/s.
+        speed_m_per_s: f64,
+    },
+}
+
+/// What the needle meets.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TissueSpec {
+    /// Forces in N, one a tick, and the ticks of the labelled ruptures.
+    Recording {
+        /// Forces in N, one a tick.
+        force_n: Arc<[f64]>,
+        /// When the labels place a rupture.
+        rupture_ticks: Arc<[u64]>,
+    },
+    /// A spring and a damper.
+    KelvinVoigt {
+        /// K in N/m.
+        stiffness_n_per_m: f64,
+        /// B in N·s/m.
+        damping_n_s_per_m: f64,
+        /// The surface, in m.
+        contact_m: f64,
+    },
+}
+
+/// A scenario that can be run.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Names its folder and its lines.
+    pub name: String,
+    /// Its ticks.
+    pub grid: TickGrid,
+    /// How the sides are stepped.
+    pub engine: EngineKind,
+    /// Where the controllers run.
+    pub timing: ControlTiming,
+    /// The seed of its noise.
+    pub seed: u64,
+    /// The master.
+    pub master: MasterParameters,
+    /// The arm.
+    pub arm: ArmParameters,
+    /// The slave.
+    pub slave: SlaveParameters,
+    /// Force fed back per force measured.
+    pub force_scale: f64,
+    /// Slave's motion per master's.
+    pub position_scale: f64,
+    /// Delay from master to slave, in ticks.
+    pub forward_ticks: u64,
+    /// Delay from slave to master, in ticks.
+    pub backward_ticks: u64,
+    /// The person.
+    pub operator: OperatorSpec,
+    /// The tissue.
+    pub tissue: TissueSpec,
+    /// The sensors.
+    pub sensor: SensorSettings,
+    /// The acceleration that the velocity filter expects, in m/s².
+    pub acceleration_std_m_per_s2: f64,
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// Where the estimator takes the tissue to begin, in m.
+    pub contact_m: f64,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// The supervisor.
+    pub augmentation: AugmentationSettings,
+    values: Values,
+}
+
+/// A recording with its labels, as a scenario describes it.
+#[derive(Debug, Clone)]
+pub struct RecordingSpec {
+    /// The samples, in SI units and this crate's signs.
+    pub recording: Recording,
+    /// When layers rupture, in s after the first sample.
+    pub ruptures_s: Vec<f64>,
+}
+
+impl Scenario {
+    /// Loads a scenario with its bases, overridden by `section.key=value` settings.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] with the place and the remedy for anything that is wrong with it or its recording.
+    pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
+        Self::resolve(Values::load(source, settings)?)
+    }
+
+    /// Resolves values.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
+        let replays_position = values.text("operator.kind")? == "recording";
+        let replays_force = values.text("tissue.kind")? == "recording";
+        let recording = if replays_position || replays_force { Some(load_recording(&mut values)?) } else { None };
+        let grid = grid(&mut values, recording.as_ref())?;
+        let resampled = recording
+            .as_ref()
+            .map(|spec| spec.recording.resample(grid.tick_s(), grid.ticks() as usize + 1))
+            .transpose()
+            .map_err(|error| values.error("recording.file", error.to_string()))?;
+        let (operator, tissue) = match (&recording, &resampled) {
+            (Some(spec), Some(resampled)) => (
+                if replays_position {
+                    OperatorSpec::Recording(resampled.position_m.as_slice().into())
+                } else {
+                    ramp(&values)?
+                },
+                if replays_force {
+                    let rupture_ticks = rupture_ticks(&values, spec, &grid)?;
+                    TissueSpec::Recording { force_n: resampled.force_n.as_slice().into(), rupture_ticks }
+                } else {
+                    kelvin_voigt(&values)?
+                },
+            ),
+            _ => (ramp(&values)?, kelvin_voigt(&values)?),
+        };
+        let scenario = Self {
+            name: name(&values)?,
+            grid,
+            engine: if values.text("simulation.engine")? == "exact" { EngineKind::Exact } else { EngineKind::Dop853 },
+            timing: match values.text("simulation.control")? {
+                "sampled" => ControlTiming::Sampled,
+                _ => ControlTiming::Continuous,
+            },
+            seed: values.whole("simulation.seed")?,
+            master: MasterParameters {
+                mass_kg: values.number("master.mass_kg")?,
+                damping_n_s_per_m: values.number("master.damping_n_s_per_m")?,
+                force_integral_gain: values.number("master.force_integral_gain")?,
+                coupling: match values.text("master.coupling")? {
+                    "as-printed" => Coupling::AsPrinted,
+                    _ => Coupling::Physical,
+                },
+            },
+            arm: ArmParameters {
+                k_a_n_per_m: values.number("arm.k_a_n_per_m")?,
+                b_a_n_s_per_m: values.number("arm.b_a_n_s_per_m")?,
+                k_h_n_per_m: values.number("arm.k_h_n_per_m")?,
+                b_h_n_s_per_m: values.number("arm.b_h_n_s_per_m")?,
+                m_h_kg: values.number("arm.m_h_kg")?,
+            },
+            slave: SlaveParameters {
+                numerator: values.numbers("slave.numerator")?.to_vec(),
+                denominator: values.numbers("slave.denominator")?.to_vec(),
+                proportional_gain: values.number("slave.proportional_gain")?,
+                velocity_gain: values.number("slave.velocity_gain")?,
+                damping: match values.text("slave.damping")? {
+                    "as-printed" => Damping::AsPrinted,
+                    _ => Damping::Velocity,
+                },
+            },
+            force_scale: values.number("scaling.force")?,
+            position_scale: values.number("scaling.position")?,
+            forward_ticks: delay_ticks(&values, "channel.forward_delay_s", &grid)?,
+            backward_ticks: delay_ticks(&values, "channel.backward_delay_s", &grid)?,
+            operator,
+            tissue,
+            sensor: SensorSettings {
+                force_noise_std_n: values.number("sensor.force_noise_std_n")?,
+                force_resolution_n: values.number("sensor.force_resolution_n")?,
+                position_resolution_m: values.number("sensor.position_resolution_m")?,
+            },
+            acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
+            estimator: estimator(&mut values)?,
+            contact_m: values.number("estimator.contact_m")?,
+            detector: detector(&mut values)?,
+            augmentation: augmentation(&values)?,
+            values,
+        };
+        scenario.check()?;
+        Ok(scenario)
+    }
+
+    /// The values that it was resolved from, derived ones included.
+    #[must_use]
+    pub fn values(&self) -> &Values {
+        &self.values
+    }
+
+    /// The scenario with every default written out; loading it gives the same scenario.
+    #[must_use]
+    pub fn echo(&self) -> String {
+        self.values.to_toml()
+    }
+
+    /// When layers rupture in truth, in s, where that is known beforehand.
+    #[must_use]
+    pub fn rupture_times_s(&self) -> Vec<f64> {
+        match &self.tissue {
+            TissueSpec::Recording { rupture_ticks, .. } => {
+                rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
+            }
+            TissueSpec::KelvinVoigt { .. } => vec![],
+        }
+    }
+
+    /// Checks what involves more than one key, and that the sides can be built.
+    fn check(&self) -> Result<(), ScenarioError> {
+        let out_of_range = |error| self.values.out_of_range(&error);
+        self.sensor.validate().map_err(out_of_range)?;
+        self.estimator.validate().map_err(out_of_range)?;
+        self.detector.validate().map_err(out_of_range)?;
+        self.augmentation.validate().map_err(out_of_range)?;
+        self.engine::<f64>(0).map(|_| ())
+    }
+}
+
+/// The estimator's settings alone, for values that need not make a whole scenario.
+pub(super) fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioError> {
+    let normalisation = values.number("estimator.normalisation")?;
+    let initial_gain = values.optional_number("estimator.initial_gain").unwrap_or(if normalisation > 0.0 {
+        10.0 * normalisation
+    } else {
+        1e4
+    });
+    let memory = if normalisation > 0.0 { 10.0 / normalisation } else { 5e-4 };
+    let reset_threshold = values.optional_number("estimator.reset_threshold").unwrap_or(2.0 / initial_gain + memory);
+    values.derive_if_missing("estimator.initial_gain", Value::Number(initial_gain));
+    values.derive_if_missing("estimator.reset_threshold", Value::Number(reset_threshold));
+    let dead_zone_n = values.number("estimator.dead_zone_n")?;
+    Ok(RlsSettings { initial_gain, reset_threshold, dead_zone_n, normalisation })
+}
+
+/// The detector's settings alone.
+pub(super) fn detector(values: &mut Values) -> Result<DetectorSettings, ScenarioError> {
+    let word = values.text("detector.distance")?;
+    let index = DISTANCES.iter().position(|known| *known == word).unwrap_or(0);
+    let kind = DistanceKind::ALL[index];
+    let hypotheses = Hypotheses {
+        quiet_std_n: values.number("detector.quiet_std_n")?,
+        rupture_std_n: values.number("detector.rupture_std_n")?,
+        rupture_mean_n: values.number("detector.rupture_mean_n")?,
+        stiffness_change_n_per_m: values.number("detector.stiffness_change_n_per_m")?,
+    };
+    hypotheses.validate().map_err(|error| values.out_of_range(&error))?;
+    let (threshold, drift) = hypotheses.tuning(kind);
+    let threshold = values.optional_number("detector.threshold").unwrap_or(threshold);
+    let drift = values.optional_number("detector.drift").unwrap_or(drift);
+    let cap = values.optional_number("detector.cap").unwrap_or(10.0 * threshold);
+    values.derive_if_missing("detector.threshold", Value::Number(threshold));
+    values.derive_if_missing("detector.drift", Value::Number(drift));
+    values.derive_if_missing("detector.cap", Value::Number(cap));
+    Ok(DetectorSettings {
+        distance: Distance { kind, hypotheses },
+        cusum: CusumSettings { threshold, drift, cap },
+        arming: ArmingSettings {
+            settle_s: values.number("detector.settle_s")?,
+            drop_only: values.flag("detector.drop_only")?,
+            withdrawal_speed_m_per_s: values.number("detector.withdrawal_speed_m_per_s")?,
+        },
+    })
+}
+
+fn augmentation(values: &Values) -> Result<AugmentationSettings, ScenarioError> {
+    Ok(AugmentationSettings {
+        enabled: values.flag("augmentation.enabled")?,
+        automaton: AutomatonSettings {
+            min_hold_s: values.number("augmentation.min_hold_s")?,
+            max_hold_s: values.number("augmentation.max_hold_s")?,
+            exit_ratio: values.number("augmentation.exit_ratio")?,
+            exit_quiet_s: values.number("augmentation.exit_quiet_s")?,
+            refractory_s: values.number("augmentation.refractory_s")?,
+        },
+        freeze: match values.text("augmentation.freeze")? {
+            "reference" => Freeze::Reference,
+            _ => Freeze::Measured,
+        },
+        reengage: match values.text("augmentation.reengage")? {
+            "clutch" => Reengage::Clutch,
+            "snap" => Reengage::Snap,
+            _ => Reengage::Ramp { catch_up_speed_m_per_s: values.number("augmentation.catch_up_speed_m_per_s")? },
+        },
+        force: match values.text("augmentation.force_law")? {
+            "amplify" => ForceLaw::Amplify { gain: values.number("augmentation.amplification")? },
+            _ => ForceLaw::Decay {
+                ratio: values.number("augmentation.decay_ratio")?,
+                time_constant_s: values.number("augmentation.decay_time_constant_s")?,
+            },
+        },
+        blend_s: values.number("augmentation.blend_s")?,
+    })
+}
+
+fn ramp(values: &Values) -> Result<OperatorSpec, ScenarioError> {
+    Ok(OperatorSpec::Ramp {
+        start_m: values.number("operator.start_m")?,
+        end_m: values.number("operator.end_m")?,
+        speed_m_per_s: values.number("operator.speed_m_per_s")?,
+    })
+}
+
+fn kelvin_voigt(values: &Values) -> Result<TissueSpec, ScenarioError> {
+    Ok(TissueSpec::KelvinVoigt {
+        stiffness_n_per_m: values.number("tissue.stiffness_n_per_m")?,
+        damping_n_s_per_m: values.number("tissue.damping_n_s_per_m")?,
+        contact_m: values.number("tissue.contact_m")?,
+    })
+}
+
+/// The name, which becomes a folder's.
+fn name(values: &Values) -> Result<String, ScenarioError> {
+    let name = values.text("name")?;
+    let harmless = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ' | '+');
+    if name.chars().all(harmless) && !name.starts_with(['.', ' ']) && name.len() <= 100 {
+        return Ok(name.to_owned());
+    }
+    let message = format!("name is {name:?}, must be usable as a folder's name");
+    Err(values.error("name", message).remedy("use letters, digits, '-' and '_'"))
+}
+
+fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGrid, ScenarioError> {
+    let tick_s = values.number("simulation.tick_s")?;
+    let duration_s = match (values.optional_number("simulation.duration_s"), recording) {
+        (Some(duration_s), _) => duration_s,
+        (None, Some(spec)) => {
+            let covered = spec.recording.ticks_covered(tick_s);
+            covered.map_err(|error| values.error("simulation.tick_s", error.to_string()))? as f64 * tick_s
+        }
+        (None, None) => DEFAULT_DURATION_S,
+    };
+    values.derive_if_missing("simulation.duration_s", Value::Number(duration_s));
+    let grid = TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))?;
+    if grid.ticks() > MOST_TICKS {
+        let message = format!("{duration_s} s in ticks of {tick_s} s are {} ticks, at most {MOST_TICKS}", grid.ticks());
+        let key =
+            if values.place("simulation.tick_s").is_some() { "simulation.tick_s" } else { "simulation.duration_s" };
+        return Err(values.error(key, message).remedy("shorten the run or lengthen the tick"));
+    }
+    Ok(grid)
+}
+
+fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<u64, ScenarioError> {
+    let delay_s = values.number(path)?;
+    let tick_s = grid.tick_s();
+    match whole_ticks(delay_s, tick_s) {
+        Some(ticks) if ticks <= MOST_DELAY_TICKS => Ok(ticks),
+        Some(ticks) => Err(values.error(path, format!("{path} is {ticks} ticks, at most {MOST_DELAY_TICKS}"))),
+        None => {
+            let ticks = delay_s / tick_s;
+            let message = format!("{path} is {delay_s}, which is {ticks} ticks of {tick_s} s, must be a whole number");
+            let (less, more) = (ticks.floor() * tick_s, ticks.ceil() * tick_s);
+            Err(values.error(path, message).remedy(format!("use {less} or {more}")))
+        }
+    }
+}
+
+fn rupture_ticks(values: &Values, spec: &RecordingSpec, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
+    let end_s = spec.recording.duration_s();
+    let refuse = |message: String| values.error("recording.ruptures_s", message);
+    if let Some(outside) = spec.ruptures_s.iter().find(|&&t| !(0.0..=end_s).contains(&t)) {
+        let message = format!("recording.ruptures_s has {outside}, must be within the recording, from 0 to {end_s} s");
+        return Err(refuse(message));
+    }
+    if let Some(pair) = spec.ruptures_s.windows(2).find(|pair| pair[1] <= pair[0]) {
+        return Err(refuse(format!("recording.ruptures_s has {} before {}, must ascend", pair[0], pair[1])));
+    }
+    let mut ticks: Vec<u64> = spec.ruptures_s.iter().map(|t| crate::time::nearest_ticks(*t, grid.tick_s())).collect();
+    ticks.dedup();
+    Ok(ticks.into())
+}
+
+/// Reads the recording that values describe.
+pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
+    let Some(source) = values.file("recording.file") else {
+        return Err(values
+            .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
+            .remedy("give recording.file, or other kinds of operator and tissue"));
+    };
+    let column = |quantity: &str, sign: f64| {
+        let scale = values.number(&format!("recording.scale.{quantity}"))? * sign;
+        let path = format!("recording.columns.{quantity}");
+        Column::new(values.text(&path)?, scale).map_err(|error| values.error(&path, error.to_string()))
+    };
+    let position_sign = values.number("recording.position_sign")?;
+    let velocity = values.is_given("recording.columns.velocity_m_per_s");
+    let columns = Columns {
+        time: column("time_s", 1.0)?,
+        position: column("position_m", position_sign)?,
+        velocity: velocity.then(|| column("velocity_m_per_s", position_sign)).transpose()?,
+        force: column("force_n", values.number("recording.force_sign")?)?,
+    };
+    let limits = Limits {
+        max_bytes: values.whole("recording.max_bytes")?,
+        max_samples: usize::try_from(values.whole("recording.max_samples")?).unwrap_or(usize::MAX),
+        max_gap_s: values.optional_number("recording.max_gap_s"),
+    };
+    let source = source.canonical();
+    let read = match &source {
+        Source::Disk(path) => open_csv(path, &columns, &limits),
+        Source::Builtin(name) => match builtin::content(name) {
+            Some(content) => read_csv(&source.display(), content, &columns, &limits),
+            None => {
+                let known: Vec<_> = builtin::names().filter(|name| name.ends_with(".csv")).collect();
+                let message = format!("there is no recording {}", source.display());
+                return Err(values.error("recording.file", message).remedy(format!("there are {}", known.join(", "))));
+            }
+        },
+    };
+    let recording = read.map_err(|error| values.error("recording.file", error.to_string()))?;
+    let ruptures_s = values.numbers("recording.ruptures_s")?.to_vec();
+    values.derive_keeping_place("recording.file", Value::Text(source.display()));
+    Ok(RecordingSpec { recording, ruptures_s })
+}

@@ -1,0 +1,88 @@
+//! A JSON Schema of scenarios, so that editors complete and check them.
+
+use serde_json::{Map, Value as Json, json};
+
+use super::keys::{Fallback, KEYS, Key, SECTIONS};
+use super::value::Kind;
+
+/// The JSON Schema (draft 2020-12) of a scenario file.
+#[must_use]
+pub fn json_schema() -> Json {
+    let mut root = table("A scenario of trocar: one simulated needle insertion.");
+    let base = json!({ "type": "string", "description": "A scenario to inherit from, relative to this file, or builtin: and a name." });
+    insert(&mut root, &["base"], base);
+    for (path, about) in SECTIONS {
+        insert(&mut root, &path.split('.').collect::<Vec<_>>(), table(about));
+    }
+    for key in KEYS {
+        insert(&mut root, &key.path.split('.').collect::<Vec<_>>(), property(key));
+    }
+    if let Json::Object(map) = &mut root {
+        map.insert("$schema".into(), json!("https://json-schema.org/draft/2020-12/schema"));
+        map.insert("title".into(), json!("trocar scenario"));
+    }
+    root
+}
+
+fn table(about: &str) -> Json {
+    json!({ "type": "object", "description": about, "additionalProperties": false, "properties": {} })
+}
+
+/// Puts a property at a path of tables that are there.
+fn insert(schema: &mut Json, path: &[&str], property: Json) {
+    let Some((first, rest)) = path.split_first() else { return };
+    let properties = &mut schema["properties"];
+    if rest.is_empty() {
+        properties[*first] = property;
+    } else {
+        insert(&mut properties[*first], rest, property);
+    }
+}
+
+fn property(key: &Key) -> Json {
+    let mut map = Map::new();
+    let mut put = |name: &str, value: Json| map.insert(name.into(), value);
+    match key.kind {
+        Kind::Number(range) => {
+            put("type", json!("number"));
+            if let Some((low, open)) = range.low() {
+                put(if open { "exclusiveMinimum" } else { "minimum" }, json!(low));
+            }
+            if let Some(high) = range.high() {
+                put("maximum", json!(high));
+            }
+        }
+        Kind::Whole(least) => {
+            put("type", json!("integer"));
+            put("minimum", json!(least));
+        }
+        Kind::Sign => {
+            put("enum", json!([1, -1]));
+        }
+        Kind::Numbers => {
+            put("type", json!("array"));
+            put("items", json!({ "type": "number" }));
+        }
+        Kind::Flag => {
+            put("type", json!("boolean"));
+        }
+        Kind::Choice(words) => {
+            put("enum", json!(words));
+        }
+        Kind::Text | Kind::File => {
+            put("type", json!("string"));
+            put("minLength", json!(1));
+        }
+    }
+    let mut meaning = key.meaning.to_owned();
+    match key.fallback {
+        Fallback::Value(value) => {
+            let default = serde_json::to_value(value().to_toml()).unwrap_or(Json::Null);
+            put("default", default);
+        }
+        Fallback::Derived(rule) => meaning.push_str(&format!(" Default: {rule}.")),
+        Fallback::Unset => {}
+    }
+    put("description", json!(meaning));
+    Json::Object(map)
+}

@@ -1,0 +1,43 @@
+//! A scenario to begin with: every key, its meaning and its default, as comments.
+
+use std::fmt::Write as _;
+
+use super::keys::{Fallback, SECTIONS};
+use super::values::keys_of;
+
+/// The text of a starter scenario of a given name.
+#[must_use]
+pub fn starter(name: &str) -> String {
+    let mut text = format!(
+        "# A trocar scenario. Check it with `trocar check`, run it with `trocar run`.\n\
+         # Every key is here with its default, commented out: uncomment what you change.\n\
+         # Lengths in m, times in s, forces in N, positive when they resist insertion.\n\
+         \n\
+         name = {}\n\
+         base = \"builtin:augmented.toml\" # inherit from a file, then override; a path is relative to this file\n",
+        toml::Value::String(name.to_owned())
+    );
+    for (section, about) in SECTIONS {
+        // Writing to a string does not fail.
+        let _ = write!(text, "\n# {about}\n[{section}]\n");
+        for key in keys_of(section) {
+            let name = key.path.rsplit('.').next().unwrap_or(key.path);
+            let _ = match key.fallback {
+                Fallback::Value(value) => {
+                    writeln!(text, "# {name} = {} # {} {}", value().to_toml(), key.meaning, must(key))
+                }
+                Fallback::Derived(rule) => writeln!(text, "# {name} = # {} Default: {rule}.", key.meaning),
+                Fallback::Unset => writeln!(text, "# {name} = # {}", key.meaning),
+            };
+        }
+    }
+    text
+}
+
+/// What a key allows, where its default does not show it.
+fn must(key: &super::Key) -> String {
+    match key.kind {
+        super::Kind::Choice(_) => format!("({})", key.kind.describe()),
+        _ => String::new(),
+    }
+}

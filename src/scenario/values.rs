@@ -1,0 +1,234 @@
+//! Every key with its value and where that was written.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use super::document::{Entry, Source, gather};
+use super::error::{Place, ScenarioError};
+use super::keys::{Fallback, KEYS, Key, SECTIONS, find, nearest};
+use super::value::{Kind, Value};
+use crate::error::InvalidValue;
+
+/// A value and where it comes from.
+#[derive(Debug, Clone)]
+struct Given {
+    value: Value,
+    /// Where it was written; none for a default.
+    place: Option<Place>,
+    /// The file that a path is relative to.
+    source: Option<Source>,
+}
+
+/// The values of a scenario by key. Keys without a value are not there.
+#[derive(Debug, Clone, Default)]
+pub struct Values {
+    given: HashMap<&'static str, Given>,
+}
+
+impl Values {
+    /// The values of a file, its bases, and `section.key=value` settings that override them, with the defaults of every
+    /// key that has one.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the files, an unknown key, or a value that its key does not allow.
+    pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
+        let mut values = Self::default();
+        for entry in gather(source, settings)? {
+            values.take(entry)?;
+        }
+        if !values.is_given("name") {
+            values.derive("name", Value::Text(source.stem()));
+        }
+        values.fill_defaults();
+        Ok(values)
+    }
+
+    /// The values of settings alone, for commands that need no file.
+    ///
+    /// # Errors
+    /// As [`Values::load`].
+    pub fn from_settings(name: &str, settings: &[String]) -> Result<Self, ScenarioError> {
+        let mut values = Self::default();
+        for setting in settings.iter().rev() {
+            for entry in super::document::parse_setting(setting)? {
+                values.take(entry)?;
+            }
+        }
+        values.derive("name", Value::Text(name.to_owned()));
+        values.fill_defaults();
+        Ok(values)
+    }
+
+    /// Checks an entry and keeps it, unless its key was given before.
+    fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
+        let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
+        let Some(value) = key.kind.accept(&entry.value) else {
+            let message = format!("{} is {}, must be {}", key.path, entry.value, key.kind.describe());
+            let mut error = ScenarioError::new(message).at(Some(entry.value_place));
+            if let (Kind::Choice(words), Some(word)) = (key.kind, entry.value.as_str()) {
+                let best = words.iter().max_by(|a, b| likeness(word, a).total_cmp(&likeness(word, b)));
+                if let Some(best) = best.filter(|best| likeness(word, best) > 0.7) {
+                    error = error.remedy(format!("did you mean \"{best}\"?"));
+                }
+            }
+            return Err(error);
+        };
+        let given = Given { value, place: Some(entry.value_place), source: Some(entry.source) };
+        self.given.entry(key.path).or_insert(given);
+        Ok(())
+    }
+
+    fn fill_defaults(&mut self) {
+        for key in KEYS {
+            if let Fallback::Value(value) = key.fallback {
+                let default = || Given { value: value(), place: None, source: None };
+                self.given.entry(key.path).or_insert_with(default);
+            }
+        }
+    }
+
+    /// Gives a key the value that follows from others.
+    pub(super) fn derive(&mut self, path: &'static str, value: Value) {
+        self.given.insert(path, Given { value, place: None, source: None });
+    }
+
+    /// Gives a key the value that follows from others, unless it has one.
+    pub(super) fn derive_if_missing(&mut self, path: &'static str, value: Value) {
+        if !self.is_given(path) {
+            self.derive(path, value);
+        }
+    }
+
+    /// Gives a key the value that its own means, as a path written in full.
+    pub(super) fn derive_keeping_place(&mut self, path: &'static str, value: Value) {
+        let place = self.place(path);
+        self.given.insert(path, Given { value, place, source: None });
+    }
+
+    /// Whether a key has a value.
+    #[must_use]
+    pub fn is_given(&self, path: &str) -> bool {
+        self.given.contains_key(path)
+    }
+
+    /// The value of a key, if it has one.
+    #[must_use]
+    pub fn get(&self, path: &str) -> Option<&Value> {
+        self.given.get(path).map(|given| &given.value)
+    }
+
+    /// Where the value of a key was written.
+    #[must_use]
+    pub fn place(&self, path: &str) -> Option<Place> {
+        self.given.get(path)?.place.clone()
+    }
+
+    /// An error about a key's value, at its place.
+    #[must_use]
+    pub fn error(&self, path: &str, message: impl Into<String>) -> ScenarioError {
+        ScenarioError::new(message).at(self.place(path))
+    }
+
+    /// An error about a value out of range, at the place of its key.
+    #[must_use]
+    pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
+        self.error(error.name, error.to_string())
+    }
+
+    pub(super) fn number(&self, path: &str) -> Result<f64, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Number(value)) => Ok(*value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    pub(super) fn optional_number(&self, path: &str) -> Option<f64> {
+        self.number(path).ok()
+    }
+
+    pub(super) fn whole(&self, path: &str) -> Result<u64, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Whole(value)) => Ok(*value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    pub(super) fn flag(&self, path: &str) -> Result<bool, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Flag(value)) => Ok(*value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    pub(super) fn text(&self, path: &str) -> Result<&str, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Text(value)) => Ok(value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    pub(super) fn numbers(&self, path: &str) -> Result<&[f64], ScenarioError> {
+        match self.get(path) {
+            Some(Value::Numbers(value)) => Ok(value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    /// The file that a key names, and where that is; `None` if the key has no value.
+    pub(super) fn file(&self, path: &str) -> Option<Source> {
+        let given = self.given.get(path)?;
+        let Value::Text(text) = &given.value else { return None };
+        Some(given.source.as_ref().map_or_else(|| Source::parse(text), |source| source.relative(text)))
+    }
+
+    fn missing(&self, path: &str) -> ScenarioError {
+        let must = find(path).map_or_else(String::new, |key| format!(", {}", key.kind.describe()));
+        self.error(path, format!("{path} is missing{must}"))
+    }
+
+    /// The values as a TOML document that resolves to themselves.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        for section in std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)) {
+            let lines: Vec<String> = keys_of(section)
+                .filter_map(|key| {
+                    let name = key.path.rsplit('.').next().unwrap_or(key.path);
+                    self.get(key.path).map(|value| format!("{name} = {}\n", value.to_toml()))
+                })
+                .collect();
+            if lines.is_empty() {
+                continue;
+            }
+            if !section.is_empty() {
+                // Writing to a string does not fail.
+                let _ = write!(text, "\n[{section}]\n");
+            }
+            text.extend(lines);
+        }
+        text
+    }
+}
+
+/// The keys that stand in a section, in the order in which they are written.
+pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
+    KEYS.iter().filter(move |key| key.path.rsplit_once('.').map_or("", |(parent, _)| parent) == section)
+}
+
+fn likeness(a: &str, b: &str) -> f64 {
+    strsim::jaro_winkler(a, b)
+}
+
+fn unknown(entry: &Entry) -> ScenarioError {
+    let path = &entry.path;
+    let place = Some(entry.key_place.clone());
+    if SECTIONS.iter().any(|(section, _)| section == path) {
+        let message = format!("{path} is {}, must be a section of keys", entry.value);
+        return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
+    }
+    let error = ScenarioError::new(format!("there is no key {path}")).at(place);
+    match nearest(path) {
+        Some(known) => error.remedy(format!("did you mean {known}?")),
+        None => error.remedy("`trocar init` writes a scenario with every key"),
+    }
+}
