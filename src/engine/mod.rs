@@ -11,6 +11,7 @@
 //! 6. channel: `F_ed` to the master
 //! 7. both sides to tick `k + 1`
 
+mod dispatch;
 mod exact;
 mod integrated;
 mod observer;
@@ -74,6 +75,12 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     /// # Errors
     /// [`IntegrationError`] where the sides are integrated numerically and the integrator gives up.
     pub fn run<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+        dispatch::run(self, observer)
+    }
+
+    /// [`Engine::run`] in the instruction set of whoever inlines it.
+    #[inline(always)]
+    fn run_ticks<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
         let mut desired = self.operator.desired_position_m(0);
         for tick in 0..self.grid.ticks() {
             let desired_next = self.operator.desired_position_m(tick + 1);

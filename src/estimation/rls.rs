@@ -142,18 +142,20 @@ impl<L: Lane> Rls<L> {
         let inverse_weight = one + self.normalisation * squared_regressor;
         let q0 = f00 * p + f01 * v;
         let q1 = f01 * p + f11 * v;
-        let share = delta / (inverse_weight + (p * q0 + v * q1));
-        let correction = [share * q0 * residual, share * q1 * residual];
+        // What does not wait for the residual is computed beside it.
+        let inverse = one / (inverse_weight + (p * q0 + v * q1));
+        let (g0, g1) = (q0 * inverse, q1 * inverse);
+        let information_gain = squared_regressor / inverse_weight;
+        let heeded = delta * residual;
+        let correction = [g0 * heeded, g1 * heeded];
         self.parameters = [self.parameters[0] + correction[0], self.parameters[1] + correction[1]];
 
-        let information = self.information + delta * squared_regressor / inverse_weight;
-        let restore = information.ge(self.reset_threshold);
-        self.information = L::select(restore, self.initial_information, information);
-        self.gain = [
-            L::select(restore, self.initial_gain, f00 - share * q0 * q0),
-            L::select(restore, zero, f01 - share * q0 * q1),
-            L::select(restore, self.initial_gain, f11 - share * q1 * q1),
-        ];
+        self.gain = [f00 - delta * (g0 * q0), f01 - delta * (g0 * q1), f11 - delta * (g1 * q1)];
+        self.information = self.information + delta * information_gain;
+        let restore = self.information.ge(self.reset_threshold);
+        if restore.any() {
+            self.restore(restore);
+        }
 
         let contact = depth_m.gt(zero);
         self.regressor = [L::select(contact, depth_m, zero), L::select(contact, velocity_m_per_s, zero)];
@@ -164,6 +166,17 @@ impl<L: Lane> Rls<L> {
             stiffness_n_per_m: self.parameters[0],
             damping_n_s_per_m: self.parameters[1],
         }
+    }
+
+    /// `F = F_0`, `x = tr(F_0⁻¹)` where the mask holds.
+    fn restore(&mut self, mask: L::Mask) {
+        let [f00, f01, f11] = self.gain;
+        self.gain = [
+            L::select(mask, self.initial_gain, f00),
+            L::select(mask, L::zero(), f01),
+            L::select(mask, self.initial_gain, f11),
+        ];
+        self.information = L::select(mask, self.initial_information, self.information);
     }
 
     /// Whether the last sample was in contact.

@@ -12,10 +12,11 @@ use crate::time::TickGrid;
 const MOST_KEPT: usize = 4096;
 
 /// Sums over every tick of a lane's run, in lanes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 struct Sums<L> {
     absolute_residual: L,
     squared_tracking_error: L,
+    teleoperation_ticks: L,
     operator_power: L,
     tissue_power: L,
     first_operator_power: L,
@@ -42,7 +43,6 @@ struct History {
     mode: f64,
     mode_ticks: [u64; 3],
     mode_switches: u64,
-    last_commanded_n: f64,
     step_excess_n: f64,
     diverged_at: Option<u64>,
 }
@@ -60,7 +60,6 @@ impl History {
             mode: Mode::Teleoperation.code(),
             mode_ticks: [0; 3],
             mode_switches: 0,
-            last_commanded_n: 0.0,
             step_excess_n: 0.0,
             diverged_at: None,
         }
@@ -71,7 +70,7 @@ impl History {
     }
 
     /// A tick at which something happens or is still happening.
-    fn observe(&mut self, s: &Signals<f64>, grid: &TickGrid) {
+    fn observe(&mut self, s: &Signals<f64>, force_step_n: f64, grid: &TickGrid) {
         while self.ruptures.get(self.first_open).is_some_and(|rupture| !rupture.contains(s.tick)) {
             self.first_open += 1;
         }
@@ -91,11 +90,11 @@ impl History {
         if s.ruptured && self.ruptures.len() < MOST_KEPT {
             self.ruptures.push(RuptureWindow::open(s, grid));
         }
-        self.observe_event(s, grid);
+        self.mode_ticks[s.mode as usize] += 1;
+        self.observe_event(s, force_step_n, grid);
     }
 
-    fn observe_event(&mut self, s: &Signals<f64>, grid: &TickGrid) {
-        let step = (s.commanded_force_n - self.last_commanded_n).abs();
+    fn observe_event(&mut self, s: &Signals<f64>, step: f64, grid: &TickGrid) {
         if self.event_goes_on || s.mode != self.mode {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
@@ -118,9 +117,12 @@ pub struct MetricsObserver<L: Lane> {
     grid: TickGrid,
     ticks: u64,
     sums: Sums<L>,
-    teleoperation_ticks: L,
     histories: Vec<History>,
+    /// Lanes that have not diverged.
     running: usize,
+    /// Lanes with something going on.
+    open_histories: usize,
+    last_commanded_n: L,
 }
 
 impl<L: Lane> MetricsObserver<L> {
@@ -134,6 +136,7 @@ impl<L: Lane> MetricsObserver<L> {
             sums: Sums {
                 absolute_residual: zero,
                 squared_tracking_error: zero,
+                teleoperation_ticks: zero,
                 operator_power: zero,
                 tissue_power: zero,
                 first_operator_power: zero,
@@ -145,9 +148,10 @@ impl<L: Lane> MetricsObserver<L> {
                 least_force: L::splat(f64::INFINITY),
                 greatest_force: L::splat(f64::NEG_INFINITY),
             },
-            teleoperation_ticks: zero,
             histories: (0..L::WIDTH).map(|_| History::new(expected_ruptures)).collect(),
             running: L::WIDTH,
+            open_histories: 0,
+            last_commanded_n: zero,
         }
     }
 
@@ -180,7 +184,7 @@ impl<L: Lane> MetricsObserver<L> {
             mean_absolute_residual_n: mean(self.sums.absolute_residual, ticks as f64),
             least_tissue_force_n: ran.then(|| self.sums.least_force.lane(index)),
             greatest_tissue_force_n: ran.then(|| self.sums.greatest_force.lane(index)),
-            tracking_rmse_m: mean(self.sums.squared_tracking_error, self.teleoperation_ticks.lane(index))
+            tracking_rmse_m: mean(self.sums.squared_tracking_error, self.sums.teleoperation_ticks.lane(index))
                 .map(f64::sqrt),
             final_slave_position_m: ran.then_some(slave_m),
             final_tracking_error: (ran && reference_m != 0.0).then(|| (reference_m - slave_m) / reference_m),
@@ -203,42 +207,9 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    #[inline(always)]
-    fn add(&mut self, s: &Signals<L>, running: L::Mask) {
-        let zero = L::zero();
-        let sums = &mut self.sums;
-        let add = |sum: L, value: L| sum + L::select(running, value, zero);
-        sums.absolute_residual = add(sums.absolute_residual, s.residual_n.abs());
-        let following = running & s.mode.lt(L::splat(0.5));
-        let error = s.slave_position_m - s.slave_reference_m;
-        sums.squared_tracking_error = sums.squared_tracking_error + L::select(following, error * error, zero);
-        self.teleoperation_ticks = self.teleoperation_ticks + L::select(following, L::splat(1.0), zero);
-        let operator_power = s.operator_force_n * s.master_velocity_m_per_s;
-        let tissue_power = s.tissue_force_n * s.slave_velocity_m_per_s;
-        if self.ticks == 0 {
-            sums.first_operator_power = operator_power;
-            sums.first_tissue_power = tissue_power;
-        }
-        sums.operator_power = add(sums.operator_power, operator_power);
-        sums.tissue_power = add(sums.tissue_power, tissue_power);
-        let keep = |last: L, value: L| L::select(running, value, last);
-        sums.last_operator_power = keep(sums.last_operator_power, operator_power);
-        sums.last_tissue_power = keep(sums.last_tissue_power, tissue_power);
-        sums.last_slave = keep(sums.last_slave, s.slave_position_m);
-        sums.last_reference = keep(sums.last_reference, s.slave_reference_m);
-        sums.least_force = L::select(running, s.tissue_force_n.min(sums.least_force), sums.least_force);
-        sums.greatest_force = L::select(running, s.tissue_force_n.max(sums.greatest_force), sums.greatest_force);
-    }
-}
-
-impl<L: Lane> Observer<L> for MetricsObserver<L> {
-    #[inline(always)]
-    fn observe(&mut self, s: &Signals<L>) {
-        let bound = L::splat(DIVERGED_M);
-        let sound = s.master_position_m.abs().le(bound) & s.slave_position_m.abs().le(bound);
-        let teleoperation = s.mode.lt(L::splat(0.5));
-        self.add(s, sound);
-        let eventful = !sound | !teleoperation | s.ruptured | s.alarm;
+    /// The lanes in which something happens or is still happening; seldom any.
+    fn observe_histories(&mut self, s: &Signals<L>, sound: L::Mask, eventful: L::Mask) {
+        self.open_histories = 0;
         for index in 0..L::WIDTH {
             let history = &mut self.histories[index];
             if history.diverged_at.is_some() {
@@ -250,12 +221,78 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
                 continue;
             }
             if eventful.lane(index) || history.has_open_window() {
-                let lane = s.lane(index);
-                history.observe(&lane, &self.grid);
-                history.mode_ticks[lane.mode as usize] += 1;
+                let force_step = (s.commanded_force_n - self.last_commanded_n).abs().lane(index);
+                history.observe(&s.lane(index), force_step, &self.grid);
             }
-            history.last_commanded_n = s.commanded_force_n.lane(index);
+            self.open_histories += usize::from(history.has_open_window());
         }
+    }
+
+    /// Adds a tick to the sums of the lanes that are `running`, those in teleoperation to the tracking error's.
+    #[inline(always)]
+    fn add(&mut self, s: &Signals<L>, running: L::Mask, following: L::Mask) {
+        let operator_power = s.operator_force_n * s.master_velocity_m_per_s;
+        let tissue_power = s.tissue_force_n * s.slave_velocity_m_per_s;
+        if self.ticks == 0 {
+            self.sums.first_operator_power = operator_power;
+            self.sums.first_tissue_power = tissue_power;
+        }
+        let before = self.sums;
+        let error = s.slave_position_m - s.slave_reference_m;
+        let sums = &mut self.sums;
+        sums.absolute_residual = before.absolute_residual + s.residual_n.abs();
+        sums.operator_power = before.operator_power + operator_power;
+        sums.tissue_power = before.tissue_power + tissue_power;
+        sums.last_operator_power = operator_power;
+        sums.last_tissue_power = tissue_power;
+        sums.last_slave = s.slave_position_m;
+        sums.last_reference = s.slave_reference_m;
+        sums.least_force = s.tissue_force_n.min(before.least_force);
+        sums.greatest_force = s.tissue_force_n.max(before.greatest_force);
+        sums.squared_tracking_error = before.squared_tracking_error + error * error;
+        sums.teleoperation_ticks = before.teleoperation_ticks + L::splat(1.0);
+        if !(running & following).all() {
+            sums.keep(&before, running, following);
+        }
+    }
+}
+
+impl<L: Lane> Sums<L> {
+    /// Takes back what was added to lanes that do not run, and the tracking of those that do not follow.
+    fn keep(&mut self, before: &Self, running: L::Mask, following: L::Mask) {
+        let new = *self;
+        let keep = |new: L, old: L| L::select(running, new, old);
+        let track = |new: L, old: L| L::select(running & following, new, old);
+        *self = Self {
+            absolute_residual: keep(new.absolute_residual, before.absolute_residual),
+            squared_tracking_error: track(new.squared_tracking_error, before.squared_tracking_error),
+            teleoperation_ticks: track(new.teleoperation_ticks, before.teleoperation_ticks),
+            operator_power: keep(new.operator_power, before.operator_power),
+            tissue_power: keep(new.tissue_power, before.tissue_power),
+            first_operator_power: new.first_operator_power,
+            first_tissue_power: new.first_tissue_power,
+            last_operator_power: keep(new.last_operator_power, before.last_operator_power),
+            last_tissue_power: keep(new.last_tissue_power, before.last_tissue_power),
+            last_slave: keep(new.last_slave, before.last_slave),
+            last_reference: keep(new.last_reference, before.last_reference),
+            least_force: keep(new.least_force, before.least_force),
+            greatest_force: keep(new.greatest_force, before.greatest_force),
+        };
+    }
+}
+
+impl<L: Lane> Observer<L> for MetricsObserver<L> {
+    #[inline(always)]
+    fn observe(&mut self, s: &Signals<L>) {
+        let bound = L::splat(DIVERGED_M);
+        let sound = s.master_position_m.abs().le(bound) & s.slave_position_m.abs().le(bound);
+        let following = s.mode.lt(L::splat(0.5));
+        self.add(s, sound, following);
+        let eventful = !sound | !following | s.ruptured | s.alarm;
+        if eventful.any() || self.open_histories > 0 {
+            self.observe_histories(s, sound, eventful);
+        }
+        self.last_commanded_n = s.commanded_force_n;
         self.ticks += 1;
     }
 

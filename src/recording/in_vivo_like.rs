@@ -37,7 +37,7 @@ const WAY: [(f64, f64); 15] = [
     (11.0, 46.0),
     (12.2, 48.0),
     (14.1, 48.0),
-    (14.6, 43.5),
+    (14.5, 44.0),
     (16.4, -2.0),
     (17.0, -6.0),
 ];
@@ -75,17 +75,19 @@ const LAYERS: [Layer; 2] = [
         power: 1.6,
         rupture_n: 4.0,
         rupture_s: RUPTURES_S[1],
-        fall_s: 0.050,
+        fall_s: 0.045,
         residual: 0.2,
         relaxation_s: 0.4,
     },
 ];
 
 /// Shaft friction in N per m of needle beyond [`FRICTION_FROM_M`].
-const FRICTION_N_PER_M: f64 = 190.0;
+const FRICTION_N_PER_M: f64 = 232.0;
 const FRICTION_FROM_M: f64 = 29e-3;
 /// Travel over which friction turns round (Dahl), in m.
-const PRESLIDING_M: f64 = 2.2e-3;
+const PRESLIDING_M: f64 = 2.6e-3;
+/// Time constant with which friction relaxes, in s: most of it is gone when the hand has held still for two seconds.
+const FRICTION_RELAXATION_S: f64 = 1.2;
 
 impl Layer {
     /// Force at time `t` (s), position `p` and position at the rupture `p_rupture` (m).
@@ -117,8 +119,9 @@ pub fn in_vivo_like_csv(seed: u64) -> String {
         let (p, v) = at(t);
         let step = p - last;
         last = p;
-        // Dahl: the share of full friction follows the travel and turns round over the presliding distance.
-        friction += step / PRESLIDING_M * (1.0 - friction * step.signum());
+        // Dahl: the share of full friction follows the travel and turns round over the presliding distance; it relaxes.
+        friction +=
+            step / PRESLIDING_M * (1.0 - friction * step.signum()) - friction / (RATE_HZ * FRICTION_RELAXATION_S);
         let shaft = FRICTION_N_PER_M * (p - FRICTION_FROM_M).max(0.0) * friction;
         let layers: f64 = LAYERS.iter().zip(rupture_m).map(|(layer, p_rupture)| layer.force_n(t, p, p_rupture)).sum();
         let noise: f64 = StandardNormal.sample(&mut rng);

@@ -1,0 +1,30 @@
+//! The instruction set, chosen at run time.
+//!
+//! The same source is compiled once for the baseline and once for wider registers. All give the same bits: no fused
+//! multiply-add is enabled, and sums keep their order.
+
+use super::{Engine, IntegrationError, Observer, Sides};
+use crate::lane::Lane;
+
+/// Runs the engine in the widest instruction set that the machine has.
+#[allow(unsafe_code, reason = "calling a function that is compiled for an instruction set")]
+pub(super) fn run<L: Lane, S: Sides<L>, O: Observer<L>>(
+    engine: &mut Engine<L, S>,
+    observer: &mut O,
+) -> Result<(), IntegrationError> {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the machine has the instructions that the function is compiled for, as was just asked.
+        return unsafe { run_avx2(engine, observer) };
+    }
+    engine.run_ticks(observer)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn run_avx2<L: Lane, S: Sides<L>, O: Observer<L>>(
+    engine: &mut Engine<L, S>,
+    observer: &mut O,
+) -> Result<(), IntegrationError> {
+    engine.run_ticks(observer)
+}
