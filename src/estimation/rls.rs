@@ -132,30 +132,12 @@ impl<L: Lane> Rls<L> {
         let zero = L::zero();
         let one = L::splat(1.0);
         let [p, v] = self.regressor;
-        let [f00, f01, f11] = self.gain;
-
         let predicted = p * self.parameters[0] + v * self.parameters[1];
         let residual = force_n - predicted;
         let delta = (residual.abs() * self.dead_zone_slope + self.dead_zone_offset).clamp(zero, one);
 
-        let squared_regressor = p * p + v * v;
-        let inverse_weight = one + self.normalisation * squared_regressor;
-        let q0 = f00 * p + f01 * v;
-        let q1 = f01 * p + f11 * v;
-        // What does not wait for the residual is computed beside it.
-        let inverse = one / (inverse_weight + (p * q0 + v * q1));
-        let (g0, g1) = (q0 * inverse, q1 * inverse);
-        let information_gain = squared_regressor / inverse_weight;
-        let heeded = delta * residual;
-        let correction = [g0 * heeded, g1 * heeded];
-        self.parameters = [self.parameters[0] + correction[0], self.parameters[1] + correction[1]];
-
-        self.gain = [f00 - delta * (g0 * q0), f01 - delta * (g0 * q1), f11 - delta * (g1 * q1)];
-        self.information = self.information + delta * information_gain;
-        let restore = self.information.ge(self.reset_threshold);
-        if restore.any() {
-            self.restore(restore);
-        }
+        // Within the dead zone, where most samples fall, nothing changes: the branch spares two divisions.
+        let correction = if delta.gt(zero).any() { self.correct(delta, residual) } else { [zero; 2] };
 
         let contact = depth_m.gt(zero);
         self.regressor = [L::select(contact, depth_m, zero), L::select(contact, velocity_m_per_s, zero)];
@@ -166,6 +148,27 @@ impl<L: Lane> Rls<L> {
             stiffness_n_per_m: self.parameters[0],
             damping_n_s_per_m: self.parameters[1],
         }
+    }
+
+    /// Moves parameters and gain by an error that counts for the share `delta`; gives the parameters' change.
+    #[inline(always)]
+    fn correct(&mut self, delta: L, residual: L) -> [L; 2] {
+        let [p, v] = self.regressor;
+        let [f00, f01, f11] = self.gain;
+        let squared_regressor = p * p + v * v;
+        let inverse_weight = L::splat(1.0) + self.normalisation * squared_regressor;
+        let q0 = f00 * p + f01 * v;
+        let q1 = f01 * p + f11 * v;
+        let share = delta / (inverse_weight + (p * q0 + v * q1));
+        let correction = [share * (q0 * residual), share * (q1 * residual)];
+        self.parameters = [self.parameters[0] + correction[0], self.parameters[1] + correction[1]];
+        self.gain = [f00 - share * (q0 * q0), f01 - share * (q0 * q1), f11 - share * (q1 * q1)];
+        self.information = self.information + delta * squared_regressor / inverse_weight;
+        let restore = self.information.ge(self.reset_threshold);
+        if restore.any() {
+            self.restore(restore);
+        }
+        correction
     }
 
     /// `F = F_0`, `x = tr(F_0⁻¹)` where the mask holds.

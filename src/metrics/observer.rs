@@ -16,7 +16,6 @@ const MOST_KEPT: usize = 4096;
 struct Sums<L> {
     absolute_residual: L,
     squared_tracking_error: L,
-    teleoperation_ticks: L,
     operator_power: L,
     tissue_power: L,
     first_operator_power: L,
@@ -136,7 +135,6 @@ impl<L: Lane> MetricsObserver<L> {
             sums: Sums {
                 absolute_residual: zero,
                 squared_tracking_error: zero,
-                teleoperation_ticks: zero,
                 operator_power: zero,
                 tissue_power: zero,
                 first_operator_power: zero,
@@ -171,6 +169,7 @@ impl<L: Lane> MetricsObserver<L> {
         let events: Vec<_> = history.events.iter().map(|event| event.close(tick_s)).collect();
         let ruptures: Vec<_> = history.ruptures.iter().map(RuptureWindow::close).collect();
         let [_, augmented, reengaging] = history.mode_ticks;
+        let following = ticks - augmented - reengaging;
         let peak = events.iter().filter_map(|event| event.peak_reengaging_speed_m_per_s).reduce(f64::max);
         Metrics {
             outcome: history
@@ -184,14 +183,13 @@ impl<L: Lane> MetricsObserver<L> {
             mean_absolute_residual_n: mean(self.sums.absolute_residual, ticks as f64),
             least_tissue_force_n: ran.then(|| self.sums.least_force.lane(index)),
             greatest_tissue_force_n: ran.then(|| self.sums.greatest_force.lane(index)),
-            tracking_rmse_m: mean(self.sums.squared_tracking_error, self.sums.teleoperation_ticks.lane(index))
-                .map(f64::sqrt),
+            tracking_rmse_m: mean(self.sums.squared_tracking_error, following as f64).map(f64::sqrt),
             final_slave_position_m: ran.then_some(slave_m),
             final_tracking_error: (ran && reference_m != 0.0).then(|| (reference_m - slave_m) / reference_m),
             peak_reengaging_speed_m_per_s: peak,
             feedback_step_excess_n: history.step_excess_n,
             mode_times: ModeTimes {
-                teleoperation_s: (ticks - augmented - reengaging) as f64 * tick_s,
+                teleoperation_s: following as f64 * tick_s,
                 augmented_s: augmented as f64 * tick_s,
                 reengaging_s: reengaging as f64 * tick_s,
             },
@@ -227,57 +225,43 @@ impl<L: Lane> MetricsObserver<L> {
             self.open_histories += usize::from(history.has_open_window());
         }
     }
-
-    /// Adds a tick to the sums of the lanes that are `running`, those in teleoperation to the tracking error's.
-    #[inline(always)]
-    fn add(&mut self, s: &Signals<L>, running: L::Mask, following: L::Mask) {
-        let operator_power = s.operator_force_n * s.master_velocity_m_per_s;
-        let tissue_power = s.tissue_force_n * s.slave_velocity_m_per_s;
-        if self.ticks == 0 {
-            self.sums.first_operator_power = operator_power;
-            self.sums.first_tissue_power = tissue_power;
-        }
-        let before = self.sums;
-        let error = s.slave_position_m - s.slave_reference_m;
-        let sums = &mut self.sums;
-        sums.absolute_residual = before.absolute_residual + s.residual_n.abs();
-        sums.operator_power = before.operator_power + operator_power;
-        sums.tissue_power = before.tissue_power + tissue_power;
-        sums.last_operator_power = operator_power;
-        sums.last_tissue_power = tissue_power;
-        sums.last_slave = s.slave_position_m;
-        sums.last_reference = s.slave_reference_m;
-        sums.least_force = s.tissue_force_n.min(before.least_force);
-        sums.greatest_force = s.tissue_force_n.max(before.greatest_force);
-        sums.squared_tracking_error = before.squared_tracking_error + error * error;
-        sums.teleoperation_ticks = before.teleoperation_ticks + L::splat(1.0);
-        if !(running & following).all() {
-            sums.keep(&before, running, following);
-        }
-    }
 }
 
 impl<L: Lane> Sums<L> {
-    /// Takes back what was added to lanes that do not run, and the tracking of those that do not follow.
-    fn keep(&mut self, before: &Self, running: L::Mask, following: L::Mask) {
-        let new = *self;
-        let keep = |new: L, old: L| L::select(running, new, old);
-        let track = |new: L, old: L| L::select(running & following, new, old);
-        *self = Self {
-            absolute_residual: keep(new.absolute_residual, before.absolute_residual),
-            squared_tracking_error: track(new.squared_tracking_error, before.squared_tracking_error),
-            teleoperation_ticks: track(new.teleoperation_ticks, before.teleoperation_ticks),
-            operator_power: keep(new.operator_power, before.operator_power),
-            tissue_power: keep(new.tissue_power, before.tissue_power),
-            first_operator_power: new.first_operator_power,
-            first_tissue_power: new.first_tissue_power,
-            last_operator_power: keep(new.last_operator_power, before.last_operator_power),
-            last_tissue_power: keep(new.last_tissue_power, before.last_tissue_power),
-            last_slave: keep(new.last_slave, before.last_slave),
-            last_reference: keep(new.last_reference, before.last_reference),
-            least_force: keep(new.least_force, before.least_force),
-            greatest_force: keep(new.greatest_force, before.greatest_force),
-        };
+    /// Adds a tick of lanes that all run and follow the hand, as they nearly always do.
+    #[inline(always)]
+    fn add(&mut self, s: &Signals<L>) {
+        let error = s.slave_position_m - s.slave_reference_m;
+        let operator_power = s.operator_force_n * s.master_velocity_m_per_s;
+        let tissue_power = s.tissue_force_n * s.slave_velocity_m_per_s;
+        self.absolute_residual = self.absolute_residual + s.residual_n.abs();
+        self.squared_tracking_error = self.squared_tracking_error + error * error;
+        self.operator_power = self.operator_power + operator_power;
+        self.tissue_power = self.tissue_power + tissue_power;
+        self.last_operator_power = operator_power;
+        self.last_tissue_power = tissue_power;
+        self.last_slave = s.slave_position_m;
+        self.last_reference = s.slave_reference_m;
+        self.least_force = s.tissue_force_n.min(self.least_force);
+        self.greatest_force = s.tissue_force_n.max(self.greatest_force);
+    }
+
+    /// Adds a tick to the lanes that are `running`, and to the tracking error of those that are `following` the hand.
+    fn add_where(&mut self, s: &Signals<L>, running: L::Mask, following: L::Mask) {
+        let before = *self;
+        self.add(s);
+        let keep = |new: &mut L, old: L| *new = L::select(running, *new, old);
+        keep(&mut self.absolute_residual, before.absolute_residual);
+        keep(&mut self.operator_power, before.operator_power);
+        keep(&mut self.tissue_power, before.tissue_power);
+        keep(&mut self.last_operator_power, before.last_operator_power);
+        keep(&mut self.last_tissue_power, before.last_tissue_power);
+        keep(&mut self.last_slave, before.last_slave);
+        keep(&mut self.last_reference, before.last_reference);
+        keep(&mut self.least_force, before.least_force);
+        keep(&mut self.greatest_force, before.greatest_force);
+        let new = self.squared_tracking_error;
+        self.squared_tracking_error = L::select(running & following, new, before.squared_tracking_error);
     }
 }
 
@@ -287,7 +271,15 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
         let bound = L::splat(DIVERGED_M);
         let sound = s.master_position_m.abs().le(bound) & s.slave_position_m.abs().le(bound);
         let following = s.mode.lt(L::splat(0.5));
-        self.add(s, sound, following);
+        if self.ticks == 0 {
+            self.sums.first_operator_power = s.operator_force_n * s.master_velocity_m_per_s;
+            self.sums.first_tissue_power = s.tissue_force_n * s.slave_velocity_m_per_s;
+        }
+        if (sound & following).all() {
+            self.sums.add(s);
+        } else {
+            self.sums.add_where(s, sound, following);
+        }
         let eventful = !sound | !following | s.ruptured | s.alarm;
         if eventful.any() || self.open_histories > 0 {
             self.observe_histories(s, sound, eventful);

@@ -1,4 +1,6 @@
 //! A plotters backend that draws every shape twice, as SVG and on a bitmap, so that a figure is laid out once and both its files agree.
+//!
+//! The bitmap stands in for plotters' own, whose wide lines have ragged joints.
 
 use std::io;
 
@@ -6,8 +8,8 @@ use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind};
+use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, Transform};
 
-use super::raster::Raster;
 use super::style::{FIGURE_WIDTH, UNITS_PER_PIXEL};
 use super::{Figure, FigureError, fonts, glyphs};
 
@@ -17,7 +19,7 @@ pub(super) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
 /// The backend; its coordinates are drawing units.
 pub(super) struct Canvas<'a> {
     svg: SVGBackend<'a>,
-    raster: &'a mut Raster,
+    pixmap: &'a mut Pixmap,
 }
 
 type Drawn = Result<(), DrawingErrorKind<io::Error>>;
@@ -31,8 +33,8 @@ pub(super) fn render(
     let height = height.clamp(1, 20_000);
     let (wide, high) = (FIGURE_WIDTH * UNITS_PER_PIXEL, height * UNITS_PER_PIXEL);
     let mut svg = String::new();
-    let mut raster = Raster::new(FIGURE_WIDTH as usize, height as usize);
-    let canvas = Canvas { svg: SVGBackend::with_string(&mut svg, (wide as u32, high as u32)), raster: &mut raster };
+    let mut pixmap = Pixmap::new(FIGURE_WIDTH as u32, height as u32).expect("neither side is 0 or enormous");
+    let canvas = Canvas { svg: SVGBackend::with_string(&mut svg, (wide as u32, high as u32)), pixmap: &mut pixmap };
     let area = canvas.into_drawing_area();
     area.fill(&plotters::style::WHITE)?;
     draw(&area)?;
@@ -43,12 +45,59 @@ pub(super) fn render(
         &format!("width=\"{FIGURE_WIDTH}\" height=\"{height}\" stroke-linejoin=\"round\" stroke-linecap=\"round\""),
         1,
     );
-    Ok(Figure { svg, png: raster.png()? })
+    Ok(Figure { svg, png: png(&pixmap)? })
 }
 
-fn pixels(at: BackendCoord) -> (f32, f32) {
+/// The image, which is opaque, as a PNG. Fast compression: lines on white compress well at any setting.
+fn png(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::with_capacity(1 << 17);
+    let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Up);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixmap.data())?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// From drawing units to pixels.
+fn to_pixels() -> Transform {
     let scale = 1.0 / UNITS_PER_PIXEL as f32;
-    (at.0 as f32 * scale, at.1 as f32 * scale)
+    Transform::from_scale(scale, scale)
+}
+
+pub(super) fn paint(color: BackendColor) -> Paint<'static> {
+    let (r, g, b) = color.rgb;
+    let mut paint = Paint::default();
+    paint.set_color_rgba8(r, g, b, (color.alpha * 255.0).round() as u8);
+    paint
+}
+
+fn path(points: &[BackendCoord]) -> Option<Path> {
+    let mut path = PathBuilder::with_capacity(points.len() + 1, points.len());
+    let (&first, rest) = points.split_first()?;
+    path.move_to(first.0 as f32, first.1 as f32);
+    for at in rest {
+        path.line_to(at.0 as f32, at.1 as f32);
+    }
+    path.finish()
+}
+
+impl Canvas<'_> {
+    fn fill(&mut self, path: Option<Path>, color: BackendColor) {
+        if let Some(path) = path {
+            self.pixmap.fill_path(&path, &paint(color), FillRule::EvenOdd, to_pixels(), None);
+        }
+    }
+
+    fn stroke(&mut self, points: &[BackendCoord], style: &impl BackendStyle) {
+        let width = style.stroke_width().max(UNITS_PER_PIXEL as u32) as f32;
+        let stroke = Stroke { width, line_cap: LineCap::Round, line_join: LineJoin::Round, ..Stroke::default() };
+        if let Some(path) = path(points) {
+            self.pixmap.stroke_path(&path, &paint(style.color()), &stroke, to_pixels(), None);
+        }
+    }
 }
 
 impl DrawingBackend for Canvas<'_> {
@@ -66,65 +115,51 @@ impl DrawingBackend for Canvas<'_> {
         self.svg.present()
     }
 
-    fn draw_pixel(&mut self, point: BackendCoord, color: BackendColor) -> Drawn {
-        self.svg.draw_pixel(point, color)?;
-        let (x, y) = pixels(point);
-        self.raster.blend(x as i32, y as i32, color, 1.0);
+    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> Drawn {
+        self.svg.draw_pixel((x, y), color)?;
+        self.fill(Rect::from_xywh(x as f32, y as f32, 1.0, 1.0).map(PathBuilder::from_rect), color);
         Ok(())
     }
 
     fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Drawn {
         self.svg.draw_line(from, to, style)?;
-        let width = style.stroke_width() as f32 / UNITS_PER_PIXEL as f32;
-        self.raster.line(&[pixels(from), pixels(to)], width, style.color());
+        self.stroke(&[from, to], style);
         Ok(())
     }
 
-    fn draw_rect<S: BackendStyle>(
-        &mut self,
-        upper_left: BackendCoord,
-        bottom_right: BackendCoord,
-        style: &S,
-        fill: bool,
-    ) -> Drawn {
-        let (left, top) = upper_left;
-        let (right, bottom) = bottom_right;
-        if fill {
-            self.svg.draw_rect(upper_left, bottom_right, style, true)?;
-            self.raster.rectangle(pixels(upper_left), pixels(bottom_right), style.color());
-            return Ok(());
+    fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Drawn {
+        let corners = [from, (to.0, from.1), to, (from.0, to.1), from];
+        if !fill {
+            return self.draw_path(corners, style);
         }
-        let outline = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-        self.draw_path(outline, style)
-    }
-
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> Drawn {
-        let path: Vec<BackendCoord> = path.into_iter().collect();
-        self.svg.draw_path(path.iter().copied(), style)?;
-        let path: Vec<(f32, f32)> = path.into_iter().map(pixels).collect();
-        let width = style.stroke_width() as f32 / UNITS_PER_PIXEL as f32;
-        self.raster.line(&path, width, style.color());
+        self.svg.draw_rect(from, to, style, true)?;
+        self.fill(path(&corners), style.color());
         Ok(())
     }
 
-    fn draw_circle<S: BackendStyle>(&mut self, center: BackendCoord, radius: u32, style: &S, _fill: bool) -> Drawn {
-        self.svg.draw_circle(center, radius, style, true)?;
-        let radius = radius as f32 / UNITS_PER_PIXEL as f32;
-        self.raster.disc(pixels(center), radius, style.color());
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, points: I, style: &S) -> Drawn {
+        let points: Vec<BackendCoord> = points.into_iter().collect();
+        self.svg.draw_path(points.iter().copied(), style)?;
+        self.stroke(&points, style);
+        Ok(())
+    }
+
+    fn draw_circle<S: BackendStyle>(&mut self, at: BackendCoord, radius: u32, style: &S, _fill: bool) -> Drawn {
+        self.svg.draw_circle(at, radius, style, true)?;
+        self.fill(PathBuilder::from_circle(at.0 as f32, at.1 as f32, radius as f32), style.color());
         Ok(())
     }
 
     fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, outline: I, style: &S) -> Drawn {
         let outline: Vec<BackendCoord> = outline.into_iter().collect();
         self.svg.fill_polygon(outline.iter().copied(), style)?;
-        let outline: Vec<(f32, f32)> = outline.into_iter().map(pixels).collect();
-        self.raster.polygon(&outline, style.color());
+        self.fill(path(&outline), style.color());
         Ok(())
     }
 
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
         self.svg.draw_text(text, style, at)?;
-        glyphs::draw(self.raster, text, style, pixels(at))
+        glyphs::draw(self.pixmap, text, style, at)
             .map_err(|error| DrawingErrorKind::DrawingError(io::Error::other(error)))
     }
 }

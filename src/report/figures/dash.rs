@@ -1,56 +1,43 @@
 //! Dashes, cut along the line's length in pixels.
 
+use tiny_skia::{Path, PathBuilder, PathSegment, StrokeDash};
+
 use super::thin::Point;
 
 /// Dashes one line may have; a noisy line, many times longer than its axes are wide, gets longer dashes instead of more.
-const MOST_DASHES: f64 = 160.0;
+const MOST_DASHES: f32 = 64.0;
 
 /// Cuts `lines` into the dashes of `pattern` (`on, off, …`); an empty pattern leaves them whole.
-pub(super) fn dashed(lines: Vec<Vec<Point>>, pattern: &[f64]) -> Vec<Vec<Point>> {
-    let period: f64 = pattern.iter().sum();
-    if pattern.len() < 2 || period <= 0.0 {
-        return lines;
-    }
+pub(super) fn dashed(lines: Vec<Vec<Point>>, pattern: &[f32]) -> Vec<Vec<Point>> {
     let length: f64 = lines.iter().flat_map(|line| line.windows(2)).map(|p| span(p[0], p[1])).sum();
-    let stretch = (length / period * (pattern.len() as f64 / 2.0) / MOST_DASHES).max(1.0);
+    let period: f32 = pattern.iter().sum();
+    let stretch = (length as f32 / period * (pattern.len() as f32 / 2.0) / MOST_DASHES).max(1.0);
+    let Some(dash) = StrokeDash::new(pattern.iter().map(|part| part * stretch).collect(), 0.0) else { return lines };
     let mut dashes = Vec::new();
     for line in lines {
-        if line.len() == 1 {
-            dashes.push(line);
-            continue;
+        match path(&line).and_then(|path| path.dash(&dash, 1.0)) {
+            Some(cut) => pieces(&cut, &mut dashes),
+            None => dashes.push(line),
         }
-        cut(&line, pattern, stretch, &mut dashes);
     }
     dashes
 }
 
-fn cut(line: &[Point], pattern: &[f64], stretch: f64, dashes: &mut Vec<Vec<Point>>) {
-    let mut phase = 0;
-    let mut left = pattern[0] * stretch;
-    let mut open = vec![line[0]];
-    for pair in line.windows(2) {
-        let (mut from, to) = (pair[0], pair[1]);
-        let mut remaining = span(from, to);
-        while remaining > left {
-            let part = left / remaining;
-            from = (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1));
-            remaining -= left;
-            if phase % 2 == 0 {
-                open.push(from);
-                dashes.push(std::mem::take(&mut open));
-            } else {
-                open = vec![from];
-            }
-            phase = (phase + 1) % pattern.len();
-            left = (pattern[phase] * stretch).max(0.5);
+fn path(line: &[Point]) -> Option<Path> {
+    let mut path = PathBuilder::new();
+    let (first, rest) = line.split_first()?;
+    path.move_to(first.0 as f32, first.1 as f32);
+    rest.iter().for_each(|at| path.line_to(at.0 as f32, at.1 as f32));
+    path.finish()
+}
+
+fn pieces(path: &Path, pieces: &mut Vec<Vec<Point>>) {
+    for segment in path.segments() {
+        match (segment, pieces.last_mut()) {
+            (PathSegment::MoveTo(at), _) => pieces.push(vec![(at.x.into(), at.y.into())]),
+            (PathSegment::LineTo(at), Some(piece)) => piece.push((at.x.into(), at.y.into())),
+            _ => {}
         }
-        left -= remaining;
-        if phase % 2 == 0 {
-            open.push(to);
-        }
-    }
-    if open.len() > 1 {
-        dashes.push(open);
     }
 }
 

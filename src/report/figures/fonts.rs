@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use ab_glyph::{Font, FontRef, ScaleFont};
+use ab_glyph::{Font, FontRef};
 use plotters::style::{FontStyle, register_font};
 
 use super::FigureError;
@@ -42,9 +42,8 @@ impl Faces {
     /// Width of `text` set at `em` pixels.
     pub(super) fn width(&self, text: &str, em: f64, bold: bool) -> f64 {
         let face = if bold { &self.bold } else { &self.regular };
-        let scaled = face.as_scaled(pixel_scale(face, em as f32));
-        let advance: f32 = text.chars().map(|c| scaled.h_advance(scaled.glyph_id(c))).sum();
-        f64::from(advance)
+        let advance: f32 = text.chars().map(|c| face.h_advance_unscaled(face.glyph_id(c))).sum();
+        f64::from(advance / units_per_em(face)) * em
     }
 
     /// `text` on one line, cut with an ellipsis where it is wider than `room` pixels.
@@ -63,12 +62,9 @@ impl Faces {
     }
 }
 
-/// The height that makes one em of `face` measure `em` pixels.
-pub(super) fn pixel_scale(face: &FontRef<'_>, em: f32) -> f32 {
-    match face.units_per_em() {
-        Some(units) if units > 0.0 => em * face.height_unscaled() / units,
-        _ => em,
-    }
+/// Units of `face` in one em.
+pub(super) fn units_per_em(face: &FontRef<'_>) -> f32 {
+    face.units_per_em().unwrap_or(2048.0)
 }
 
 #[cfg(test)]

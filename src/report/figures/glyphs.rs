@@ -2,33 +2,34 @@
 //!
 //! Plotters' own bitmap text drops each glyph's left bearing and rounds its advance to whole pixels, which shows as uneven letters.
 
-use ab_glyph::{Font, ScaleFont, point};
+use ab_glyph::{Font, FontRef, OutlineCurve};
 use plotters_backend::text_anchor::{HPos, VPos};
-use plotters_backend::{BackendTextStyle, FontStyle, FontTransform};
+use plotters_backend::{BackendCoord, BackendTextStyle, FontStyle, FontTransform};
+use tiny_skia::{FillRule, Path, PathBuilder, Pixmap, Transform};
 
 use super::FigureError;
-use super::fonts::{PLOTTERS_SIZE_PER_EM, faces, pixel_scale};
-use super::raster::Raster;
+use super::canvas::paint;
+use super::fonts::{PLOTTERS_SIZE_PER_EM, faces, units_per_em};
 use super::style::UNITS_PER_PIXEL;
 
 /// Height of DejaVu's x over its em, for the `ex` in plotters' SVG.
 const EX: f32 = 0.547;
 
-/// Draws `text` anchored at `at` (pixels), in `style`, whose size is in drawing units.
+/// Draws `text` anchored at `at`, in `style`, both in drawing units.
 pub(super) fn draw<S: BackendTextStyle>(
-    raster: &mut Raster,
+    pixmap: &mut Pixmap,
     text: &str,
     style: &S,
-    at: (f32, f32),
+    at: BackendCoord,
 ) -> Result<(), FigureError> {
     let faces = faces()?;
     let bold = matches!(style.style(), FontStyle::Bold);
     let face = if bold { &faces.bold } else { &faces.regular };
-    let em = (style.size() / PLOTTERS_SIZE_PER_EM / f64::from(UNITS_PER_PIXEL)) as f32;
-    let font = face.as_scaled(pixel_scale(face, em));
-    let width = faces.width(text, f64::from(em), bold) as f32;
+    let em = style.size() / PLOTTERS_SIZE_PER_EM / f64::from(UNITS_PER_PIXEL);
+    let width = faces.width(text, em, bold) as f32;
+    let em = em as f32;
     let anchor = style.anchor();
-    let mut x = match anchor.h_pos {
+    let x = match anchor.h_pos {
         HPos::Left => 0.0,
         HPos::Center => -width / 2.0,
         HPos::Right => -width,
@@ -37,29 +38,42 @@ pub(super) fn draw<S: BackendTextStyle>(
         VPos::Top => 0.76 * em,
         VPos::Center => 0.5 * EX * em,
         VPos::Bottom => -0.5 * EX * em,
-    }
-    .round();
-    // Whole pixels stay whole when the text is turned; only the fraction along the line is kept.
-    let turned = matches!(style.transform(), FontTransform::Rotate270);
-    let origin = (at.0.floor() as i32, at.1.round() as i32);
-    if !turned {
-        x += at.0 - at.0.floor();
-    }
-    let color = style.color();
-    for c in text.chars() {
-        let id = font.glyph_id(c);
-        let glyph = id.with_scale_and_position(font.scale(), point(x, baseline));
-        x += font.h_advance(id);
-        let Some(outline) = font.outline_glyph(glyph) else {
-            continue;
-        };
-        let bounds = outline.px_bounds();
-        let (left, top) = (bounds.min.x as i32, bounds.min.y as i32);
-        outline.draw(|i, j, coverage| {
-            let (u, v) = (left + i as i32, top + j as i32);
-            let (px, py) = if turned { (v, -u - 1) } else { (u, v) };
-            raster.blend(origin.0 + px, origin.1 + py, color, coverage);
-        });
+    };
+    let (left, top) = (at.0 as f32 / UNITS_PER_PIXEL as f32, at.1 as f32 / UNITS_PER_PIXEL as f32);
+    let size = em / units_per_em(face);
+    // Letters that stand on whole pixels have crisp feet.
+    let placed = if matches!(style.transform(), FontTransform::Rotate270) {
+        Transform::from_row(0.0, -size, -size, 0.0, (left + baseline).round(), top - x)
+    } else {
+        Transform::from_row(size, 0.0, 0.0, -size, left + x, (top + baseline).round())
+    };
+    if let Some(outline) = outline(text, face) {
+        pixmap.fill_path(&outline, &paint(style.color()), FillRule::Winding, placed, None);
     }
     Ok(())
+}
+
+/// The outlines of `text` set on one line from the origin, in the face's units, upwards positive.
+fn outline(text: &str, face: &FontRef<'_>) -> Option<Path> {
+    let mut path = PathBuilder::new();
+    let mut pen = 0.0;
+    for c in text.chars() {
+        let id = face.glyph_id(c);
+        let mut last = None;
+        for curve in face.outline(id).into_iter().flat_map(|outline| outline.curves) {
+            let (OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, _, _, to)) =
+                curve;
+            if last != Some(from) {
+                path.move_to(pen + from.x, from.y);
+            }
+            last = Some(to);
+            match curve {
+                OutlineCurve::Line(_, to) => path.line_to(pen + to.x, to.y),
+                OutlineCurve::Quad(_, a, to) => path.quad_to(pen + a.x, a.y, pen + to.x, to.y),
+                OutlineCurve::Cubic(_, a, b, to) => path.cubic_to(pen + a.x, a.y, pen + b.x, b.y, pen + to.x, to.y),
+            }
+        }
+        pen += face.h_advance_unscaled(id);
+    }
+    path.finish()
 }

@@ -2,7 +2,7 @@
 //!
 //! Callers lend their columns as [`RunView`] and [`EstimationView`]; each function returns a [`Figure`] with both files' bytes. The same input gives
 //! the same bytes on every machine: the typeface is bundled, and nothing is read from the system. Samples that are not finite leave gaps; records
-//! of any length are thinned to what a pixel column can show.
+//! of any length are thinned to what two pixels can show.
 
 mod axis;
 mod canvas;
@@ -18,7 +18,6 @@ mod limits;
 mod overlay;
 mod panel;
 mod parameters;
-mod raster;
 mod residual;
 mod style;
 mod thin;

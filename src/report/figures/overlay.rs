@@ -26,7 +26,7 @@ pub fn overlay(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Figur
     let styled = || runs.iter().zip(RUNS.iter().cycle());
     let panel = |y: Axis, y_caption, traces| Panel {
         events: events.clone(),
-        traces,
+        traces: dashes_last(traces),
         ..Panel::over_time(Axis::exact(window, X_TICKS), y, y_caption)
     };
     let slave = styled().map(|(run, line)| trace(run.time_s, run.slave_position_m, 1e3, line)).collect();
@@ -43,6 +43,12 @@ pub fn overlay(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Figur
 
 fn trace<'a>(x: &'a [f64], y: &'a [f64], scale: f64, stroke: &Stroke) -> Trace<'a> {
     Trace { x, y, scale, stroke: *stroke }
+}
+
+/// Dashes drawn over a solid line show both where runs coincide.
+fn dashes_last(mut traces: Vec<Trace<'_>>) -> Vec<Trace<'_>> {
+    traces.sort_by_key(|trace| !trace.stroke.dashes.is_empty());
+    traces
 }
 
 /// All runs' events; the shades are the first augmented run's, since shades over shades would read as a third mode.

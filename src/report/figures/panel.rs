@@ -1,5 +1,7 @@
 //! One pair of axes and what is drawn in it.
 
+use std::ops::Range;
+
 use plotters::chart::ChartBuilder;
 use plotters::element::{Circle, PathElement, Polygon, Rectangle};
 use plotters::style::{Color, RGBAColor, ShapeStyle, TRANSPARENT};
@@ -108,7 +110,8 @@ impl<'a> Panel<'a> {
             stroke(&inner, vec![vec![(at, 0.0), (at, frame.height)]], &RUPTURE)?;
         }
         for trace in &self.traces {
-            let samples = trace.x.iter().zip(trace.y);
+            let shown = shown(trace.x, &self.x);
+            let samples = trace.x[shown.clone()].iter().zip(&trace.y[shown]);
             let placed = samples.map(|(&x, &y)| (x, self.y.place(y * trace.scale)));
             stroke(&inner, polylines(placed, &frame), &trace.stroke)?;
         }
@@ -160,6 +163,13 @@ pub(super) fn stroke(area: &Area<'_>, lines: Vec<Vec<Point>>, stroke: &Stroke) -
         }
     }
     Ok(())
+}
+
+/// The samples of `x`, which increases, on `axis`, and one beyond either end for the lines that lead there.
+fn shown(x: &[f64], axis: &Axis) -> Range<usize> {
+    let end = (x.partition_point(|&x| x <= axis.high) + 1).min(x.len());
+    let start = x[..end].partition_point(|&x| x < axis.low).saturating_sub(1);
+    start..end
 }
 
 /// The pixel columns of the events inside the frame, each once.

@@ -34,7 +34,7 @@ pub(super) fn units(pixels: f64) -> i32 {
 pub(super) struct Stroke {
     pub(super) color: RGBColor,
     pub(super) width: f64,
-    pub(super) dashes: &'static [f64],
+    pub(super) dashes: &'static [f32],
 }
 
 impl Stroke {

@@ -1,4 +1,4 @@
-//! From samples to what the eye can see of them: at most four points per pixel column, clipped to the axes, straight runs merged.
+//! From samples to what the eye can see of them: at most two points per two pixels of width, clipped to the axes, straight runs merged.
 
 /// The rectangle lines are drawn in: its size in pixels and the values at its edges.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +11,8 @@ pub(super) struct Frame {
 
 pub(super) type Point = (f64, f64);
 
+/// Width of the columns of which a line keeps two points, in pixels; every line is wider.
+const COLUMN: f64 = 2.0;
 /// Points closer than this to a straight line, in pixels, are merged into it.
 const TOLERANCE: f64 = 0.12;
 /// Points a merged run may hold; bounds the work.
@@ -38,7 +40,7 @@ pub(super) fn polylines(samples: impl Iterator<Item = Point>, frame: &Frame) -> 
             continue;
         }
         let at = frame.pixel(time, value);
-        let index = at.0.floor().clamp(-1.0, frame.width + 1.0) as i64;
+        let index = (at.0 / COLUMN).floor() as i64;
         match &mut column {
             Some(open) if open.index == index => open.add(at),
             _ => {
@@ -52,35 +54,30 @@ pub(super) fn polylines(samples: impl Iterator<Item = Point>, frame: &Frame) -> 
     lines.done
 }
 
-/// Consecutive samples in one pixel column: the first, the extremes, the last, each with its rank.
+/// Consecutive samples in one column: the extremes, in the order they came.
 struct Column {
     index: i64,
-    count: usize,
-    first: Point,
-    low: (usize, Point),
-    high: (usize, Point),
-    last: Point,
+    low: Point,
+    high: Point,
+    low_first: bool,
 }
 
 impl Column {
     fn new(index: i64, at: Point) -> Self {
-        Self { index, count: 1, first: at, low: (0, at), high: (0, at), last: at }
+        Self { index, low: at, high: at, low_first: true }
     }
 
     fn add(&mut self, at: Point) {
-        if at.1 < self.low.1.1 {
-            self.low = (self.count, at);
+        if at.1 < self.low.1 {
+            (self.low, self.low_first) = (at, false);
         }
-        if at.1 > self.high.1.1 {
-            self.high = (self.count, at);
+        if at.1 > self.high.1 {
+            (self.high, self.low_first) = (at, true);
         }
-        self.last = at;
-        self.count += 1;
     }
 
-    fn points(&self) -> [Point; 4] {
-        let (a, b) = if self.low.0 <= self.high.0 { (self.low, self.high) } else { (self.high, self.low) };
-        [self.first, a.1, b.1, self.last]
+    fn points(&self) -> [Point; 2] {
+        if self.low_first { [self.low, self.high] } else { [self.high, self.low] }
     }
 }
 
@@ -196,7 +193,7 @@ mod tests {
     const FRAME: Frame = Frame { x: (0.0, 10.0), y: (-1.0, 1.0), width: 500.0, height: 200.0 };
 
     #[test]
-    fn a_million_samples_become_four_per_column_and_keep_their_extremes() {
+    fn a_million_samples_become_two_per_column_and_keep_their_extremes() {
         let noisy = (0..1_000_000).map(|k| {
             let spike = if k == 612_345 { 0.99 } else { 0.5 };
             (f64::from(k) * 1e-5, spike * f64::from(k % 7 - 3) / 3.0)
@@ -204,7 +201,7 @@ mod tests {
         let noisy = noisy.map(|(t, v)| if (t - 6.12345).abs() < 1e-9 { (t, 0.99) } else { (t, v) });
         let lines = polylines(noisy, &FRAME);
         let count: usize = lines.iter().map(Vec::len).sum();
-        assert!(count <= 4 * 502, "{count}");
+        assert!(count <= 502, "{count}");
         let top = lines.iter().flatten().fold(f64::INFINITY, |m, p| m.min(p.1));
         assert!((top - 1.0).abs() < 1e-6, "{top}");
     }
