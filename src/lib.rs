@@ -25,6 +25,9 @@
 
 pub mod augmentation;
 pub mod channel;
+pub mod cli;
+pub mod compare;
+pub mod detect;
 pub mod detection;
 pub mod engine;
 pub mod error;
@@ -36,6 +39,7 @@ pub mod operator;
 pub mod plant;
 pub mod recording;
 pub mod report;
+pub mod run;
 pub mod scenario;
 pub mod sensor;
 pub mod time;

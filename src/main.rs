@@ -1,2 +1,7 @@
 //! The `trocar` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    trocar::cli::main()
+}

@@ -1,3 +1,16 @@
-//! What a run leaves for people to read.
+//! What a run leaves for people and programs to read: tables, CSV, JSON, figures, errors. Only this floor draws or prints.
 
+pub mod diagnostic;
 pub mod figures;
+mod files;
+mod json;
+mod number;
+mod pictures;
+mod table;
+mod tables;
+
+pub use files::{Folder, OutputError, write_file};
+pub use json::{comparison_json, detection_json, summary_json};
+pub use pictures::{PictureError, comparison_pictures, detection_pictures, run_pictures};
+pub use table::Table;
+pub use tables::{comparison_csv, comparison_text, detection_csv, detection_text, facts_text, run_text, trace_csv};

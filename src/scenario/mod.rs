@@ -15,7 +15,7 @@ pub use build::ScenarioEngine;
 pub use document::Source;
 pub use error::{Place, ScenarioError};
 pub use keys::{DISTANCES, Fallback, KEYS, Key, SECTIONS};
-pub use resolve::{EngineKind, OperatorSpec, RecordingSpec, Scenario, TissueSpec};
+pub use resolve::{DetectionSpec, EngineKind, OperatorSpec, RecordingSpec, Scenario, TissueSpec};
 pub use schema::json_schema;
 pub use starter::starter;
 pub use value::{Kind, Range, Value};

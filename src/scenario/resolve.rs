@@ -124,6 +124,43 @@ pub struct RecordingSpec {
     pub ruptures_s: Vec<f64>,
 }
 
+/// What detecting ruptures in a recording needs.
+#[derive(Debug, Clone)]
+pub struct DetectionSpec {
+    /// The recording and its labels.
+    pub recording: RecordingSpec,
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// Where the tissue begins, in m.
+    pub contact_m: f64,
+    /// Step of the recorded positions in m, for the velocity filter; 0: taken from the recording.
+    pub position_resolution_m: f64,
+    /// Acceleration that the velocity filter expects, in m/s².
+    pub acceleration_std_m_per_s2: f64,
+}
+
+impl DetectionSpec {
+    /// Resolves the values that detection needs; derived ones are filled in.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
+        let spec = Self {
+            estimator: estimator(values)?,
+            detector: detector(values)?,
+            contact_m: values.number("estimator.contact_m")?,
+            position_resolution_m: values.number("sensor.position_resolution_m")?,
+            acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
+            recording: load_recording(values)?,
+        };
+        spec.estimator.validate().map_err(|error| values.out_of_range(&error))?;
+        spec.detector.validate().map_err(|error| values.out_of_range(&error))?;
+        Ok(spec)
+    }
+}
+
 impl Scenario {
     /// Loads a scenario with its bases, overridden by `section.key=value` settings.
     ///
@@ -254,8 +291,8 @@ impl Scenario {
     }
 }
 
-/// The estimator's settings alone, for values that need not make a whole scenario.
-pub(super) fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioError> {
+/// The estimator's settings.
+fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioError> {
     let normalisation = values.number("estimator.normalisation")?;
     let initial_gain = values.optional_number("estimator.initial_gain").unwrap_or(if normalisation > 0.0 {
         10.0 * normalisation
@@ -270,8 +307,8 @@ pub(super) fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioErro
     Ok(RlsSettings { initial_gain, reset_threshold, dead_zone_n, normalisation })
 }
 
-/// The detector's settings alone.
-pub(super) fn detector(values: &mut Values) -> Result<DetectorSettings, ScenarioError> {
+/// The detector's settings.
+fn detector(values: &mut Values) -> Result<DetectorSettings, ScenarioError> {
     let word = values.text("detector.distance")?;
     let index = DISTANCES.iter().position(|known| *known == word).unwrap_or(0);
     let kind = DistanceKind::ALL[index];
@@ -409,7 +446,7 @@ fn rupture_ticks(values: &Values, spec: &RecordingSpec, grid: &TickGrid) -> Resu
 }
 
 /// Reads the recording that values describe.
-pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
+fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file("recording.file") else {
         return Err(values
             .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")

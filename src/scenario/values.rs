@@ -186,6 +186,17 @@ impl Values {
         self.error(path, format!("{path} is missing{must}"))
     }
 
+    /// The values of one section, by the keys' last names.
+    #[must_use]
+    pub fn section_json(&self, section: &str) -> serde_json::Value {
+        let entry = |key: &'static Key| {
+            let name = key.path.rsplit('.').next().unwrap_or(key.path);
+            let value = self.get(key.path)?;
+            Some((name.to_owned(), serde_json::to_value(value.to_toml()).unwrap_or_default()))
+        };
+        serde_json::Value::Object(keys_of(section).filter_map(entry).collect())
+    }
+
     /// The values as a TOML document that resolves to themselves.
     #[must_use]
     pub fn to_toml(&self) -> String {

@@ -1,0 +1,34 @@
+//! `trocar check`.
+
+use clap::Args;
+
+use super::error::CliError;
+use super::{ScenarioArgs, terminal};
+
+/// Check scenarios.
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Scenario files
+    #[arg(required = true, value_name = "FILE")]
+    scenarios: Vec<String>,
+    #[command(flatten)]
+    changes: ScenarioArgs,
+    /// Print the resolved scenario, every default written out
+    #[arg(long)]
+    resolved: bool,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
+    for scenario in args.changes.load(&args.scenarios)? {
+        if args.resolved {
+            terminal::print(&scenario.echo())?;
+        } else if !args.quiet {
+            let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
+            terminal::print(&format!("{}: good, {ticks} ticks of {tick_s} s\n", scenario.name))?;
+        }
+    }
+    Ok(())
+}

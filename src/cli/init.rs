@@ -1,0 +1,31 @@
+//! `trocar init`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::error::CliError;
+use super::terminal;
+use crate::report::write_file;
+use crate::scenario::starter;
+
+/// Write a commented starter scenario.
+#[derive(Debug, Args)]
+pub(super) struct InitArgs {
+    /// File to write
+    #[arg(value_name = "FILE", default_value = "scenario.toml")]
+    file: PathBuf,
+    /// Replace the file if it is there
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(args: &InitArgs) -> Result<(), CliError> {
+    if args.file.exists() && !args.force {
+        return Err(CliError::Exists { path: args.file.display().to_string() });
+    }
+    let name = args.file.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned());
+    write_file(&args.file, starter(&name).as_bytes())?;
+    let file = args.file.display();
+    terminal::print(&format!("{file}: every key with its default; now: trocar run {file}\n"))
+}

@@ -1,0 +1,110 @@
+//! The command line.
+
+mod check;
+mod compare;
+mod detect;
+mod error;
+mod init;
+mod progress;
+mod record;
+mod run;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::scenario::{Scenario, Source, json_schema};
+use error::CliError;
+
+/// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
+///
+/// A person pushes a master, a slave pushes a needle, tissue pushes back. When a layer ruptures the needle lurches: trocar
+/// detects the rupture, freezes the slave, exaggerates the felt force drop, and says in numbers what that buys.
+#[derive(Debug, Parser)]
+#[command(name = "trocar", version, after_help = EXAMPLES, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  trocar compare                                      classical against augmented, on the shipped insertion
+  trocar init my.toml && trocar run my.toml           a scenario of your own
+  trocar run builtin:augmented.toml --set augmentation.reengage=snap
+  trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n --contact-m 0.012
+
+Exit codes: 0 done, 1 the work failed, 2 the input is wrong.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run scenarios: metrics, trace, figures
+    Run(run::RunArgs),
+    /// Compare scenarios; with none, the shipped pair: classical against augmented
+    Compare(compare::CompareArgs),
+    /// Run the estimator and the detector on a recording of your own
+    Detect(detect::DetectArgs),
+    /// Write the in-vivo-like recording, or one of another seed
+    Record(record::RecordArgs),
+    /// Check scenarios without running them
+    Check(check::CheckArgs),
+    /// Print a JSON Schema of scenario files, for editors
+    Schema,
+    /// Write a commented starter scenario
+    Init(init::InitArgs),
+}
+
+/// Where to write, and what to say.
+#[derive(Debug, Args)]
+struct OutputArgs {
+    /// Folder for the files; one folder per scenario is made in it
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: std::path::PathBuf,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+    /// Print on standard output what the JSON files hold, instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// Which scenarios, and what to change in them.
+#[derive(Debug, Args)]
+struct ScenarioArgs {
+    /// Override a key in every scenario, as in --set scaling.force=2 (repeatable, the last one counts)
+    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
+    settings: Vec<String>,
+}
+
+impl ScenarioArgs {
+    /// Loads scenarios; all of them, before anything is run or written.
+    fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
+        let load = |path: &String| Scenario::load(&Source::parse(path), &self.settings);
+        let scenarios = paths.iter().map(load).collect::<Result<Vec<_>, _>>()?;
+        for (index, scenario) in scenarios.iter().enumerate() {
+            if scenarios[..index].iter().any(|other| other.name == scenario.name) {
+                return Err(CliError::SameName { name: scenario.name.clone() });
+            }
+        }
+        Ok(scenarios)
+    }
+}
+
+/// Reads the command line, does what it says, and gives the exit code.
+#[must_use]
+pub fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Detect(args) => detect::run(&args),
+        Command::Record(args) => record::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Schema => terminal::print(&format!("{:#}\n", json_schema())),
+        Command::Init(args) => init::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => error.report(),
+    }
+}

@@ -1,0 +1,47 @@
+//! `trocar record`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::error::CliError;
+use super::terminal;
+use crate::recording::{RUPTURES_S, in_vivo_like_csv};
+use crate::report::write_file;
+
+/// Write the in-vivo-like recording.
+///
+/// A made insertion through two layers with the facts that the paper states of its own: CSV with time_s, position_m,
+/// velocity_m_per_s and force_n, 1 kHz, forces positive when they resist insertion. The same seed gives the same bytes;
+/// seed 1 is the recording that is shipped.
+#[derive(Debug, Args)]
+pub(super) struct RecordArgs {
+    /// Seed of the measurement noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// File to write, or - for standard output
+    #[arg(long, value_name = "FILE", default_value = "in_vivo_like.csv")]
+    out: PathBuf,
+    /// Replace the file if it is there
+    #[arg(long)]
+    force: bool,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &RecordArgs) -> Result<(), CliError> {
+    let text = in_vivo_like_csv(args.seed);
+    if args.out.as_os_str() == "-" {
+        return terminal::print(&text);
+    }
+    if args.out.exists() && !args.force {
+        return Err(CliError::Exists { path: args.out.display().to_string() });
+    }
+    write_file(&args.out, text.as_bytes())?;
+    if args.quiet {
+        return Ok(());
+    }
+    let [first, second] = RUPTURES_S;
+    terminal::print(&format!("{}: layers rupture at {first} s and {second} s\n", args.out.display()))
+}

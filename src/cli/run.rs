@@ -1,0 +1,61 @@
+//! `trocar run`.
+
+use clap::Args;
+use rayon::prelude::*;
+
+use super::error::CliError;
+use super::{OutputArgs, ScenarioArgs, progress, terminal};
+use crate::report::{Folder, run_pictures, run_text, summary_json, trace_csv};
+use crate::run::{Run, run as run_scenario};
+
+/// Run scenarios.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// Scenario files, or builtin:classical.toml, builtin:augmented.toml
+    #[arg(required = true, value_name = "SCENARIO")]
+    scenarios: Vec<String>,
+    #[command(flatten)]
+    changes: ScenarioArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
+    let scenarios = args.changes.load(&args.scenarios)?;
+    let folder = Folder::new(&args.output.out);
+    let bar = progress::bar(scenarios.len(), args.output.quiet);
+    bar.set_message("running");
+    for scenario in scenarios {
+        let run = run_scenario(scenario)?;
+        write_run(&folder, &run)?;
+        bar.inc(1);
+        if args.output.json {
+            terminal::print(&summary_json(&run))?;
+        } else if !args.output.quiet {
+            let written = folder.folder(&run.scenario.name);
+            terminal::print(&format!("{}files: {}\n", run_text(&run), written.path().display()))?;
+        }
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// Writes a run's files into a folder of its name: trace, summary, resolved scenario, figures.
+pub(super) fn write_run(folder: &Folder, run: &Run) -> Result<(), CliError> {
+    let folder = folder.folder(&run.scenario.name);
+    let files = || -> Result<(), CliError> {
+        folder.write("trace.csv", trace_csv(&run.trace).as_bytes())?;
+        folder.write("summary.json", summary_json(run).as_bytes())?;
+        folder.write("scenario.toml", run.scenario.echo().as_bytes())?;
+        Ok(())
+    };
+    let (files, pictures) = rayon::join(files, || run_pictures(&folder, run));
+    files?;
+    pictures?;
+    Ok(())
+}
+
+/// Writes several runs in parallel.
+pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
+    runs.par_iter().try_for_each(|run| write_run(folder, run))
+}

@@ -1,0 +1,120 @@
+//! Does the detection stand in noise, and would a plain derivative?
+
+use serde::Serialize;
+
+use crate::engine::{Observer, Signals};
+use crate::metrics::Metrics;
+use crate::run::{RunError, observe};
+use crate::scenario::Scenario;
+use crate::time::nearest_ticks;
+
+/// Standard deviation of the noise that is added, in N: the paper's 6.25e-4 N² (4.1).
+pub const ADDED_NOISE_STD_N: f64 = 0.025;
+
+/// How long after a rupture a large derivative still belongs to it, in s.
+const BELONGS_S: f64 = 0.1;
+
+/// A scenario's detection with white noise added to its force, by its own detector and by the paper's baseline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NoiseCheck {
+    /// Standard deviation of the added noise, in N.
+    pub added_noise_std_n: f64,
+    /// How many ruptures there are.
+    pub ruptures: u64,
+    /// Ruptures missed by the scenario's own detector.
+    pub missed_ruptures: u64,
+    /// Its false alarms.
+    pub false_alarms: u64,
+    /// Ruptures missed by the same CUSUM on `(f_k - f_{k-1})²`.
+    pub derivative_missed_ruptures: u64,
+    /// Its false alarms.
+    pub derivative_false_alarms: u64,
+    /// The highest threshold on the derivative alone, in N², that still sees every rupture; none without ruptures.
+    pub derivative_threshold_n2: Option<f64>,
+    /// How many samples away from the ruptures exceed that threshold.
+    pub derivative_exceedances: Option<u64>,
+}
+
+/// Runs a scenario twice with the noise of [`ADDED_NOISE_STD_N`] added to its own.
+///
+/// # Errors
+/// As [`crate::run::run`].
+pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
+    let mut noisy = scenario.clone();
+    noisy.sensor.force_noise_std_n = noisy.sensor.force_noise_std_n.hypot(ADDED_NOISE_STD_N);
+    let mut derivatives = Derivatives::new(scenario);
+    let own = observe(&noisy, &mut derivatives)?;
+    let baseline = observe(&derivative_baseline(&noisy), &mut ())?;
+    let threshold = derivatives.threshold();
+    let missed = |metrics: &Metrics| metrics.missed_ruptures;
+    Ok(NoiseCheck {
+        added_noise_std_n: ADDED_NOISE_STD_N,
+        ruptures: own.ruptures.len() as u64,
+        missed_ruptures: missed(&own),
+        false_alarms: own.false_alarms,
+        derivative_missed_ruptures: missed(&baseline),
+        derivative_false_alarms: baseline.false_alarms,
+        derivative_threshold_n2: threshold,
+        derivative_exceedances: threshold.map(|least| derivatives.exceedances(least)),
+    })
+}
+
+/// The scenario with the derivative as its distance, at the thresholds of the paper's variances.
+fn derivative_baseline(scenario: &Scenario) -> Scenario {
+    use crate::detection::{DetectorSettings, DistanceKind};
+    let mut baseline = scenario.clone();
+    let hypotheses = scenario.detector.distance.hypotheses;
+    let arming = scenario.detector.arming;
+    baseline.detector =
+        DetectorSettings { arming, ..DetectorSettings::for_kind(DistanceKind::ForceDerivative, hypotheses) };
+    baseline
+}
+
+/// Collects `(f_k - f_{k-1})²` near ruptures and away from them.
+struct Derivatives {
+    last_n: Option<f64>,
+    belongs_ticks: u64,
+    rupture: Option<u64>,
+    peaks: Vec<f64>,
+    elsewhere: Vec<f64>,
+}
+
+impl Derivatives {
+    fn new(scenario: &Scenario) -> Self {
+        Self {
+            last_n: None,
+            belongs_ticks: nearest_ticks(BELONGS_S, scenario.grid.tick_s()),
+            rupture: None,
+            peaks: Vec::with_capacity(16),
+            elsewhere: Vec::with_capacity(scenario.grid.ticks() as usize),
+        }
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        self.peaks.iter().copied().reduce(f64::min)
+    }
+
+    fn exceedances(&self, threshold: f64) -> u64 {
+        self.elsewhere.iter().filter(|&&square| square >= threshold).count() as u64
+    }
+}
+
+impl Observer<f64> for Derivatives {
+    fn observe(&mut self, s: &Signals<f64>) {
+        let change = self.last_n.map_or(0.0, |last| s.measured_force_n - last);
+        self.last_n = Some(s.measured_force_n);
+        let square = change * change;
+        match self.rupture.filter(|rupture| s.tick - rupture <= self.belongs_ticks) {
+            Some(_) => {
+                if let Some(peak) = self.peaks.last_mut() {
+                    *peak = peak.max(square);
+                }
+            }
+            None => self.elsewhere.push(square),
+        }
+        if s.ruptured {
+            self.rupture = Some(s.tick);
+            self.peaks.push(0.0);
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Writing files so that none is ever half there.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// A file or folder that cannot be written.
+#[derive(Debug, Error)]
+#[error("{path} cannot be written: {source}; give another place with --out", path = path.display())]
+pub struct OutputError {
+    /// What was to be written.
+    pub path: PathBuf,
+    /// Why it was not.
+    pub source: std::io::Error,
+}
+
+/// Writes a file to a temporary name beside it, then renames: what is there is either the old or the new, whole.
+///
+/// # Errors
+/// [`OutputError`] with the path.
+pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
+    let failed = |source| OutputError { path: path.to_owned(), source };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".trocar-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder).map_err(failed)?;
+    file.write_all(content).map_err(failed)?;
+    file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// A folder that files are written into.
+#[derive(Debug, Clone)]
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// The folder at a path; it is made when the first file is written.
+    #[must_use]
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self(path.into())
+    }
+
+    /// A folder within this one.
+    #[must_use]
+    pub fn folder(&self, name: &str) -> Self {
+        Self(self.0.join(name))
+    }
+
+    /// Its path.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Writes a file into it.
+    ///
+    /// # Errors
+    /// As [`write_file`].
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
+        write_file(&self.0.join(name), content)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_whole_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let deep = Folder::new(folder.path()).folder("a").folder("b");
+        deep.write("x.csv", b"one").expect("written");
+        deep.write("x.csv", b"two").expect("written");
+        assert_eq!(std::fs::read(deep.path().join("x.csv")).expect("there"), b"two");
+        assert_eq!(std::fs::read_dir(deep.path()).expect("there").count(), 1);
+    }
+
+    #[test]
+    fn a_place_that_is_no_folder_is_named() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let error = Folder::new(file.path()).write("x", b"").expect_err("not a folder");
+        assert!(error.to_string().contains("--out"), "{error}");
+    }
+}

@@ -1,0 +1,49 @@
+//! Numbers for people, in the units in which they are read.
+
+use crate::compare::Unit;
+
+/// A value with its unit, as a table shows it; `—` where it is undefined.
+#[must_use]
+pub(super) fn show(value: Option<f64>, unit: Unit) -> String {
+    let Some(value) = value else { return "—".into() };
+    match unit {
+        Unit::Metre => format!("{} mm", significant(1e3 * value)),
+        Unit::MetrePerSecond => format!("{} mm/s", significant(1e3 * value)),
+        Unit::Second if value >= 1.0 => format!("{} s", significant(value)),
+        Unit::Second => format!("{} ms", significant(1e3 * value)),
+        Unit::Newton => format!("{} N", significant(value)),
+        Unit::NewtonPerSecond => format!("{} N/s", significant(value)),
+        Unit::Joule => format!("{} mJ", significant(1e3 * value)),
+        Unit::Share => format!("{} %", significant(100.0 * value)),
+        Unit::Count => format!("{value}"),
+    }
+}
+
+/// Four significant digits, at most four decimals; in powers of ten where that shows nothing.
+#[must_use]
+pub(super) fn significant(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 {
+        "0".into()
+    } else if !(5e-5..1e6).contains(&magnitude) {
+        format!("{value:.1e}")
+    } else {
+        let whole_digits = magnitude.log10().floor() as i32 + 1;
+        let decimals = (4 - whole_digits).clamp(0, 4) as usize;
+        format!("{value:.decimals$}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_digits_are_shown() {
+        let shown = [9.0, 0.0, 123.456, 0.0123456, -5.6732, 1e-12, 15361.0, 99.995].map(significant);
+        assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "99.99"]);
+        assert_eq!(show(None, Unit::Metre), "—");
+        assert_eq!(show(Some(0.009), Unit::Metre), "9.000 mm");
+        assert_eq!(show(Some(0.0), Unit::Second), "0 ms");
+    }
+}

@@ -1,0 +1,162 @@
+//! Which figures a run, a comparison and a detection leave, and their files.
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::figures::{self, EstimationView, Figure, FigureError, RunView};
+use super::{Folder, OutputError};
+use crate::detect::{Detection, DetectionReport};
+use crate::run::Run;
+
+/// Why the figures of a run are not there.
+#[derive(Debug, Error)]
+pub enum PictureError {
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Draw(#[from] FigureError),
+    /// A file could not be written.
+    #[error(transparent)]
+    Write(#[from] OutputError),
+}
+
+type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure, FigureError> + Send + Sync + 'a>);
+
+/// Draws figures in parallel and writes each as SVG and PNG.
+fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureError> {
+    jobs.into_par_iter().try_for_each(|(name, job)| {
+        let figure = job()?;
+        folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
+        folder.write(&format!("{name}.png"), &figure.png)?;
+        Ok(())
+    })
+}
+
+/// A run's columns and times, as figures borrow them.
+struct Borrowed<'a> {
+    run: &'a Run,
+    ruptures_s: Vec<f64>,
+    alarms_s: Vec<f64>,
+}
+
+impl<'a> Borrowed<'a> {
+    fn of(run: &'a Run) -> Self {
+        Self {
+            run,
+            ruptures_s: run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect(),
+            alarms_s: run.metrics.alarms.iter().map(|alarm| alarm.time_s).collect(),
+        }
+    }
+
+    fn view(&self) -> RunView<'_> {
+        let trace = &self.run.trace;
+        RunView {
+            name: &self.run.scenario.name,
+            time_s: &trace.time_s,
+            master_position_m: &trace.master_position_m,
+            slave_position_m: &trace.slave_position_m,
+            operator_force_n: &trace.operator_force_n,
+            tissue_force_n: &trace.tissue_force_n,
+            feedback_force_n: &trace.feedback_force_n,
+            mode: &trace.mode,
+            rupture_times_s: &self.ruptures_s,
+            alarm_times_s: &self.alarms_s,
+        }
+    }
+
+    fn estimation(&self) -> EstimationView<'_> {
+        let trace = &self.run.trace;
+        let detector = &self.run.scenario.detector;
+        EstimationView {
+            name: &self.run.scenario.name,
+            time_s: &trace.time_s,
+            measured_force_n: &trace.measured_force_n,
+            residual_n: &trace.residual_n,
+            stiffness_n_per_m: &trace.stiffness_n_per_m,
+            damping_n_s_per_m: &trace.damping_n_s_per_m,
+            decision: &trace.decision,
+            threshold: detector.cusum.threshold,
+            decision_unit: shown_unit(detector.distance.kind.unit()),
+            rupture_times_s: &self.ruptures_s,
+            alarm_times_s: &self.alarms_s,
+        }
+    }
+}
+
+fn shown_unit(unit: &'static str) -> &'static str {
+    if unit == "1" { "" } else { unit }
+}
+
+fn estimation_jobs<'a>(view: EstimationView<'a>) -> Vec<Job<'a>> {
+    vec![
+        ("estimation", Box::new(move || figures::estimation(&view))),
+        ("parameters", Box::new(move || figures::parameters(&view))),
+        ("decision", Box::new(move || figures::decision(&view))),
+        ("residual", Box::new(move || figures::residual_histogram(&view))),
+    ]
+}
+
+/// A run's figures: `teleoperation`, `estimation`, `parameters`, `decision`, `residual`. A run that ended before its
+/// first tick has none.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
+    if run.trace.is_empty() {
+        return Ok(());
+    }
+    let borrowed = Borrowed::of(run);
+    let mut jobs = estimation_jobs(borrowed.estimation());
+    let view = borrowed.view();
+    jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], None))));
+    draw(folder, jobs)
+}
+
+/// A comparison's figures: `comparison`, the runs below one another, and `overlay`, the runs over one another.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn comparison_pictures(folder: &Folder, runs: &[Run]) -> Result<(), PictureError> {
+    let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(Borrowed::of).collect();
+    if borrowed.is_empty() {
+        return Ok(());
+    }
+    let views: Vec<_> = borrowed.iter().map(Borrowed::view).collect();
+    let views = &views;
+    draw(
+        folder,
+        vec![
+            ("comparison", Box::new(move || figures::comparison(views, None))),
+            ("overlay", Box::new(move || figures::overlay(views, None))),
+        ],
+    )
+}
+
+/// A detection's figures: `estimation`, `parameters`, `decision`, `residual`.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn detection_pictures(
+    folder: &Folder,
+    name: &str,
+    detection: &Detection,
+    report: &DetectionReport,
+    (threshold, unit): (f64, &'static str),
+) -> Result<(), PictureError> {
+    let alarms_s: Vec<f64> = report.alarms.iter().map(|alarm| alarm.time_s).collect();
+    draw(
+        folder,
+        estimation_jobs(EstimationView {
+            name,
+            time_s: &detection.time_s,
+            measured_force_n: &detection.measured_force_n,
+            residual_n: &detection.residual_n,
+            stiffness_n_per_m: &detection.stiffness_n_per_m,
+            damping_n_s_per_m: &detection.damping_n_s_per_m,
+            decision: &detection.decision,
+            threshold,
+            decision_unit: shown_unit(unit),
+            rupture_times_s: &report.labelled_ruptures_s,
+            alarm_times_s: &alarms_s,
+        }),
+    )
+}

@@ -1,0 +1,73 @@
+//! Running a scenario: its metrics, and its trace where wanted.
+
+use thiserror::Error;
+
+use crate::engine::{IntegrationError, Observer, Trace};
+use crate::metrics::{Metrics, MetricsObserver};
+use crate::scenario::{Scenario, ScenarioError};
+
+/// A scenario that was run.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// What was run.
+    pub scenario: Scenario,
+    /// What it was worth.
+    pub metrics: Metrics,
+    /// Every tick of it.
+    pub trace: Trace,
+}
+
+/// Why a scenario could not be run to a result.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The scenario cannot be run as written.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The numerical integration gave up.
+    #[error("{name}: {source}")]
+    Integration {
+        /// The scenario's name.
+        name: String,
+        /// What the integrator says.
+        source: IntegrationError,
+    },
+}
+
+/// Runs a scenario and keeps its trace. The same scenario gives the same bits.
+///
+/// # Errors
+/// [`RunError`]; a run that diverges is a result, not an error.
+pub fn run(scenario: Scenario) -> Result<Run, RunError> {
+    let mut trace = Trace::new(scenario.grid);
+    let metrics = observe(&scenario, &mut trace)?;
+    Ok(Run { scenario, metrics, trace })
+}
+
+/// Runs a scenario for its metrics, under the eyes of one more observer.
+///
+/// # Errors
+/// As [`run`].
+pub fn observe<O: Observer<f64>>(scenario: &Scenario, observer: &mut O) -> Result<Metrics, RunError> {
+    let mut metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
+    let mut engine = scenario.build()?;
+    engine
+        .run(&mut Both(&mut metrics, observer))
+        .map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
+    Ok(metrics.metrics(0))
+}
+
+/// The metrics and a borrowed observer; a diverged tick is not shown to the latter.
+struct Both<'a, O>(&'a mut MetricsObserver<f64>, &'a mut O);
+
+impl<O: Observer<f64>> Observer<f64> for Both<'_, O> {
+    fn observe(&mut self, signals: &crate::engine::Signals<f64>) {
+        self.0.observe(signals);
+        if !self.0.is_done() {
+            self.1.observe(signals);
+        }
+    }
+
+    fn is_done(&self) -> bool {
+        self.0.is_done() || self.1.is_done()
+    }
+}
