@@ -88,9 +88,9 @@ fn change(values: &[Option<f64>], unit: Unit) -> String {
 /// The paper's facts beside ours.
 #[must_use]
 pub fn facts_text(facts: &[Fact]) -> String {
-    let mut table = Table::new(["fact", "paper, and what is asked", "here", ""]).flush_left();
+    let mut table = Table::new(["rupture one, unless it says more", "paper", "asked", "here", ""]).flush_left();
     for fact in facts {
-        table.row([fact.what, fact.paper, &fact.ours, if fact.holds { "holds" } else { "DOES NOT HOLD" }]);
+        table.row([fact.what, fact.paper, fact.asked, &fact.ours, if fact.holds { "✓" } else { "✗" }]);
     }
     table.to_string()
 }
