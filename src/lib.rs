@@ -14,14 +14,27 @@
 //!
 //! | floor | rooms |
 //! |---|---|
-//! | 7 | [`cli`], [`report`] |
-//! | 6 | [`compare`] |
-//! | 5 | [`scenario`], [`metrics`] |
-//! | 4 | [`engine`] |
-//! | 3 | [`augmentation`] |
-//! | 2 | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`estimation`], [`detection`], [`recording`] |
-//! | 1 | [`lti`] |
+//! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints) |
+//! | 6 | [`run`], [`compare`], [`detect`] |
+//! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers) |
+//! | 4 | [`engine`] (one tick, N ticks, observers) |
+//! | 3 | [`augmentation`] (automaton, force law, re-engagement) |
+//! | 2 | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`estimation`], [`detection`], [`recording`]: siblings never import each other |
+//! | 1 | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | 0 | [`time`], [`lane`], [`error`] |
+//!
+//! # A run in Rust
+//! ```
+//! use trocar::scenario::{Scenario, Source};
+//!
+//! let source = Source::Builtin("augmented.toml".into());
+//! let scenario = Scenario::load(&source, &["scaling.force=0.8".into()])?;
+//! let run = trocar::run::run(scenario)?;
+//! let first = &run.metrics.ruptures[0];
+//! assert!(first.detection_delay_s.is_some_and(|delay| delay < 0.010));
+//! assert!(first.slave_overshoot_m.is_some_and(|overshoot| overshoot < 1e-4));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod augmentation;
 pub mod channel;

@@ -155,10 +155,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
                 .map(|n| {
                     let found = n.ruptures - n.derivative_missed_ruptures;
                     let beyond = n.derivative_exceedances.unwrap_or(0);
-                    format!(
-                        "{found} of {}; a threshold for both: {beyond} false",
-                        n.ruptures
-                    )
+                    format!("{found} of {}; a threshold for both: {beyond} false", n.ruptures)
                 })
                 .unwrap_or_default(),
             holds: derivative_fails,

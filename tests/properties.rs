@@ -1,0 +1,130 @@
+//! Whatever a file holds, loading it ends with a scenario or an error; and what is resolved is echoed faithfully.
+
+use proptest::prelude::*;
+use trocar::scenario::{Fallback, KEYS, Kind, Scenario, Source, json_schema, starter};
+
+/// Loads a text as a scenario file.
+fn load(text: &[u8]) -> Result<Scenario, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scenario.toml");
+    std::fs::write(&path, text).expect("written");
+    Scenario::load(&Source::Disk(path), &[]).map_err(|error| error.to_string())
+}
+
+fn any_value() -> impl Strategy<Value = String> {
+    prop_oneof![
+        any::<f64>().prop_map(|v| format!("{v:?}").replace("NaN", "nan")),
+        any::<i64>().prop_map(|v| v.to_string()),
+        prop::sample::select(vec![
+            "0",
+            "-1",
+            "nan",
+            "inf",
+            "-inf",
+            "1e308",
+            "1e-320",
+            "true",
+            "\"\"",
+            "\"ramp\"",
+            "\"recording\"",
+            "[]",
+            "[0.0]",
+            "[1, 2, 3]",
+            "[nan]",
+            "{}",
+            "{a=1}",
+            "'x'",
+            "1979-05-27",
+            "\"as-printed\"",
+            "\"../../etc\"",
+            "\"builtin:none\"",
+        ])
+        .prop_map(str::to_owned),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn arbitrary_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let _ = load(&bytes);
+    }
+
+    #[test]
+    fn arbitrary_text_does_not_panic(text in "[\\[\\]a-z_.=\"'0-9\\n {},#-]{0,200}") {
+        let _ = load(text.as_bytes());
+    }
+
+    #[test]
+    fn arbitrary_values_of_known_keys_do_not_panic(
+        entries in prop::collection::vec((0..KEYS.len(), any_value()), 1..6),
+    ) {
+        // Without the recording a case is quick; long runs are refused or only resolved, never run.
+        let mut text = String::from("operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\n");
+        for (index, value) in entries {
+            if !KEYS[index].path.ends_with("kind") {
+                text.push_str(&format!("{} = {value}\n", KEYS[index].path));
+            }
+        }
+        let _ = load(text.as_bytes());
+    }
+
+    #[test]
+    fn what_is_resolved_is_echoed(
+        scale in 0.1..3.0f64, tick in prop::sample::select(vec![1e-3, 5e-4, 2e-3]), k_v in 0.0..40.0f64,
+        seed in 0..i64::MAX, ratio in 0.0..=1.0f64, reengage in prop::sample::select(vec!["ramp", "clutch", "snap"]),
+        distance in prop::sample::select(trocar::scenario::DISTANCES.to_vec()),
+    ) {
+        let text = format!(
+            "operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nscaling.force = {scale:?}\n\
+             simulation = {{ tick_s = {tick:?}, seed = {seed} }}\nslave.velocity_gain = {k_v:?}\n\
+             augmentation = {{ decay_ratio = {ratio:?}, reengage = \"{reengage}\" }}\ndetector.distance = \"{distance}\"\n"
+        );
+        let scenario = load(text.as_bytes()).expect("good");
+        let again = load(scenario.echo().as_bytes()).expect("its echo is good");
+        prop_assert_eq!(scenario.echo(), again.echo());
+        prop_assert_eq!(scenario.detector, again.detector);
+        prop_assert_eq!(scenario.augmentation, again.augmentation);
+        prop_assert_eq!(scenario.estimator, again.estimator);
+        prop_assert_eq!((scenario.grid, scenario.seed, scenario.slave), (again.grid, again.seed, again.slave));
+    }
+}
+
+#[test]
+fn the_starter_is_valid_as_it_is_and_with_every_default_uncommented() {
+    let text = starter("mine");
+    assert_eq!(load(text.as_bytes()).expect("good").name, "mine");
+    let mut active = String::new();
+    for line in text.lines() {
+        let key = line.strip_prefix("# ").and_then(|rest| rest.split_once(" = "));
+        match key {
+            Some((name, value)) if !name.contains(' ') && !value.starts_with('#') => {
+                active.push_str(&line[2..]);
+            }
+            _ => active.push_str(line),
+        }
+        active.push('\n');
+    }
+    let defaults = KEYS.iter().filter(|key| matches!(key.fallback, Fallback::Value(_))).count();
+    assert!(active.lines().filter(|line| !line.starts_with('#') && line.contains(" = ")).count() >= defaults);
+    load(active.as_bytes()).expect("every default is allowed");
+}
+
+#[test]
+fn the_schema_knows_every_key_and_default() {
+    let schema = json_schema();
+    for key in KEYS {
+        let mut at = &schema;
+        for part in key.path.split('.') {
+            at = &at["properties"][part];
+        }
+        assert!(at["description"].is_string(), "{}", key.path);
+        if let Fallback::Value(value) = key.fallback {
+            assert_eq!(at["default"], serde_json::to_value(value().to_toml()).expect("json"), "{}", key.path);
+        }
+        if let Kind::Choice(words) = key.kind {
+            assert_eq!(at["enum"], serde_json::to_value(words).expect("json"), "{}", key.path);
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The README is executed: its commands run, and what it shows is what they print and draw.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+
+fn readme() -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("there")
+}
+
+/// The blocks fenced with a language.
+fn blocks(language: &str) -> Vec<String> {
+    let text = readme();
+    let opening = format!("```{language}\n");
+    text.split(&opening).skip(1).map(|rest| rest.split("```").next().unwrap_or_default().to_owned()).collect()
+}
+
+/// Runs trocar with the arguments of a shell line, in a folder; gives what it prints.
+fn trocar(folder: &Path, arguments: &str) -> String {
+    let output = Command::cargo_bin("trocar")
+        .expect("built")
+        .current_dir(folder)
+        .args(arguments.split_whitespace())
+        .assert()
+        .success();
+    String::from_utf8(output.get_output().stdout.clone()).expect("text")
+}
+
+#[test]
+fn the_first_screen_has_the_two_commands_and_they_are_the_projects() {
+    let first = blocks("sh").remove(0);
+    assert!(first.contains("cargo run --release -- compare"), "{first}");
+    assert!(first.contains("cargo test"), "{first}");
+    let gate = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/run")).expect("there");
+    assert!(gate.lines().any(|line| line == "cargo test"));
+}
+
+#[test]
+fn compare_prints_and_draws_what_the_readme_shows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let printed = trocar(folder.path(), "compare");
+    assert_eq!(printed, blocks("text")[0], "paste what `trocar compare` prints into README.md");
+    let drawn = std::fs::read(folder.path().join("out/overlay.png")).expect("drawn");
+    let shown = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/overlay.png")).expect("shown");
+    assert!(drawn == shown, "copy out/overlay.png to scenarios/overlay.png");
+}
+
+#[test]
+fn detect_prints_what_the_readme_shows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let command = blocks("sh")[1].replace("\\\n", " ");
+    let root = env!("CARGO_MANIFEST_DIR");
+    let arguments =
+        command.trim().strip_prefix("trocar ").expect("a command").replace("scenarios/", &format!("{root}/scenarios/"));
+    assert_eq!(trocar(folder.path(), &arguments), blocks("text")[1]);
+}
+
+#[test]
+fn the_scenario_of_the_readme_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("my.toml"), &blocks("toml")[0]).expect("written");
+    let printed = trocar(folder.path(), "run my.toml --set augmentation.reengage=snap");
+    assert!(printed.starts_with("gentler: completed"), "{printed}");
+    let root = env!("CARGO_MANIFEST_DIR");
+    trocar(
+        folder.path(),
+        &format!("compare {root}/scenarios/real_classical.toml {root}/scenarios/real_augmented.toml"),
+    );
+}
+
+#[test]
+fn every_command_of_the_readme_is_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for line in readme().lines().filter(|line| line.starts_with("| `trocar ")) {
+        let command = line.trim_start_matches("| `trocar ").split([' ', '`']).next().expect("a word");
+        assert!(trocar(folder.path(), &format!("{command} --help")).contains("Usage: trocar"), "{command}");
+    }
+}
