@@ -1,0 +1,294 @@
+//! The command as a user meets it: exit codes, messages with the place and the remedy, files whole and the same twice.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use tempfile::TempDir;
+
+/// A folder of its own to run trocar in.
+struct Desk(TempDir);
+
+/// What a command came to.
+struct Outcome {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+impl Desk {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder"))
+    }
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Self {
+        fs::write(self.path(name), content).expect("written");
+        self
+    }
+    fn trocar(&self, arguments: &[&str]) -> Outcome {
+        let mut command = Command::cargo_bin("trocar").expect("built");
+        let output = command.current_dir(self.0.path()).args(arguments).output().expect("ran");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+        Outcome { code: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) }
+    }
+    fn good(&self, arguments: &[&str]) -> String {
+        let outcome = self.trocar(arguments);
+        assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
+        outcome.out
+    }
+    /// Runs what must be refused: exit code 2, every phrase in the message, nothing written.
+    fn refused(&self, arguments: &[&str], phrases: &[&str]) {
+        let before = files(self.0.path());
+        let outcome = self.trocar(arguments);
+        assert_eq!(outcome.code, 2, "{arguments:?}: {}{}", outcome.out, outcome.err);
+        for phrase in phrases {
+            assert!(outcome.err.contains(phrase), "{arguments:?}: no {phrase:?} in\n{}", outcome.err);
+        }
+        assert!(outcome.out.is_empty(), "{}", outcome.out);
+        assert_eq!(files(self.0.path()).keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>());
+    }
+}
+
+/// Every file below a folder, with its content.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                found.insert(path.strip_prefix(folder).expect("below").to_owned(), fs::read(&path).expect("read"));
+            }
+        }
+    }
+    found
+}
+
+/// A short scenario that needs no recording.
+const SHORT: &str =
+    "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
+
+#[test]
+fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
+    let desk = Desk::new();
+    desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "one", "--set", "sensor.force_noise_std_n=0.02"]);
+    desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "two", "--set", "sensor.force_noise_std_n=0.02"]);
+    desk.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
+    let one = files(&desk.path("one"));
+    assert_eq!(one.len(), 13, "{:?}", one.keys());
+    for again in ["two", "three"] {
+        let again = files(&desk.path(again));
+        for (path, content) in &one {
+            assert!(again.get(path) == Some(content), "{} differs", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_number_of_threads_does_not_matter() {
+    let desk = Desk::new();
+    for threads in ["1", "8"] {
+        let mut command = Command::cargo_bin("trocar").expect("built");
+        command.current_dir(desk.0.path()).env("RAYON_NUM_THREADS", threads);
+        command.args(["compare", "--quiet", "--out", threads]).assert().success();
+    }
+    assert!(files(&desk.path("1")) == files(&desk.path("8")));
+}
+
+#[test]
+fn json_on_standard_output_is_what_the_files_hold() {
+    let desk = Desk::new();
+    desk.file("a.toml", SHORT);
+    let printed = desk.good(&["run", "a.toml", "--json"]);
+    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/short/summary.json")).expect("there"));
+    let summary: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
+    assert_eq!(summary["seed"], 1);
+    assert!(summary["metrics"]["peak_reengaging_speed_m_per_s"].is_null(), "undefined is null");
+    let printed = desk.good(&["compare", "a.toml", "--json"]);
+    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/comparison.json")).expect("there"));
+    let printed = desk.good(&["detect", "builtin:in_vivo_like.csv", "--json"]);
+    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/in_vivo_like/summary.json")).expect("there"));
+    let detection: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
+    assert_eq!(detection["alarms"].as_array().map(Vec::len), Some(2), "{detection}");
+}
+
+#[test]
+fn the_trace_has_the_columns_of_the_design_and_reads_back() {
+    let desk = Desk::new();
+    desk.file("a.toml", SHORT).good(&["run", "a.toml"]);
+    let text = fs::read_to_string(desk.path("out/short/trace.csv")).expect("there");
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "time_s,desired_position_m,master_position_m,master_velocity_m_per_s,operator_force_n,slave_reference_m,\
+             slave_position_m,slave_velocity_m_per_s,tissue_force_n,measured_force_n,feedback_force_n,stiffness_n_per_m,\
+             damping_n_s_per_m,residual_n,distance,decision,mode"
+        )
+    );
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|field| field.parse().expect("a number")).collect()).collect();
+    assert_eq!((rows.len(), rows[69][0]), (500, 0.069));
+    assert!(rows.iter().all(|row| row.len() == 17 && row.iter().all(|value| value.is_finite())));
+}
+
+#[test]
+fn a_bad_key_is_underlined_and_named() {
+    let desk = Desk::new();
+    let cases: [(&str, &[&str]); 16] = [
+        (
+            "[slave]\nvelocty_gain = 2",
+            &["there is no key slave.velocty_gain", "slave.velocity_gain?", "bad.toml:7:1", "^^^"],
+        ),
+        ("[slave]\nvelocity_gain = \"2\"", &["must be a finite number of at least 0", "bad.toml:7:17"]),
+        ("[master]\nmass_kg = -1", &["master.mass_kg is -1", "above 0", "bad.toml:7:11"]),
+        ("[master]\nmass_kg = nan", &["master.mass_kg is nan", "bad.toml:7:11"]),
+        ("simulation.tick_s = 0", &["simulation.tick_s is 0", "above 0"]),
+        ("simulation.tick_s = 1e-12", &["ticks", "shorten the run or lengthen the tick"]),
+        ("simulation.tick_s = inf", &["simulation.tick_s is inf"]),
+        ("[channel]\nforward_delay_s = 0.0037", &["3.7 ticks", "use 0.003 or 0.004"]),
+        ("[slave]\ndamping = \"velocty\"", &["one of \"velocity\", \"as-printed\"", "did you mean \"velocity\"?"]),
+        ("[detector]\ncap = 1e-3", &["detector.cap is 0.001", "above detector.threshold"]),
+        ("[estimator]\nreset_threshold = 1e-9", &["estimator.reset_threshold", "eq. 17"]),
+        ("[augmentation]\nmax_hold_s = 0.1", &["augmentation.max_hold_s is 0.1", "at least augmentation.min_hold_s"]),
+        ("[slave]\ndenominator = [1.0, 2.0]", &["degree 1", "bad.toml:7:15"]),
+        ("slave = 3", &["slave is 3", "section"]),
+        ("[slave\nvelocity_gain = 2", &["bad.toml:6:7"]),
+        ("[a]\nb.c.d = 2", &["there is no key a.b.c.d", "trocar init"]),
+    ];
+    for (lines, phrases) in cases {
+        desk.file("bad.toml", format!("{SHORT}\n{lines}\n"));
+        for command in ["run", "check", "compare"] {
+            desk.refused(&[command, "bad.toml"], phrases);
+        }
+    }
+}
+
+#[test]
+fn bases_are_followed_and_circles_found() {
+    let desk = Desk::new();
+    fs::create_dir(desk.path("deep")).expect("made");
+    desk.file("base.toml", SHORT)
+        .file("deep/child.toml", "base = \"../base.toml\"\nname = \"child\"\nscaling.force = 2.0\n");
+    let resolved = desk.good(&["check", "deep/child.toml", "--resolved", "--set", "scaling.position=0.5"]);
+    for line in ["name = \"child\"", "force = 2.0", "position = 0.5", "duration_s = 0.5"] {
+        assert!(resolved.lines().any(|found| found == line), "{line} in\n{resolved}");
+    }
+    desk.file("self.toml", "base = \"self.toml\"\n")
+        .refused(&["run", "self.toml"], &["based on itself", "self.toml:1:8"]);
+    desk.file("x.toml", "base = \"y.toml\"\n").file("y.toml", "\nbase = \"./x.toml\"\n");
+    desk.refused(&["run", "x.toml"], &["based on itself", "y.toml:2:8"]);
+    desk.file("lost.toml", "base = \"none.toml\"\n").refused(&["run", "lost.toml"], &["none.toml", "lost.toml:1:8"]);
+    desk.file("odd.toml", "base = 3\n").refused(&["run", "odd.toml"], &["base is 3", "path of a scenario"]);
+}
+
+#[test]
+fn settings_are_checked_like_files() {
+    let desk = Desk::new();
+    desk.file("a.toml", SHORT);
+    desk.refused(&["run", "a.toml", "--set", "scaling.force"], &["there is no '='", "--set section.key=value"]);
+    desk.refused(&["run", "a.toml", "--set", "scaling.forse=2"], &["did you mean scaling.force?"]);
+    desk.refused(&["run", "a.toml", "--set", "scaling.force=-2"], &["scaling.force is -2"]);
+    desk.refused(&["run", "a.toml", "--set", "name=../up"], &["folder's name"]);
+    desk.refused(&["run", "a.toml", "a.toml"], &["two scenarios are named \"short\""]);
+    desk.refused(&["run", "none.toml"], &["none.toml", "cannot be read"]);
+    desk.refused(&["run", "builtin:none.toml"], &["classical.toml"]);
+    desk.refused(&["run"], &["<SCENARIO>"]);
+    desk.refused(&["swim"], &["swim"]);
+}
+
+#[test]
+fn a_bad_recording_is_refused_with_the_line() {
+    let desk = Desk::new();
+    let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
+    let rows = |range: std::ops::Range<u32>| range.map(row).collect::<String>();
+    let head = "time_s,position_m,force_n\n";
+    let cases: [(String, &[&str]); 9] = [
+        (String::new(), &["holds no data"]),
+        (head.to_owned(), &["r.csv"]),
+        (format!("{head}{}", row(0)), &["r.csv"]),
+        (format!("time_s,position_m,forse_n\n{}", rows(0..9)), &["force_n", "forse_n"]),
+        (format!("{head}{}0.009,abc,1\n", rows(0..9)), &["line 11", "position_m", "abc"]),
+        (format!("{head}{}0.009,nan,1\n", rows(0..9)), &["line 11", "position_m"]),
+        (format!("{head}{}{}", rows(0..9), rows(4..5)), &["line 11"]),
+        (format!("{head}{}{}", rows(0..9), rows(400..409)), &["line 11", "max_gap_s"]),
+        (format!("{head}{}0.009,1\n", rows(0..9)), &["line 11"]),
+    ];
+    for (content, phrases) in cases {
+        desk.file("r.csv", content).file("s.toml", "recording.file = \"r.csv\"\n");
+        desk.refused(&["detect", "r.csv"], phrases);
+        desk.refused(&["run", "s.toml"], phrases);
+    }
+    desk.file("r.csv", format!("{head}{}", rows(0..50)));
+    desk.good(&["run", "s.toml"]);
+    desk.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.2]"], &["within the recording"]);
+    desk.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.02, 0.01]"], &["ascend"]);
+    desk.refused(&["detect", "r.csv", "--position", "position_m:0"], &["position_m"]);
+    desk.refused(&["detect", "r.csv", "--contact-m", "nan"], &["contact_m"]);
+}
+
+#[test]
+fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
+    let desk = Desk::new();
+    let file = fs::File::create(desk.path("big.csv")).expect("made");
+    file.set_len(1 << 30).expect("sparse");
+    desk.refused(&["detect", "big.csv"], &["big.csv", "max_bytes"]);
+    desk.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_the_works_failure() {
+    let desk = Desk::new();
+    desk.file("a.toml", SHORT).file("taken", "a file");
+    let outcome = desk.trocar(&["run", "a.toml", "--out", "taken"]);
+    assert_eq!(outcome.code, 1, "{}", outcome.err);
+    assert!(outcome.err.contains("taken") && outcome.err.contains("--out"), "{}", outcome.err);
+}
+
+#[test]
+fn a_run_that_diverges_is_a_result() {
+    let desk = Desk::new();
+    let printed = desk.good(&["run", "builtin:classical.toml", "--set", "master.coupling=as-printed"]);
+    assert!(printed.starts_with("classical: diverged at 0."), "{printed}");
+    let printed = desk.good(&["compare", "--set", "master.coupling=as-printed"]);
+    assert!(printed.contains("diverged at"), "{printed}");
+}
+
+#[test]
+fn a_starter_is_written_once_and_runs() {
+    let desk = Desk::new();
+    desk.good(&["init", "mine.toml"]);
+    assert!(desk.good(&["check", "mine.toml"]).starts_with("mine: good"));
+    desk.refused(&["init", "mine.toml"], &["is there already", "--force"]);
+    desk.good(&["init", "mine.toml", "--force"]);
+    desk.good(&["record", "--seed", "7", "--out", "seven.csv"]);
+    desk.refused(&["record", "--out", "seven.csv"], &["is there already"]);
+    assert!(
+        desk.good(&["record", "--seed", "7", "--out", "-"]).as_bytes()
+            == fs::read(desk.path("seven.csv")).expect("there")
+    );
+    let detection = desk.good(&[
+        "detect",
+        "seven.csv",
+        "--velocity",
+        "velocity_m_per_s",
+        "--rupture-s",
+        "5.52",
+        "--rupture-s",
+        "8.85",
+    ]);
+    assert!(detection.contains("2 labelled ruptures: 0 missed, 0 false alarms"), "{detection}");
+}
+
+#[test]
+fn the_schema_is_json_and_the_help_teaches() {
+    let desk = Desk::new();
+    let schema: serde_json::Value = serde_json::from_str(&desk.good(&["schema"])).expect("JSON");
+    assert_eq!(schema["properties"]["slave"]["properties"]["velocity_gain"]["minimum"], 0.0);
+    assert!(desk.good(&["--help"]).contains("Examples:"));
+}
