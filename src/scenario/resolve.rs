@@ -21,7 +21,7 @@ use crate::time::{TickGrid, whole_ticks};
 const DEFAULT_DURATION_S: f64 = 7.0;
 
 /// Most ticks of one scenario: at 1 kHz nearly three hours, in a trace 1.4 GB.
-const MOST_TICKS: u64 = 10_000_000;
+const MOST_TICKS: f64 = 1e7;
 
 /// How the sides are brought from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -405,14 +405,15 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
         (None, None) => DEFAULT_DURATION_S,
     };
     values.derive_if_missing("simulation.duration_s", Value::Number(duration_s));
-    let grid = TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))?;
-    if grid.ticks() > MOST_TICKS {
-        let message = format!("{duration_s} s in ticks of {tick_s} s are {} ticks, at most {MOST_TICKS}", grid.ticks());
+    let ticks = duration_s / tick_s;
+    if ticks > MOST_TICKS {
+        let message = format!("{duration_s} s in ticks of {tick_s} s are {ticks:.0} ticks, at most {MOST_TICKS:.0}");
+        let written = |key: &&str| values.place(key).is_some();
         let key =
-            if values.place("simulation.tick_s").is_some() { "simulation.tick_s" } else { "simulation.duration_s" };
+            ["simulation.tick_s", "simulation.duration_s"].into_iter().find(written).unwrap_or("simulation.tick_s");
         return Err(values.error(key, message).remedy("shorten the run or lengthen the tick"));
     }
-    Ok(grid)
+    TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
 }
 
 fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<u64, ScenarioError> {
