@@ -146,11 +146,10 @@ fn oracle_dop853_agrees_on_the_shipped_scenarios() {
 #[test]
 fn oracle_stability_limits() {
     let table = support::table("tests/reference/stability_limits.csv");
-    let rows = table["delay_ticks_each_way"].len();
-    for row in 0..rows {
-        let limit = table["largest_stable_stiffness_n_per_m"][row];
-        let damping = table["tissue_damping_n_s_per_m"][row];
-        let delay_s = table["delay_ticks_each_way"][row] * 1e-3;
+    let columns = ["delay_ticks_each_way", "tissue_damping_n_s_per_m", "largest_stable_stiffness_n_per_m"];
+    let [delays, dampings, limits] = columns.map(|name| table[name].iter());
+    for ((ticks, damping), limit) in delays.zip(dampings).zip(limits) {
+        let delay_s = ticks * 1e-3;
         let growth = |stiffness: f64| {
             let settings = [
                 // A slow ramp into the tissue and a rest, with little ringing: contact is never lost.
@@ -169,7 +168,7 @@ fn oracle_stability_limits() {
             let power = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>() / part.len() as f64;
             power(&speed[8000..]) / power(&speed[5000..6000])
         };
-        assert!(growth(0.99 * limit) < 1.0, "row {row}: {} grows", 0.99 * limit);
-        assert!(growth(1.01 * limit) > 1.0, "row {row}: {} decays", 1.01 * limit);
+        assert!(growth(0.99 * limit) < 1.0, "{ticks} ticks, {damping} N·s/m: {} N/m grows", 0.99 * limit);
+        assert!(growth(1.01 * limit) > 1.0, "{ticks} ticks, {damping} N·s/m: {} N/m decays", 1.01 * limit);
     }
 }

@@ -215,6 +215,36 @@ mod tests {
         assert!((ArmParameters::default().static_stiffness_n_per_m() - 698.845).abs() < 5e-4);
     }
 
+    /// The side's poles, the least negative first.
+    fn poles(coupling: Coupling) -> Vec<(f64, f64)> {
+        let master = MasterParameters { coupling, ..MasterParameters::default() };
+        let system = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect("valid");
+        let mut poles: Vec<(f64, f64)> = system.poles().expect("found").iter().map(|p| (p.re, p.im)).collect();
+        poles.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
+        poles
+    }
+
+    #[test]
+    fn the_physical_side_has_the_five_poles_of_the_independent_computation() {
+        let expected = [
+            (-12.62462369, 0.0),
+            (-21.02629518, 0.0),
+            (-43.71857234, -68.79047016),
+            (-43.71857234, 68.79047016),
+            (-162.41280488, 0.0),
+        ];
+        for ((re, im), (expected_re, expected_im)) in poles(Coupling::Physical).into_iter().zip(expected) {
+            assert!((re - expected_re).abs() < 1e-6 && (im - expected_im).abs() < 1e-6, "{re} {im}");
+        }
+    }
+
+    #[test]
+    fn the_side_as_printed_is_unstable() {
+        let poles = poles(Coupling::AsPrinted);
+        assert!((poles[0].0 - 41.961).abs() < 5e-4, "{poles:?}");
+        assert!(poles[1].0 < 0.0, "{poles:?}");
+    }
+
     #[test]
     fn the_sampled_step_tends_to_the_continuous_one() {
         let (master, arm) = (MasterParameters::default(), ArmParameters::default());

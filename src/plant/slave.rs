@@ -160,6 +160,22 @@ mod tests {
     }
 
     #[test]
+    fn both_readings_have_the_poles_of_the_independent_computation() {
+        for (damping, real, pair) in [
+            (Damping::Velocity, -109.79934886, (-55.48532557, 68.47096846)),
+            (Damping::AsPrinted, -93.44011474, (-5.32994263, 95.93539974)),
+        ] {
+            let slave = SlaveParameters { damping, ..SlaveParameters::default() };
+            let poles = slave_system(&slave, ControlTiming::Continuous).expect("valid").poles().expect("found");
+            assert_eq!(poles.len(), 3);
+            for pole in poles {
+                let (re, im) = if pole.im.abs() < 1e-9 { (real, 0.0) } else { (pair.0, pair.1 * pole.im.signum()) };
+                assert!((pole.re - re).abs() < 1e-6 && (pole.im - im).abs() < 1e-6, "{damping:?} {pole}");
+            }
+        }
+    }
+
+    #[test]
     fn a_slave_without_velocity_is_refused() {
         let slave = SlaveParameters { denominator: vec![1.0, 2.0], ..SlaveParameters::default() };
         let message = slave_system(&slave, ControlTiming::Continuous).expect_err("first order").to_string();

@@ -2,18 +2,17 @@
 
 use std::sync::Arc;
 
-use super::builtin;
 use super::document::Source;
 use super::error::ScenarioError;
-use super::keys::DISTANCES;
+use super::replay::{RecordingSpec, load_recording, rupture_ticks};
+use super::settings::{augmentation, detector, estimator};
 use super::value::Value;
 use super::values::Values;
-use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Freeze, Reengage};
+use crate::augmentation::AugmentationSettings;
 use crate::channel::MOST_DELAY_TICKS;
-use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
+use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
 use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
-use crate::recording::{Column, Columns, Limits, Recording, open_csv, read_csv};
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
 
@@ -113,52 +112,6 @@ pub struct Scenario {
     /// The supervisor.
     pub augmentation: AugmentationSettings,
     values: Values,
-}
-
-/// A recording with its labels, as a scenario describes it.
-#[derive(Debug, Clone)]
-pub struct RecordingSpec {
-    /// The samples, in SI units and this crate's signs.
-    pub recording: Recording,
-    /// When layers rupture, in s after the first sample.
-    pub ruptures_s: Vec<f64>,
-}
-
-/// What detecting ruptures in a recording needs.
-#[derive(Debug, Clone)]
-pub struct DetectionSpec {
-    /// The recording and its labels.
-    pub recording: RecordingSpec,
-    /// The estimator.
-    pub estimator: RlsSettings,
-    /// The detector.
-    pub detector: DetectorSettings,
-    /// Where the tissue begins, in m.
-    pub contact_m: f64,
-    /// Step of the recorded positions in m, for the velocity filter; 0: taken from the recording.
-    pub position_resolution_m: f64,
-    /// Acceleration that the velocity filter expects, in m/s².
-    pub acceleration_std_m_per_s2: f64,
-}
-
-impl DetectionSpec {
-    /// Resolves the values that detection needs; derived ones are filled in.
-    ///
-    /// # Errors
-    /// As [`Scenario::load`].
-    pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
-        let spec = Self {
-            estimator: estimator(values)?,
-            detector: detector(values)?,
-            contact_m: values.number("estimator.contact_m")?,
-            position_resolution_m: values.number("sensor.position_resolution_m")?,
-            acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
-            recording: load_recording(values)?,
-        };
-        spec.estimator.validate().map_err(|error| values.out_of_range(&error))?;
-        spec.detector.validate().map_err(|error| values.out_of_range(&error))?;
-        Ok(spec)
-    }
 }
 
 impl Scenario {
@@ -291,82 +244,6 @@ impl Scenario {
     }
 }
 
-/// The estimator's settings.
-fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioError> {
-    let normalisation = values.number("estimator.normalisation")?;
-    let initial_gain = values.optional_number("estimator.initial_gain").unwrap_or(if normalisation > 0.0 {
-        10.0 * normalisation
-    } else {
-        1e4
-    });
-    let memory = if normalisation > 0.0 { 10.0 / normalisation } else { 5e-4 };
-    let reset_threshold = values.optional_number("estimator.reset_threshold").unwrap_or(2.0 / initial_gain + memory);
-    values.derive_if_missing("estimator.initial_gain", Value::Number(initial_gain));
-    values.derive_if_missing("estimator.reset_threshold", Value::Number(reset_threshold));
-    let dead_zone_n = values.number("estimator.dead_zone_n")?;
-    Ok(RlsSettings { initial_gain, reset_threshold, dead_zone_n, normalisation })
-}
-
-/// The detector's settings.
-fn detector(values: &mut Values) -> Result<DetectorSettings, ScenarioError> {
-    let word = values.text("detector.distance")?;
-    let index = DISTANCES.iter().position(|known| *known == word).unwrap_or(0);
-    let kind = DistanceKind::ALL[index];
-    let hypotheses = Hypotheses {
-        quiet_std_n: values.number("detector.quiet_std_n")?,
-        rupture_std_n: values.number("detector.rupture_std_n")?,
-        rupture_mean_n: values.number("detector.rupture_mean_n")?,
-        stiffness_change_n_per_m: values.number("detector.stiffness_change_n_per_m")?,
-    };
-    hypotheses.validate().map_err(|error| values.out_of_range(&error))?;
-    let (threshold, drift) = hypotheses.tuning(kind);
-    let threshold = values.optional_number("detector.threshold").unwrap_or(threshold);
-    let drift = values.optional_number("detector.drift").unwrap_or(drift);
-    let cap = values.optional_number("detector.cap").unwrap_or(10.0 * threshold);
-    values.derive_if_missing("detector.threshold", Value::Number(threshold));
-    values.derive_if_missing("detector.drift", Value::Number(drift));
-    values.derive_if_missing("detector.cap", Value::Number(cap));
-    Ok(DetectorSettings {
-        distance: Distance { kind, hypotheses },
-        cusum: CusumSettings { threshold, drift, cap },
-        arming: ArmingSettings {
-            settle_s: values.number("detector.settle_s")?,
-            drop_only: values.flag("detector.drop_only")?,
-            withdrawal_speed_m_per_s: values.number("detector.withdrawal_speed_m_per_s")?,
-        },
-    })
-}
-
-fn augmentation(values: &Values) -> Result<AugmentationSettings, ScenarioError> {
-    Ok(AugmentationSettings {
-        enabled: values.flag("augmentation.enabled")?,
-        automaton: AutomatonSettings {
-            min_hold_s: values.number("augmentation.min_hold_s")?,
-            max_hold_s: values.number("augmentation.max_hold_s")?,
-            exit_ratio: values.number("augmentation.exit_ratio")?,
-            exit_quiet_s: values.number("augmentation.exit_quiet_s")?,
-            refractory_s: values.number("augmentation.refractory_s")?,
-        },
-        freeze: match values.text("augmentation.freeze")? {
-            "reference" => Freeze::Reference,
-            _ => Freeze::Measured,
-        },
-        reengage: match values.text("augmentation.reengage")? {
-            "clutch" => Reengage::Clutch,
-            "snap" => Reengage::Snap,
-            _ => Reengage::Ramp { catch_up_speed_m_per_s: values.number("augmentation.catch_up_speed_m_per_s")? },
-        },
-        force: match values.text("augmentation.force_law")? {
-            "amplify" => ForceLaw::Amplify { gain: values.number("augmentation.amplification")? },
-            _ => ForceLaw::Decay {
-                ratio: values.number("augmentation.decay_ratio")?,
-                time_constant_s: values.number("augmentation.decay_time_constant_s")?,
-            },
-        },
-        blend_s: values.number("augmentation.blend_s")?,
-    })
-}
-
 fn ramp(values: &Values) -> Result<OperatorSpec, ScenarioError> {
     Ok(OperatorSpec::Ramp {
         start_m: values.number("operator.start_m")?,
@@ -429,62 +306,4 @@ fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<u64, Scen
             Err(values.error(path, message).remedy(format!("use {less} or {more}")))
         }
     }
-}
-
-fn rupture_ticks(values: &Values, spec: &RecordingSpec, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
-    let end_s = spec.recording.duration_s();
-    let refuse = |message: String| values.error("recording.ruptures_s", message);
-    if let Some(outside) = spec.ruptures_s.iter().find(|&&t| !(0.0..=end_s).contains(&t)) {
-        let message = format!("recording.ruptures_s has {outside}, must be within the recording, from 0 to {end_s} s");
-        return Err(refuse(message));
-    }
-    if let Some(pair) = spec.ruptures_s.windows(2).find(|pair| pair[1] <= pair[0]) {
-        return Err(refuse(format!("recording.ruptures_s has {} before {}, must ascend", pair[0], pair[1])));
-    }
-    let mut ticks: Vec<u64> = spec.ruptures_s.iter().map(|t| crate::time::nearest_ticks(*t, grid.tick_s())).collect();
-    ticks.dedup();
-    Ok(ticks.into())
-}
-
-/// Reads the recording that values describe.
-fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
-    let Some(source) = values.file("recording.file") else {
-        return Err(values
-            .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
-            .remedy("give recording.file, or other kinds of operator and tissue"));
-    };
-    let column = |quantity: &str, sign: f64| {
-        let scale = values.number(&format!("recording.scale.{quantity}"))? * sign;
-        let path = format!("recording.columns.{quantity}");
-        Column::new(values.text(&path)?, scale).map_err(|error| values.error(&path, error.to_string()))
-    };
-    let position_sign = values.number("recording.position_sign")?;
-    let velocity = values.is_given("recording.columns.velocity_m_per_s");
-    let columns = Columns {
-        time: column("time_s", 1.0)?,
-        position: column("position_m", position_sign)?,
-        velocity: velocity.then(|| column("velocity_m_per_s", position_sign)).transpose()?,
-        force: column("force_n", values.number("recording.force_sign")?)?,
-    };
-    let limits = Limits {
-        max_bytes: values.whole("recording.max_bytes")?,
-        max_samples: usize::try_from(values.whole("recording.max_samples")?).unwrap_or(usize::MAX),
-        max_gap_s: values.optional_number("recording.max_gap_s"),
-    };
-    let source = source.canonical();
-    let read = match &source {
-        Source::Disk(path) => open_csv(path, &columns, &limits),
-        Source::Builtin(name) => match builtin::content(name) {
-            Some(content) => read_csv(&source.display(), content, &columns, &limits),
-            None => {
-                let known: Vec<_> = builtin::names().filter(|name| name.ends_with(".csv")).collect();
-                let message = format!("there is no recording {}", source.display());
-                return Err(values.error("recording.file", message).remedy(format!("there are {}", known.join(", "))));
-            }
-        },
-    };
-    let recording = read.map_err(|error| values.error("recording.file", error.to_string()))?;
-    let ruptures_s = values.numbers("recording.ruptures_s")?.to_vec();
-    values.derive_keeping_place("recording.file", Value::Text(source.display()));
-    Ok(RecordingSpec { recording, ruptures_s })
 }

@@ -2,7 +2,8 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::keys::{Fallback, KEYS, Key, SECTIONS};
+use super::key_table::{KEYS, SECTIONS};
+use super::keys::{Fallback, Key};
 use super::value::Kind;
 
 /// The JSON Schema (draft 2020-12) of a scenario file.

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::keys::{Fallback, SECTIONS};
+use super::key_table::SECTIONS;
+use super::keys::Fallback;
 use super::values::keys_of;
 
 /// The text of a starter scenario of a given name.

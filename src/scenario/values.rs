@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use super::document::{Entry, Source, gather};
 use super::error::{Place, ScenarioError};
-use super::keys::{Fallback, KEYS, Key, SECTIONS, find, nearest};
+use super::key_table::{KEYS, SECTIONS};
+use super::keys::{Fallback, Key, find, nearest};
 use super::value::{Kind, Value};
 use crate::error::InvalidValue;
 

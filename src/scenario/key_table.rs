@@ -1,0 +1,445 @@
+//! Every key of a scenario: where it stands, what it holds, its default and its meaning.
+//!
+//! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table.
+
+use super::keys::{Fallback, Key};
+use super::value::{Kind, Range, Value};
+use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
+use crate::detection::{ArmingSettings, Hypotheses};
+use crate::plant::{ArmParameters, MasterParameters, SlaveParameters};
+use crate::recording::Limits;
+
+const fn key(path: &'static str, kind: Kind, fallback: Fallback, meaning: &'static str) -> Key {
+    Key { path, kind, fallback, meaning }
+}
+
+macro_rules! number {
+    ($value:expr) => {
+        Fallback::Value(|| Value::Number($value))
+    };
+}
+
+macro_rules! word {
+    ($value:expr) => {
+        Fallback::Value(|| Value::Text($value.into()))
+    };
+}
+
+use Fallback::{Derived, Unset};
+use Kind::{Choice, File, Flag, Number, Numbers, Sign, Text, Whole};
+use Range as R;
+
+/// The sections, in the order in which they are written, with what each is about.
+pub const SECTIONS: [(&str, &str); 15] = [
+    ("simulation", "How long, how finely, by which engine."),
+    ("master", "The machine in the hand (eq. 28) and its force controller (eq. 29)."),
+    ("arm", "The arm that holds it (eq. 32-35), in the paper's letters."),
+    ("slave", "The machine that holds the needle (eq. 30) and its position controller (eq. 31)."),
+    ("scaling", "What a newton and a millimetre become on the other side."),
+    ("channel", "The link between the sides."),
+    ("operator", "What the person wants to do."),
+    ("tissue", "What the needle meets."),
+    ("recording", "The recording that operator or tissue replay, and that detect reads."),
+    ("recording.columns", "Its columns, by the names in the file's header."),
+    ("recording.scale", "The factor that turns each column into SI."),
+    ("sensor", "How force and position are measured."),
+    ("estimator", "The online estimation of the tissue (eq. 12-18)."),
+    ("detector", "The detection of ruptures (eq. 19-27)."),
+    ("augmentation", "What happens on a detection (section 5.1)."),
+];
+
+/// The distances by the words that scenarios use, in the order of [`crate::detection::DistanceKind::ALL`].
+pub const DISTANCES: &[&str] =
+    &["squared-residual", "mean-change", "variance-change", "parameter-change", "force-derivative"];
+
+/// Every key, in the order in which they are written.
+pub const KEYS: &[Key] = &[
+    key(
+        "name",
+        Text,
+        Derived("the file's name without its ending"),
+        "Names the run's folder and its lines in figures.",
+    ),
+    // simulation
+    key(
+        "simulation.tick_s",
+        Number(R::POSITIVE),
+        number!(1e-3),
+        "Time between two ticks of sensors, estimator, detector and channel.",
+    ),
+    key(
+        "simulation.duration_s",
+        Number(R::POSITIVE),
+        Derived("the recording's length, or 7 s without one"),
+        "Length of the run.",
+    ),
+    key(
+        "simulation.engine",
+        Choice(&["exact", "dop853"]),
+        word!("exact"),
+        "Between ticks: matrix exponentials, or numerical integration as a check.",
+    ),
+    key(
+        "simulation.control",
+        Choice(&["continuous", "sampled"]),
+        word!("continuous"),
+        "Controllers in continuous time, or on the tick with held outputs.",
+    ),
+    key("simulation.seed", Whole(0), Fallback::Value(|| Value::Whole(1)), "Seed of every random number."),
+    // master
+    key("master.mass_kg", Number(R::POSITIVE), number!(MasterParameters::default().mass_kg), "Mass."),
+    key(
+        "master.damping_n_s_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(MasterParameters::default().damping_n_s_per_m),
+        "Damping.",
+    ),
+    key(
+        "master.force_integral_gain",
+        Number(R::NON_NEGATIVE),
+        number!(MasterParameters::default().force_integral_gain),
+        "K_i in 1/s.",
+    ),
+    key(
+        "master.coupling",
+        Choice(&["physical", "as-printed"]),
+        word!("physical"),
+        "Whether the hand acts on the master; as printed it does not, and the loop is unstable.",
+    ),
+    // arm
+    key(
+        "arm.k_a_n_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(ArmParameters::default().k_a_n_per_m),
+        "Stiffness between arm and master.",
+    ),
+    key(
+        "arm.b_a_n_s_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(ArmParameters::default().b_a_n_s_per_m),
+        "Damping between arm and master.",
+    ),
+    key(
+        "arm.k_h_n_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(ArmParameters::default().k_h_n_per_m),
+        "Stiffness between desired position and arm.",
+    ),
+    key(
+        "arm.b_h_n_s_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(ArmParameters::default().b_h_n_s_per_m),
+        "Damping between desired position and arm.",
+    ),
+    key("arm.m_h_kg", Number(R::POSITIVE), number!(ArmParameters::default().m_h_kg), "Mass of the arm."),
+    // slave
+    key(
+        "slave.numerator",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(SlaveParameters::default().numerator)),
+        "Of X_e / U_s, highest power first.",
+    ),
+    key(
+        "slave.denominator",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(SlaveParameters::default().denominator)),
+        "Of X_e / U_s, highest power first; degree 2 or 3.",
+    ),
+    key(
+        "slave.proportional_gain",
+        Number(R::NON_NEGATIVE),
+        number!(SlaveParameters::default().proportional_gain),
+        "K_p.",
+    ),
+    key("slave.velocity_gain", Number(R::NON_NEGATIVE), number!(SlaveParameters::default().velocity_gain), "K_v."),
+    key(
+        "slave.damping",
+        Choice(&["velocity", "as-printed"]),
+        word!("velocity"),
+        "What K_v acts on; as printed it is the position.",
+    ),
+    // scaling
+    key("scaling.force", Number(R::NON_NEGATIVE), number!(1.0), "Force fed back per force measured."),
+    key("scaling.position", Number(R::POSITIVE), number!(1.0), "Slave's motion per master's."),
+    // channel
+    key(
+        "channel.forward_delay_s",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "From master to slave; a whole number of ticks.",
+    ),
+    key(
+        "channel.backward_delay_s",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "From slave to master; a whole number of ticks.",
+    ),
+    // operator
+    key(
+        "operator.kind",
+        Choice(&["recording", "ramp"]),
+        word!("recording"),
+        "Replays the recording's position, or moves at a constant speed.",
+    ),
+    key("operator.start_m", Number(R::ANY), number!(0.0), "Where a ramp begins."),
+    key("operator.end_m", Number(R::ANY), number!(0.02), "Where a ramp ends."),
+    key("operator.speed_m_per_s", Number(R::POSITIVE), number!(0.01), "How fast it gets there."),
+    // tissue
+    key(
+        "tissue.kind",
+        Choice(&["recording", "kelvin-voigt"]),
+        word!("recording"),
+        "Replays the recording's force over time, or answers as a spring and damper (eq. 1).",
+    ),
+    key("tissue.stiffness_n_per_m", Number(R::NON_NEGATIVE), number!(200.0), "K of kelvin-voigt."),
+    key("tissue.damping_n_s_per_m", Number(R::NON_NEGATIVE), number!(5.0), "B of kelvin-voigt."),
+    key("tissue.contact_m", Number(R::ANY), number!(0.0), "Surface of kelvin-voigt."),
+    // recording
+    key("recording.file", File, Unset, "A CSV file, or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv."),
+    key(
+        "recording.ruptures_s",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(vec![])),
+        "When layers rupture, counted from the recording's first sample.",
+    ),
+    key("recording.force_sign", Sign, number!(1.0), "-1 where the file counts resistance to insertion as negative."),
+    key("recording.position_sign", Sign, number!(1.0), "-1 where the file's positions shrink into the tissue."),
+    key(
+        "recording.max_gap_s",
+        Number(R::POSITIVE),
+        Unset,
+        "Longest time between two samples; 10 median intervals when not given.",
+    ),
+    key(
+        "recording.max_bytes",
+        Whole(1),
+        Fallback::Value(|| Value::Whole(Limits::default().max_bytes)),
+        "Largest file that is read.",
+    ),
+    key(
+        "recording.max_samples",
+        Whole(2),
+        Fallback::Value(|| Value::Whole(Limits::default().max_samples as u64)),
+        "Most samples that are kept.",
+    ),
+    key("recording.columns.time_s", Text, word!("time_s"), "Time."),
+    key("recording.columns.position_m", Text, word!("position_m"), "Position of the needle."),
+    key(
+        "recording.columns.velocity_m_per_s",
+        Text,
+        Unset,
+        "Velocity of the needle; estimated from the position when not given.",
+    ),
+    key("recording.columns.force_n", Text, word!("force_n"), "Force on the needle."),
+    key("recording.scale.time_s", Number(R::POSITIVE), number!(1.0), "To seconds."),
+    key(
+        "recording.scale.position_m",
+        Number(R::POSITIVE),
+        number!(1.0),
+        "To metres, as 0.075 for the angle of a lever of that length.",
+    ),
+    key("recording.scale.velocity_m_per_s", Number(R::POSITIVE), number!(1.0), "To metres per second."),
+    key("recording.scale.force_n", Number(R::POSITIVE), number!(1.0), "To newtons."),
+    // sensor
+    key(
+        "sensor.force_noise_std_n",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "Standard deviation of the white noise on the force.",
+    ),
+    key(
+        "sensor.force_resolution_n",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "Step of the force reading; 0 reads exactly.",
+    ),
+    key(
+        "sensor.position_resolution_m",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.",
+    ),
+    key(
+        "sensor.acceleration_std_m_per_s2",
+        Number(R::POSITIVE),
+        number!(0.5),
+        "Acceleration that the Kalman filter expects.",
+    ),
+    // estimator
+    key(
+        "estimator.normalisation",
+        Number(R::NON_NEGATIVE),
+        number!(1e6),
+        "beta of eq. 14 in 1/m²: the gain no longer depends on depths beyond 1/sqrt(beta); 0: constant weighting.",
+    ),
+    key(
+        "estimator.initial_gain",
+        Number(R::POSITIVE),
+        Derived("10 times the normalisation, or 1e4 without one"),
+        "F_0 of eq. 13, times the identity.",
+    ),
+    key(
+        "estimator.reset_threshold",
+        Number(R::POSITIVE),
+        Derived("2/initial_gain + 10/normalisation (ten full corrections), or 2/initial_gain + 5e-4 without one"),
+        "alpha_0 of eq. 17, at which F_0 is restored.",
+    ),
+    key(
+        "estimator.dead_zone_n",
+        Number(R::NON_NEGATIVE),
+        number!(0.03),
+        "N_0 of eq. 15: smaller errors teach nothing.",
+    ),
+    key("estimator.contact_m", Number(R::ANY), number!(0.0), "Where the estimator takes the tissue to begin."),
+    // detector
+    key(
+        "detector.distance",
+        Choice(DISTANCES),
+        word!("squared-residual"),
+        "What is accumulated: e², eq. 22, eq. 23, eq. 26, or the derivative baseline.",
+    ),
+    key(
+        "detector.quiet_std_n",
+        Number(R::POSITIVE),
+        number!(Hypotheses::default().quiet_std_n),
+        "sigma_0: spread of the residual when nothing happens.",
+    ),
+    key(
+        "detector.rupture_std_n",
+        Number(R::POSITIVE),
+        number!(Hypotheses::default().rupture_std_n),
+        "sigma_1: its spread after a rupture.",
+    ),
+    key(
+        "detector.rupture_mean_n",
+        Number(R::ANY),
+        number!(Hypotheses::default().rupture_mean_n),
+        "m_1 of eq. 22: its mean after a rupture.",
+    ),
+    key(
+        "detector.stiffness_change_n_per_m",
+        Number(R::POSITIVE),
+        number!(Hypotheses::default().stiffness_change_n_per_m),
+        "Correction of the stiffness that a rupture causes, for eq. 26.",
+    ),
+    key(
+        "detector.threshold",
+        Number(R::POSITIVE),
+        Derived("what one sample of a rupture adds; 1.98e-2 N² for the paper's variances"),
+        "gamma: an alarm when g exceeds it, in the distance's unit.",
+    ),
+    key(
+        "detector.drift",
+        Number(R::ANY),
+        Derived("halfway between the hypotheses; 2.02e-2 N² for the paper's variances"),
+        "nu, taken off each sample (eq. 27), in the distance's unit.",
+    ),
+    key("detector.cap", Number(R::POSITIVE), Derived("ten thresholds"), "Largest value of g, in the distance's unit."),
+    key(
+        "detector.settle_s",
+        Number(R::NON_NEGATIVE),
+        number!(ArmingSettings::default().settle_s),
+        "Quiet contact before alarms are taken.",
+    ),
+    key(
+        "detector.drop_only",
+        Flag,
+        Fallback::Value(|| Value::Flag(ArmingSettings::default().drop_only)),
+        "Whether only a force below an expected resisting force counts.",
+    ),
+    key(
+        "detector.withdrawal_speed_m_per_s",
+        Number(R::NON_NEGATIVE),
+        number!(ArmingSettings::default().withdrawal_speed_m_per_s),
+        "Nothing counts while the needle is withdrawn faster than this.",
+    ),
+    // augmentation
+    key(
+        "augmentation.enabled",
+        Flag,
+        Fallback::Value(|| Value::Flag(AugmentationSettings::default().enabled)),
+        "false: the classical scheme.",
+    ),
+    key(
+        "augmentation.freeze",
+        Choice(&["measured", "reference"]),
+        word!("measured"),
+        "Hold the slave at its measured position or at its last reference.",
+    ),
+    key(
+        "augmentation.reengage",
+        Choice(&["ramp", "clutch", "snap"]),
+        word!("ramp"),
+        "Close the gap to the hand at a bounded speed, keep it, or jump it.",
+    ),
+    key(
+        "augmentation.catch_up_speed_m_per_s",
+        Number(R::POSITIVE),
+        number!(default_catch_up_speed()),
+        "Speed at which a ramp closes the gap, on top of the hand's.",
+    ),
+    key(
+        "augmentation.force_law",
+        Choice(&["decay", "amplify"]),
+        word!("decay"),
+        "Let the felt force decay, or scale its variation.",
+    ),
+    key(
+        "augmentation.decay_ratio",
+        Number(R::SHARE),
+        number!(default_decay().0),
+        "Where decay ends, as a share of the force at the alarm.",
+    ),
+    key("augmentation.decay_time_constant_s", Number(R::POSITIVE), number!(default_decay().1), "How fast it decays."),
+    key("augmentation.amplification", Number(R::AT_LEAST_ONE), number!(2.0), "kappa of amplify."),
+    key(
+        "augmentation.blend_s",
+        Number(R::NON_NEGATIVE),
+        number!(AugmentationSettings::default().blend_s),
+        "Length of the cross-fade back to the measured force.",
+    ),
+    key(
+        "augmentation.min_hold_s",
+        Number(R::NON_NEGATIVE),
+        number!(AugmentationSettings::default().automaton.min_hold_s),
+        "Shortest freeze.",
+    ),
+    key(
+        "augmentation.max_hold_s",
+        Number(R::NON_NEGATIVE),
+        number!(AugmentationSettings::default().automaton.max_hold_s),
+        "Longest freeze.",
+    ),
+    key(
+        "augmentation.exit_ratio",
+        Number(R::POSITIVE_SHARE),
+        number!(AugmentationSettings::default().automaton.exit_ratio),
+        "Share of the threshold below which g counts as quiet.",
+    ),
+    key(
+        "augmentation.exit_quiet_s",
+        Number(R::NON_NEGATIVE),
+        number!(AugmentationSettings::default().automaton.exit_quiet_s),
+        "How long g has to be quiet before release.",
+    ),
+    key(
+        "augmentation.refractory_s",
+        Number(R::NON_NEGATIVE),
+        number!(AugmentationSettings::default().automaton.refractory_s),
+        "How long after an event no alarm is taken.",
+    ),
+];
+
+fn default_catch_up_speed() -> f64 {
+    match Reengage::default() {
+        Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
+        Reengage::Clutch | Reengage::Snap => 0.03,
+    }
+}
+
+fn default_decay() -> (f64, f64) {
+    match ForceLaw::default() {
+        ForceLaw::Decay { ratio, time_constant_s } => (ratio, time_constant_s),
+        ForceLaw::Amplify { .. } => (0.0, 0.03),
+    }
+}
