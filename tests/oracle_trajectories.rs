@@ -111,9 +111,10 @@ fn oracle_estimator_and_cusum_on_the_real_recording() {
     let mut rls = Rls::<f64>::new(&settings);
     let mut decision = 0.0_f64;
     let mut computed: [Vec<f64>; 4] = Default::default();
-    for k in 0..recording["t_s"].len() {
-        let depth = 0.075 * recording["xs_rad"][k] - 6.30e-3;
-        let estimate = rls.update(recording["env_out_Nm_derived"][k] / 0.075, depth, 0.075 * recording["vs_rad_s"][k]);
+    let columns = ["xs_rad", "vs_rad_s", "env_out_Nm_derived"].map(|name| recording[name].iter());
+    let [angles, speeds, torques] = columns;
+    for ((angle, speed), torque) in angles.zip(speeds).zip(torques) {
+        let estimate = rls.update(torque / 0.075, 0.075 * angle - 6.30e-3, 0.075 * speed);
         decision = (decision + estimate.residual_n.powi(2) - 2.02e-2).max(0.0);
         let row = [estimate.residual_n, estimate.stiffness_n_per_m, estimate.damping_n_s_per_m, decision];
         for (column, value) in computed.iter_mut().zip(row) {

@@ -28,7 +28,9 @@ pub(super) fn significant(value: f64) -> String {
     } else if !(5e-5..1e6).contains(&magnitude) {
         format!("{value:.1e}")
     } else {
-        let whole_digits = magnitude.log10().floor() as i32 + 1;
+        // The exponent after rounding: 99.996 has three whole digits.
+        let scientific = format!("{magnitude:.3e}");
+        let whole_digits = scientific.rsplit('e').next().and_then(|e| e.parse::<i32>().ok()).unwrap_or(0) + 1;
         let decimals = (4 - whole_digits).clamp(0, 4) as usize;
         format!("{value:.decimals$}")
     }
@@ -41,7 +43,7 @@ mod tests {
     #[test]
     fn four_digits_are_shown() {
         let shown = [9.0, 0.0, 123.456, 0.0123456, -5.6732, 1e-12, 15361.0, 99.995].map(significant);
-        assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "99.99"]);
+        assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "100.0"]);
         assert_eq!(show(None, Unit::Metre), "—");
         assert_eq!(show(Some(0.009), Unit::Metre), "9.000 mm");
         assert_eq!(show(Some(0.0), Unit::Second), "0 ms");
