@@ -19,6 +19,12 @@ impl<L: Lane> Delay<L> {
         Self { line: vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice(), next: 0 }
     }
 
+    /// Whether a sample arrives at the tick that sends it.
+    #[must_use]
+    pub fn is_immediate(&self) -> bool {
+        self.line.is_empty()
+    }
+
     /// Sends a sample and gives the one that arrives.
     #[inline(always)]
     pub fn exchange(&mut self, sample: L) -> L {

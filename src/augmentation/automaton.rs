@@ -1,7 +1,7 @@
 //! The automaton: (mode, alarm, g, tick) → mode.
 
 use crate::error::{InvalidValue, non_negative, require};
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
 /// What the supervisor is doing.
@@ -85,13 +85,15 @@ impl Default for AutomatonSettings {
 
 /// The automaton at work.
 #[derive(Debug, Clone)]
-pub(super) struct Automaton<L> {
+pub(super) struct Automaton<L: Lane> {
     min_hold_ticks: L,
     max_hold_ticks: L,
     exit_level: L,
     exit_quiet_ticks: L,
     refractory_ticks: L,
     mode: L,
+    /// Where the mode is teleoperation.
+    teleoperates: L::Mask,
     entered: L,
     quiet_ticks: L,
     deaf_until: L,
@@ -107,6 +109,7 @@ impl<L: Lane> Automaton<L> {
             exit_quiet_ticks: ticks(settings.exit_quiet_s),
             refractory_ticks: ticks(settings.refractory_s),
             mode: L::splat(Mode::Teleoperation.code()),
+            teleoperates: L::Mask::splat(true),
             entered: L::zero(),
             quiet_ticks: L::zero(),
             deaf_until: L::zero(),
@@ -120,7 +123,7 @@ impl<L: Lane> Automaton<L> {
 
     #[inline(always)]
     pub(super) fn is_teleoperation(&self) -> L::Mask {
-        is(self.mode, Mode::Teleoperation)
+        self.teleoperates
     }
 
     /// The mode for `tick`, given the tick's alarm and `g`, and whether the command had blended by the tick before.
@@ -143,6 +146,7 @@ impl<L: Lane> Automaton<L> {
         self.mode = L::select(enter, code(Mode::Augmented), mode);
         self.mode = L::select(leave, code(Mode::Reengaging), self.mode);
         self.mode = L::select(done, code(Mode::Teleoperation), self.mode);
+        self.teleoperates = is(self.mode, Mode::Teleoperation);
         self.mode
     }
 }

@@ -72,6 +72,7 @@ pub(super) struct ForceFeedback<L> {
     augmented: L,
     progress: L,
     weight: L,
+    /// The last tick's force, kept outside of teleoperation, where it is the measured one.
     fed_back: L,
     measured: L,
 }
@@ -102,7 +103,6 @@ impl<L: Lane> ForceFeedback<L> {
     #[inline(always)]
     pub(super) fn pass(&mut self, force: L) -> L {
         let allowed = (force - self.measured).abs();
-        self.fed_back = force;
         self.measured = force;
         allowed
     }
@@ -118,6 +118,7 @@ impl<L: Lane> ForceFeedback<L> {
         let zero = L::zero();
         let one = L::splat(1.0);
         let moved = (force - self.measured).abs();
+        self.fed_back = L::select(is(before, Mode::Teleoperation), self.measured, self.fed_back);
         self.anchor = L::select(has_become(before, mode, Mode::Augmented), self.fed_back, self.anchor);
 
         let (augmented, augmented_step) = match self.law {

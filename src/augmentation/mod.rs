@@ -96,7 +96,7 @@ pub struct Command<L: Lane> {
 /// The supervisor at work.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane> {
-    enabled: bool,
+    enabled: L::Mask,
     automaton: Automaton<L>,
     reference: SlaveReference<L>,
     feedback: ForceFeedback<L>,
@@ -107,7 +107,7 @@ impl<L: Lane> Supervisor<L> {
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
         Self {
-            enabled: settings.enabled,
+            enabled: L::Mask::splat(settings.enabled),
             automaton: Automaton::new(&settings.automaton, threshold, tick_s),
             reference: SlaveReference::new(settings.freeze, settings.reengage, tick_s),
             feedback: ForceFeedback::new(settings.force, settings.blend_s, tick_s),
@@ -117,24 +117,29 @@ impl<L: Lane> Supervisor<L> {
     /// Decides the tick.
     #[inline(always)]
     pub fn update(&mut self, now: &Situation<L>) -> Command<L> {
-        if !self.enabled {
-            let allowed_step_n = self.feedback.pass(now.force_n);
-            let mode = L::splat(Mode::Teleoperation.code());
-            let (slave_reference_m, feedback_force_n) = (now.hand_m, now.force_n);
-            let alarm_taken = now.alarm;
-            return Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken };
+        if (self.automaton.is_teleoperation() & !(self.enabled & now.alarm)).all() {
+            return Command {
+                mode: L::splat(Mode::Teleoperation.code()),
+                slave_reference_m: self.reference.follow(now.hand_m),
+                feedback_force_n: now.force_n,
+                allowed_step_n: self.feedback.pass(now.force_n),
+                alarm_taken: now.alarm,
+            };
         }
+        // Taken apart and put together, so that the common case above need not go through memory.
+        let Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken } =
+            self.act(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
+        Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
+    }
+
+    /// Decides a tick at which some lane is augmented, re-engaging or alarmed.
+    #[inline(never)]
+    fn act(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
         let before = self.automaton.mode();
-        if (self.automaton.is_teleoperation() & !now.alarm).all() {
-            let allowed_step_n = self.feedback.pass(now.force_n);
-            let slave_reference_m = self.reference.follow(now.hand_m);
-            let (mode, feedback_force_n, alarm_taken) = (before, now.force_n, now.alarm);
-            return Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken };
-        }
         let blended = self.feedback.is_blended() & self.reference.is_blended();
-        let mode = self.automaton.step(now.tick, now.alarm, now.decision, blended);
-        let slave_reference_m = self.reference.update(before, mode, now.hand_m, now.slave_m);
-        let (feedback_force_n, allowed_step_n) = self.feedback.update(before, mode, now.force_n);
+        let mode = self.automaton.step(tick, alarm, decision, blended);
+        let slave_reference_m = self.reference.update(before, mode, hand_m, slave_m);
+        let (feedback_force_n, allowed_step_n) = self.feedback.update(before, mode, force_n);
         let alarm_taken = automaton::has_become(before, mode, Mode::Augmented);
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }

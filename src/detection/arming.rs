@@ -2,7 +2,7 @@
 
 use super::Evidence;
 use crate::error::{InvalidValue, non_negative};
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
 /// When the detector listens.
@@ -63,9 +63,12 @@ impl<L: Lane> Arming<L> {
     #[inline(always)]
     pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
         let zero = L::zero();
-        let armed = self.quiet_ticks.ge(self.settle_ticks);
-        let quiet = evidence.in_contact & !above;
-        self.quiet_ticks = L::select(quiet, self.quiet_ticks + L::splat(1.0), zero);
+        let quiet_before = self.quiet_ticks;
+        self.quiet_ticks = L::select(evidence.in_contact & !above, quiet_before + L::splat(1.0), zero);
+        if !above.any() {
+            return L::Mask::splat(false);
+        }
+        let armed = quiet_before.ge(self.settle_ticks);
         let inserting = evidence.velocity_m_per_s.ge(self.slowest_velocity);
         let crossing = armed & above & evidence.in_contact & inserting;
         if self.drop_only {

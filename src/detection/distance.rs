@@ -137,19 +137,27 @@ impl<L: Lane> DistanceState<L> {
 
     #[inline(always)]
     pub(super) fn update(&mut self, evidence: &Evidence<L>) -> L {
-        let e = evidence.residual_n;
+        if self.kind == DistanceKind::SquaredResidual {
+            return evidence.residual_n * evidence.residual_n;
+        }
+        self.update_other(evidence.residual_n, evidence.correction[0], evidence.force_n)
+    }
+
+    /// The kinds that are seldom chosen, apart from the tick's straight way.
+    #[inline(never)]
+    fn update_other(&mut self, e: L, stiffness_correction: L, force: L) -> L {
         match self.kind {
             DistanceKind::SquaredResidual => e * e,
             DistanceKind::MeanChange => self.scale * e + self.offset,
             DistanceKind::VarianceChange => self.scale * (e * e) + self.offset,
-            DistanceKind::ParameterChange => evidence.correction[0].abs(),
+            DistanceKind::ParameterChange => stiffness_correction.abs(),
             DistanceKind::ForceDerivative => {
                 if !self.started {
                     self.started = true;
-                    self.last_force = evidence.force_n;
+                    self.last_force = force;
                 }
-                let change = evidence.force_n - self.last_force;
-                self.last_force = evidence.force_n;
+                let change = force - self.last_force;
+                self.last_force = force;
                 change * change
             }
         }

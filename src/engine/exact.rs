@@ -4,31 +4,40 @@ use super::{IntegrationError, MasterReading, Sides, SlaveReading};
 use crate::lane::Lane;
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 
-/// Rows of the master's matrix: its states, and `F_h` at the next tick as one more.
-const MASTER_ROWS: usize = MASTER_STATES + 1;
+/// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; the force integral and, as one more, `F_h` at the next tick.
+const MOTION_ROWS: usize = MASTER_STATES - 1;
+const FORCE_ROWS: usize = 2;
 /// Columns: the states, `x_d` now and next, `F_ed`.
 const MASTER_COLUMNS: usize = MASTER_STATES + 3;
-const HAND_FORCE: usize = MASTER_STATES;
 /// Rows of the slave's matrix, an even number so that pairs fill a vector register; the last stays 0.
 const SLAVE_ROWS: usize = SLAVE_STATES + 1;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
 /// Both sides as two matrices, column by column, and their states.
+///
+/// Aligned so that no vector straddles two cache lines: each tick reads all of it.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 pub struct ExactSides<L> {
-    master: [[L; MASTER_ROWS]; MASTER_COLUMNS],
+    /// The master's rows for its motion.
+    motion: [[L; MOTION_ROWS]; MASTER_COLUMNS],
+    /// The master's other rows: the force integral and `F_h`.
+    forces: [[L; FORCE_ROWS]; MASTER_COLUMNS],
     slave: [[L; SLAVE_ROWS]; SLAVE_COLUMNS],
-    master_state: [L; MASTER_ROWS],
+    motion_state: [L; MOTION_ROWS],
     slave_state: [L; SLAVE_ROWS],
+    force_state: [L; FORCE_ROWS],
 }
 
 impl<L: Lane> ExactSides<L> {
     /// Both sides at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
     #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
-        let with_hand_force = |column: [f64; MASTER_STATES]| -> [L; MASTER_ROWS] {
-            let force: f64 = (0..MASTER_STATES).map(|i| master.hand_force[i] * column[i]).sum();
-            std::array::from_fn(|i| L::splat(if i < MASTER_STATES { column[i] } else { force }))
+        let motion =
+            |column: [f64; MASTER_STATES]| -> [L; MOTION_ROWS] { std::array::from_fn(|i| L::splat(column[i])) };
+        let forces = |column: [f64; MASTER_STATES]| -> [L; FORCE_ROWS] {
+            let hand_force = (0..MASTER_STATES).map(|i| master.hand_force[i] * column[i]).sum();
+            [L::splat(column[MOTION_ROWS]), L::splat(hand_force)]
         };
         let padded = |column: [f64; SLAVE_STATES]| -> [L; SLAVE_ROWS] {
             std::array::from_fn(|i| L::splat(if i < SLAVE_STATES { column[i] } else { 0.0 }))
@@ -43,37 +52,42 @@ impl<L: Lane> ExactSides<L> {
             SLAVE_STATES => slave.reference,
             _ => std::array::from_fn(|i| slave.transition[i][j]),
         };
+        let rest = [master_m, 0.0, master_m, 0.0, 0.0];
         Self {
-            master: std::array::from_fn(|j| with_hand_force(master_column(j))),
+            motion: std::array::from_fn(|j| motion(master_column(j))),
+            forces: std::array::from_fn(|j| forces(master_column(j))),
             slave: std::array::from_fn(|j| padded(slave_column(j))),
-            master_state: with_hand_force([master_m, 0.0, master_m, 0.0, 0.0]),
+            motion_state: motion(rest),
+            force_state: forces(rest),
             slave_state: padded(slave.rest.map(|share| share * reference_m)),
         }
     }
 }
 
-/// `Σ_j columns[j] · inputs[j]`, summed in the order of the columns.
+/// `Σ_j columns[j] · inputs[j]` as two sums, over even and over odd `j`, added at the end: half the wait, one fixed order.
 #[inline(always)]
 fn combine<L: Lane, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[L; ROWS]; COLUMNS],
     inputs: [L; COLUMNS],
 ) -> [L; ROWS] {
-    let mut sum: [L; ROWS] = std::array::from_fn(|i| columns[0][i] * inputs[0]);
-    for j in 1..COLUMNS {
+    let mut even: [L; ROWS] = std::array::from_fn(|i| columns[0][i] * inputs[0]);
+    let mut odd: [L; ROWS] = std::array::from_fn(|i| columns[1][i] * inputs[1]);
+    for j in (2..COLUMNS).step_by(2) {
         for i in 0..ROWS {
-            sum[i] = sum[i] + columns[j][i] * inputs[j];
+            even[i] = even[i] + columns[j][i] * inputs[j];
+            odd[i] = odd[i] + columns[j + 1][i] * inputs[j + 1];
         }
     }
-    sum
+    std::array::from_fn(|i| even[i] + odd[i])
 }
 
 impl<L: Lane> Sides<L> for ExactSides<L> {
     #[inline(always)]
     fn master(&self) -> MasterReading<L> {
         MasterReading {
-            position_m: self.master_state[0],
-            velocity_m_per_s: self.master_state[1],
-            hand_force_n: self.master_state[HAND_FORCE],
+            position_m: self.motion_state[0],
+            velocity_m_per_s: self.motion_state[1],
+            hand_force_n: self.force_state[1],
         }
     }
 
@@ -84,8 +98,10 @@ impl<L: Lane> Sides<L> for ExactSides<L> {
 
     #[inline(always)]
     fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
-        let [x_h, v_h, x_a, v_a, integral, _] = self.master_state;
-        self.master_state = combine(&self.master, [x_h, v_h, x_a, v_a, integral, desired, desired_next, feedback]);
+        let ([x_h, v_h, x_a, v_a], [integral, _]) = (self.motion_state, self.force_state);
+        let inputs = [x_h, v_h, x_a, v_a, integral, desired, desired_next, feedback];
+        self.motion_state = combine(&self.motion, inputs);
+        self.force_state = combine(&self.forces, inputs);
         let [x_e, v_e, third, _] = self.slave_state;
         self.slave_state = combine(&self.slave, [x_e, v_e, third, reference]);
         Ok(())

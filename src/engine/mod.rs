@@ -78,75 +78,76 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         dispatch::run(self, observer)
     }
 
+    /// [`Engine::run`] without the machine's wider registers: slower, and equal to the last bit.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub fn run_portably<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+        self.run_ticks(observer)
+    }
+
     /// [`Engine::run`] in the instruction set of whoever inlines it.
     #[inline(always)]
     fn run_ticks<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+        if self.passes_samples_on() {
+            self.run_where::<true, O>(observer)
+        } else {
+            self.run_where::<false, O>(observer)
+        }
+    }
+
+    /// Whether every sample arrives at once and as it is: exact sensors, no filter, no delay.
+    fn passes_samples_on(&self) -> bool {
+        self.sensor.is_exact()
+            && self.velocity_filter.is_none()
+            && self.forward.is_immediate()
+            && self.backward.is_immediate()
+    }
+
+    /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask.
+    #[inline(always)]
+    fn run_where<const DIRECT: bool, O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+        // The estimator's few numbers are worked on here, where the compiler can keep them out of memory.
+        let mut estimator = self.estimator.clone();
+        let mut outcome = Ok(());
         let mut desired = self.operator.desired_position_m(0);
         for tick in 0..self.grid.ticks() {
-            let desired_next = self.operator.desired_position_m(tick + 1);
-            let signals = self.tick(tick, desired, desired_next)?;
+            let signals = self.sense_and_decide::<DIRECT>(tick, desired, &mut estimator);
             observer.observe(&signals);
             if observer.is_done() {
                 break;
             }
+            let desired_next = self.operator.desired_position_m(tick + 1);
+            outcome = self.sides.step(desired, desired_next, signals.feedback_force_n, signals.slave_reference_m);
+            if outcome.is_err() {
+                break;
+            }
             desired = desired_next;
         }
-        Ok(())
+        self.estimator = estimator;
+        outcome
     }
 
-    /// The same insertion with other machines.
-    #[must_use]
-    pub fn with_sides<T>(self, sides: T) -> Engine<L, T> {
-        let Self {
-            grid,
-            sides: _,
-            operator,
-            tissue,
-            sensor,
-            velocity_filter,
-            contact_m,
-            estimator,
-            detector,
-            supervisor,
-            forward,
-            backward,
-            force_scale,
-            position_scale,
-        } = self;
-        Engine {
-            grid,
-            sides,
-            operator,
-            tissue,
-            sensor,
-            velocity_filter,
-            contact_m,
-            estimator,
-            detector,
-            supervisor,
-            forward,
-            backward,
-            force_scale,
-            position_scale,
-        }
-    }
-
-    /// One tick: from the sides' states at `tick` to those at the next.
+    /// A tick's steps 1 to 6: everything that is known before the sides move on.
     #[inline(always)]
-    fn tick(&mut self, tick: u64, desired: L, desired_next: L) -> Result<Signals<L>, IntegrationError> {
+    fn sense_and_decide<const DIRECT: bool>(&mut self, tick: u64, desired: L, estimator: &mut Rls<L>) -> Signals<L> {
         let master = self.sides.master();
         let slave = self.sides.slave();
 
         let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
-        let measured_force = self.sensor.read_force(reaction.force_n);
-        let measured_position = self.sensor.read_position(slave.position_m);
-        let measured_velocity = match &mut self.velocity_filter {
-            Some(filter) => filter.update(measured_position),
-            None => slave.velocity_m_per_s,
-        };
+        let (mut measured_force, mut measured_position) = (reaction.force_n, slave.position_m);
+        let mut measured_velocity = slave.velocity_m_per_s;
+        if !DIRECT {
+            measured_force = self.sensor.read_force(reaction.force_n);
+            measured_position = self.sensor.read_position(slave.position_m);
+            if let Some(filter) = &mut self.velocity_filter {
+                measured_velocity = filter.update(measured_position);
+            }
+        }
+        let arrived_master_m = if DIRECT { master.position_m } else { self.forward.exchange(master.position_m) };
 
         let depth = measured_position - self.contact_m;
-        let estimate = self.estimator.update(measured_force, depth, measured_velocity);
+        let estimate = estimator.update(measured_force, depth, measured_velocity);
         let decision = self.detector.update(&Evidence {
             force_n: measured_force,
             predicted_force_n: estimate.predicted_force_n,
@@ -160,14 +161,14 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             tick,
             alarm: decision.alarm,
             decision: decision.decision,
-            hand_m: self.position_scale * self.forward.exchange(master.position_m),
+            hand_m: self.position_scale * arrived_master_m,
             slave_m: measured_position,
             force_n: self.force_scale * measured_force,
         });
-        let feedback_force = self.backward.exchange(command.feedback_force_n);
-        self.sides.step(desired, desired_next, feedback_force, command.slave_reference_m)?;
+        let commanded_force = command.feedback_force_n;
+        let feedback_force = if DIRECT { commanded_force } else { self.backward.exchange(commanded_force) };
 
-        Ok(Signals {
+        Signals {
             tick,
             desired_position_m: desired,
             master_position_m: master.position_m,
@@ -188,8 +189,8 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             ruptured: reaction.ruptured,
             alarm: decision.alarm,
             alarm_taken: command.alarm_taken,
-            commanded_force_n: command.feedback_force_n,
+            commanded_force_n: commanded_force,
             allowed_force_step_n: command.allowed_step_n,
-        })
+        }
     }
 }

@@ -97,6 +97,8 @@ pub struct Rls<L> {
     initial_information: L,
     reset_threshold: L,
     normalisation: L,
+    /// `N_0`; below 0 without a dead zone, so that every error is outside of it.
+    dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
     parameters: [L; 2],
@@ -104,6 +106,8 @@ pub struct Rls<L> {
     gain: [L; 3],
     information: L,
     regressor: [L; 2],
+    /// `φᵀθ`, the force that the next sample is expected to show.
+    expected: L,
 }
 
 impl<L: Lane> Rls<L> {
@@ -117,12 +121,14 @@ impl<L: Lane> Rls<L> {
             initial_information: L::splat(information),
             reset_threshold: L::splat(settings.reset_threshold),
             normalisation: L::splat(settings.normalisation),
+            dead_zone: L::splat(if without_dead_zone { -1.0 } else { settings.dead_zone_n }),
             dead_zone_slope: L::splat(if without_dead_zone { 0.0 } else { 1.0 / settings.dead_zone_n }),
             dead_zone_offset: L::splat(if without_dead_zone { 1.0 } else { -1.0 }),
             parameters: [L::zero(); 2],
             gain: [L::splat(settings.initial_gain), L::zero(), L::splat(settings.initial_gain)],
             information: L::splat(information),
             regressor: [L::zero(); 2],
+            expected: L::zero(),
         }
     }
 
@@ -130,17 +136,18 @@ impl<L: Lane> Rls<L> {
     #[inline(always)]
     pub fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
-        let one = L::splat(1.0);
-        let [p, v] = self.regressor;
-        let predicted = p * self.parameters[0] + v * self.parameters[1];
+        let predicted = self.expected;
         let residual = force_n - predicted;
-        let delta = (residual.abs() * self.dead_zone_slope + self.dead_zone_offset).clamp(zero, one);
 
-        // Within the dead zone, where most samples fall, nothing changes: the branch spares two divisions.
-        let correction = if delta.gt(zero).any() { self.correct(delta, residual) } else { [zero; 2] };
+        // Within the dead zone, where most samples fall, nothing changes: the branch spares two divisions. What it
+        // depends on was computed a tick ago, as samples that leave the dead zone come unforeseen.
+        let outside = residual.abs().gt(self.dead_zone);
+        let correction = if outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 
         let contact = depth_m.gt(zero);
-        self.regressor = [L::select(contact, depth_m, zero), L::select(contact, velocity_m_per_s, zero)];
+        let (p, v) = (L::select(contact, depth_m, zero), L::select(contact, velocity_m_per_s, zero));
+        self.regressor = [p, v];
+        self.expected = p * self.parameters[0] + v * self.parameters[1];
         Estimate {
             predicted_force_n: predicted,
             residual_n: residual,
@@ -150,9 +157,12 @@ impl<L: Lane> Rls<L> {
         }
     }
 
-    /// Moves parameters and gain by an error that counts for the share `delta`; gives the parameters' change.
+    /// Moves parameters and gain where the error is `outside` of the dead zone; gives the parameters' change.
     #[inline(always)]
-    fn correct(&mut self, delta: L, residual: L) -> [L; 2] {
+    fn correct(&mut self, outside: L::Mask, residual: L) -> [L; 2] {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let ramp = (residual.abs() * self.dead_zone_slope + self.dead_zone_offset).clamp(zero, one);
+        let delta = L::select(outside, ramp, zero);
         let [p, v] = self.regressor;
         let [f00, f01, f11] = self.gain;
         let squared_regressor = p * p + v * v;
@@ -165,13 +175,12 @@ impl<L: Lane> Rls<L> {
         self.gain = [f00 - share * (q0 * q0), f01 - share * (q0 * q1), f11 - share * (q1 * q1)];
         self.information = self.information + delta * squared_regressor / inverse_weight;
         let restore = self.information.ge(self.reset_threshold);
-        if restore.any() {
-            self.restore(restore);
-        }
+        self.restore(restore);
         correction
     }
 
     /// `F = F_0`, `x = tr(F_0⁻¹)` where the mask holds.
+    #[inline(always)]
     fn restore(&mut self, mask: L::Mask) {
         let [f00, f01, f11] = self.gain;
         self.gain = [

@@ -7,6 +7,7 @@ mod event;
 mod observer;
 mod rupture;
 mod summary;
+mod sums;
 
 pub use event::EventMetrics;
 pub use observer::MetricsObserver;

@@ -2,6 +2,7 @@
 
 use super::event::EventWindow;
 use super::rupture::RuptureWindow;
+use super::sums::{Sample, Sums};
 use super::{Alarm, DIVERGED_M, Metrics, ModeTimes, Outcome};
 use crate::augmentation::Mode;
 use crate::engine::{Observer, Signals};
@@ -11,21 +12,24 @@ use crate::time::TickGrid;
 /// Most ruptures, events and alarms that are kept one by one; later ones are counted.
 const MOST_KEPT: usize = 4096;
 
-/// Sums over every tick of a lane's run, in lanes.
+/// A tick's signals that only count if it is the run's last.
 #[derive(Debug, Clone, Copy)]
-struct Sums<L> {
-    absolute_residual: L,
-    squared_tracking_error: L,
-    operator_power: L,
-    tissue_power: L,
-    first_operator_power: L,
-    first_tissue_power: L,
-    last_operator_power: L,
-    last_tissue_power: L,
-    last_slave: L,
-    last_reference: L,
-    least_force: L,
-    greatest_force: L,
+struct Last<L> {
+    slave_m: L,
+    reference_m: L,
+    operator_power_w: L,
+    tissue_power_w: L,
+}
+
+impl<L: Lane> Last<L> {
+    fn lane(&self, index: usize) -> Last<f64> {
+        Last {
+            slave_m: self.slave_m.lane(index),
+            reference_m: self.reference_m.lane(index),
+            operator_power_w: self.operator_power_w.lane(index),
+            tissue_power_w: self.tissue_power_w.lane(index),
+        }
+    }
 }
 
 /// What one lane has lived through, kept apart from the sums as it seldom changes.
@@ -44,6 +48,8 @@ struct History {
     mode_switches: u64,
     step_excess_n: f64,
     diverged_at: Option<u64>,
+    /// The last tick before the divergence.
+    last_sound: Option<Last<f64>>,
 }
 
 impl History {
@@ -61,6 +67,7 @@ impl History {
             mode_switches: 0,
             step_excess_n: 0.0,
             diverged_at: None,
+            last_sound: None,
         }
     }
 
@@ -69,6 +76,7 @@ impl History {
     }
 
     /// A tick at which something happens or is still happening.
+    #[inline(always)]
     fn observe(&mut self, s: &Signals<f64>, force_step_n: f64, grid: &TickGrid) {
         while self.ruptures.get(self.first_open).is_some_and(|rupture| !rupture.contains(s.tick)) {
             self.first_open += 1;
@@ -93,6 +101,7 @@ impl History {
         self.observe_event(s, force_step_n, grid);
     }
 
+    #[inline(always)]
     fn observe_event(&mut self, s: &Signals<f64>, step: f64, grid: &TickGrid) {
         if self.event_goes_on || s.mode != self.mode {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
@@ -116,6 +125,8 @@ pub struct MetricsObserver<L: Lane> {
     grid: TickGrid,
     ticks: u64,
     sums: Sums<L>,
+    first: Last<L>,
+    last: Last<L>,
     histories: Vec<History>,
     /// Lanes that have not diverged.
     running: usize,
@@ -132,20 +143,9 @@ impl<L: Lane> MetricsObserver<L> {
         Self {
             grid,
             ticks: 0,
-            sums: Sums {
-                absolute_residual: zero,
-                squared_tracking_error: zero,
-                operator_power: zero,
-                tissue_power: zero,
-                first_operator_power: zero,
-                first_tissue_power: zero,
-                last_operator_power: zero,
-                last_tissue_power: zero,
-                last_slave: zero,
-                last_reference: zero,
-                least_force: L::splat(f64::INFINITY),
-                greatest_force: L::splat(f64::NEG_INFINITY),
-            },
+            sums: Sums::new(),
+            first: Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero },
+            last: Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero },
             histories: (0..L::WIDTH).map(|_| History::new(expected_ruptures)).collect(),
             running: L::WIDTH,
             open_histories: 0,
@@ -161,11 +161,10 @@ impl<L: Lane> MetricsObserver<L> {
         let tick_s = self.grid.tick_s();
         let ran = ticks > 0;
         let mean = |sum: L, count: f64| (count > 0.0).then(|| sum.lane(index) / count);
-        let energy = |sum: L, first: L, last: L| {
-            ran.then(|| (sum.lane(index) - 0.5 * (first.lane(index) + last.lane(index))) * tick_s)
-        };
-        let slave_m = self.sums.last_slave.lane(index);
-        let reference_m = self.sums.last_reference.lane(index);
+        let totals = self.sums.totals(self.ticks);
+        let (first, last) = (self.first.lane(index), history.last_sound.unwrap_or(self.last.lane(index)));
+        let energy = |sum: L, first: f64, last: f64| ran.then(|| (sum.lane(index) - 0.5 * (first + last)) * tick_s);
+        let (slave_m, reference_m) = (last.slave_m, last.reference_m);
         let events: Vec<_> = history.events.iter().map(|event| event.close(tick_s)).collect();
         let ruptures: Vec<_> = history.ruptures.iter().map(RuptureWindow::close).collect();
         let [_, augmented, reengaging] = history.mode_ticks;
@@ -180,10 +179,10 @@ impl<L: Lane> MetricsObserver<L> {
             alarms: history.alarms.clone(),
             false_alarms: history.false_alarms,
             ignored_alarms: history.ignored_alarms,
-            mean_absolute_residual_n: mean(self.sums.absolute_residual, ticks as f64),
-            least_tissue_force_n: ran.then(|| self.sums.least_force.lane(index)),
-            greatest_tissue_force_n: ran.then(|| self.sums.greatest_force.lane(index)),
-            tracking_rmse_m: mean(self.sums.squared_tracking_error, following as f64).map(f64::sqrt),
+            mean_absolute_residual_n: mean(totals.absolute_residual_n, ticks as f64),
+            least_tissue_force_n: ran.then(|| totals.least_force_n.lane(index)),
+            greatest_tissue_force_n: ran.then(|| totals.greatest_force_n.lane(index)),
+            tracking_rmse_m: mean(totals.squared_tracking_error_m2, following as f64).map(f64::sqrt),
             final_slave_position_m: ran.then_some(slave_m),
             final_tracking_error: (ran && reference_m != 0.0).then(|| (reference_m - slave_m) / reference_m),
             peak_reengaging_speed_m_per_s: peak,
@@ -194,19 +193,16 @@ impl<L: Lane> MetricsObserver<L> {
                 reengaging_s: reengaging as f64 * tick_s,
             },
             mode_switches: history.mode_switches,
-            operator_energy_j: energy(
-                self.sums.operator_power,
-                self.sums.first_operator_power,
-                self.sums.last_operator_power,
-            ),
-            tissue_energy_j: energy(self.sums.tissue_power, self.sums.first_tissue_power, self.sums.last_tissue_power),
+            operator_energy_j: energy(totals.operator_power_w, first.operator_power_w, last.operator_power_w),
+            tissue_energy_j: energy(totals.tissue_power_w, first.tissue_power_w, last.tissue_power_w),
             ruptures,
             events,
         }
     }
 
     /// The lanes in which something happens or is still happening; seldom any.
-    fn observe_histories(&mut self, s: &Signals<L>, sound: L::Mask, eventful: L::Mask) {
+    #[inline(never)]
+    fn observe_histories(&mut self, s: Signals<L>, sound: L::Mask, eventful: L::Mask) {
         self.open_histories = 0;
         for index in 0..L::WIDTH {
             let history = &mut self.histories[index];
@@ -215,6 +211,7 @@ impl<L: Lane> MetricsObserver<L> {
             }
             if !sound.lane(index) {
                 history.diverged_at = Some(s.tick);
+                history.last_sound = Some(self.last.lane(index));
                 self.running -= 1;
                 continue;
             }
@@ -227,63 +224,35 @@ impl<L: Lane> MetricsObserver<L> {
     }
 }
 
-impl<L: Lane> Sums<L> {
-    /// Adds a tick of lanes that all run and follow the hand, as they nearly always do.
-    #[inline(always)]
-    fn add(&mut self, s: &Signals<L>) {
-        let error = s.slave_position_m - s.slave_reference_m;
-        let operator_power = s.operator_force_n * s.master_velocity_m_per_s;
-        let tissue_power = s.tissue_force_n * s.slave_velocity_m_per_s;
-        self.absolute_residual = self.absolute_residual + s.residual_n.abs();
-        self.squared_tracking_error = self.squared_tracking_error + error * error;
-        self.operator_power = self.operator_power + operator_power;
-        self.tissue_power = self.tissue_power + tissue_power;
-        self.last_operator_power = operator_power;
-        self.last_tissue_power = tissue_power;
-        self.last_slave = s.slave_position_m;
-        self.last_reference = s.slave_reference_m;
-        self.least_force = s.tissue_force_n.min(self.least_force);
-        self.greatest_force = s.tissue_force_n.max(self.greatest_force);
-    }
-
-    /// Adds a tick to the lanes that are `running`, and to the tracking error of those that are `following` the hand.
-    fn add_where(&mut self, s: &Signals<L>, running: L::Mask, following: L::Mask) {
-        let before = *self;
-        self.add(s);
-        let keep = |new: &mut L, old: L| *new = L::select(running, *new, old);
-        keep(&mut self.absolute_residual, before.absolute_residual);
-        keep(&mut self.operator_power, before.operator_power);
-        keep(&mut self.tissue_power, before.tissue_power);
-        keep(&mut self.last_operator_power, before.last_operator_power);
-        keep(&mut self.last_tissue_power, before.last_tissue_power);
-        keep(&mut self.last_slave, before.last_slave);
-        keep(&mut self.last_reference, before.last_reference);
-        keep(&mut self.least_force, before.least_force);
-        keep(&mut self.greatest_force, before.greatest_force);
-        let new = self.squared_tracking_error;
-        self.squared_tracking_error = L::select(running & following, new, before.squared_tracking_error);
-    }
-}
-
 impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         let bound = L::splat(DIVERGED_M);
         let sound = s.master_position_m.abs().le(bound) & s.slave_position_m.abs().le(bound);
         let following = s.mode.lt(L::splat(0.5));
+        let now = Last {
+            slave_m: s.slave_position_m,
+            reference_m: s.slave_reference_m,
+            operator_power_w: s.operator_force_n * s.master_velocity_m_per_s,
+            tissue_power_w: s.tissue_force_n * s.slave_velocity_m_per_s,
+        };
+        let sample = Sample {
+            residual_n: s.residual_n,
+            tracking_error_m: s.slave_position_m - s.slave_reference_m,
+            operator_power_w: now.operator_power_w,
+            tissue_power_w: now.tissue_power_w,
+            tissue_force_n: s.tissue_force_n,
+        };
+        let usual = sound & following;
+        self.sums.push(self.ticks, if usual.all() { sample } else { sample.only(sound, following) });
         if self.ticks == 0 {
-            self.sums.first_operator_power = s.operator_force_n * s.master_velocity_m_per_s;
-            self.sums.first_tissue_power = s.tissue_force_n * s.slave_velocity_m_per_s;
+            self.first = now;
         }
-        if (sound & following).all() {
-            self.sums.add(s);
-        } else {
-            self.sums.add_where(s, sound, following);
+        let eventful = !usual | s.ruptured | s.alarm;
+        if self.open_histories > 0 || eventful.any() {
+            self.observe_histories(*s, sound, eventful);
         }
-        let eventful = !sound | !following | s.ruptured | s.alarm;
-        if eventful.any() || self.open_histories > 0 {
-            self.observe_histories(s, sound, eventful);
-        }
+        self.last = now;
         self.last_commanded_n = s.commanded_force_n;
         self.ticks += 1;
     }

@@ -50,7 +50,8 @@ pub(super) struct RuptureWindow {
     master_travel_m: f64,
     feedback_fallen_at: Option<u64>,
     felt_fallen_at: Option<u64>,
-    peak_rate: f64,
+    /// Greatest change of the force on the hand in a tick, in N.
+    peak_change_n: f64,
     least_felt_n: f64,
     seen: u64,
 }
@@ -74,7 +75,7 @@ impl RuptureWindow {
             master_travel_m: 0.0,
             feedback_fallen_at: None,
             felt_fallen_at: None,
-            peak_rate: 0.0,
+            peak_change_n: 0.0,
             least_felt_n: s.operator_force_n,
             seen: 0,
         }
@@ -95,6 +96,7 @@ impl RuptureWindow {
     }
 
     /// Takes a tick after the rupture.
+    #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<f64>) {
         let since = s.tick - self.tick;
         self.seen = since;
@@ -110,7 +112,7 @@ impl RuptureWindow {
         if self.felt_fallen_at.is_none() && fallen(s.operator_force_n, self.felt_n) {
             self.felt_fallen_at = Some(s.tick);
         }
-        self.peak_rate = self.peak_rate.max((s.operator_force_n - self.last_felt_n).abs() / self.tick_s);
+        self.peak_change_n = self.peak_change_n.max((s.operator_force_n - self.last_felt_n).abs());
         self.last_felt_n = s.operator_force_n;
         if since <= self.travel_ticks {
             self.least_felt_n = self.least_felt_n.min(s.operator_force_n);
@@ -129,7 +131,7 @@ impl RuptureWindow {
             master_travel_m: seen.then_some(self.master_travel_m),
             feedback_fall_s: self.feedback_fallen_at.map(since),
             felt_fall_s: self.felt_fallen_at.map(since),
-            peak_force_rate_n_per_s: seen.then_some(self.peak_rate),
+            peak_force_rate_n_per_s: seen.then_some(self.peak_change_n / self.tick_s),
             felt_contrast: (seen && self.felt_n > 0.0).then(|| 1.0 - self.least_felt_n / self.felt_n),
         }
     }

@@ -47,7 +47,8 @@ impl<L: Lane> Operator<L> {
     pub fn desired_position_m(&self, tick: u64) -> L {
         match self {
             Self::Recording(positions) => {
-                L::splat(positions.get(tick as usize).or(positions.last()).copied().unwrap_or(0.0))
+                let held = || positions.last().copied().unwrap_or(0.0);
+                L::splat(positions.get(tick as usize).copied().unwrap_or_else(held))
             }
             Self::Ramp(ramp) => (ramp.start + ramp.step * L::splat(tick as f64)).clamp(ramp.low, ramp.high),
         }

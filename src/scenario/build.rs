@@ -41,9 +41,8 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] where the parameters make no machine that can be computed with.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
-        let exact = self.engine::<f64>(0)?;
         Ok(match self.engine {
-            EngineKind::Exact => ScenarioEngine::Exact(Box::new(exact)),
+            EngineKind::Exact => ScenarioEngine::Exact(Box::new(self.engine(0)?)),
             EngineKind::Dop853 => {
                 let start_m = self.start_m();
                 let sides = IntegratedSides::new(
@@ -53,7 +52,7 @@ impl Scenario {
                     start_m,
                     self.position_scale * start_m,
                 );
-                ScenarioEngine::Integrated(Box::new(exact.with_sides(sides)))
+                ScenarioEngine::Integrated(Box::new(self.assemble(sides, 0)?))
             }
         })
     }
@@ -69,17 +68,25 @@ impl Scenario {
             PlantError::SlaveDegree { .. } => self.values().error("slave.denominator", error.to_string()),
             PlantError::Build { .. } => ScenarioError::new(error.to_string()),
         };
-        let out_of_range = |error| self.values().out_of_range(&error);
         let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
         let start_m = self.start_m();
+        let sides = ExactSides::new(&master, &slave, start_m, self.position_scale * start_m);
+        self.assemble(sides, first_stream)
+    }
+
+    /// The scenario around two machines.
+    fn assemble<L: Lane, S>(&self, sides: S, first_stream: u64) -> Result<Engine<L, S>, ScenarioError> {
+        let tick_s = self.grid.tick_s();
+        let start_m = self.start_m();
+        let out_of_range = |error| self.values().out_of_range(&error);
         let velocity_filter = (self.sensor.position_resolution_m > 0.0)
             .then(|| VelocityFilter::new(tick_s, self.sensor.position_resolution_m, self.acceleration_std_m_per_s2))
             .transpose()
             .map_err(out_of_range)?;
         Ok(Engine {
             grid: self.grid,
-            sides: ExactSides::new(&master, &slave, start_m, self.position_scale * start_m),
+            sides,
             operator: match &self.operator {
                 OperatorSpec::Recording(positions) => Operator::Recording(positions.clone()),
                 OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {

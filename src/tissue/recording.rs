@@ -12,8 +12,11 @@ use crate::lane::{Lane, Mask};
 #[derive(Debug, Clone)]
 pub struct RecordedForce {
     force_n: Arc<[f64]>,
+    last_force_n: f64,
     rupture_ticks: Arc<[u64]>,
-    next_rupture: usize,
+    /// How many ruptures have passed, and the tick of the next one; `u64::MAX` after the last.
+    ruptures: usize,
+    next_rupture: u64,
 }
 
 impl RecordedForce {
@@ -21,14 +24,19 @@ impl RecordedForce {
     /// (ascending). An empty recording is a force of 0.
     #[must_use]
     pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {
-        Self { force_n, rupture_ticks, next_rupture: 0 }
+        let last_force_n = force_n.last().copied().unwrap_or(0.0);
+        let next_rupture = rupture_ticks.first().copied().unwrap_or(u64::MAX);
+        Self { force_n, last_force_n, rupture_ticks, ruptures: 0, next_rupture }
     }
 
     #[inline(always)]
     pub(super) fn react<L: Lane>(&mut self, tick: u64) -> Reaction<L> {
-        let force = self.force_n.get(tick as usize).or(self.force_n.last()).copied().unwrap_or(0.0);
-        let ruptured = self.rupture_ticks.get(self.next_rupture) == Some(&tick);
-        self.next_rupture += usize::from(ruptured);
+        let force = self.force_n.get(tick as usize).copied().unwrap_or(self.last_force_n);
+        let ruptured = tick == self.next_rupture;
+        if ruptured {
+            self.ruptures += 1;
+            self.next_rupture = self.rupture_ticks.get(self.ruptures).copied().unwrap_or(u64::MAX);
+        }
         Reaction { force_n: L::splat(force), ruptured: L::Mask::splat(ruptured) }
     }
 }

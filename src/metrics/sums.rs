@@ -1,0 +1,190 @@
+//! Sums over the ticks of a run, in lanes.
+
+use crate::lane::Lane;
+
+/// How many partial sums there are of each quantity: tick `k` goes to number `k mod WAYS`, so that additions need not
+/// wait for each other. The order is fixed, whatever the machine and the number of lanes.
+const WAYS: usize = 4;
+
+/// How many ticks wait before they are added together, a multiple of [`WAYS`].
+const BLOCK: usize = 32;
+
+/// What is summed of one tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample<L> {
+    /// `e` in N.
+    pub residual_n: L,
+    /// `x_e - x_ref` in m.
+    pub tracking_error_m: L,
+    /// `F_h v_h` in W.
+    pub operator_power_w: L,
+    /// `f_e v_e` in W.
+    pub tissue_power_w: L,
+    /// `f_e` in N.
+    pub tissue_force_n: L,
+}
+
+impl<L: Lane> Sample<L> {
+    /// A sample that leaves every sum and extreme as it is.
+    fn neutral() -> Self {
+        let zero = L::zero();
+        Self {
+            residual_n: zero,
+            tracking_error_m: zero,
+            operator_power_w: zero,
+            tissue_power_w: zero,
+            tissue_force_n: L::splat(f64::NAN),
+        }
+    }
+
+    /// The sample of the lanes that are `running`, with a tracking error only where they are also `following` the hand.
+    pub(super) fn only(self, running: L::Mask, following: L::Mask) -> Self {
+        let neutral = Self::neutral();
+        let keep = |value, nothing| L::select(running, value, nothing);
+        let error = L::select(following, self.tracking_error_m, neutral.tracking_error_m);
+        Self {
+            residual_n: keep(self.residual_n, neutral.residual_n),
+            tracking_error_m: keep(error, neutral.tracking_error_m),
+            operator_power_w: keep(self.operator_power_w, neutral.operator_power_w),
+            tissue_power_w: keep(self.tissue_power_w, neutral.tissue_power_w),
+            tissue_force_n: keep(self.tissue_force_n, neutral.tissue_force_n),
+        }
+    }
+}
+
+/// Samples that wait, one array per quantity.
+#[derive(Debug, Clone, Copy)]
+struct Block<L> {
+    residual_n: [L; BLOCK],
+    tracking_error_m: [L; BLOCK],
+    operator_power_w: [L; BLOCK],
+    tissue_power_w: [L; BLOCK],
+    tissue_force_n: [L; BLOCK],
+}
+
+/// The partial sums.
+#[derive(Debug, Clone, Copy)]
+struct Partial<L> {
+    absolute_residual: [L; WAYS],
+    squared_tracking_error: [L; WAYS],
+    operator_power: [L; WAYS],
+    tissue_power: [L; WAYS],
+    least_force: [L; WAYS],
+    greatest_force: [L; WAYS],
+}
+
+/// Sums and extremes over the samples so far.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Totals<L> {
+    /// `Σ |e|` in N.
+    pub absolute_residual_n: L,
+    /// `Σ (x_e - x_ref)²` in m².
+    pub squared_tracking_error_m2: L,
+    /// `Σ F_h v_h` in W.
+    pub operator_power_w: L,
+    /// `Σ f_e v_e` in W.
+    pub tissue_power_w: L,
+    /// Least `f_e` in N.
+    pub least_force_n: L,
+    /// Greatest `f_e` in N.
+    pub greatest_force_n: L,
+}
+
+/// Sums that take a sample a tick.
+#[derive(Debug, Clone)]
+#[repr(align(64))]
+pub(super) struct Sums<L> {
+    waiting: Block<L>,
+    partial: Partial<L>,
+}
+
+impl<L: Lane> Sums<L> {
+    pub(super) fn new() -> Self {
+        let zero = [L::zero(); WAYS];
+        Self {
+            waiting: Block::neutral(),
+            partial: Partial {
+                absolute_residual: zero,
+                squared_tracking_error: zero,
+                operator_power: zero,
+                tissue_power: zero,
+                least_force: [L::splat(f64::INFINITY); WAYS],
+                greatest_force: [L::splat(f64::NEG_INFINITY); WAYS],
+            },
+        }
+    }
+
+    /// Takes the sample that comes after `count` others.
+    #[inline(always)]
+    pub(super) fn push(&mut self, count: u64, sample: Sample<L>) {
+        let (block, at) = (&mut self.waiting, count as usize % BLOCK);
+        block.residual_n[at] = sample.residual_n;
+        block.tracking_error_m[at] = sample.tracking_error_m;
+        block.operator_power_w[at] = sample.operator_power_w;
+        block.tissue_power_w[at] = sample.tissue_power_w;
+        block.tissue_force_n[at] = sample.tissue_force_n;
+        if at == BLOCK - 1 {
+            self.partial.add(&self.waiting);
+        }
+    }
+
+    /// The sums over `count` samples.
+    pub(super) fn totals(&self, count: u64) -> Totals<L> {
+        let mut rest = Block::neutral();
+        let mut partial = self.partial;
+        let waiting = count as usize % BLOCK;
+        rest.residual_n[..waiting].copy_from_slice(&self.waiting.residual_n[..waiting]);
+        rest.tracking_error_m[..waiting].copy_from_slice(&self.waiting.tracking_error_m[..waiting]);
+        rest.operator_power_w[..waiting].copy_from_slice(&self.waiting.operator_power_w[..waiting]);
+        rest.tissue_power_w[..waiting].copy_from_slice(&self.waiting.tissue_power_w[..waiting]);
+        rest.tissue_force_n[..waiting].copy_from_slice(&self.waiting.tissue_force_n[..waiting]);
+        partial.add(&rest);
+        let sum = |ways: [L; WAYS]| (ways[0] + ways[1]) + (ways[2] + ways[3]);
+        let least = |ways: [L; WAYS]| ways[0].min(ways[1]).min(ways[2].min(ways[3]));
+        let greatest = |ways: [L; WAYS]| ways[0].max(ways[1]).max(ways[2].max(ways[3]));
+        Totals {
+            absolute_residual_n: sum(partial.absolute_residual),
+            squared_tracking_error_m2: sum(partial.squared_tracking_error),
+            operator_power_w: sum(partial.operator_power),
+            tissue_power_w: sum(partial.tissue_power),
+            least_force_n: least(partial.least_force),
+            greatest_force_n: greatest(partial.greatest_force),
+        }
+    }
+}
+
+impl<L: Lane> Block<L> {
+    fn neutral() -> Self {
+        let neutral = Sample::neutral();
+        Self {
+            residual_n: [neutral.residual_n; BLOCK],
+            tracking_error_m: [neutral.tracking_error_m; BLOCK],
+            operator_power_w: [neutral.operator_power_w; BLOCK],
+            tissue_power_w: [neutral.tissue_power_w; BLOCK],
+            tissue_force_n: [neutral.tissue_force_n; BLOCK],
+        }
+    }
+}
+
+impl<L: Lane> Partial<L> {
+    /// Adds a block, each quantity for itself.
+    #[inline(always)]
+    fn add(&mut self, block: &Block<L>) {
+        gather(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());
+        gather(&mut self.squared_tracking_error, &block.tracking_error_m, |sum, error| sum + error * error);
+        gather(&mut self.operator_power, &block.operator_power_w, |sum, power| sum + power);
+        gather(&mut self.tissue_power, &block.tissue_power_w, |sum, power| sum + power);
+        gather(&mut self.least_force, &block.tissue_force_n, |least, force| force.min(least));
+        gather(&mut self.greatest_force, &block.tissue_force_n, |greatest, force| force.max(greatest));
+    }
+}
+
+/// Takes a block's values in their order, number `k` to partial result `k mod WAYS`.
+#[inline(always)]
+fn gather<L: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
+    for four in values.as_chunks::<WAYS>().0 {
+        for (way, &value) in ways.iter_mut().zip(four) {
+            *way = take(*way, value);
+        }
+    }
+}

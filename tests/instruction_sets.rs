@@ -1,0 +1,44 @@
+//! A run gives the same bits in the widest instruction set of the machine and in the baseline.
+
+use trocar::engine::{Observer, Signals, Trace};
+use trocar::metrics::MetricsObserver;
+use trocar::scenario::{Scenario, Source};
+
+/// The signals that are in no trace.
+#[derive(Default)]
+struct Unrecorded(Vec<[u64; 5]>);
+
+impl Observer<f64> for Unrecorded {
+    fn observe(&mut self, s: &Signals<f64>) {
+        let masks = [s.ruptured, s.alarm, s.alarm_taken].map(u64::from);
+        self.0.push([masks[0], masks[1], masks[2], s.commanded_force_n.to_bits(), s.allowed_force_step_n.to_bits()]);
+    }
+}
+
+type Seen = (Vec<Vec<u64>>, Vec<[u64; 5]>, String);
+
+fn run(scenario: &Scenario, portably: bool) -> Seen {
+    let mut engine = scenario.engine::<f64>(0).expect("builds");
+    let metrics = MetricsObserver::<f64>::new(scenario.grid, 4);
+    let mut observer = ((Trace::new(scenario.grid), Unrecorded::default()), metrics);
+    if portably { engine.run_portably(&mut observer) } else { engine.run(&mut observer) }.expect("runs");
+    let ((trace, unrecorded), metrics) = observer;
+    let mut columns: Vec<Vec<u64>> =
+        trace.numbers().iter().map(|column| column.iter().map(|value| value.to_bits()).collect()).collect();
+    columns.push(trace.mode.iter().map(|&mode| u64::from(mode)).collect());
+    // The text has every number in its shortest form that reads back to the same bits.
+    (columns, unrecorded.0, serde_json::to_string(&metrics.metrics(0)).expect("serialises"))
+}
+
+#[test]
+fn every_signal_and_metric_has_the_same_bits() {
+    let noisy = ["sensor.force_noise_std_n=0.01", "sensor.force_resolution_n=0.001", "channel.forward_delay_s=0.003"];
+    for (name, overrides) in [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy)] {
+        let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        let scenario = Scenario::load(&Source::parse(&path), &overrides).expect("loads");
+        let (wide, portable) = (run(&scenario, false), run(&scenario, true));
+        assert!(!wide.1.is_empty());
+        assert!(wide == portable, "{name} {overrides:?}");
+    }
+}
