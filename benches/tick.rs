@@ -100,7 +100,7 @@ fn table(_: &mut Criterion) {
     row("baseline", reference);
     for name in ["classical", "augmented"] {
         let scenario = scenario(name);
-        let engine = scenario.engine::<f64>(0).expect("builds");
+        let engine = scenario.exact_engine::<f64>(0).expect("builds");
         let ticks = scenario.grid.ticks();
         let with_metrics = time_ns(ticks, || {
             let (mut engine, mut observer) = (engine.clone(), MetricsObserver::new(scenario.grid, 4));
@@ -119,7 +119,7 @@ fn ticks(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("tick");
     for name in ["classical", "augmented"] {
         let scenario = scenario(name);
-        let engine = scenario.engine::<f64>(0).expect("builds");
+        let engine = scenario.exact_engine::<f64>(0).expect("builds");
         group.throughput(Throughput::Elements(scenario.grid.ticks()));
         group.bench_function(format!("full/{name}"), |bencher| {
             bencher.iter_batched_ref(

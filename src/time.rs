@@ -18,10 +18,11 @@ pub struct TickGrid {
 }
 
 impl TickGrid {
-    /// A grid of the ticks that lie before `duration_s`, `tick_s` apart (both in s, positive).
+    /// A grid of as many ticks, `tick_s` apart, as is nearest to `duration_s` (both in s, positive).
     ///
     /// # Errors
-    /// A tick or duration that is not a positive finite number, a duration under one tick or over 10⁹ ticks.
+    /// A tick or duration that is not a positive finite number, a duration nearer to no tick than to one, or over
+    /// 10⁹ ticks.
     pub fn new(tick_s: f64, duration_s: f64) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", tick_s)?;
         positive("simulation.duration_s", duration_s)?;

@@ -48,7 +48,7 @@ impl Desk {
             assert!(outcome.err.contains(phrase), "{arguments:?}: no {phrase:?} in\n{}", outcome.err);
         }
         assert!(outcome.out.is_empty(), "{}", outcome.out);
-        assert_eq!(files(self.0.path()).keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>());
+        assert!(files(self.0.path()) == before, "{arguments:?}: something was written");
     }
 }
 
@@ -112,7 +112,7 @@ fn json_on_standard_output_is_what_the_files_hold() {
     let printed = desk.good(&["compare", "a.toml", "--json"]);
     assert_eq!(printed.as_bytes(), fs::read(desk.path("out/comparison.json")).expect("there"));
     let printed = desk.good(&["detect", "builtin:in_vivo_like.csv", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/in_vivo_like/summary.json")).expect("there"));
+    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/in_vivo_like/detection.json")).expect("there"));
     let detection: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
     assert_eq!(detection["alarms"].as_array().map(Vec::len), Some(2), "{detection}");
 }
@@ -140,18 +140,18 @@ fn the_trace_has_the_columns_of_the_design_and_reads_back() {
 #[test]
 fn a_bad_key_is_underlined_and_named() {
     let desk = Desk::new();
-    let cases: [(&str, &[&str]); 16] = [
+    let cases: [(&str, &[&str]); 20] = [
         (
             "[slave]\nvelocty_gain = 2",
             &["there is no key slave.velocty_gain", "slave.velocity_gain?", "bad.toml:7:1", "^^^"],
         ),
-        ("[slave]\nvelocity_gain = \"2\"", &["must be a finite number of at least 0", "bad.toml:7:17"]),
-        ("[master]\nmass_kg = -1", &["master.mass_kg is -1", "above 0", "bad.toml:7:11"]),
+        ("[slave]\nvelocity_gain = \"2\"", &["must be a number, at least 0", "bad.toml:7:17"]),
+        ("[master]\nmass_kg = -1", &["master.mass_kg is -1", "at least 1e-6", "bad.toml:7:11"]),
         ("[master]\nmass_kg = nan", &["master.mass_kg is nan", "bad.toml:7:11"]),
-        ("simulation.tick_s = 0", &["simulation.tick_s is 0", "above 0"]),
+        ("simulation.tick_s = 0", &["simulation.tick_s is 0", "at least 1e-12"]),
         ("simulation.tick_s = 1e-12", &["ticks", "shorten the run or lengthen the tick"]),
         ("simulation.tick_s = inf", &["simulation.tick_s is inf"]),
-        ("[channel]\nforward_delay_s = 0.0037", &["3.7 ticks", "use 0.003 or 0.004"]),
+        ("[channel]\nforward_delay_s = 0.0037", &["3.700 ticks", "use 0.003 or 0.004"]),
         ("[slave]\ndamping = \"velocty\"", &["one of \"velocity\", \"as-printed\"", "did you mean \"velocity\"?"]),
         ("[detector]\ncap = 1e-3", &["detector.cap is 0.001", "above detector.threshold"]),
         ("[estimator]\nreset_threshold = 1e-9", &["estimator.reset_threshold", "eq. 17"]),
@@ -159,6 +159,10 @@ fn a_bad_key_is_underlined_and_named() {
         ("[slave]\ndenominator = [1.0, 2.0]", &["degree 1", "bad.toml:7:15"]),
         ("slave = 3", &["slave is 3", "section"]),
         ("[slave\nvelocity_gain = 2", &["bad.toml:6:7"]),
+        ("[slvae]", &["there is no key slvae", "bad.toml:7:"]),
+        ("slave.velocity_gain = {}", &["slave.velocity_gain is {", "at least 0"]),
+        ("\"slave.velocity_gain\" = 3", &["there is no key"]),
+        ("operator.start_m = 2.0", &["operator.start_m", "2 m", "within 1 m"]),
         ("[a]\nb.c.d = 2", &["there is no key a.b.c.d", "trocar init"]),
     ];
     for (lines, phrases) in cases {
@@ -233,6 +237,42 @@ fn a_bad_recording_is_refused_with_the_line() {
 }
 
 #[test]
+fn the_sign_of_a_columns_factor_counts() {
+    let desk = Desk::new();
+    let row = |k: u32| format!("{},{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5, 0.01);
+    desk.file("r.csv", format!("t,x,v,f\n{}", (0..50).map(row).collect::<String>()));
+    for (x, v) in [("x:1", "v:1"), ("x:-1", "v:-1"), ("x:-1", "v:2"), ("x:1", "v:-3")] {
+        desk.good(&["detect", "r.csv", "--time", "t", "--position", x, "--velocity", v, "--force", "f:-2"]);
+        let csv = fs::read_to_string(desk.path("out/r/detection.csv")).expect("there");
+        let last: Vec<f64> =
+            csv.lines().last().expect("a row").split(',').map(|f| f.parse().expect("a number")).collect();
+        let factor = |column: &str| column[2..].parse::<f64>().expect("a number");
+        assert!((last[1] - 49e-5 * factor(x)).abs() < 1e-12 && (last[2] - 0.01 * factor(v)).abs() < 1e-12, "{last:?}");
+        assert_eq!(last[3], -1.0);
+    }
+    desk.refused(
+        &["detect", "r.csv", "--time", "t:-1", "--position", "x", "--force", "f"],
+        &["recording.scale.time_s"],
+    );
+    desk.refused(
+        &["detect", "r.csv", "--time", "t", "--position", "x", "--force", "f:1e9"],
+        &["N at", "scale.force_n"],
+    );
+}
+
+#[test]
+fn a_detection_leaves_the_run_of_its_scenario_alone() {
+    let desk = Desk::new();
+    desk.good(&["run", "builtin:augmented.toml", "--quiet"]);
+    let before = files(&desk.path("out/augmented"));
+    desk.good(&["detect", "builtin:augmented.toml", "--quiet"]);
+    let after = files(&desk.path("out/augmented"));
+    assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
+    assert!(after.contains_key(Path::new("detection/detection.json")));
+    desk.refused(&["detect", "builtin:in_vivo_like.csv", "--rupture-s", "99"], &["within the recording"]);
+}
+
+#[test]
 fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
     let desk = Desk::new();
     let file = fs::File::create(desk.path("big.csv")).expect("made");
@@ -247,7 +287,7 @@ fn an_output_that_cannot_be_written_is_the_works_failure() {
     desk.file("a.toml", SHORT).file("taken", "a file");
     let outcome = desk.trocar(&["run", "a.toml", "--out", "taken"]);
     assert_eq!(outcome.code, 1, "{}", outcome.err);
-    assert!(outcome.err.contains("taken") && outcome.err.contains("--out"), "{}", outcome.err);
+    assert!(outcome.err.contains("taken") && outcome.err.contains("another place"), "{}", outcome.err);
 }
 
 #[test]

@@ -18,7 +18,7 @@ impl Observer<f64> for Unrecorded {
 type Seen = (Vec<Vec<u64>>, Vec<[u64; 5]>, String);
 
 fn run(scenario: &Scenario, portably: bool) -> Seen {
-    let mut engine = scenario.engine::<f64>(0).expect("builds");
+    let mut engine = scenario.exact_engine::<f64>(0).expect("builds");
     let metrics = MetricsObserver::<f64>::new(scenario.grid, 4);
     let mut observer = ((Trace::new(scenario.grid), Unrecorded::default()), metrics);
     if portably { engine.run_portably(&mut observer) } else { engine.run(&mut observer) }.expect("runs");

@@ -102,6 +102,9 @@ fn no_floor_knows_a_higher_one() {
             continue;
         }
         let text = fs::read_to_string(&file).expect("text");
+        for way_round in ["crate::*", "crate as ", "super::super::super"] {
+            assert!(!text.contains(way_round), "{} has {way_round}, which this check does not see", inside.display());
+        }
         for used in offences(&first, &text) {
             wrong.push(format!("{} uses {used}", inside.display()));
         }

@@ -41,7 +41,7 @@ fn a_run_with_metrics_allocates_nothing() {
     for name in ["classical", "augmented"] {
         let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&Source::parse(&path), &[]).expect("loads");
-        let mut engine = scenario.engine::<f64>(0).expect("builds");
+        let mut engine = scenario.exact_engine::<f64>(0).expect("builds");
         let mut observer = MetricsObserver::<f64>::new(scenario.grid, 4);
         let before = COUNT.with(Cell::get);
         engine.run(&mut observer).expect("runs");

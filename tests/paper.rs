@@ -76,6 +76,40 @@ fn paper_every_law_and_policy_keeps_its_bounds() {
 }
 
 #[test]
+fn paper_the_fed_back_force_keeps_its_bound_recomputed_from_the_trace() {
+    let (tick_s, time_constant_s, gain, blend_ticks) = (1e-3_f64, 0.03, 2.0, 100.0);
+    for (law, is_decay) in [("decay", true), ("amplify", false)] {
+        let trace = run(scenario("augmented", &[&format!("augmentation.force_law={law}")])).expect("runs").trace;
+        let (fed, measured, mode) = (&trace.feedback_force_n, &trace.measured_force_n, &trace.mode);
+        let (mut released, mut augmented_ticks, mut blended_ticks) = (0, 0, 0);
+        for k in 1..trace.len() {
+            let (step, moved) = ((fed[k] - fed[k - 1]).abs(), (measured[k] - measured[k - 1]).abs());
+            let bound = match mode[k] {
+                1 => {
+                    augmented_ticks += 1;
+                    if is_decay { fed[k - 1].abs() * (1.0 - (-tick_s / time_constant_s).exp()) } else { gain * moved }
+                }
+                2 => {
+                    blended_ticks += 1;
+                    if mode[k - 1] == 1 {
+                        released = k;
+                    }
+                    let weight = |ticks: f64| {
+                        let u = (ticks / blend_ticks).clamp(0.0, 1.0);
+                        u * u * (3.0 - 2.0 * u)
+                    };
+                    let (now, before) = (weight((k - released + 1) as f64), weight((k - released) as f64));
+                    now * moved + (now - before) * (measured[k - 1] - fed[released - 1]).abs()
+                }
+                _ => moved,
+            };
+            assert!(step <= bound + 1e-12, "{law}, tick {k}, mode {}: {step} beyond {bound}", mode[k]);
+        }
+        assert!(augmented_ticks >= 1000 && blended_ticks >= 200, "{law}: {augmented_ticks} {blended_ticks}");
+    }
+}
+
+#[test]
 fn paper_detection_stands_in_noise_where_the_derivative_fails() {
     let seeds = 20;
     let mut separable = 0;
@@ -87,8 +121,8 @@ fn paper_detection_stands_in_noise_where_the_derivative_fails() {
             separable += u32::from(check.derivative_exceedances == Some(0));
         }
     }
-    // Even a threshold chosen with the truth in hand seldom separates ruptures from noise.
-    assert!(separable < seeds / 2, "{separable} of {}", 2 * seeds);
+    // Even a threshold chosen with the truth in hand seldom separates ruptures from noise: in a quarter of the runs at most.
+    assert!(separable <= 2 * seeds as u32 / 4, "{separable} of {}", 2 * seeds);
 }
 
 #[test]

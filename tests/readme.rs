@@ -62,10 +62,12 @@ fn the_scenario_of_the_readme_runs() {
     let printed = trocar(folder.path(), "run my.toml --set augmentation.reengage=snap");
     assert!(printed.starts_with("gentler: completed"), "{printed}");
     let root = env!("CARGO_MANIFEST_DIR");
-    trocar(
-        folder.path(),
-        &format!("compare {root}/scenarios/real_classical.toml {root}/scenarios/real_augmented.toml"),
-    );
+    let pair = format!("{root}/scenarios/real_classical.toml {root}/scenarios/real_augmented.toml");
+    let printed = trocar(folder.path(), &format!("compare {pair}"));
+    for metric in ["missed ruptures", "false alarms"] {
+        let line = printed.lines().find(|line| line.starts_with(metric)).expect("a row");
+        assert_eq!(line.split_whitespace().rev().take(2).collect::<Vec<_>>(), ["0", "0"], "{line}");
+    }
 }
 
 #[test]

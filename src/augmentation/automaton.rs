@@ -16,9 +16,6 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Every mode, in the order of its code.
-    pub const ALL: [Self; 3] = [Self::Teleoperation, Self::Augmented, Self::Reengaging];
-
     /// The number that stands for the mode in a trace: 0, 1, 2.
     #[must_use]
     pub fn code(self) -> f64 {
@@ -26,16 +23,6 @@ impl Mode {
             Self::Teleoperation => 0.0,
             Self::Augmented => 1.0,
             Self::Reengaging => 2.0,
-        }
-    }
-
-    /// The mode's name as summaries write it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Teleoperation => "teleoperation",
-            Self::Augmented => "augmented",
-            Self::Reengaging => "reengaging",
         }
     }
 }

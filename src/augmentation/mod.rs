@@ -103,13 +103,14 @@ pub struct Supervisor<L: Lane> {
 }
 
 impl<L: Lane> Supervisor<L> {
-    /// A supervisor in teleoperation, for a detector with the threshold γ and ticks `tick_s` apart (s).
+    /// A supervisor in teleoperation, for a detector with the threshold γ and ticks `tick_s` apart (s);
+    /// the slave begins under the reference `reference_m` (m).
     #[must_use]
-    pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
+    pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         Self {
             enabled: L::Mask::splat(settings.enabled),
             automaton: Automaton::new(&settings.automaton, threshold, tick_s),
-            reference: SlaveReference::new(settings.freeze, settings.reengage, tick_s),
+            reference: SlaveReference::new(settings.freeze, settings.reengage, tick_s, reference_m),
             feedback: ForceFeedback::new(settings.force, settings.blend_s, tick_s),
         }
     }

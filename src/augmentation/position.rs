@@ -61,15 +61,15 @@ pub(super) struct SlaveReference<L> {
 }
 
 impl<L: Lane> SlaveReference<L> {
-    pub(super) fn new(freeze: Freeze, reengage: Reengage, tick_s: f64) -> Self {
+    pub(super) fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
         let speed = if let Reengage::Ramp { catch_up_speed_m_per_s } = reengage { catch_up_speed_m_per_s } else { 0.0 };
         Self {
             freeze,
             reengage,
             closing_step: L::splat(speed * tick_s),
             gap: L::zero(),
-            frozen: L::zero(),
-            last: L::zero(),
+            frozen: reference,
+            last: reference,
         }
     }
 

@@ -14,7 +14,7 @@ struct Timeline {
 
 impl Timeline {
     fn new(settings: AugmentationSettings) -> Self {
-        let supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S);
+        let supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, 0.0);
         Self { supervisor, alarms: vec![], loud_until: 0, hand_speed: 0.01 }
     }
     fn alarm_at(mut self, tick: u64) -> Self {

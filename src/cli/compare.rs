@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, progress, run, terminal};
+use super::{OutputArgs, ScenarioArgs, run, terminal};
 use crate::compare::{Comparison, Fact, paper_facts};
 use crate::report::{Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text};
 
@@ -26,10 +26,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;
-    let bar = progress::bar(scenarios.len(), args.output.quiet);
-    bar.set_message("comparing");
     let comparison = Comparison::of(scenarios)?;
-    bar.finish_and_clear();
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
     let json = comparison_json(&comparison, facts.as_deref());
     write(&Folder::new(&args.output.out), &comparison, &json)?;
@@ -58,6 +55,8 @@ fn text(args: &CompareArgs, comparison: &Comparison, facts: Option<&[Fact]>) -> 
     let mut text = comparison_text(comparison);
     if let Some(facts) = facts {
         text.push_str(&format!("\n{}", facts_text(facts)));
+    } else if args.scenarios.is_empty() {
+        text.push_str("\nthe paper's facts are not shown: they need two ruptures and an event\n");
     }
     let out = args.output.out.display();
     text.push_str(&format!("\nfigures: {out}/comparison.png, {out}/overlay.png; everything else: {out}\n"));

@@ -6,7 +6,7 @@ use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, terminal};
 use crate::detect::{DetectionReport, detect};
 use crate::recording::Column;
-use crate::report::{Folder, detection_csv, detection_json, detection_pictures, detection_text};
+use crate::report::{Folder, detection_json, detection_pictures, detection_text, write_detection_csv};
 use crate::scenario::{DetectionSpec, ScenarioError, Source, Values};
 
 /// Run the estimator and the detector on a recording.
@@ -47,19 +47,26 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let source = Source::parse(&args.recording);
     let settings = settings(args);
     let is_scenario = args.recording.ends_with(".toml");
-    let mut values =
-        if is_scenario { Values::load(&source, &settings)? } else { Values::from_settings(&source.stem(), &settings)? };
+    let mut values = if is_scenario {
+        Values::load(&source, &settings)?
+    } else {
+        Values::from_settings(&source.stem(), &settings).map_err(|error| plain(error, false))?
+    };
     let spec = DetectionSpec::resolve(&mut values).map_err(|error| plain(error, is_scenario))?;
-    let name = source.stem();
+    let name = values.name().to_owned();
     let detection = detect(&spec)?;
     let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
     let json = detection_json(&name, &report, &values);
 
-    let folder = Folder::new(&args.output.out).folder(&name);
+    let mut folder = Folder::new(&args.output.out).folder(&name);
+    if is_scenario {
+        // Beside the run of the same scenario, whose summary and figures stay.
+        folder = folder.folder("detection");
+    }
     let detector = &spec.detector;
     let files = || -> Result<(), CliError> {
-        folder.write("detection.csv", detection_csv(&detection).as_bytes())?;
-        folder.write("summary.json", json.as_bytes())?;
+        folder.stream("detection.csv", |out| write_detection_csv(&detection, out))?;
+        folder.write("detection.json", json.as_bytes())?;
         Ok(())
     };
     let pictures = || {
@@ -89,13 +96,14 @@ fn settings(args: &DetectArgs) -> Vec<String> {
     let columns = [
         ("time_s", &args.time, None),
         ("position_m", &args.position, Some("position_sign")),
-        ("velocity_m_per_s", &args.velocity, None),
+        ("velocity_m_per_s", &args.velocity, Some("velocity_sign")),
         ("force_n", &args.force, Some("force_sign")),
     ];
     for (quantity, column, sign) in columns {
         let Some(column) = column else { continue };
         settings.push(format!("recording.columns.{quantity}={}", text(column.name())));
-        settings.push(format!("recording.scale.{quantity}={:?}", column.scale().abs()));
+        let scale = if sign.is_some() { column.scale().abs() } else { column.scale() };
+        settings.push(format!("recording.scale.{quantity}={scale:?}"));
         if let Some(sign) = sign {
             settings.push(format!("recording.{sign}={}", column.scale().signum()));
         }

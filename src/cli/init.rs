@@ -24,7 +24,7 @@ pub(super) fn run(args: &InitArgs) -> Result<(), CliError> {
     if args.file.exists() && !args.force {
         return Err(CliError::Exists { path: args.file.display().to_string() });
     }
-    let name = args.file.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned());
+    let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
     write_file(&args.file, starter(&name).as_bytes())?;
     let file = args.file.display();
     terminal::print(&format!("{file}: every key with its default; now: trocar run {file}\n"))

@@ -80,7 +80,14 @@ struct ScenarioArgs {
 impl ScenarioArgs {
     /// Loads scenarios; all of them, before anything is run or written.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
-        let load = |path: &String| Scenario::load(&Source::parse(path), &self.settings);
+        let load = |path: &String| {
+            Scenario::load(&Source::parse(path), &self.settings).map_err(|mut error| {
+                if error.place.is_none() && !error.message.contains(path.as_str()) {
+                    error.message = format!("{path}: {}", error.message);
+                }
+                error
+            })
+        };
         let scenarios = paths.iter().map(load).collect::<Result<Vec<_>, _>>()?;
         for (index, scenario) in scenarios.iter().enumerate() {
             if scenarios[..index].iter().any(|other| other.name == scenario.name) {

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, progress, terminal};
-use crate::report::{Folder, run_pictures, run_text, summary_json, trace_csv};
+use crate::report::{Folder, run_pictures, run_text, summary_json, write_trace_csv};
 use crate::run::{Run, run as run_scenario};
 
 /// Run scenarios.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// Scenario files, or builtin:classical.toml, builtin:augmented.toml
+    /// Scenario files, or builtin:classical.toml, builtin:augmented.toml, builtin:real_classical.toml, builtin:real_augmented.toml
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<String>,
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
 pub(super) fn write_run(folder: &Folder, run: &Run) -> Result<(), CliError> {
     let folder = folder.folder(&run.scenario.name);
     let files = || -> Result<(), CliError> {
-        folder.write("trace.csv", trace_csv(&run.trace).as_bytes())?;
+        folder.stream("trace.csv", |out| write_trace_csv(&run.trace, out))?;
         folder.write("summary.json", summary_json(run).as_bytes())?;
         folder.write("scenario.toml", run.scenario.echo().as_bytes())?;
         Ok(())

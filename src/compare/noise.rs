@@ -25,7 +25,7 @@ pub struct NoiseCheck {
     pub missed_ruptures: u64,
     /// Its false alarms.
     pub false_alarms: u64,
-    /// Ruptures missed by the same CUSUM on `(f_k - f_{k-1})²`.
+    /// Ruptures missed by a CUSUM on `(f_k - f_{k-1})²` with the residual's thresholds.
     pub derivative_missed_ruptures: u64,
     /// Its false alarms.
     pub derivative_false_alarms: u64,
@@ -41,7 +41,7 @@ pub struct NoiseCheck {
 /// As [`crate::run::run`].
 pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
     let mut noisy = scenario.clone();
-    noisy.sensor.force_noise_std_n = noisy.sensor.force_noise_std_n.hypot(ADDED_NOISE_STD_N);
+    noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, ADDED_NOISE_STD_N);
     let mut derivatives = Derivatives::new(scenario);
     let own = observe(&noisy, &mut derivatives)?;
     let baseline = observe(&derivative_baseline(&noisy), &mut ())?;
@@ -75,6 +75,7 @@ struct Derivatives {
     last_n: Option<f64>,
     belongs_ticks: u64,
     rupture: Option<u64>,
+    /// The largest of each rupture that was followed by a tick.
     peaks: Vec<f64>,
     elsewhere: Vec<f64>,
 }
@@ -105,6 +106,7 @@ impl Observer<f64> for Derivatives {
         self.last_n = Some(s.measured_force_n);
         let square = change * change;
         match self.rupture.filter(|rupture| s.tick - rupture <= self.belongs_ticks) {
+            Some(rupture) if s.tick == rupture + 1 => self.peaks.push(square),
             Some(_) => {
                 if let Some(peak) = self.peaks.last_mut() {
                     *peak = peak.max(square);
@@ -114,7 +116,6 @@ impl Observer<f64> for Derivatives {
         }
         if s.ruptured {
             self.rupture = Some(s.tick);
-            self.peaks.push(0.0);
         }
     }
 }

@@ -60,6 +60,7 @@ pub fn rows(runs: &[Run], noise: &[NoiseCheck]) -> Vec<Row> {
     rows.extend([
         of("missed ruptures", Unit::Count, &|m| count(m.missed_ruptures)),
         of("false alarms", Unit::Count, &|m| count(m.false_alarms)),
+        of("alarms ignored during events", Unit::Count, &|m| count(m.ignored_alarms)),
         of("mean |prediction error|", Unit::Newton, &|m| m.mean_absolute_residual_n),
         of("least tissue force", Unit::Newton, &|m| m.least_tissue_force_n),
         of("greatest tissue force", Unit::Newton, &|m| m.greatest_tissue_force_n),
@@ -84,9 +85,14 @@ pub fn rows(runs: &[Run], noise: &[NoiseCheck]) -> Vec<Row> {
     rows.extend([
         noisy("in noise: missed ruptures", &|n| n.missed_ruptures),
         noisy("in noise: false alarms", &|n| n.false_alarms),
-        noisy("in noise, derivative: missed ruptures", &|n| n.derivative_missed_ruptures),
-        noisy("in noise, derivative: false alarms", &|n| n.derivative_false_alarms),
+        noisy("in noise, derivative CUSUM: missed ruptures", &|n| n.derivative_missed_ruptures),
+        noisy("in noise, derivative CUSUM: false alarms", &|n| n.derivative_false_alarms),
     ]);
+    rows.push(Row {
+        metric: "in noise, derivative: false samples at best".to_owned(),
+        unit: Unit::Count,
+        values: noise.iter().map(|check| check.derivative_exceedances.map(|samples| samples as f64)).collect(),
+    });
     rows
 }
 

@@ -7,7 +7,7 @@ pub use report::{DetectedAlarm, DetectionReport, ResidualStatistics};
 use crate::detection::{Detector, Evidence};
 use crate::error::InvalidValue;
 use crate::estimation::{Rls, VelocityFilter};
-use crate::recording::Recording;
+use crate::recording::{Recording, ResampleError};
 use crate::scenario::DetectionSpec;
 
 /// A recording's estimates and decisions, a value per sample.
@@ -25,38 +25,55 @@ pub struct Detection {
     pub decision: Vec<f64>,
     /// Samples at which a rupture is announced.
     pub alarms: Vec<usize>,
+    /// Whether the needle was ever below the contact.
+    pub touched: bool,
 }
+
+/// How far an interval may be from the median one, as a share of it, before the recording counts as uneven.
+const EVEN_SHARE: f64 = 0.01;
+
+/// Smallest change of a recorded position that can be a step of its encoder or of its digits, in m.
+const LEAST_STEP_M: f64 = 1e-9;
+
+/// The step that is assumed of positions that never change, in m.
+const ASSUMED_STEP_M: f64 = 1e-6;
 
 /// Runs the estimator and the detector over a recording, sample by sample.
 ///
-/// Where the recording has no velocity, a Kalman filter estimates it from the positions.
+/// Both take their samples to be evenly spaced: an uneven recording is resampled linearly at its median interval first.
+/// Where it has no velocity, a Kalman filter estimates it from the positions, whose step is the smallest change between
+/// two samples unless the settings give one.
 ///
 /// # Errors
 /// [`InvalidValue`] for a setting out of range.
 pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
-    let recording = &spec.recording.recording;
-    let interval_s = recording.median_interval_s();
-    let velocity_m_per_s = match recording.velocity_m_per_s() {
-        Some(velocity) => velocity.to_vec(),
-        None => filtered_velocity(recording, spec)?,
+    let Samples { time_s, position_m, velocity_m_per_s, force_n } = samples(&spec.recording.recording);
+    let interval_s = spec.recording.recording.median_interval_s();
+    let velocity_m_per_s = match velocity_m_per_s {
+        Some(velocity) => velocity,
+        None => filtered_velocity(&position_m, interval_s, spec)?,
     };
     let mut estimator = Rls::<f64>::new(&spec.estimator);
     let mut detector = Detector::<f64>::new(&spec.detector, interval_s);
-    let room = || Vec::with_capacity(recording.len());
+    let count = time_s.len();
+    let room = || Vec::with_capacity(count);
     let mut detection = Detection {
-        time_s: recording.time_s().to_vec(),
-        position_m: recording.position_m().to_vec(),
+        time_s,
+        position_m,
         velocity_m_per_s,
-        measured_force_n: recording.force_n().to_vec(),
+        measured_force_n: force_n,
         residual_n: room(),
         stiffness_n_per_m: room(),
         damping_n_s_per_m: room(),
         distance: room(),
         decision: room(),
         alarms: vec![],
+        touched: false,
     };
-    for (sample, &force_n) in recording.force_n().iter().enumerate() {
-        let depth = recording.position_m()[sample] - spec.contact_m;
+    for sample in 0..count {
+        let force_n = detection.measured_force_n[sample];
+        let depth = detection.position_m[sample] - spec.contact_m;
+        detection.touched |= depth > 0.0;
         let velocity = detection.velocity_m_per_s[sample];
         let estimate = estimator.update(force_n, depth, velocity);
         let decision = detector.update(&Evidence {
@@ -79,19 +96,44 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     Ok(detection)
 }
 
-fn filtered_velocity(recording: &Recording, settings: &DetectionSpec) -> Result<Vec<f64>, InvalidValue> {
-    let resolution = if settings.position_resolution_m > 0.0 {
-        settings.position_resolution_m
-    } else {
-        finest_step(recording.position_m()).unwrap_or(1e-6)
-    };
-    let acceleration = settings.acceleration_std_m_per_s2;
-    let mut filter = VelocityFilter::<f64>::new(recording.median_interval_s(), resolution, acceleration)?;
-    Ok(recording.position_m().iter().map(|&position| filter.update(position)).collect())
+/// Evenly spaced samples.
+struct Samples {
+    time_s: Vec<f64>,
+    position_m: Vec<f64>,
+    velocity_m_per_s: Option<Vec<f64>>,
+    force_n: Vec<f64>,
 }
 
-/// The smallest change of a recorded position: the step of its encoder or of its digits, in m.
-fn finest_step(positions: &[f64]) -> Option<f64> {
-    let steps = positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 1e-9);
-    steps.reduce(f64::min)
+fn samples(recording: &Recording) -> Samples {
+    let interval_s = recording.median_interval_s();
+    let uneven = |pair: &[f64]| (pair[1] - pair[0] - interval_s).abs() > EVEN_SHARE * interval_s;
+    let as_recorded = || Samples {
+        time_s: recording.time_s().to_vec(),
+        position_m: recording.position_m().to_vec(),
+        velocity_m_per_s: recording.velocity_m_per_s().map(<[f64]>::to_vec),
+        force_n: recording.force_n().to_vec(),
+    };
+    if !recording.time_s().windows(2).any(uneven) {
+        return as_recorded();
+    }
+    let resample = || {
+        let ticks = recording.ticks_covered(interval_s)?;
+        let even = recording.resample(interval_s, ticks)?;
+        let start_s = recording.time_s().first().copied().unwrap_or(0.0);
+        let time_s = (0..ticks).map(|k| start_s + k as f64 * interval_s).collect();
+        let (position_m, velocity_m_per_s, force_n) = (even.position_m, even.velocity_m_per_s, even.force_n);
+        Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n })
+    };
+    // The median of ascending times is a tick; should it not be, the samples stay as they are.
+    resample().unwrap_or_else(|_| as_recorded())
+}
+
+fn filtered_velocity(position_m: &[f64], interval_s: f64, spec: &DetectionSpec) -> Result<Vec<f64>, InvalidValue> {
+    let steps = position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > LEAST_STEP_M);
+    let resolution_m = match spec.position_resolution_m {
+        given if given > 0.0 => given,
+        _ => steps.reduce(f64::min).unwrap_or(ASSUMED_STEP_M),
+    };
+    let mut filter = VelocityFilter::<f64>::new(interval_s, resolution_m, spec.acceleration_std_m_per_s2)?;
+    Ok(position_m.iter().map(|&position| filter.update(position)).collect())
 }

@@ -33,7 +33,7 @@ pub struct ResidualStatistics {
     pub mean_absolute_n: f64,
     /// Largest magnitude, in N.
     pub greatest_absolute_n: f64,
-    /// 1.4826 times the median magnitude, in N: the spread that outliers do not move.
+    /// 1.4826 times the median deviation from the median, in N: the spread that outliers do not move.
     pub robust_std_n: f64,
 }
 
@@ -44,6 +44,8 @@ pub struct DetectionReport {
     pub samples: usize,
     /// How long the recording is, in s.
     pub duration_s: f64,
+    /// Whether the needle was ever below the contact.
+    pub touched: bool,
     /// The alarms, in time order.
     pub alarms: Vec<DetectedAlarm>,
     /// Labelled ruptures, in the recording's own time, in s.
@@ -66,9 +68,11 @@ impl DetectionReport {
         let mut claimed = vec![false; labelled_ruptures_s.len()];
         let mut claim = |time_s: f64| {
             let announces = |&rupture: &f64| (0.0..=RUPTURE_WINDOW_S).contains(&(time_s - rupture));
-            let label = (0..claimed.len()).find(|&i| !claimed[i] && announces(&labelled_ruptures_s[i]))?;
+            // The latest label first: an alarm is about what has just happened.
+            let label = (0..claimed.len()).rev().find(|&i| !claimed[i] && announces(&labelled_ruptures_s[i]))?;
             claimed[label] = true;
-            Some(time_s - labelled_ruptures_s[label])
+            // To the nanosecond: the difference of two decimal times is no decimal.
+            Some(((time_s - labelled_ruptures_s[label]) * 1e9).round() / 1e9)
         };
         let alarms: Vec<DetectedAlarm> = detection
             .alarms
@@ -86,6 +90,7 @@ impl DetectionReport {
         let matched = alarms.iter().filter(|alarm| alarm.delay_s.is_some()).count();
         Self {
             samples: detection.time_s.len(),
+            touched: detection.touched,
             duration_s: detection.time_s.last().copied().unwrap_or(0.0) - start_s,
             missed_ruptures: labelled.then(|| labelled_ruptures_s.len() - matched),
             false_alarms: labelled.then(|| alarms.len() - matched),
@@ -96,18 +101,25 @@ impl DetectionReport {
     }
 }
 
+/// The upper median; 0 of nothing.
+fn median_of(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
 fn statistics(residual: &[f64]) -> ResidualStatistics {
     let count = residual.len().max(1) as f64;
     let mean_n = residual.iter().sum::<f64>() / count;
     let variance = residual.iter().map(|e| (e - mean_n).powi(2)).sum::<f64>() / count;
+    let median = median_of(residual.to_vec());
+    let deviation = median_of(residual.iter().map(|e| (e - median).abs()).collect());
     let mut magnitudes: Vec<f64> = residual.iter().map(|e| e.abs()).collect();
     magnitudes.sort_by(f64::total_cmp);
-    let median = magnitudes.get(magnitudes.len() / 2).copied().unwrap_or(0.0);
     ResidualStatistics {
         mean_n,
         std_n: variance.sqrt(),
         mean_absolute_n: magnitudes.iter().sum::<f64>() / count,
         greatest_absolute_n: magnitudes.last().copied().unwrap_or(0.0),
-        robust_std_n: 1.4826 * median,
+        robust_std_n: 1.4826 * deviation,
     }
 }

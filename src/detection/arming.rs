@@ -10,8 +10,8 @@ use crate::time::nearest_ticks;
 /// A CUSUM alone announces the first touch, the estimator's own convergence, and every other large error. It is armed
 /// only once the needle has been in contact, with `g` at or below the threshold, for `settle_s` on end; any crossing
 /// ends that quiet. What crosses while armed is a rupture if it looks like one: the force falls *short* of an expected
-/// *resisting* force (`drop_only`), and the needle is not being withdrawn. The price: a second rupture within
-/// `settle_s` of the first is not announced.
+/// *resisting* force (`drop_only`), and the needle is not being withdrawn. The price: a rupture within `settle_s`
+/// after any crossing, be it of another rupture or of a spike, is not announced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmingSettings {
     /// Quiet contact before alarms are taken, in s, at least 0.

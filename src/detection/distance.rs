@@ -13,7 +13,7 @@ pub enum DistanceKind {
     MeanChange,
     /// Log-likelihood ratio of a variance grown from `σ_0²` to `σ_1²` (eq. 23), dimensionless.
     VarianceChange,
-    /// Magnitude of the stiffness correction `|H_k|` in N/m (eq. 26): the earlier proposal of Barbé et al. (2006).
+    /// Magnitude of the stiffness component of `H_k` in N/m (eq. 26): the earlier proposal of Barbé et al. (2006).
     ParameterChange,
     /// `(y_k - y_{k-1})²` in N²: the direct filtering that the paper compares with (4.1).
     ForceDerivative,
@@ -63,7 +63,7 @@ impl Hypotheses {
             }
             DistanceKind::MeanChange => (self.rupture_mean_n.powi(2) / (2.0 * quiet), 0.0),
             DistanceKind::VarianceChange => {
-                ((self.quiet_std_n / self.rupture_std_n).ln() + (changed / quiet - 1.0) / 2.0, 0.0)
+                (libm::log(self.quiet_std_n / self.rupture_std_n) + (changed / quiet - 1.0) / 2.0, 0.0)
             }
             DistanceKind::ParameterChange => (self.stiffness_change_n_per_m / 2.0, self.stiffness_change_n_per_m / 2.0),
         }
@@ -122,7 +122,7 @@ impl<L: Lane> DistanceState<L> {
         let (scale, offset) = match distance.kind {
             DistanceKind::MeanChange => (h.rupture_mean_n / quiet, -h.rupture_mean_n.powi(2) / (2.0 * quiet)),
             DistanceKind::VarianceChange => {
-                ((1.0 / quiet - 1.0 / changed) / 2.0, (h.quiet_std_n / h.rupture_std_n).ln())
+                ((1.0 / quiet - 1.0 / changed) / 2.0, libm::log(h.quiet_std_n / h.rupture_std_n))
             }
             _ => (1.0, 0.0),
         };

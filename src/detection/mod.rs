@@ -8,7 +8,7 @@ pub use arming::ArmingSettings;
 pub use cusum::CusumSettings;
 pub use distance::{Distance, DistanceKind, Hypotheses};
 
-use crate::error::InvalidValue;
+use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};
 use arming::Arming;
 use cusum::Cusum;
@@ -44,6 +44,9 @@ impl DetectorSettings {
     /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         self.distance.hypotheses.validate()?;
+        let mean_n = self.distance.hypotheses.rupture_mean_n;
+        let deaf = self.distance.kind == DistanceKind::MeanChange && self.arming.drop_only && mean_n > 0.0;
+        require("detector.rupture_mean_n", mean_n, !deaf, "below 0, as detector.drop_only looks for drops")?;
         self.cusum.validate()?;
         self.arming.validate()
     }

@@ -17,12 +17,9 @@ const RELATIVE_TOLERANCE: f64 = 1e-12;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
 /// The integrator gave up, as it does where a run diverges.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("the numerical integration gave up within a tick: {reason}; use simulation.engine = \"exact\"")]
-pub struct IntegrationError {
-    /// What the integrator says.
-    pub reason: String,
-}
+#[derive(Debug, Error)]
+#[error("the numerical integration gave up within a tick: {0}; use simulation.engine = \"exact\"")]
+pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 
 /// The equations of both sides over one tick.
 #[derive(Debug, Clone)]
@@ -121,8 +118,10 @@ impl IntegratedSides {
             Damping::Velocity => slave.proportional_gain,
             Damping::AsPrinted => slave.proportional_gain + slave.velocity_gain,
         };
-        let load = a[0] + b[0] * stiffness;
-        let gain = if load == 0.0 { 1.0 } else { b[0] * slave.proportional_gain / load };
+        // At rest only the constant coefficients act.
+        let (held, pushed) = (slave.denominator.last().unwrap_or(&0.0), slave.numerator.last().unwrap_or(&0.0));
+        let load = held + pushed * stiffness;
+        let gain = if load == 0.0 { 1.0 } else { pushed * slave.proportional_gain / load };
         let position = gain * reference_m;
         let control = slave.proportional_gain * reference_m - stiffness * position;
         let mut state = State::zeros();
@@ -187,7 +186,7 @@ impl Sides<f64> for IntegratedSides {
         let tick = self.tick_s;
         let mut solver = Dop853::new(&*equations, 0.0, tick, tick, self.state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
         solver.set_output(OutputType::Sparse);
-        solver.integrate().map_err(|error| IntegrationError { reason: error.to_string() })?;
+        solver.integrate()?;
         if let Some(last) = solver.y_out().last() {
             self.state = *last;
         }

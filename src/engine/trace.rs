@@ -25,7 +25,7 @@ pub const COLUMNS: [&str; 17] = [
 ];
 
 /// One run's signals, a vector per column, equal lengths, in the units of their names.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names and units are those of COLUMNS, documented with Signals")]
 pub struct Trace {
     pub time_s: Vec<f64>,
@@ -45,7 +45,7 @@ pub struct Trace {
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
     pub mode: Vec<u8>,
-    grid: Option<TickGrid>,
+    grid: TickGrid,
 }
 
 impl Trace {
@@ -71,7 +71,7 @@ impl Trace {
             distance: room(),
             decision: room(),
             mode: Vec::with_capacity(grid.ticks() as usize),
-            grid: Some(grid),
+            grid,
         }
     }
 
@@ -113,7 +113,7 @@ impl Trace {
 
 impl Observer<f64> for Trace {
     fn observe(&mut self, s: &Signals<f64>) {
-        self.time_s.push(self.grid.map_or(s.tick as f64, |grid| grid.time_s(s.tick)));
+        self.time_s.push(self.grid.time_s(s.tick));
         self.desired_position_m.push(s.desired_position_m);
         self.master_position_m.push(s.master_position_m);
         self.master_velocity_m_per_s.push(s.master_velocity_m_per_s);

@@ -190,20 +190,6 @@ impl<L: Lane> Rls<L> {
         ];
         self.information = L::select(mask, self.initial_information, self.information);
     }
-
-    /// Whether the last sample was in contact.
-    #[inline(always)]
-    pub fn in_contact(&self) -> L::Mask {
-        self.regressor[0].gt(L::zero())
-    }
-
-    /// Whether every parameter is still a number in lane `index`.
-    #[must_use]
-    pub fn is_finite(&self, index: usize) -> bool {
-        let bound = L::splat(f64::MAX);
-        let finite = self.parameters[0].abs().le(bound) & self.parameters[1].abs().le(bound);
-        finite.lane(index)
-    }
 }
 
 #[cfg(test)]

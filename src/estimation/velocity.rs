@@ -1,10 +1,7 @@
 //! Velocity from quantised positions: a Kalman filter in steady state.
 
-use crate::error::{InvalidValue, positive};
+use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
-
-/// Most steps of the Riccati iteration; it converges in some hundreds for any sensible ratio of noises.
-const MOST_ITERATIONS: u32 = 100_000;
 
 /// A Kalman filter for a position that moves with white acceleration, after Bélanger (1992).
 ///
@@ -35,6 +32,8 @@ impl<L: Lane> VelocityFilter<L> {
         positive("sensor.position_resolution_m", resolution_m)?;
         positive("sensor.acceleration_std_m_per_s2", acceleration_m_per_s2)?;
         let gain = steady_gain(tick_s, resolution_m * resolution_m / 12.0, acceleration_m_per_s2);
+        let usable = gain.iter().all(|gain| gain.is_finite());
+        require("sensor.position_resolution_m", resolution_m, usable, "a step that an encoder can have")?;
         Ok(Self {
             tick_s: L::splat(tick_s),
             gain: gain.map(L::splat),
@@ -59,27 +58,12 @@ impl<L: Lane> VelocityFilter<L> {
     }
 }
 
-/// The Kalman gain after the Riccati recursion has settled, for reading variance `r` (m²).
+/// The steady Kalman gain for a reading variance `r` (m²), in closed form (Kalata 1984): with the tracking index
+/// `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`, `T l₁ = 2 (2 - l₀) - 4 √(1 - l₀) = 2 (1 - ρ)²`.
 fn steady_gain(tick_s: f64, r: f64, acceleration: f64) -> [f64; 2] {
-    let t = tick_s;
-    let a = acceleration * acceleration;
-    let (q00, q01, q11) = (a * t.powi(4) / 4.0, a * t.powi(3) / 2.0, a * t * t);
-    let (mut p00, mut p01, mut p11) = (r, 0.0, a * t);
-    let mut gain = [0.0, 0.0];
-    for _ in 0..MOST_ITERATIONS {
-        let predicted = (p00 + 2.0 * t * p01 + t * t * p11 + q00, p01 + t * p11 + q01, p11 + q11);
-        let spread = predicted.0 + r;
-        let next = [predicted.0 / spread, predicted.1 / spread];
-        p00 = (1.0 - next[0]) * predicted.0;
-        p01 = (1.0 - next[0]) * predicted.1;
-        p11 = predicted.2 - next[1] * predicted.1;
-        let settled = (next[0] - gain[0]).abs() <= 1e-14 && (next[1] - gain[1]).abs() <= 1e-14 * next[1].abs();
-        gain = next;
-        if settled {
-            break;
-        }
-    }
-    gain
+    let index = acceleration * tick_s * tick_s / r.sqrt();
+    let rho = (4.0 + index - (8.0 * index + index * index).sqrt()) / 4.0;
+    [1.0 - rho * rho, 2.0 * (1.0 - rho) * (1.0 - rho) / tick_s]
 }
 
 #[cfg(test)]
@@ -87,17 +71,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gain_satisfies_the_closed_form_of_the_tracking_index() {
-        // Kalata (1984): with Λ = a T² / σ, the steady alpha-beta gains satisfy Λ² = β² / (1 - α) and
-        // α = 1 - r², r = (4 + Λ - √(8Λ + Λ²)) / 4.
-        let (tick, resolution, acceleration): (f64, f64, f64) = (1e-3, 1e-5, 2.0);
-        let lambda = acceleration * tick * tick / (resolution / 12f64.sqrt());
-        let r = (4.0 + lambda - (8.0 * lambda + lambda * lambda).sqrt()) / 4.0;
-        let alpha = 1.0 - r * r;
-        let beta = 2.0 * (2.0 - alpha) - 4.0 * (1.0 - alpha).sqrt();
-        let gain = steady_gain(tick, resolution * resolution / 12.0, acceleration);
-        assert!((gain[0] - alpha).abs() < 1e-9, "{} {alpha}", gain[0]);
-        assert!((gain[1] * tick - beta).abs() < 1e-9, "{} {beta}", gain[1] * tick);
+    fn the_gain_is_where_the_riccati_recursion_settles() {
+        let (t, resolution, acceleration): (f64, f64, f64) = (1e-3, 1e-5, 2.0);
+        let (r, a) = (resolution * resolution / 12.0, acceleration * acceleration);
+        let (q00, q01, q11) = (a * t.powi(4) / 4.0, a * t.powi(3) / 2.0, a * t * t);
+        let (mut p00, mut p01, mut p11) = (r, 0.0, r / (t * t));
+        let mut gain = [0.0, 0.0];
+        for _ in 0..20_000 {
+            let (m00, m01, m11) = (p00 + 2.0 * t * p01 + t * t * p11 + q00, p01 + t * p11 + q01, p11 + q11);
+            gain = [m00 / (m00 + r), m01 / (m00 + r)];
+            (p00, p01, p11) = ((1.0 - gain[0]) * m00, (1.0 - gain[0]) * m01, m11 - gain[1] * m01);
+        }
+        let closed = steady_gain(t, r, acceleration);
+        assert!((gain[0] - closed[0]).abs() < 1e-9, "{gain:?} {closed:?}");
+        assert!((gain[1] - closed[1]).abs() < 1e-9 * closed[1], "{gain:?} {closed:?}");
     }
 
     #[test]

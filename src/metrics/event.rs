@@ -89,8 +89,8 @@ impl EventWindow {
         true
     }
 
-    pub(super) fn close(&self, tick_s: f64) -> EventMetrics {
-        let span = |from: u64, to: u64| (to - from) as f64 * tick_s;
+    pub(super) fn close(&self, grid: &TickGrid) -> EventMetrics {
+        let span = |from: u64, to: u64| grid.time_s(to - from);
         EventMetrics {
             augmented_s: self.released.map(|released| span(self.start, released)),
             reengaging_s: self.released.zip(self.ended).map(|(released, ended)| span(released, ended)),

@@ -9,7 +9,7 @@ use crate::engine::{Observer, Signals};
 use crate::lane::{Lane, Mask};
 use crate::time::TickGrid;
 
-/// Most ruptures, events and alarms that are kept one by one; later ones are counted.
+/// Most ruptures, events and alarms of one run that are looked at one by one.
 const MOST_KEPT: usize = 4096;
 
 /// A tick's signals that only count if it is the run's last.
@@ -81,21 +81,22 @@ impl History {
         while self.ruptures.get(self.first_open).is_some_and(|rupture| !rupture.contains(s.tick)) {
             self.first_open += 1;
         }
-        let open = &mut self.ruptures[self.first_open..];
-        for rupture in open.iter_mut() {
+        for rupture in &mut self.ruptures[self.first_open..] {
             rupture.observe(s);
         }
+        // Before the alarms: one at the very tick of a rupture is its detection.
+        if s.ruptured && self.ruptures.len() < MOST_KEPT {
+            self.ruptures.push(RuptureWindow::open(s, *grid));
+        }
         if s.alarm_taken {
-            let matched = open.iter_mut().any(|rupture| rupture.claim(s.tick));
+            // The latest rupture first: an alarm is about what has just happened.
+            let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s.tick));
             self.false_alarms += u64::from(!matched);
             if self.alarms.len() < MOST_KEPT {
                 self.alarms.push(Alarm { time_s: grid.time_s(s.tick), matched });
             }
         } else if s.alarm {
             self.ignored_alarms += 1;
-        }
-        if s.ruptured && self.ruptures.len() < MOST_KEPT {
-            self.ruptures.push(RuptureWindow::open(s, grid));
         }
         self.mode_ticks[s.mode as usize] += 1;
         self.observe_event(s, force_step_n, grid);
@@ -165,8 +166,10 @@ impl<L: Lane> MetricsObserver<L> {
         let (first, last) = (self.first.lane(index), history.last_sound.unwrap_or(self.last.lane(index)));
         let energy = |sum: L, first: f64, last: f64| ran.then(|| (sum.lane(index) - 0.5 * (first + last)) * tick_s);
         let (slave_m, reference_m) = (last.slave_m, last.reference_m);
-        let events: Vec<_> = history.events.iter().map(|event| event.close(tick_s)).collect();
+        let events: Vec<_> = history.events.iter().map(|event| event.close(&self.grid)).collect();
         let ruptures: Vec<_> = history.ruptures.iter().map(RuptureWindow::close).collect();
+        let count =
+            |is: &dyn Fn(&RuptureWindow) -> bool| history.ruptures.iter().filter(|window| is(window)).count() as u64;
         let [_, augmented, reengaging] = history.mode_ticks;
         let following = ticks - augmented - reengaging;
         let peak = events.iter().filter_map(|event| event.peak_reengaging_speed_m_per_s).reduce(f64::max);
@@ -175,7 +178,8 @@ impl<L: Lane> MetricsObserver<L> {
                 .diverged_at
                 .map_or(Outcome::Completed, |tick| Outcome::Diverged { time_s: self.grid.time_s(tick) }),
             ticks,
-            missed_ruptures: ruptures.iter().filter(|rupture| rupture.detection_delay_s.is_none()).count() as u64,
+            missed_ruptures: count(&|window| window.is_missed()),
+            undecided_ruptures: count(&|window| window.is_undecided()),
             alarms: history.alarms.clone(),
             false_alarms: history.false_alarms,
             ignored_alarms: history.ignored_alarms,

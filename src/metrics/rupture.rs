@@ -13,7 +13,7 @@ pub struct RuptureMetrics {
     pub time_s: f64,
     /// From the rupture to the alarm that announced it, in s; none if missed.
     pub detection_delay_s: Option<f64>,
-    /// Greatest advance of the slave within the window, in m.
+    /// Greatest advance of the slave within the window, in m; none, as with the next ones, if the run ended before.
     pub slave_overshoot_m: Option<f64>,
     /// Advance of the slave at 0.3 s, in m; none if the run ended before.
     pub slave_travel_m: Option<f64>,
@@ -21,13 +21,15 @@ pub struct RuptureMetrics {
     pub master_position_m: f64,
     /// Greatest advance of the master within the window, in m.
     pub master_travel_m: Option<f64>,
-    /// Until the fed-back force had fallen to 5 % of its value before, in s; none if it did not within the window.
+    /// Until the fed-back force had fallen to 5 % of its value before, in s; none if it did not within the window, or
+    /// did not resist before.
     pub feedback_fall_s: Option<f64>,
-    /// Until the force on the hand had, in s.
+    /// Until the force on the hand had, in s; none likewise.
     pub felt_fall_s: Option<f64>,
     /// Steepest change of the force on the hand within the window, in N/s.
     pub peak_force_rate_n_per_s: Option<f64>,
-    /// `1 - min F_h / F_h before`, the minimum within 0.3 s; none if the hand felt no resistance before.
+    /// `1 - min F_h / F_h before`, the minimum within 0.3 s; none if the hand felt no resistance before, or the run
+    /// ended earlier.
     pub felt_contrast: Option<f64>,
 }
 
@@ -35,8 +37,7 @@ pub struct RuptureMetrics {
 #[derive(Debug, Clone)]
 pub(super) struct RuptureWindow {
     tick: u64,
-    time_s: f64,
-    tick_s: f64,
+    grid: TickGrid,
     window_ticks: u64,
     travel_ticks: u64,
     slave_m: f64,
@@ -57,11 +58,10 @@ pub(super) struct RuptureWindow {
 }
 
 impl RuptureWindow {
-    pub(super) fn open(s: &Signals<f64>, grid: &TickGrid) -> Self {
+    pub(super) fn open(s: &Signals<f64>, grid: TickGrid) -> Self {
         Self {
             tick: s.tick,
-            time_s: grid.time_s(s.tick),
-            tick_s: grid.tick_s(),
+            grid,
             window_ticks: nearest_ticks(RUPTURE_WINDOW_S, grid.tick_s()),
             travel_ticks: nearest_ticks(TRAVEL_S, grid.tick_s()),
             slave_m: s.slave_position_m,
@@ -105,7 +105,7 @@ impl RuptureWindow {
         if since == self.travel_ticks {
             self.travel_m = Some(s.slave_position_m - self.slave_m);
         }
-        let fallen = |force: f64, before: f64| force * before.signum() <= FALLEN_SHARE * before.abs();
+        let fallen = |force: f64, before: f64| before > 0.0 && force <= FALLEN_SHARE * before;
         if self.feedback_fallen_at.is_none() && fallen(s.feedback_force_n, self.feedback_n) {
             self.feedback_fallen_at = Some(s.tick);
         }
@@ -119,20 +119,36 @@ impl RuptureWindow {
         }
     }
 
+    /// Whether the run saw the whole window.
+    fn is_complete(&self) -> bool {
+        self.seen >= self.window_ticks
+    }
+
+    /// Whether nothing announced the rupture in its whole window.
+    pub(super) fn is_missed(&self) -> bool {
+        self.detected_at.is_none() && self.is_complete()
+    }
+
+    /// Whether nothing announced it before the run ended within its window.
+    pub(super) fn is_undecided(&self) -> bool {
+        self.detected_at.is_none() && !self.is_complete()
+    }
+
     pub(super) fn close(&self) -> RuptureMetrics {
-        let seen = self.seen > 0;
-        let since = |tick: u64| (tick - self.tick) as f64 * self.tick_s;
+        let whole = self.is_complete();
+        let felt = self.seen >= self.travel_ticks && self.felt_n > 0.0;
+        let since = |tick: u64| self.grid.time_s(tick - self.tick);
         RuptureMetrics {
-            time_s: self.time_s,
+            time_s: self.grid.time_s(self.tick),
             detection_delay_s: self.detected_at.map(since),
-            slave_overshoot_m: seen.then_some(self.overshoot_m),
+            slave_overshoot_m: whole.then_some(self.overshoot_m),
             slave_travel_m: self.travel_m,
             master_position_m: self.master_m,
-            master_travel_m: seen.then_some(self.master_travel_m),
+            master_travel_m: whole.then_some(self.master_travel_m),
             feedback_fall_s: self.feedback_fallen_at.map(since),
             felt_fall_s: self.felt_fallen_at.map(since),
-            peak_force_rate_n_per_s: seen.then_some(self.peak_change_n / self.tick_s),
-            felt_contrast: (seen && self.felt_n > 0.0).then(|| 1.0 - self.least_felt_n / self.felt_n),
+            peak_force_rate_n_per_s: whole.then(|| self.peak_change_n / self.grid.tick_s()),
+            felt_contrast: felt.then(|| 1.0 - self.least_felt_n / self.felt_n),
         }
     }
 }

@@ -50,9 +50,11 @@ pub struct Metrics {
     pub events: Vec<EventMetrics>,
     /// The alarms that were taken, in time order (the first 4096).
     pub alarms: Vec<Alarm>,
-    /// Ruptures that no alarm announced.
+    /// Ruptures that no alarm announced which was taken.
     pub missed_ruptures: u64,
-    /// Alarms taken that announced none.
+    /// Ruptures without an alarm whose window the run did not see to its end.
+    pub undecided_ruptures: u64,
+    /// Alarms taken that announced none, or one that had been announced.
     pub false_alarms: u64,
     /// Alarms not taken, as an event was under way or had just ended.
     pub ignored_alarms: u64,
@@ -70,7 +72,8 @@ pub struct Metrics {
     pub final_tracking_error: Option<f64>,
     /// Greatest speed of the slave while re-engaging, in m/s.
     pub peak_reengaging_speed_m_per_s: Option<f64>,
-    /// By how much a change of the fed-back force exceeded what its law allows, in N: 0 but for rounding.
+    /// By how much a change of the fed-back force during an event exceeded what its law allows, in N: 0 but for
+    /// rounding.
     pub feedback_step_excess_n: f64,
     /// Time per mode.
     pub mode_times: ModeTimes,

@@ -5,6 +5,9 @@ use std::sync::Arc;
 use crate::error::{InvalidValue, finite};
 use crate::lane::Lane;
 
+/// How far from 0 a person may go, in m: farther is no insertion, and a run that gets there has diverged.
+pub const MOST_POSITION_M: f64 = 1.0;
+
 /// The kinds of intention. The desired position is linear between ticks.
 #[derive(Debug, Clone)]
 pub enum Operator<L> {

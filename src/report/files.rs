@@ -1,13 +1,13 @@
 //! Writing files so that none is ever half there.
 
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 /// A file or folder that cannot be written.
 #[derive(Debug, Error)]
-#[error("{path} cannot be written: {source}; give another place with --out", path = path.display())]
+#[error("{path} cannot be written: {source}; give another place", path = path.display())]
 pub struct OutputError {
     /// What was to be written.
     pub path: PathBuf,
@@ -20,6 +20,17 @@ pub struct OutputError {
 /// # Errors
 /// [`OutputError`] with the path.
 pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
+    stream_file(path, |file| file.write_all(content))
+}
+
+/// [`write_file`] for content that is written piece by piece and need not fit into memory.
+///
+/// # Errors
+/// [`OutputError`] with the path.
+pub fn stream_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
     let failed = |source| OutputError { path: path.to_owned(), source };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(failed)?;
@@ -30,8 +41,10 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder).map_err(failed)?;
-    file.write_all(content).map_err(failed)?;
+    let file = builder.tempfile_in(folder).map_err(failed)?;
+    let mut buffered = BufWriter::with_capacity(1 << 18, file);
+    content(&mut buffered).map_err(failed)?;
+    let file = buffered.into_inner().map_err(|error| failed(error.into_error()))?;
     file.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
 }
@@ -66,6 +79,18 @@ impl Folder {
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
         write_file(&self.0.join(name), content)
     }
+
+    /// Writes a file into it piece by piece.
+    ///
+    /// # Errors
+    /// As [`write_file`].
+    pub fn stream(
+        &self,
+        name: &str,
+        content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> Result<(), OutputError> {
+        stream_file(&self.0.join(name), content)
+    }
 }
 
 #[cfg(test)]
@@ -86,6 +111,6 @@ mod tests {
     fn a_place_that_is_no_folder_is_named() {
         let file = tempfile::NamedTempFile::new().expect("a file");
         let error = Folder::new(file.path()).write("x", b"").expect_err("not a folder");
-        assert!(error.to_string().contains("--out"), "{error}");
+        assert!(error.to_string().contains("another place"), "{error}");
     }
 }

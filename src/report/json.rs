@@ -36,7 +36,7 @@ pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>) -> Strin
     }))
 }
 
-/// `summary.json` of a detection: the alarms, the residual's statistics and the settings.
+/// `detection.json`: the alarms, the residual's statistics and the settings.
 #[must_use]
 pub fn detection_json(name: &str, report: &DetectionReport, values: &Values) -> String {
     let settings: serde_json::Map<String, Json> = ["estimator", "detector"]

@@ -107,7 +107,8 @@ pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
     let borrowed = Borrowed::of(run);
     let mut jobs = estimation_jobs(borrowed.estimation());
     let view = borrowed.view();
-    jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], None))));
+    let whole = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
+    jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], whole))));
     draw(folder, jobs)
 }
 

@@ -1,6 +1,7 @@
 //! Tables for the terminal, and the CSV files.
 
 use std::fmt::Write as _;
+use std::io::{self, Write};
 
 use super::Table;
 use super::number::{show, significant};
@@ -128,21 +129,23 @@ fn shortest(value: f64) -> String {
 }
 
 /// `trace.csv`: the columns of [`COLUMNS`], floats in the shortest form that reads back the same.
-#[must_use]
-pub fn trace_csv(trace: &Trace) -> String {
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "{}", COLUMNS.join(","))?;
     let numbers = trace.numbers();
-    let mut text = String::with_capacity(trace.len() * 300 + 400);
-    text.push_str(&COLUMNS.join(","));
-    text.push('\n');
     let mut buffer = ryu::Buffer::new();
+    let mut line = String::with_capacity(400);
     for (row, mode) in trace.mode.iter().enumerate() {
+        line.clear();
         for column in &numbers {
-            text.push_str(buffer.format(column[row]));
-            text.push(',');
+            line.push_str(buffer.format(column[row]));
+            line.push(',');
         }
-        let _ = writeln!(text, "{mode}");
+        writeln!(out, "{line}{mode}")?;
     }
-    text
+    Ok(())
 }
 
 /// What a detection found, in words and a table.
@@ -169,6 +172,11 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
         }
         let _ = writeln!(text, "{table}");
     }
+    if !report.touched {
+        text.push_str(
+            "the needle never went below the contact: give it with --contact-m, or turn the position's sign\n\n",
+        );
+    }
     let mut table = Table::new(["residual", "value"]);
     let newton = |value| show(Some(value), Unit::Newton);
     table.row(["mean".to_owned(), newton(report.residual.mean_n)]);
@@ -185,8 +193,10 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
 }
 
 /// `detection.csv`: the samples with their estimates and decisions.
-#[must_use]
-pub fn detection_csv(detection: &Detection) -> String {
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Result<()> {
     let columns: [(&str, &[f64]); 9] = [
         ("time_s", &detection.time_s),
         ("position_m", &detection.position_m),
@@ -198,17 +208,14 @@ pub fn detection_csv(detection: &Detection) -> String {
         ("distance", &detection.distance),
         ("decision", &detection.decision),
     ];
-    let mut text = columns.map(|(name, _)| name).join(",");
-    text.push('\n');
+    writeln!(out, "{}", columns.map(|(name, _)| name).join(","))?;
     let mut buffer = ryu::Buffer::new();
     for row in 0..detection.time_s.len() {
         for (index, (_, column)) in columns.iter().enumerate() {
-            if index > 0 {
-                text.push(',');
-            }
-            text.push_str(buffer.format(column[row]));
+            let separator = if index == 0 { "" } else { "," };
+            write!(out, "{separator}{}", buffer.format(column[row]))?;
         }
-        text.push('\n');
+        writeln!(out)?;
     }
-    text
+    Ok(())
 }

@@ -42,7 +42,7 @@ impl Scenario {
     /// [`ScenarioError`] where the parameters make no machine that can be computed with.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         Ok(match self.engine {
-            EngineKind::Exact => ScenarioEngine::Exact(Box::new(self.engine(0)?)),
+            EngineKind::Exact => ScenarioEngine::Exact(Box::new(self.exact_engine(0)?)),
             EngineKind::Dop853 => {
                 let start_m = self.start_m();
                 let sides = IntegratedSides::new(
@@ -61,12 +61,16 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`Scenario::build`].
-    pub fn engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactSides<L>>, ScenarioError> {
+    pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactSides<L>>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let plant = |error: PlantError| match &error {
             PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
-            PlantError::SlaveDegree { .. } => self.values().error("slave.denominator", error.to_string()),
-            PlantError::Build { .. } => ScenarioError::new(error.to_string()),
+            PlantError::SlaveDegree { .. } => {
+                ScenarioError::new(error.to_string()).at(self.values().section_place("slave"))
+            }
+            PlantError::Build { side, .. } => ScenarioError::new(error.to_string())
+                .at(self.values().section_place(side))
+                .remedy(format!("look at the numbers of [{side}]")),
         };
         let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
@@ -106,7 +110,12 @@ impl Scenario {
             contact_m: L::splat(self.contact_m),
             estimator: Rls::new(&self.estimator),
             detector: Detector::new(&self.detector, tick_s),
-            supervisor: Supervisor::new(&self.augmentation, self.detector.cusum.threshold, tick_s),
+            supervisor: Supervisor::new(
+                &self.augmentation,
+                self.detector.cusum.threshold,
+                tick_s,
+                L::splat(self.position_scale * start_m),
+            ),
             forward: Delay::new(self.forward_ticks, L::splat(start_m)),
             backward: Delay::new(self.backward_ticks, L::zero()),
             force_scale: L::splat(self.force_scale),

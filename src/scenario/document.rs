@@ -13,6 +13,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::builtin;
 use super::error::{Place, ScenarioError};
+use super::keys::{find, is_section};
 
 /// Largest scenario file in bytes; a real one has a few thousand.
 const MOST_BYTES: u64 = 1 << 20;
@@ -182,12 +183,17 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
 
 type Leaf<'a> = dyn FnMut(String, Range<usize>, &Spanned<DeValue<'_>>) -> Result<(), ScenarioError> + 'a;
 
-/// Visits every value that is not itself a table.
+/// Visits every value that is not a section of others: an empty table that is no section is a mistake to be named.
 fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(), ScenarioError> {
     for (key, value) in table {
-        let path = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        // A quoted key with a dot in it is no path.
+        let name = key.get_ref();
+        let name = if name.contains('.') { format!("{name:?}") } else { name.to_string() };
+        let path = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
         match value.get_ref() {
-            DeValue::Table(inner) => flatten(&path, inner, leaf)?,
+            DeValue::Table(inner) if find(&path).is_none() && (is_section(&path) || !inner.is_empty()) => {
+                flatten(&path, inner, leaf)?;
+            }
             _ => leaf(path, key.span(), value)?,
         }
     }

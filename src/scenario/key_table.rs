@@ -65,7 +65,7 @@ pub const KEYS: &[Key] = &[
         "simulation.tick_s",
         Number(R::POSITIVE),
         number!(1e-3),
-        "Time between two ticks of sensors, estimator, detector and channel.",
+        "Time between two ticks. Estimator and detector count samples: their defaults are for 0.5 to 2 ms.",
     ),
     key(
         "simulation.duration_s",
@@ -87,7 +87,7 @@ pub const KEYS: &[Key] = &[
     ),
     key("simulation.seed", Whole(0), Fallback::Value(|| Value::Whole(1)), "Seed of every random number."),
     // master
-    key("master.mass_kg", Number(R::POSITIVE), number!(MasterParameters::default().mass_kg), "Mass."),
+    key("master.mass_kg", Number(R::MASS), number!(MasterParameters::default().mass_kg), "Mass."),
     key(
         "master.damping_n_s_per_m",
         Number(R::NON_NEGATIVE),
@@ -131,7 +131,7 @@ pub const KEYS: &[Key] = &[
         number!(ArmParameters::default().b_h_n_s_per_m),
         "Damping between desired position and arm.",
     ),
-    key("arm.m_h_kg", Number(R::POSITIVE), number!(ArmParameters::default().m_h_kg), "Mass of the arm."),
+    key("arm.m_h_kg", Number(R::MASS), number!(ArmParameters::default().m_h_kg), "Mass of the arm."),
     // slave
     key(
         "slave.numerator",
@@ -159,8 +159,8 @@ pub const KEYS: &[Key] = &[
         "What K_v acts on; as printed it is the position.",
     ),
     // scaling
-    key("scaling.force", Number(R::NON_NEGATIVE), number!(1.0), "Force fed back per force measured."),
-    key("scaling.position", Number(R::POSITIVE), number!(1.0), "Slave's motion per master's."),
+    key("scaling.force", Number(R::SCALE), number!(1.0), "Force fed back per force measured."),
+    key("scaling.position", Number(R::SCALE), number!(1.0), "Slave's motion per master's."),
     // channel
     key(
         "channel.forward_delay_s",
@@ -204,6 +204,12 @@ pub const KEYS: &[Key] = &[
     ),
     key("recording.force_sign", Sign, number!(1.0), "-1 where the file counts resistance to insertion as negative."),
     key("recording.position_sign", Sign, number!(1.0), "-1 where the file's positions shrink into the tissue."),
+    key(
+        "recording.velocity_sign",
+        Sign,
+        Derived("that of the position"),
+        "-1 where the file's velocities are negative into the tissue.",
+    ),
     key(
         "recording.max_gap_s",
         Number(R::POSITIVE),
@@ -296,7 +302,7 @@ pub const KEYS: &[Key] = &[
         "detector.distance",
         Choice(DISTANCES),
         word!("squared-residual"),
-        "What is accumulated: e², eq. 22, eq. 23, eq. 26, or the derivative baseline.",
+        "What is accumulated: e², eq. 22, eq. 23, the stiffness of eq. 26, or the derivative baseline.",
     ),
     key(
         "detector.quiet_std_n",

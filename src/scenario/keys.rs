@@ -1,6 +1,6 @@
 //! What a key of a scenario is, and finding one.
 
-use super::key_table::KEYS;
+use super::key_table::{KEYS, SECTIONS};
 use super::value::{Kind, Value};
 
 /// What a key holds when no file gives it.
@@ -33,6 +33,12 @@ pub fn find(path: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.path == path)
 }
 
+/// Whether a path is a section's.
+#[must_use]
+pub fn is_section(path: &str) -> bool {
+    SECTIONS.iter().any(|(section, _)| *section == path)
+}
+
 /// The known key nearest to a path in spelling, if any is near.
 #[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
@@ -46,7 +52,6 @@ pub fn nearest(path: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::SECTIONS;
 
     #[test]
     fn every_default_is_a_value_of_its_kind() {

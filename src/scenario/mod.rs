@@ -1,7 +1,7 @@
 //! Scenarios: TOML in, a validated and resolved description out, echoed with every default written out.
 
 mod build;
-pub mod builtin;
+mod builtin;
 mod document;
 mod error;
 mod key_table;

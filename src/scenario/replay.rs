@@ -11,7 +11,18 @@ use super::values::Values;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
 use crate::recording::{Column, Columns, Limits, Recording, open_csv, read_csv};
-use crate::time::{TickGrid, nearest_ticks};
+use crate::time::{TickGrid, whole_ticks};
+
+/// The keys that name columns.
+const COLUMN_KEYS: [&str; 4] = [
+    "recording.columns.time_s",
+    "recording.columns.position_m",
+    "recording.columns.velocity_m_per_s",
+    "recording.columns.force_n",
+];
+
+/// Largest position (m), velocity (m/s) and force (N) of a recording.
+const MOST_MAGNITUDE: f64 = 1e6;
 
 /// A recording with its labels, as a scenario describes it.
 #[derive(Debug, Clone)]
@@ -59,24 +70,45 @@ impl DetectionSpec {
     }
 }
 
-/// The ticks of the labelled ruptures.
-pub(super) fn rupture_ticks(
-    values: &Values,
-    spec: &RecordingSpec,
-    grid: &TickGrid,
-) -> Result<Arc<[u64]>, ScenarioError> {
-    let end_s = spec.recording.duration_s();
-    let refuse = |message: String| values.error("recording.ruptures_s", message);
-    if let Some(outside) = spec.ruptures_s.iter().find(|&&t| !(0.0..=end_s).contains(&t)) {
-        let message = format!("recording.ruptures_s has {outside}, must be within the recording, from 0 to {end_s} s");
-        return Err(refuse(message));
-    }
-    if let Some(pair) = spec.ruptures_s.windows(2).find(|pair| pair[1] <= pair[0]) {
-        return Err(refuse(format!("recording.ruptures_s has {} before {}, must ascend", pair[0], pair[1])));
-    }
-    let mut ticks: Vec<u64> = spec.ruptures_s.iter().map(|t| nearest_ticks(*t, grid.tick_s())).collect();
+/// The ticks of the labelled ruptures: the last ones under load, so a label between two ticks means the one before.
+pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]> {
+    let tick_s = grid.tick_s();
+    let tick = |label: &f64| whole_ticks(*label, tick_s).unwrap_or((label / tick_s) as u64);
+    let mut ticks: Vec<u64> = spec.ruptures_s.iter().map(tick).collect();
     ticks.dedup();
-    Ok(ticks.into())
+    ticks.into()
+}
+
+/// Checks that labels ascend and lie within the recording.
+fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(), ScenarioError> {
+    let refuse = |message: String| Err(values.error("recording.ruptures_s", message));
+    if let Some(outside) = ruptures_s.iter().find(|&&t| !(0.0..=end_s).contains(&t)) {
+        return refuse(format!(
+            "recording.ruptures_s has {outside}, must be within the recording, from 0 to {end_s} s"
+        ));
+    }
+    if let Some(pair) = ruptures_s.windows(2).find(|pair| pair[1] <= pair[0]) {
+        return refuse(format!("recording.ruptures_s has {} before {}, must ascend", pair[0], pair[1]));
+    }
+    Ok(())
+}
+
+/// Checks that the recording is one of a needle: beyond this, squares overflow and a scale is surely missing.
+fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
+    let quantities = [
+        ("recording.scale.position_m", "m", recording.position_m()),
+        ("recording.scale.velocity_m_per_s", "m/s", recording.velocity_m_per_s().unwrap_or(&[])),
+        ("recording.scale.force_n", "N", recording.force_n()),
+    ];
+    for (scale, unit, samples) in quantities {
+        if let Some(sample) = samples.iter().position(|value| value.abs() > MOST_MAGNITUDE) {
+            let (value, time_s) = (samples[sample], recording.time_s()[sample]);
+            let message =
+                format!("the recording has {value:e} {unit} at {time_s} s, at most {MOST_MAGNITUDE:e} {unit}");
+            return Err(values.error("recording.file", message).remedy(format!("correct it, or give {scale}")));
+        }
+    }
+    Ok(())
 }
 
 /// Reads the recording that values describe.
@@ -92,11 +124,12 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         Column::new(values.text(&path)?, scale).map_err(|error| values.error(&path, error.to_string()))
     };
     let position_sign = values.number("recording.position_sign")?;
+    let velocity_sign = values.optional_number("recording.velocity_sign").unwrap_or(position_sign);
     let velocity = values.is_given("recording.columns.velocity_m_per_s");
     let columns = Columns {
         time: column("time_s", 1.0)?,
         position: column("position_m", position_sign)?,
-        velocity: velocity.then(|| column("velocity_m_per_s", position_sign)).transpose()?,
+        velocity: velocity.then(|| column("velocity_m_per_s", velocity_sign)).transpose()?,
         force: column("force_n", values.number("recording.force_sign")?)?,
     };
     let limits = Limits {
@@ -116,8 +149,16 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
             }
         },
     };
-    let recording = read.map_err(|error| values.error("recording.file", error.to_string()))?;
+    let recording = read.map_err(|error| {
+        // A column that is not there is a matter of its key, if one was written.
+        let named = |key: &&&str| values.text(key).is_ok_and(|name| error.place.column.as_deref() == Some(name));
+        let place = COLUMN_KEYS.iter().find(named).and_then(|key| values.place(key));
+        ScenarioError::new(error.to_string()).at(place.or(values.place("recording.file")))
+    })?;
+    check_magnitudes(values, &recording)?;
     let ruptures_s = values.numbers("recording.ruptures_s")?.to_vec();
+    check_ruptures(values, &ruptures_s, recording.duration_s())?;
+    values.derive_if_missing("recording.velocity_sign", Value::Number(velocity_sign));
     values.derive_keeping_place("recording.file", Value::Text(source.display()));
     Ok(RecordingSpec { recording, ruptures_s })
 }

@@ -7,11 +7,12 @@ use super::error::ScenarioError;
 use super::replay::{RecordingSpec, load_recording, rupture_ticks};
 use super::settings::{augmentation, detector, estimator};
 use super::value::Value;
-use super::values::Values;
+use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
 use crate::channel::MOST_DELAY_TICKS;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
+use crate::operator::MOST_POSITION_M;
 use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -19,8 +20,8 @@ use crate::time::{TickGrid, whole_ticks};
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
 
-/// Most ticks of one scenario: at 1 kHz nearly three hours, in a trace 1.4 GB.
-const MOST_TICKS: f64 = 1e7;
+/// Most ticks of one scenario: at 1 kHz half an hour, in a trace 0.3 GB.
+const MOST_TICKS: f64 = 2e6;
 
 /// How the sides are brought from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,7 +146,7 @@ impl Scenario {
                     ramp(&values)?
                 },
                 if replays_force {
-                    let rupture_ticks = rupture_ticks(&values, spec, &grid)?;
+                    let rupture_ticks = rupture_ticks(spec, &grid);
                     TissueSpec::Recording { force_n: resampled.force_n.as_slice().into(), rupture_ticks }
                 } else {
                     kelvin_voigt(&values)?
@@ -240,7 +241,22 @@ impl Scenario {
         self.estimator.validate().map_err(out_of_range)?;
         self.detector.validate().map_err(out_of_range)?;
         self.augmentation.validate().map_err(out_of_range)?;
-        self.engine::<f64>(0).map(|_| ())
+        self.check_reach()?;
+        self.exact_engine::<f64>(0).map(|_| ())
+    }
+
+    /// Checks that the person stays where an insertion can be; beyond, every run would count as diverged.
+    fn check_reach(&self) -> Result<(), ScenarioError> {
+        let farthest_m = MOST_POSITION_M / self.position_scale.max(1.0);
+        let beyond = |position: &f64| position.abs() >= farthest_m;
+        let (key, position) = match &self.operator {
+            OperatorSpec::Recording(positions) => ("recording.file", positions.iter().copied().find(beyond)),
+            OperatorSpec::Ramp { start_m, .. } if beyond(start_m) => ("operator.start_m", Some(*start_m)),
+            OperatorSpec::Ramp { end_m, .. } => ("operator.end_m", Some(*end_m).filter(beyond)),
+        };
+        let Some(position) = position else { return Ok(()) };
+        let message = format!("the person goes to {position} m, must stay within {farthest_m} m of 0, on either side");
+        Err(self.values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
     }
 }
 
@@ -263,12 +279,11 @@ fn kelvin_voigt(values: &Values) -> Result<TissueSpec, ScenarioError> {
 /// The name, which becomes a folder's.
 fn name(values: &Values) -> Result<String, ScenarioError> {
     let name = values.text("name")?;
-    let harmless = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ' | '+');
-    if name.chars().all(harmless) && !name.starts_with(['.', ' ']) && name.len() <= 100 {
+    if harmless_name(name) == name {
         return Ok(name.to_owned());
     }
     let message = format!("name is {name:?}, must be usable as a folder's name");
-    Err(values.error("name", message).remedy("use letters, digits, '-' and '_'"))
+    Err(values.error("name", message).remedy("use at most 100 letters, digits, '-' and '_'"))
 }
 
 fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGrid, ScenarioError> {
@@ -296,13 +311,17 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
 fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<u64, ScenarioError> {
     let delay_s = values.number(path)?;
     let tick_s = grid.tick_s();
+    if delay_s / tick_s > MOST_DELAY_TICKS as f64 {
+        let most_s = MOST_DELAY_TICKS as f64 * tick_s;
+        return Err(values.error(path, format!("{path} is {delay_s:?}, at most {most_s} s, {MOST_DELAY_TICKS} ticks")));
+    }
     match whole_ticks(delay_s, tick_s) {
-        Some(ticks) if ticks <= MOST_DELAY_TICKS => Ok(ticks),
-        Some(ticks) => Err(values.error(path, format!("{path} is {ticks} ticks, at most {MOST_DELAY_TICKS}"))),
+        Some(ticks) => Ok(ticks),
         None => {
             let ticks = delay_s / tick_s;
-            let message = format!("{path} is {delay_s}, which is {ticks} ticks of {tick_s} s, must be a whole number");
-            let (less, more) = (ticks.floor() * tick_s, ticks.ceil() * tick_s);
+            let message =
+                format!("{path} is {delay_s}, which is {ticks:.3} ticks of {tick_s} s, must be a whole number");
+            let (less, more) = (grid.time_s(ticks.floor() as u64), grid.time_s(ticks.ceil() as u64));
             Err(values.error(path, message).remedy(format!("use {less} or {more}")))
         }
     }

@@ -46,12 +46,9 @@ fn property(key: &Key) -> Json {
     match key.kind {
         Kind::Number(range) => {
             put("type", json!("number"));
-            if let Some((low, open)) = range.low() {
-                put(if open { "exclusiveMinimum" } else { "minimum" }, json!(low));
-            }
-            if let Some(high) = range.high() {
-                put("maximum", json!(high));
-            }
+            let (low, open) = range.low();
+            put(if open { "exclusiveMinimum" } else { "minimum" }, json!(low));
+            put("maximum", json!(range.high()));
         }
         Kind::Whole(least) => {
             put("type", json!("integer"));

@@ -4,19 +4,19 @@ use std::fmt::Write as _;
 
 use super::key_table::SECTIONS;
 use super::keys::Fallback;
-use super::values::keys_of;
+use super::values::{harmless_name, keys_of};
 
-/// The text of a starter scenario of a given name.
+/// The text of a starter scenario of a given name, or of the nearest one that a folder can have.
 #[must_use]
 pub fn starter(name: &str) -> String {
     let mut text = format!(
         "# A trocar scenario. Check it with `trocar check`, run it with `trocar run`.\n\
-         # Every key is here with its default, commented out: uncomment what you change.\n\
+         # Every key is here with its default, commented out: uncomment what you change. The base comes before defaults.\n\
          # Lengths in m, times in s, forces in N, positive when they resist insertion.\n\
          \n\
          name = {}\n\
          base = \"builtin:augmented.toml\" # inherit from a file, then override; a path is relative to this file\n",
-        toml::Value::String(name.to_owned())
+        toml::Value::String(harmless_name(name))
     );
     for (section, about) in SECTIONS {
         // Writing to a string does not fail.

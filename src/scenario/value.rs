@@ -10,30 +10,38 @@ pub struct Range {
     high: f64,
 }
 
+/// The largest magnitude of a number, and the smallest one of a number that must not be 0: squares and products of such
+/// numbers stay finite, and matrix exponentials keep their digits.
+const EXTREME: f64 = 1e12;
+
 impl Range {
-    /// Any finite number.
-    pub const ANY: Self = Self { low: f64::NEG_INFINITY, low_is_open: true, high: f64::INFINITY };
+    /// Any number of a sensible magnitude.
+    pub const ANY: Self = Self { low: -EXTREME, low_is_open: false, high: EXTREME };
     /// Above 0.
-    pub const POSITIVE: Self = Self { low: 0.0, low_is_open: true, high: f64::INFINITY };
+    pub const POSITIVE: Self = Self { low: 1.0 / EXTREME, low_is_open: false, high: EXTREME };
     /// At least 0.
-    pub const NON_NEGATIVE: Self = Self { low: 0.0, low_is_open: false, high: f64::INFINITY };
+    pub const NON_NEGATIVE: Self = Self { low: 0.0, low_is_open: false, high: EXTREME };
+    /// A mass in kg: lighter ones are beyond the precision of the step.
+    pub const MASS: Self = Self { low: 1e-6, low_is_open: false, high: 1e6 };
+    /// A scale between the sides.
+    pub const SCALE: Self = Self { low: 0.0, low_is_open: false, high: 1e3 };
     /// From 0 to 1.
     pub const SHARE: Self = Self { low: 0.0, low_is_open: false, high: 1.0 };
     /// Above 0 and at most 1.
     pub const POSITIVE_SHARE: Self = Self { low: 0.0, low_is_open: true, high: 1.0 };
     /// At least 1.
-    pub const AT_LEAST_ONE: Self = Self { low: 1.0, low_is_open: false, high: f64::INFINITY };
+    pub const AT_LEAST_ONE: Self = Self { low: 1.0, low_is_open: false, high: EXTREME };
 
     /// The least number, and whether it is itself outside.
     #[must_use]
-    pub fn low(&self) -> Option<(f64, bool)> {
-        self.low.is_finite().then_some((self.low, self.low_is_open))
+    pub fn low(&self) -> (f64, bool) {
+        (self.low, self.low_is_open)
     }
 
     /// The greatest number.
     #[must_use]
-    pub fn high(&self) -> Option<f64> {
-        self.high.is_finite().then_some(self.high)
+    pub fn high(&self) -> f64 {
+        self.high
     }
 
     fn contains(&self, value: f64) -> bool {
@@ -42,13 +50,8 @@ impl Range {
     }
 
     fn describe(&self) -> String {
-        match (self.low(), self.high()) {
-            (None, _) => "a finite number".into(),
-            (Some((low, true)), None) => format!("a finite number above {low}"),
-            (Some((low, false)), None) => format!("a finite number of at least {low}"),
-            (Some((low, true)), Some(high)) => format!("a number above {low} and at most {high}"),
-            (Some((low, false)), Some(high)) => format!("a number from {low} to {high}"),
-        }
+        let low = if self.low_is_open { format!("above {:?}", self.low) } else { format!("at least {:?}", self.low) };
+        format!("a number, {low} and at most {:?}", self.high)
     }
 }
 
@@ -61,7 +64,7 @@ pub enum Kind {
     Whole(u64),
     /// 1 or -1.
     Sign,
-    /// A list of finite numbers.
+    /// A list of numbers of sensible magnitudes.
     Numbers,
     /// True or false.
     Flag,
@@ -96,7 +99,7 @@ impl Kind {
             Self::Number(range) => range.describe(),
             Self::Whole(least) => format!("a whole number of at least {least}"),
             Self::Sign => "1 or -1".into(),
-            Self::Numbers => "a list of finite numbers, as in [1.0, 2.5]".into(),
+            Self::Numbers => "a list of numbers, as in [1.0, 2.5]".into(),
             Self::Flag => "true or false".into(),
             Self::Choice(words) => {
                 let quoted: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
@@ -119,7 +122,7 @@ impl Kind {
             Self::Sign => number(toml).filter(|v| v.abs() == 1.0).map(Value::Number),
             Self::Numbers => {
                 let numbers: Option<Vec<f64>> = toml.as_array()?.iter().map(number).collect();
-                numbers.filter(|list| list.iter().all(|v| v.is_finite())).map(Value::Numbers)
+                numbers.filter(|list| list.iter().all(|&v| Range::ANY.contains(v))).map(Value::Numbers)
             }
             Self::Flag => toml.as_bool().map(Value::Flag),
             Self::Choice(words) => {

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::document::{Entry, Source, gather};
 use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
-use super::keys::{Fallback, Key, find, nearest};
+use super::keys::{Fallback, Key, find, is_section, nearest};
 use super::value::{Kind, Value};
 use crate::error::InvalidValue;
 
@@ -38,7 +38,7 @@ impl Values {
             values.take(entry)?;
         }
         if !values.is_given("name") {
-            values.derive("name", Value::Text(source.stem()));
+            values.derive("name", Value::Text(harmless_name(&source.stem())));
         }
         values.fill_defaults();
         Ok(values)
@@ -55,7 +55,7 @@ impl Values {
                 values.take(entry)?;
             }
         }
-        values.derive("name", Value::Text(name.to_owned()));
+        values.derive("name", Value::Text(harmless_name(name)));
         values.fill_defaults();
         Ok(values)
     }
@@ -106,6 +106,12 @@ impl Values {
         self.given.insert(path, Given { value, place, source: None });
     }
 
+    /// The scenario's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.text("name").unwrap_or("scenario")
+    }
+
     /// Whether a key has a value.
     #[must_use]
     pub fn is_given(&self, path: &str) -> bool {
@@ -133,7 +139,16 @@ impl Values {
     /// An error about a value out of range, at the place of its key.
     #[must_use]
     pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
-        self.error(error.name, error.to_string())
+        // Where only the other key of a relation was written, that is the one to look at.
+        let related = || KEYS.iter().filter(|key| error.requirement.contains(key.path));
+        let place = self.place(error.name).or_else(|| related().find_map(|key| self.place(key.path)));
+        ScenarioError::new(error.to_string()).at(place)
+    }
+
+    /// Where the first key of a section was written.
+    #[must_use]
+    pub fn section_place(&self, section: &str) -> Option<Place> {
+        keys_of(section).find_map(|key| self.place(key.path))
     }
 
     pub(super) fn number(&self, path: &str) -> Result<f64, ScenarioError> {
@@ -222,6 +237,18 @@ impl Values {
     }
 }
 
+/// A name as a folder can have it: letters, digits and `-_.+ `, not hidden, no file that a comparison writes.
+pub(super) fn harmless_name(name: &str) -> String {
+    let harmless = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '_' };
+    let name: String = name.chars().take(100).map(harmless).collect();
+    let name = name.trim_matches([' ', '.']);
+    match name {
+        "" => "scenario".into(),
+        taken if taken.starts_with("comparison.") || taken.starts_with("overlay.") => taken.replace('.', "_"),
+        free => free.to_owned(),
+    }
+}
+
 /// The keys that stand in a section, in the order in which they are written.
 pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
     KEYS.iter().filter(move |key| key.path.rsplit_once('.').map_or("", |(parent, _)| parent) == section)
@@ -234,7 +261,7 @@ fn likeness(a: &str, b: &str) -> f64 {
 fn unknown(entry: &Entry) -> ScenarioError {
     let path = &entry.path;
     let place = Some(entry.key_place.clone());
-    if SECTIONS.iter().any(|(section, _)| section == path) {
+    if is_section(path) {
         let message = format!("{path} is {}, must be a section of keys", entry.value);
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }

@@ -36,6 +36,7 @@ pub fn table(path: &str) -> HashMap<String, Vec<f64>> {
 pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
     let thinned: Vec<f64> = computed.iter().step_by(every).copied().collect();
     assert!(thinned.len() >= expected.len(), "{} rows computed, {} expected", thinned.len(), expected.len());
+    assert!(thinned.iter().all(|value| value.is_finite()), "not every value is a number");
     let peak = expected.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
     expected.iter().zip(&thinned).map(|(e, c)| (e - c).abs()).fold(0.0, f64::max) / peak
 }
@@ -64,7 +65,7 @@ impl ClosedLoop {
             contact_m: 0.0,
             estimator: Rls::new(&RlsSettings::default()),
             detector: Detector::new(&DetectorSettings::default(), tick_s),
-            supervisor: Supervisor::new(&supervisor, 1.98e-2, tick_s),
+            supervisor: Supervisor::new(&supervisor, 1.98e-2, tick_s, 0.0),
             forward: Delay::new(self.delay_ticks, 0.0),
             backward: Delay::new(self.delay_ticks, 0.0),
             force_scale: self.force_scale,
