@@ -111,6 +111,8 @@ pub struct Entry {
     pub path: String,
     /// The value.
     pub value: toml::Value,
+    /// The value as it was written, for messages.
+    pub written: String,
     /// Where the key stands.
     pub key_place: Place,
     /// Where the value stands.
@@ -150,7 +152,7 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
 
 fn based_on(source: &Source, entry: Entry) -> Result<(Source, Option<Place>), ScenarioError> {
     let Some(path) = entry.value.as_str().filter(|path| !path.is_empty()) else {
-        let message = format!("base is {}, must be the path of a scenario file", entry.value);
+        let message = format!("base is {}, must be the path of a scenario file", entry.written);
         return Err(ScenarioError::new(message).at(Some(entry.value_place)));
     };
     Ok((source.relative(path), Some(entry.value_place)))
@@ -166,12 +168,21 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     let mut entries = Vec::new();
     flatten("", table.get_ref(), &mut |path, key: Range<usize>, value: &Spanned<DeValue<'_>>| {
         let raw = text.get(value.span()).unwrap_or_default();
-        let parsed = ValueDeserializer::parse(raw)
-            .and_then(toml::Value::deserialize)
-            .map_err(|error| ScenarioError::new(error.message().to_owned()).at(Some(place(value.span()))))?;
+        let read = || match value.get_ref() {
+            // The text of a section's header is not that of a value.
+            DeValue::Table(_) => Ok(toml::Value::Table(toml::Table::new())),
+            _ => ValueDeserializer::parse(raw).and_then(toml::Value::deserialize),
+        };
+        let parsed = read().map_err(|error| {
+            let message = format!("{path} cannot be read: {}", error.message());
+            ScenarioError::new(message)
+                .at(Some(place(key.clone())))
+                .remedy("write a section as [name], a value as name = value")
+        })?;
         entries.push(Entry {
             path,
             value: parsed,
+            written: shorten(raw),
             key_place: place(key),
             value_place: place(value.span()),
             source: source.clone(),
@@ -179,6 +190,13 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
         Ok(())
     })?;
     Ok(entries)
+}
+
+/// A value's text on one line of a message.
+fn shorten(raw: &str) -> String {
+    const MOST: usize = 60;
+    let line = raw.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= MOST { line } else { line.chars().take(MOST).chain(['…']).collect() }
 }
 
 type Leaf<'a> = dyn FnMut(String, Range<usize>, &Spanned<DeValue<'_>>) -> Result<(), ScenarioError> + 'a;

@@ -50,9 +50,14 @@ impl Range {
     }
 
     fn describe(&self) -> String {
-        let low = if self.low_is_open { format!("above {:?}", self.low) } else { format!("at least {:?}", self.low) };
-        format!("a number, {low} and at most {:?}", self.high)
+        let low = if self.low_is_open { "above" } else { "at least" };
+        format!("a number, {low} {} and at most {}", plain(self.low), plain(self.high))
     }
+}
+
+/// A bound as people write it.
+fn plain(bound: f64) -> String {
+    if bound == 0.0 || (1e-3..1e6).contains(&bound.abs()) { format!("{bound}") } else { format!("{bound:e}") }
 }
 
 /// What a key holds.

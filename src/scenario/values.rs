@@ -64,7 +64,7 @@ impl Values {
     fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
         let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
         let Some(value) = key.kind.accept(&entry.value) else {
-            let message = format!("{} is {}, must be {}", key.path, entry.value, key.kind.describe());
+            let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind.describe());
             let mut error = ScenarioError::new(message).at(Some(entry.value_place));
             if let (Kind::Choice(words), Some(word)) = (key.kind, entry.value.as_str()) {
                 let best = words.iter().max_by(|a, b| likeness(word, a).total_cmp(&likeness(word, b)));
@@ -262,11 +262,12 @@ fn unknown(entry: &Entry) -> ScenarioError {
     let path = &entry.path;
     let place = Some(entry.key_place.clone());
     if is_section(path) {
-        let message = format!("{path} is {}, must be a section of keys", entry.value);
+        let message = format!("{path} is {}, must be a section of keys", entry.written);
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
     let error = ScenarioError::new(format!("there is no key {path}")).at(place);
-    match nearest(path) {
+    let section = SECTIONS.iter().map(|(section, _)| *section).find(|section| likeness(path, section) > 0.85);
+    match nearest(path).or(section) {
         Some(known) => error.remedy(format!("did you mean {known}?")),
         None => error.remedy("`trocar init` writes a scenario with every key"),
     }
