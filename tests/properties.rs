@@ -11,6 +11,70 @@ fn load(text: &[u8]) -> Result<Scenario, String> {
     Scenario::load(&Source::Disk(path), &[]).map_err(|error| error.to_string())
 }
 
+/// Numbers at the ends of what keys allow, and words that some allow.
+fn extreme_value() -> impl Strategy<Value = String> {
+    prop::sample::select(vec![
+        "0",
+        "1",
+        "1e-12",
+        "1e-6",
+        "1e-3",
+        "0.5",
+        "10",
+        "1e3",
+        "1e6",
+        "1e9",
+        "1e12",
+        "-1e12",
+        "-1",
+        "true",
+        "false",
+        "[1e12]",
+        "[1e-12, 1e12]",
+        "[1e12, 1, 1]",
+        "[1, 0, 0, 0]",
+        "[1, 1e12, 1, 1]",
+        "\"as-printed\"",
+        "\"reference\"",
+        "\"snap\"",
+        "\"clutch\"",
+        "\"amplify\"",
+        "\"mean-change\"",
+        "\"variance-change\"",
+        "\"parameter-change\"",
+        "\"force-derivative\"",
+    ])
+    .prop_map(str::to_owned)
+}
+
+/// How many of a run's metrics are undefined; JSON writes NaN and infinity as null too, which this does not count.
+fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
+    let undefined = [
+        metrics.mean_absolute_residual_n,
+        metrics.least_tissue_force_n,
+        metrics.greatest_tissue_force_n,
+        metrics.tracking_rmse_m,
+        metrics.final_slave_position_m,
+        metrics.final_tracking_error,
+        metrics.peak_reengaging_speed_m_per_s,
+        metrics.operator_energy_j,
+        metrics.tissue_energy_j,
+    ];
+    let events = metrics.events.iter().map(|event| {
+        [
+            event.augmented_s,
+            event.reengaging_s,
+            event.peak_reengaging_speed_m_per_s,
+            event.exit_step_n,
+            event.exit_step_allowed_n,
+        ]
+        .iter()
+        .filter(|value| value.is_none())
+        .count()
+    });
+    undefined.iter().filter(|value| value.is_none()).count() + events.sum::<usize>()
+}
+
 fn any_value() -> impl Strategy<Value = String> {
     prop_oneof![
         any::<f64>().prop_map(|v| format!("{v:?}").replace("NaN", "nan")),
@@ -68,6 +132,26 @@ proptest! {
             }
         }
         let _ = load(text.as_bytes());
+    }
+
+    #[test]
+    fn whatever_runs_leaves_only_numbers(
+        entries in prop::collection::vec((0..KEYS.len(), extreme_value()), 1..4),
+    ) {
+        let mut text = String::from("operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.2\n");
+        for (index, value) in entries {
+            if !KEYS[index].path.ends_with("kind") && !KEYS[index].path.starts_with("simulation") {
+                text.push_str(&format!("{} = {value}\n", KEYS[index].path));
+            }
+        }
+        if let Ok(scenario) = load(text.as_bytes()) {
+            let run = trocar::run::run(scenario).expect("the exact engine always comes to a result");
+            for (name, column) in trocar::engine::COLUMNS.iter().zip(run.trace.numbers()) {
+                prop_assert!(column.iter().all(|value| value.is_finite()), "{name} of\n{text}");
+            }
+            let metrics = serde_json::to_string(&run.metrics).expect("JSON");
+            prop_assert_eq!(metrics.matches("null").count(), null_count(&run.metrics), "{}", text);
+        }
     }
 
     #[test]
