@@ -44,6 +44,8 @@ pub trait Lane:
     fn with_lane(self, index: usize, value: f64) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
+    /// Square root; NaN of a negative number.
+    fn sqrt(self) -> Self;
     /// The smaller number; the other one where `self` is NaN.
     fn min(self, other: Self) -> Self;
     /// The larger number; the other one where `self` is NaN.
@@ -130,6 +132,10 @@ impl Lane for f64 {
     #[inline(always)]
     fn abs(self) -> Self {
         self.abs()
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

@@ -206,3 +206,25 @@ fn oracle_stability_limits() {
         assert!(growth(1.01 * limit) > 1.0, "{ticks} ticks, {damping} N·s/m: {} N/m decays", 1.01 * limit);
     }
 }
+
+#[test]
+fn oracle_hunt_crossley_with_power_one_is_a_spring() {
+    let contact = ["operator.kind=minimum-jerk", "operator.movement_s=0.8", "simulation.duration_s=2"];
+    let with = |tissue: &[&str]| {
+        let settings: Vec<&str> = contact.iter().chain(tissue).copied().collect();
+        run(scenario("classical", &settings)).expect("runs").trace
+    };
+    let spring = with(&["tissue.kind=kelvin-voigt", "tissue.stiffness_n_per_m=300", "tissue.damping_n_s_per_m=0"]);
+    let power_one = with(&[
+        "tissue.kind=hunt-crossley",
+        "tissue.mu=300",
+        "tissue.lambda=0",
+        "tissue.power=1",
+        "tissue.contact_m=0",
+    ]);
+    assert_eq!(spring, power_one);
+    let stiffening = with(&["tissue.kind=hunt-crossley", "tissue.mu=30000", "tissue.lambda=0", "tissue.power=2"]);
+    let (depth, force) = (&stiffening.slave_position_m, &stiffening.tissue_force_n);
+    let last = depth.len() - 1;
+    assert!((force[last] - 3e4 * depth[last] * depth[last]).abs() < 1e-9 && force[last] > 1.0, "{}", force[last]);
+}

@@ -1,5 +1,9 @@
 //! What the person wants: the desired position that the arm pulls the master towards.
 
+mod motion;
+
+pub use motion::{minimum_jerk, sine};
+
 use std::sync::Arc;
 
 use crate::error::{InvalidValue, finite};
@@ -11,7 +15,7 @@ pub const MOST_POSITION_M: f64 = 1.0;
 /// The kinds of intention. The desired position is linear between ticks.
 #[derive(Debug, Clone)]
 pub enum Operator<L> {
-    /// A recorded motion, one position a tick; the last one is held after its end.
+    /// A recorded or computed motion, one position a tick; the last one is held after its end.
     Recording(Arc<[f64]>),
     /// A constant speed from a start to an end.
     Ramp(Ramp<L>),

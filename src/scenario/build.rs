@@ -11,7 +11,7 @@ use crate::lane::Lane;
 use crate::operator::{Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
-use crate::tissue::{KelvinVoigt, RecordedForce, Tissue};
+use crate::tissue::{HuntCrossley, KelvinVoigt, RecordedForce, Tissue};
 
 /// An engine of either kind.
 #[derive(Debug, Clone)]
@@ -100,6 +100,9 @@ impl Scenario {
             tissue: match &self.tissue {
                 TissueSpec::Recording { force_n, rupture_ticks } => {
                     Tissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone()))
+                }
+                TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
+                    Tissue::HuntCrossley(HuntCrossley::new(*mu, *lambda, *power, *contact_m).map_err(out_of_range)?)
                 }
                 TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => Tissue::KelvinVoigt(
                     KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map_err(out_of_range)?,

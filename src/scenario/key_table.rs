@@ -177,23 +177,34 @@ pub const KEYS: &[Key] = &[
     // operator
     key(
         "operator.kind",
-        Choice(&["recording", "ramp"]),
+        Choice(&["recording", "ramp", "minimum-jerk", "sine"]),
         word!("recording"),
-        "Replays the recording's position, or moves at a constant speed.",
+        "Replays the recording's position, moves at a constant speed or with the least jerk, or swings.",
     ),
-    key("operator.start_m", Number(R::ANY), number!(0.0), "Where a ramp begins."),
-    key("operator.end_m", Number(R::ANY), number!(0.02), "Where a ramp ends."),
-    key("operator.speed_m_per_s", Number(R::POSITIVE), number!(0.01), "How fast it gets there."),
+    key(
+        "operator.start_m",
+        Number(R::ANY),
+        number!(0.0),
+        "Where a ramp or a movement begins, and the centre of a swing.",
+    ),
+    key("operator.end_m", Number(R::ANY), number!(0.02), "Where a ramp or a movement ends."),
+    key("operator.speed_m_per_s", Number(R::POSITIVE), number!(0.01), "How fast a ramp gets there."),
+    key("operator.movement_s", Number(R::POSITIVE), number!(1.0), "How long a minimum-jerk movement takes."),
+    key("operator.amplitude_m", Number(R::ANY), number!(0.002), "Amplitude of a sine."),
+    key("operator.frequency_hz", Number(R::POSITIVE), number!(1.0), "Frequency of a sine."),
     // tissue
     key(
         "tissue.kind",
-        Choice(&["recording", "kelvin-voigt"]),
+        Choice(&["recording", "kelvin-voigt", "hunt-crossley"]),
         word!("recording"),
-        "Replays the recording's force over time, or answers as a spring and damper (eq. 1).",
+        "Replays the recording's force over time, or answers as a spring and damper, even (eq. 1) or stiffening (eq. 2).",
     ),
     key("tissue.stiffness_n_per_m", Number(R::NON_NEGATIVE), number!(200.0), "K of kelvin-voigt."),
     key("tissue.damping_n_s_per_m", Number(R::NON_NEGATIVE), number!(5.0), "B of kelvin-voigt."),
-    key("tissue.contact_m", Number(R::ANY), number!(0.0), "Surface of kelvin-voigt."),
+    key("tissue.contact_m", Number(R::ANY), number!(0.0), "Surface of kelvin-voigt and hunt-crossley."),
+    key("tissue.mu", Number(R::NON_NEGATIVE), number!(2000.0), "mu of hunt-crossley, in N/m^n."),
+    key("tissue.lambda", Number(R::NON_NEGATIVE), number!(200.0), "lambda of hunt-crossley, in N·s/m^(n+1)."),
+    key("tissue.power", Number(R::NON_NEGATIVE), number!(1.5), "n of hunt-crossley, a multiple of 0.25 up to 7.75."),
     // recording
     key("recording.file", File, Unset, "A CSV file, or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv."),
     key(

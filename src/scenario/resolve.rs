@@ -12,7 +12,7 @@ use crate::augmentation::AugmentationSettings;
 use crate::channel::MOST_DELAY_TICKS;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
-use crate::operator::MOST_POSITION_M;
+use crate::operator::{MOST_POSITION_M, minimum_jerk, sine};
 use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -35,7 +35,7 @@ pub enum EngineKind {
 /// What the person does.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorSpec {
-    /// Positions in m, one a tick.
+    /// Positions in m, one a tick: recorded, or computed beforehand.
     Recording(Arc<[f64]>),
     /// A constant speed.
     Ramp {
@@ -57,6 +57,17 @@ pub enum TissueSpec {
         force_n: Arc<[f64]>,
         /// When the labels place a rupture.
         rupture_ticks: Arc<[u64]>,
+    },
+    /// A spring and a damper that stiffen with depth.
+    HuntCrossley {
+        /// μ in N/mⁿ.
+        mu: f64,
+        /// λ in N·s/mⁿ⁺¹.
+        lambda: f64,
+        /// n.
+        power: f64,
+        /// The surface, in m.
+        contact_m: f64,
     },
     /// A spring and a damper.
     KelvinVoigt {
@@ -143,16 +154,16 @@ impl Scenario {
                 if replays_position {
                     OperatorSpec::Recording(resampled.position_m.as_slice().into())
                 } else {
-                    ramp(&values)?
+                    own_motion(&values, &grid)?
                 },
                 if replays_force {
                     let rupture_ticks = rupture_ticks(spec, &grid);
                     TissueSpec::Recording { force_n: resampled.force_n.as_slice().into(), rupture_ticks }
                 } else {
-                    kelvin_voigt(&values)?
+                    own_tissue(&values)?
                 },
             ),
-            _ => (ramp(&values)?, kelvin_voigt(&values)?),
+            _ => (own_motion(&values, &grid)?, own_tissue(&values)?),
         };
         let scenario = Self {
             name: name(&values)?,
@@ -230,7 +241,7 @@ impl Scenario {
             TissueSpec::Recording { rupture_ticks, .. } => {
                 rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
             }
-            TissueSpec::KelvinVoigt { .. } => vec![],
+            TissueSpec::KelvinVoigt { .. } | TissueSpec::HuntCrossley { .. } => vec![],
         }
     }
 
@@ -250,7 +261,11 @@ impl Scenario {
         let farthest_m = MOST_POSITION_M / self.position_scale.max(1.0);
         let beyond = |position: &f64| position.abs() >= farthest_m;
         let (key, position) = match &self.operator {
-            OperatorSpec::Recording(positions) => ("recording.file", positions.iter().copied().find(beyond)),
+            OperatorSpec::Recording(positions) => {
+                let key =
+                    if self.values.text("operator.kind")? == "recording" { "recording.file" } else { "operator.kind" };
+                (key, positions.iter().copied().find(beyond))
+            }
             OperatorSpec::Ramp { start_m, .. } if beyond(start_m) => ("operator.start_m", Some(*start_m)),
             OperatorSpec::Ramp { end_m, .. } => ("operator.end_m", Some(*end_m).filter(beyond)),
         };
@@ -260,19 +275,40 @@ impl Scenario {
     }
 }
 
-fn ramp(values: &Values) -> Result<OperatorSpec, ScenarioError> {
-    Ok(OperatorSpec::Ramp {
-        start_m: values.number("operator.start_m")?,
-        end_m: values.number("operator.end_m")?,
-        speed_m_per_s: values.number("operator.speed_m_per_s")?,
+/// A person who follows no recording.
+fn own_motion(values: &Values, grid: &TickGrid) -> Result<OperatorSpec, ScenarioError> {
+    let start_m = values.number("operator.start_m")?;
+    let end_m = values.number("operator.end_m")?;
+    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
+    Ok(match values.text("operator.kind")? {
+        "minimum-jerk" => {
+            let movement_s = values.number("operator.movement_s")?;
+            OperatorSpec::Recording(minimum_jerk(start_m, end_m, movement_s, tick_s, ticks))
+        }
+        "sine" => {
+            let amplitude_m = values.number("operator.amplitude_m")?;
+            let frequency_hz = values.number("operator.frequency_hz")?;
+            OperatorSpec::Recording(sine(start_m, amplitude_m, frequency_hz, tick_s, ticks))
+        }
+        _ => OperatorSpec::Ramp { start_m, end_m, speed_m_per_s: values.number("operator.speed_m_per_s")? },
     })
 }
 
-fn kelvin_voigt(values: &Values) -> Result<TissueSpec, ScenarioError> {
-    Ok(TissueSpec::KelvinVoigt {
-        stiffness_n_per_m: values.number("tissue.stiffness_n_per_m")?,
-        damping_n_s_per_m: values.number("tissue.damping_n_s_per_m")?,
-        contact_m: values.number("tissue.contact_m")?,
+/// A tissue that replays no recording.
+fn own_tissue(values: &Values) -> Result<TissueSpec, ScenarioError> {
+    let contact_m = values.number("tissue.contact_m")?;
+    Ok(match values.text("tissue.kind")? {
+        "hunt-crossley" => TissueSpec::HuntCrossley {
+            mu: values.number("tissue.mu")?,
+            lambda: values.number("tissue.lambda")?,
+            power: values.number("tissue.power")?,
+            contact_m,
+        },
+        _ => TissueSpec::KelvinVoigt {
+            stiffness_n_per_m: values.number("tissue.stiffness_n_per_m")?,
+            damping_n_s_per_m: values.number("tissue.damping_n_s_per_m")?,
+            contact_m,
+        },
     })
 }
 

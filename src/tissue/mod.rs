@@ -1,8 +1,10 @@
 //! What the needle meets: the force of the tissue on the slave.
 
+mod hunt_crossley;
 mod kelvin_voigt;
 mod recording;
 
+pub use hunt_crossley::HuntCrossley;
 pub use kelvin_voigt::KelvinVoigt;
 pub use recording::RecordedForce;
 
@@ -19,11 +21,13 @@ pub struct Reaction<L: Lane> {
 
 /// The kinds of tissue.
 #[derive(Debug, Clone)]
-pub enum Tissue<L> {
+pub enum Tissue<L: Lane> {
     /// A recorded force, replayed over time whatever the slave does.
     Recording(RecordedForce),
     /// A spring and a damper in parallel (eq. 1).
     KelvinVoigt(KelvinVoigt<L>),
+    /// A spring and a damper that stiffen with depth (eq. 2).
+    HuntCrossley(HuntCrossley<L>),
 }
 
 impl<L: Lane> Tissue<L> {
@@ -33,6 +37,7 @@ impl<L: Lane> Tissue<L> {
         match self {
             Self::Recording(recording) => recording.react(tick),
             Self::KelvinVoigt(tissue) => tissue.react(position_m, velocity_m_per_s),
+            Self::HuntCrossley(tissue) => tissue.react(position_m, velocity_m_per_s),
         }
     }
 }

@@ -1,0 +1,49 @@
+//! Motions in closed form, computed before a run: nothing transcendental happens in the tick.
+
+use std::sync::Arc;
+
+/// A movement from `start_m` to `end_m` (m) in `movement_s` (s, above 0) with the least jerk, then rest; one position a
+/// tick for `ticks` ticks of `tick_s` (s).
+///
+/// `x = start + (end - start) (10 τ³ - 15 τ⁴ + 6 τ⁵)`, `τ = t / movement` (Flash and Hogan 1985).
+#[must_use]
+pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
+    let position = |tick: u64| {
+        let tau = (tick as f64 * tick_s / movement_s).min(1.0);
+        start_m + (end_m - start_m) * (tau * tau * tau * (10.0 + tau * (-15.0 + 6.0 * tau)))
+    };
+    (0..ticks).map(position).collect()
+}
+
+/// `x = centre + amplitude sin(2π f t)`: centre and amplitude in m, `f` in Hz; one position a tick.
+#[must_use]
+pub fn sine(centre_m: f64, amplitude_m: f64, frequency_hz: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
+    let position = |tick: u64| {
+        let turns = frequency_hz * (tick as f64 * tick_s);
+        centre_m + amplitude_m * libm::sin(std::f64::consts::TAU * (turns - turns.floor()))
+    };
+    (0..ticks).map(position).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_minimum_jerk_movement_starts_and_ends_at_rest() {
+        let way = minimum_jerk(0.01, 0.03, 1.0, 1e-3, 1500);
+        assert_eq!((way[0], way[1000], way[1499]), (0.01, 0.03, 0.03));
+        assert!((way[500] - 0.02).abs() < 1e-15, "halfway at half time");
+        let speeds: Vec<f64> = way.windows(2).map(|pair| (pair[1] - pair[0]) * 1e3).collect();
+        let peak = speeds.iter().copied().fold(0.0, f64::max);
+        assert!((peak - 1.875 * 0.02).abs() < 1e-6, "15/8 of the mean speed: {peak}");
+        assert!(speeds[0] < 1e-6 && speeds[999] < 1e-6);
+    }
+
+    #[test]
+    fn a_sine_swings_about_its_centre() {
+        let way = sine(0.01, 0.002, 5.0, 1e-3, 401);
+        assert_eq!(way[0], 0.01);
+        assert!((way[50] - 0.012).abs() < 1e-12 && (way[150] - 0.008).abs() < 1e-12 && (way[400] - 0.01).abs() < 1e-12);
+    }
+}
