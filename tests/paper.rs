@@ -228,3 +228,23 @@ fn oracle_hunt_crossley_with_power_one_is_a_spring() {
     let last = depth.len() - 1;
     assert!((force[last] - 3e4 * depth[last] * depth[last]).abs() < 1e-9 && force[last] > 1.0, "{}", force[last]);
 }
+
+#[test]
+fn a_replay_by_depth_closes_the_loop() {
+    let classical = metrics("depth_classical", &[]);
+    let augmented = metrics("depth_augmented", &[]);
+    for m in [&classical, &augmented] {
+        assert_eq!((m.outcome, m.ruptures.len()), (Outcome::Completed, 2));
+        assert!(m.ruptures[0].detection_delay_s.expect("announced") <= 0.010);
+    }
+    let overshoot = |m: &Metrics| m.ruptures[0].slave_overshoot_m.expect("seen");
+    assert!(overshoot(&augmented) < 0.05 * overshoot(&classical));
+    // What the README says is left to do.
+    assert_eq!((classical.missed_ruptures, augmented.missed_ruptures), (0, 1));
+    // A frozen needle feels a held force: between release and alarm it changes by what the needle's settling does.
+    let trace = run(scenario("depth_augmented", &[])).expect("runs").trace;
+    let frozen: Vec<usize> = (0..trace.len()).filter(|&k| trace.mode[k] == 1).collect();
+    let (first, last) = (frozen[100], frozen[450]);
+    assert!((trace.tissue_force_n[first] - trace.tissue_force_n[last]).abs() < 0.02, "held");
+    assert!(trace.tissue_force_n[first] > 1.0, "in the middle of the drop");
+}

@@ -11,7 +11,7 @@ use crate::lane::Lane;
 use crate::operator::{Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
-use crate::tissue::{HuntCrossley, KelvinVoigt, RecordedForce, Tissue};
+use crate::tissue::{DepthReplay, HuntCrossley, KelvinVoigt, RecordedForce, Tissue};
 
 /// An engine of either kind.
 #[derive(Debug, Clone)]
@@ -100,6 +100,12 @@ impl Scenario {
             tissue: match &self.tissue {
                 TissueSpec::Recording { force_n, rupture_ticks } => {
                     Tissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone()))
+                }
+                TissueSpec::Depth { position_m, force_n, rupture_depths_m, presliding_m } => {
+                    let start_m = self.position_scale * start_m;
+                    let recording = (&**position_m, &**force_n);
+                    let replay = DepthReplay::new(recording, rupture_depths_m.clone(), *presliding_m, start_m);
+                    Tissue::Depth(replay.map_err(out_of_range)?)
                 }
                 TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
                     Tissue::HuntCrossley(HuntCrossley::new(*mu, *lambda, *power, *contact_m).map_err(out_of_range)?)

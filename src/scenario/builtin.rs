@@ -6,6 +6,8 @@ pub const PREFIX: &str = "builtin:";
 const FILES: &[(&str, &[u8])] = &[
     ("classical.toml", include_bytes!("../../scenarios/classical.toml")),
     ("augmented.toml", include_bytes!("../../scenarios/augmented.toml")),
+    ("depth_classical.toml", include_bytes!("../../scenarios/depth_classical.toml")),
+    ("depth_augmented.toml", include_bytes!("../../scenarios/depth_augmented.toml")),
     ("real_classical.toml", include_bytes!("../../scenarios/real_classical.toml")),
     ("real_augmented.toml", include_bytes!("../../scenarios/real_augmented.toml")),
     ("in_vivo_like.csv", include_bytes!("../../scenarios/recordings/in_vivo_like.csv")),

@@ -199,6 +199,18 @@ pub const KEYS: &[Key] = &[
         word!("recording"),
         "Replays the recording's force over time, or answers as a spring and damper, even (eq. 1) or stiffening (eq. 2).",
     ),
+    key(
+        "tissue.index",
+        Choice(&["time", "depth"]),
+        word!("time"),
+        "Replay by time, or by depth: then a frozen slave feels a held force.",
+    ),
+    key(
+        "tissue.presliding_m",
+        Number(R::POSITIVE),
+        number!(2e-3),
+        "Travel over which a retreat in a replay by depth turns to the force of the way out.",
+    ),
     key("tissue.stiffness_n_per_m", Number(R::NON_NEGATIVE), number!(200.0), "K of kelvin-voigt."),
     key("tissue.damping_n_s_per_m", Number(R::NON_NEGATIVE), number!(5.0), "B of kelvin-voigt."),
     key("tissue.contact_m", Number(R::ANY), number!(0.0), "Surface of kelvin-voigt and hunt-crossley."),

@@ -79,6 +79,17 @@ pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]>
     ticks.into()
 }
 
+/// The depths at which layers rupture: where the needle was at the last sample before each label, in m.
+pub(super) fn rupture_depths(spec: &RecordingSpec) -> Arc<[f64]> {
+    let (time_s, position_m) = (spec.recording.time_s(), spec.recording.position_m());
+    let start_s = time_s.first().copied().unwrap_or(0.0);
+    let depth = |label: &f64| {
+        let after = time_s.partition_point(|time| time - start_s <= *label);
+        position_m[after.saturating_sub(1)]
+    };
+    spec.ruptures_s.iter().map(depth).collect()
+}
+
 /// Checks that labels ascend and lie within the recording.
 fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(), ScenarioError> {
     let refuse = |message: String| Err(values.error("recording.ruptures_s", message));

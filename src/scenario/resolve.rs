@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::document::Source;
 use super::error::ScenarioError;
-use super::replay::{RecordingSpec, load_recording, rupture_ticks};
+use super::replay::{RecordingSpec, load_recording, rupture_depths, rupture_ticks};
 use super::settings::{augmentation, detector, estimator};
 use super::value::Value;
 use super::values::{Values, harmless_name};
@@ -57,6 +57,17 @@ pub enum TissueSpec {
         force_n: Arc<[f64]>,
         /// When the labels place a rupture.
         rupture_ticks: Arc<[u64]>,
+    },
+    /// A recording by depth.
+    Depth {
+        /// Positions in m, in time order.
+        position_m: Arc<[f64]>,
+        /// Forces in N, in time order.
+        force_n: Arc<[f64]>,
+        /// Depths at which layers rupture, in m.
+        rupture_depths_m: Arc<[f64]>,
+        /// Travel over which the force turns to that of the way out, in m.
+        presliding_m: f64,
     },
     /// A spring and a damper that stiffen with depth.
     HuntCrossley {
@@ -156,7 +167,14 @@ impl Scenario {
                 } else {
                     own_motion(&values, &grid)?
                 },
-                if replays_force {
+                if replays_force && values.text("tissue.index")? == "depth" {
+                    TissueSpec::Depth {
+                        position_m: spec.recording.position_m().into(),
+                        force_n: spec.recording.force_n().into(),
+                        rupture_depths_m: rupture_depths(spec),
+                        presliding_m: values.number("tissue.presliding_m")?,
+                    }
+                } else if replays_force {
                     let rupture_ticks = rupture_ticks(spec, &grid);
                     TissueSpec::Recording { force_n: resampled.force_n.as_slice().into(), rupture_ticks }
                 } else {
@@ -241,7 +259,7 @@ impl Scenario {
             TissueSpec::Recording { rupture_ticks, .. } => {
                 rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
             }
-            TissueSpec::KelvinVoigt { .. } | TissueSpec::HuntCrossley { .. } => vec![],
+            TissueSpec::Depth { .. } | TissueSpec::KelvinVoigt { .. } | TissueSpec::HuntCrossley { .. } => vec![],
         }
     }
 

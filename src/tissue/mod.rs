@@ -1,9 +1,11 @@
 //! What the needle meets: the force of the tissue on the slave.
 
+mod depth;
 mod hunt_crossley;
 mod kelvin_voigt;
 mod recording;
 
+pub use depth::DepthReplay;
 pub use hunt_crossley::HuntCrossley;
 pub use kelvin_voigt::KelvinVoigt;
 pub use recording::RecordedForce;
@@ -24,6 +26,8 @@ pub struct Reaction<L: Lane> {
 pub enum Tissue<L: Lane> {
     /// A recorded force, replayed over time whatever the slave does.
     Recording(RecordedForce),
+    /// A recorded force, replayed by depth: it answers to where the slave is.
+    Depth(DepthReplay<L>),
     /// A spring and a damper in parallel (eq. 1).
     KelvinVoigt(KelvinVoigt<L>),
     /// A spring and a damper that stiffen with depth (eq. 2).
@@ -36,6 +40,7 @@ impl<L: Lane> Tissue<L> {
     pub fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
         match self {
             Self::Recording(recording) => recording.react(tick),
+            Self::Depth(tissue) => tissue.react(position_m),
             Self::KelvinVoigt(tissue) => tissue.react(position_m, velocity_m_per_s),
             Self::HuntCrossley(tissue) => tissue.react(position_m, velocity_m_per_s),
         }

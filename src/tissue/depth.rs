@@ -1,0 +1,175 @@
+//! A recorded force replayed by depth, so that a frozen needle feels a held force.
+
+use std::sync::Arc;
+
+use super::Reaction;
+use crate::error::{InvalidValue, positive};
+use crate::lane::{Lane, Mask};
+
+/// Depth between two entries of the tables, in m.
+const STEP_M: f64 = 1e-5;
+
+/// Most entries of a table: 10 m of depth.
+const MOST_ENTRIES: usize = 1_000_000;
+
+/// Force against depth on a regular grid; between entries it is linear, beyond them the nearest entry holds.
+#[derive(Debug, Clone, PartialEq)]
+struct Curve {
+    from_m: f64,
+    force_n: Vec<f64>,
+}
+
+impl Curve {
+    /// The force at which each depth is first reached. Depths that are never reached have the nearest reached one's.
+    fn of_first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Self {
+        let mut force_n: Vec<f64> = Vec::with_capacity(entries);
+        let mut last: Option<(f64, f64)> = None;
+        for (position, force) in samples {
+            let (deepest, force_there) = *last.get_or_insert((position, force));
+            while force_n.len() < entries {
+                let depth = from_m + force_n.len() as f64 * STEP_M;
+                if depth > position {
+                    break;
+                }
+                let share = if position > deepest { ((depth - deepest) / (position - deepest)).max(0.0) } else { 0.0 };
+                force_n.push(force_there + share * (force - force_there));
+            }
+            if position >= deepest {
+                last = Some((position, force));
+            }
+        }
+        force_n.resize(entries, last.map_or(0.0, |(_, force)| force));
+        Self { from_m, force_n }
+    }
+
+    fn at(&self, depth_m: f64) -> f64 {
+        let last = self.force_n.len() - 1;
+        let place = ((depth_m - self.from_m) / STEP_M).max(0.0).min(last as f64);
+        let index = (place as usize).min(last.saturating_sub(1));
+        let (here, next) = (self.force_n[index], self.force_n[(index + 1).min(last)]);
+        here + (place - index as f64) * (next - here)
+    }
+
+    fn look_up<L: Lane>(&self, depth_m: L) -> L {
+        let look = |force: L, lane| force.with_lane(lane, self.at(depth_m.lane(lane)));
+        (0..L::WIDTH).fold(L::zero(), look)
+    }
+}
+
+/// A recording as a tissue: what it felt at each depth, on the way in and on the way out.
+///
+/// While the needle is deeper than ever, the force is that of the way in. On any retreat it goes over, along
+/// `presliding_m` of travel, to that of the way out, and back along the same path until the needle is deeper than ever
+/// again. Deeper than the recording went, its last force holds. Time has no part in it: the relaxation of a needle that
+/// stood still is lost.
+#[derive(Debug, Clone)]
+pub struct DepthReplay<L> {
+    way_in: Arc<Curve>,
+    way_out: Arc<Curve>,
+    rupture_depths_m: Arc<[f64]>,
+    inverse_presliding: L,
+    deepest_m: L,
+}
+
+impl<L: Lane> DepthReplay<L> {
+    /// A tissue from samples of position (m) and force (N) in time order, with layers that rupture at some depths (m),
+    /// and the travel over which the force turns to that of the way out (m, above 0). The needle begins at `start_m`.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for a presliding out of range, or a recording that spans more than 10 m.
+    pub fn new(
+        (position_m, force_n): (&[f64], &[f64]),
+        rupture_depths_m: Arc<[f64]>,
+        presliding_m: f64,
+        start_m: f64,
+    ) -> Result<Self, InvalidValue> {
+        positive("tissue.presliding_m", presliding_m)?;
+        let least = position_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let span = most - least;
+        let allowed = span.is_finite() && span / STEP_M < MOST_ENTRIES as f64;
+        crate::error::require("tissue.index", span, allowed, "by time for a recording of more than 10 m")?;
+        let entries = (span / STEP_M) as usize + 2;
+        let samples = || position_m.iter().copied().zip(force_n.iter().copied());
+        Ok(Self {
+            way_in: Arc::new(Curve::of_first_passages(samples(), least, entries)),
+            way_out: Arc::new(Curve::of_first_passages(samples().rev(), least, entries)),
+            rupture_depths_m,
+            inverse_presliding: L::splat(1.0 / presliding_m),
+            deepest_m: L::splat(start_m),
+        })
+    }
+
+    #[inline(always)]
+    pub(super) fn react(&mut self, position_m: L) -> Reaction<L> {
+        let one = L::splat(1.0);
+        let before = self.deepest_m;
+        self.deepest_m = position_m.max(before);
+        let retreat = self.deepest_m - position_m;
+        let share_in = (one - retreat * self.inverse_presliding).max(L::zero());
+        let difference = self.way_in.look_up(self.deepest_m) - self.way_out.look_up(self.deepest_m);
+        let force_n = self.way_out.look_up(position_m) + share_in * difference;
+        let mut ruptured = L::Mask::splat(false);
+        for &depth in self.rupture_depths_m.iter() {
+            ruptured = ruptured | (before.lt(L::splat(depth)) & self.deepest_m.ge(L::splat(depth)));
+        }
+        Reaction { force_n, ruptured }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In to 10 mm with 100 N/m, a layer giving way at 6 mm, and out with a pull of 0.2 N.
+    fn recording() -> (Vec<f64>, Vec<f64>) {
+        let way_in = (0..=100).map(|k| 1e-4 * f64::from(k));
+        let way_out = (0..100).rev().map(|k| 1e-4 * f64::from(k));
+        let load = |p: f64| if p <= 6e-3 { 100.0 * p } else { 100.0 * (p - 6e-3) };
+        let force = way_in.clone().map(load).chain(way_out.clone().map(|_| -0.2)).collect();
+        (way_in.chain(way_out).collect(), force)
+    }
+
+    fn tissue() -> DepthReplay<f64> {
+        let (position, force) = recording();
+        DepthReplay::new((&position, &force), Arc::from([6e-3]), 1e-3, 0.0).expect("valid")
+    }
+
+    #[test]
+    fn the_way_in_is_that_of_the_recording_and_a_frozen_needle_feels_a_held_force() {
+        let mut tissue = tissue();
+        for k in 0..59 {
+            let depth = 1e-4 * f64::from(k);
+            let reaction = tissue.react(depth);
+            assert!((reaction.force_n - 100.0 * depth).abs() < 1e-9 && !reaction.ruptured, "{depth}");
+        }
+        let held = tissue.react(5.9e-3).force_n;
+        assert!((0..1000).all(|_| tissue.react(5.9e-3).force_n == held));
+    }
+
+    #[test]
+    fn a_layer_ruptures_once_at_its_depth() {
+        let mut tissue = tissue();
+        let depths = (0..80).chain((0..80).rev()).chain(0..100).map(|k| 1e-4 * f64::from(k));
+        let ruptures: Vec<f64> = depths.filter(|&depth| tissue.react(depth).ruptured).collect();
+        assert_eq!(ruptures.len(), 1);
+        assert!((ruptures[0] - 6e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_retreat_goes_over_to_the_way_out_and_back() {
+        let mut tissue = tissue();
+        let deep = tissue.react(5e-3).force_n;
+        let half = tissue.react(4.5e-3).force_n;
+        assert!((deep - 0.5).abs() < 1e-9 && (half - (-0.2 + 0.5 * 0.7)).abs() < 1e-9, "{deep} {half}");
+        assert!((tissue.react(3e-3).force_n + 0.2).abs() < 1e-9);
+        assert_eq!(tissue.react(4.5e-3).force_n, half);
+        assert!((tissue.react(5.5e-3).force_n - 0.55).abs() < 1e-9);
+    }
+
+    #[test]
+    fn beyond_the_recording_its_last_force_holds() {
+        assert!((tissue().react(0.5).force_n - 0.4).abs() < 1e-9);
+        assert!((tissue().react(-0.5).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
+    }
+}
