@@ -133,7 +133,9 @@ impl<L: Lane> Supervisor<L> {
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
-    /// Decides a tick at which some lane is augmented, re-engaging or alarmed.
+    /// Decides a tick at which some lane is augmented, re-engaging or alarmed. Told to be cold, so that registers are saved
+    /// around this call and not on the common way; the same goes wherever the tick leaves it.
+    #[cold]
     #[inline(never)]
     fn act(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
         let before = self.automaton.mode();

@@ -144,6 +144,7 @@ impl<L: Lane> DistanceState<L> {
     }
 
     /// The kinds that are seldom chosen, apart from the tick's straight way.
+    #[cold]
     #[inline(never)]
     fn update_other(&mut self, e: L, stiffness_correction: L, force: L) -> L {
         match self.kind {

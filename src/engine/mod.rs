@@ -107,12 +107,12 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask.
     #[inline(always)]
     fn run_where<const DIRECT: bool, O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
-        // The estimator's few numbers are worked on here, where the compiler can keep them out of memory.
-        let mut estimator = self.estimator.clone();
+        // The estimator stays in `self`: it is more than the registers hold, and a copy here would push out what each
+        // tick needs.
         let mut outcome = Ok(());
         let mut desired = self.operator.desired_position_m(0);
         for tick in 0..self.grid.ticks() {
-            let signals = self.sense_and_decide::<DIRECT>(tick, desired, &mut estimator);
+            let signals = self.sense_and_decide::<DIRECT>(tick, desired);
             observer.observe(&signals);
             if observer.is_done() {
                 break;
@@ -124,13 +124,12 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             }
             desired = desired_next;
         }
-        self.estimator = estimator;
         outcome
     }
 
     /// A tick's steps 1 to 6: everything that is known before the sides move on.
     #[inline(always)]
-    fn sense_and_decide<const DIRECT: bool>(&mut self, tick: u64, desired: L, estimator: &mut Rls<L>) -> Signals<L> {
+    fn sense_and_decide<const DIRECT: bool>(&mut self, tick: u64, desired: L) -> Signals<L> {
         let master = self.sides.master();
         let slave = self.sides.slave();
 
@@ -147,7 +146,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         let arrived_master_m = if DIRECT { master.position_m } else { self.forward.exchange(master.position_m) };
 
         let depth = measured_position - self.contact_m;
-        let estimate = estimator.update(measured_force, depth, measured_velocity);
+        let estimate = self.estimator.update(measured_force, depth, measured_velocity);
         let decision = self.detector.update(&Evidence {
             force_n: measured_force,
             predicted_force_n: estimate.predicted_force_n,

@@ -5,7 +5,7 @@ use crate::lane::Lane;
 
 /// Sees each tick's signals.
 pub trait Observer<L: Lane> {
-    /// Takes a tick's signals.
+    /// Takes a tick's signals. A run's ticks come one by one, from 0 on.
     fn observe(&mut self, signals: &Signals<L>);
 
     /// Whether the run may end here.

@@ -12,6 +12,10 @@ use crate::time::TickGrid;
 /// Most ruptures, events and alarms of one run that are looked at one by one.
 const MOST_KEPT: usize = 4096;
 
+/// Measured force in N beyond which a run has diverged: no needle meets a millionth of it. NaN is beyond
+/// any bound.
+const DIVERGED_N: f64 = 1e9;
+
 /// A tick's signals that only count if it is the run's last.
 #[derive(Debug, Clone, Copy)]
 struct Last<L> {
@@ -22,6 +26,16 @@ struct Last<L> {
 }
 
 impl<L: Lane> Last<L> {
+    #[inline(always)]
+    fn of(s: &Signals<L>) -> Self {
+        Self {
+            slave_m: s.slave_position_m,
+            reference_m: s.slave_reference_m,
+            operator_power_w: s.operator_force_n * s.master_velocity_m_per_s,
+            tissue_power_w: s.tissue_force_n * s.slave_velocity_m_per_s,
+        }
+    }
+
     fn lane(&self, index: usize) -> Last<f64> {
         Last {
             slave_m: self.slave_m.lane(index),
@@ -29,6 +43,18 @@ impl<L: Lane> Last<L> {
             operator_power_w: self.operator_power_w.lane(index),
             tissue_power_w: self.tissue_power_w.lane(index),
         }
+    }
+}
+
+/// What is summed of a tick.
+#[inline(always)]
+fn sample<L: Lane>(s: &Signals<L>, now: &Last<L>) -> Sample<L> {
+    Sample {
+        residual_n: s.residual_n,
+        tracking_error_m: s.slave_position_m - s.slave_reference_m,
+        operator_power_w: now.operator_power_w,
+        tissue_power_w: now.tissue_power_w,
+        tissue_force_n: s.tissue_force_n,
     }
 }
 
@@ -131,8 +157,8 @@ pub struct MetricsObserver<L: Lane> {
     histories: Vec<History>,
     /// Lanes that have not diverged.
     running: usize,
-    /// Lanes with something going on.
-    open_histories: usize,
+    /// Whether the next tick is looked at closely, whatever it brings: the first, and while something goes on.
+    is_watching: bool,
     last_commanded_n: L,
 }
 
@@ -149,7 +175,7 @@ impl<L: Lane> MetricsObserver<L> {
             last: Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero },
             histories: (0..L::WIDTH).map(|_| History::new(expected_ruptures)).collect(),
             running: L::WIDTH,
-            open_histories: 0,
+            is_watching: true,
             last_commanded_n: zero,
         }
     }
@@ -204,10 +230,16 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// The lanes in which something happens or is still happening; seldom any.
+    /// A tick at which something happens or is still happening in some lane, and the first.
+    #[cold]
     #[inline(never)]
-    fn observe_histories(&mut self, s: Signals<L>, sound: L::Mask, eventful: L::Mask) {
-        self.open_histories = 0;
+    fn observe_closely(&mut self, s: Signals<L>, sound: L::Mask, following: L::Mask, now: Last<L>) {
+        if s.tick == 0 {
+            self.first = now;
+        }
+        self.sums.push(s.tick, sample(&s, &now).only(sound, following));
+        let eventful = !(sound & following) | s.ruptured | s.alarm;
+        self.is_watching = false;
         for index in 0..L::WIDTH {
             let history = &mut self.histories[index];
             if history.diverged_at.is_some() {
@@ -223,7 +255,7 @@ impl<L: Lane> MetricsObserver<L> {
                 let force_step = (s.commanded_force_n - self.last_commanded_n).abs().lane(index);
                 history.observe(&s.lane(index), force_step, &self.grid);
             }
-            self.open_histories += usize::from(history.has_open_window());
+            self.is_watching |= history.has_open_window();
         }
     }
 }
@@ -231,34 +263,23 @@ impl<L: Lane> MetricsObserver<L> {
 impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
-        let bound = L::splat(DIVERGED_M);
-        let sound = s.master_position_m.abs().le(bound) & s.slave_position_m.abs().le(bound);
+        let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
+        let sound = s.master_position_m.abs().le(bound_m)
+            & s.slave_position_m.abs().le(bound_m)
+            & s.measured_force_n.abs().le(bound_n);
         let following = s.mode.lt(L::splat(0.5));
-        let now = Last {
-            slave_m: s.slave_position_m,
-            reference_m: s.slave_reference_m,
-            operator_power_w: s.operator_force_n * s.master_velocity_m_per_s,
-            tissue_power_w: s.tissue_force_n * s.slave_velocity_m_per_s,
-        };
-        let sample = Sample {
-            residual_n: s.residual_n,
-            tracking_error_m: s.slave_position_m - s.slave_reference_m,
-            operator_power_w: now.operator_power_w,
-            tissue_power_w: now.tissue_power_w,
-            tissue_force_n: s.tissue_force_n,
-        };
-        let usual = sound & following;
-        self.sums.push(self.ticks, if usual.all() { sample } else { sample.only(sound, following) });
-        if self.ticks == 0 {
-            self.first = now;
-        }
-        let eventful = !usual | s.ruptured | s.alarm;
-        if self.open_histories > 0 || eventful.any() {
-            self.observe_histories(*s, sound, eventful);
+        let now = Last::of(s);
+        // One way for the ticks that only add to the sums, which most are, and another, out of line, for all others. The
+        // questions are asked one by one: joining their masks first costs more than predicting that none is answered.
+        let nothing_happens = !self.is_watching && following.all() && !s.ruptured.any() && !s.alarm.any();
+        if nothing_happens && sound.all() {
+            self.sums.push(s.tick, sample(s, &now));
+        } else {
+            self.observe_closely(*s, sound, following, now);
         }
         self.last = now;
         self.last_commanded_n = s.commanded_force_n;
-        self.ticks += 1;
+        self.ticks = s.tick + 1;
     }
 
     #[inline(always)]
