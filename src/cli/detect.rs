@@ -10,10 +10,6 @@ use crate::report::{Folder, detection_json, detection_pictures, detection_text, 
 use crate::scenario::{DetectionSpec, ScenarioError, Source, Values};
 
 /// Run the estimator and the detector on a recording.
-///
-/// A column is given by its name in the file's header, with a factor that turns it into SI after a colon: a lever's angle
-/// becomes metres with xs_rad:0.075. A negative factor turns the sign: forces must be positive when they resist
-/// insertion, positions must grow into the tissue.
 #[derive(Debug, Args)]
 pub(super) struct DetectArgs {
     /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file whose [recording] to use

@@ -10,10 +10,6 @@ use crate::recording::{RUPTURES_S, in_vivo_like_csv};
 use crate::report::write_file;
 
 /// Write the in-vivo-like recording.
-///
-/// A made insertion through two layers with the facts that the paper states of its own: CSV with time_s, position_m,
-/// velocity_m_per_s and force_n, 1 kHz, forces positive when they resist insertion. The same seed gives the same bytes;
-/// seed 1 is the recording that is shipped.
 #[derive(Debug, Args)]
 pub(super) struct RecordArgs {
     /// Seed of the measurement noise
