@@ -64,10 +64,12 @@ impl<L: Lane> Arming<L> {
     pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
         let zero = L::zero();
         let quiet_before = self.quiet_ticks;
-        self.quiet_ticks = L::select(evidence.in_contact & !above, quiet_before + L::splat(1.0), zero);
+        let quiet_ticks = L::select(evidence.in_contact, quiet_before + L::splat(1.0), zero);
         if !above.any() {
+            self.quiet_ticks = quiet_ticks;
             return L::Mask::splat(false);
         }
+        self.quiet_ticks = L::select(above, zero, quiet_ticks);
         let armed = quiet_before.ge(self.settle_ticks);
         let inserting = evidence.velocity_m_per_s.ge(self.slowest_velocity);
         let crossing = armed & above & evidence.in_contact & inserting;

@@ -31,10 +31,10 @@ use crate::channel::Delay;
 use crate::detection::{Detector, Evidence};
 use crate::estimation::{Rls, VelocityFilter};
 use crate::lane::Lane;
-use crate::operator::Operator;
+use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
 use crate::time::TickGrid;
-use crate::tissue::Tissue;
+use crate::tissue::{Reaction, Tissue};
 
 /// Everything that one insertion is made of, over any number of lanes.
 #[derive(Debug, Clone)]
@@ -87,13 +87,26 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     }
 
     /// [`Engine::run`] in the instruction set of whoever inlines it.
+    ///
+    /// Person and tissue are taken along as copies, so that a replay's arrays stay at hand from tick to tick.
     #[inline(always)]
     fn run_ticks<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
-        if self.passes_samples_on() {
-            self.run_where::<true, O>(observer)
-        } else {
-            self.run_where::<false, O>(observer)
-        }
+        let (operator, mut tissue) = (self.operator.clone(), self.tissue.clone());
+        let desire = |tick| operator.desired_position_m(tick);
+        let outcome = match (&operator, &mut tissue, self.passes_samples_on()) {
+            (Operator::Recording(positions), Tissue::Recording(force), true) => {
+                let replay = |tick| recorded(positions, tick);
+                self.run_where::<true, _, _, _>(observer, replay, |tick, _| force.react(tick))
+            }
+            (_, tissue, true) => self.run_where::<true, _, _, _>(observer, desire, |tick, slave| {
+                tissue.react(tick, slave.position_m, slave.velocity_m_per_s)
+            }),
+            (_, tissue, false) => self.run_where::<false, _, _, _>(observer, desire, |tick, slave| {
+                tissue.react(tick, slave.position_m, slave.velocity_m_per_s)
+            }),
+        };
+        self.tissue = tissue;
+        outcome
     }
 
     /// Whether every sample arrives at once and as it is: exact sensors, no filter, no delay.
@@ -104,20 +117,32 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             && self.backward.is_immediate()
     }
 
-    /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask.
+    /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask, and for what
+    /// the person desires (m) at a tick and how the tissue reacts at it.
     #[inline(always)]
-    fn run_where<const DIRECT: bool, O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+    fn run_where<const DIRECT: bool, O, D, R>(
+        &mut self,
+        observer: &mut O,
+        desire: D,
+        mut react: R,
+    ) -> Result<(), IntegrationError>
+    where
+        O: Observer<L>,
+        D: Fn(u64) -> L,
+        R: FnMut(u64, SlaveReading<L>) -> Reaction<L>,
+    {
         // The estimator stays in `self`: it is more than the registers hold, and a copy here would push out what each
         // tick needs.
         let mut outcome = Ok(());
-        let mut desired = self.operator.desired_position_m(0);
+        let mut desired = desire(0);
         for tick in 0..self.grid.ticks() {
-            let signals = self.sense_and_decide::<DIRECT>(tick, desired);
+            let reaction = react(tick, self.sides.slave());
+            let signals = self.sense_and_decide::<DIRECT>(tick, desired, reaction);
             observer.observe(&signals);
             if observer.is_done() {
                 break;
             }
-            let desired_next = self.operator.desired_position_m(tick + 1);
+            let desired_next = desire(tick + 1);
             outcome = self.sides.step(desired, desired_next, signals.feedback_force_n, signals.slave_reference_m);
             if outcome.is_err() {
                 break;
@@ -127,13 +152,11 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         outcome
     }
 
-    /// A tick's steps 1 to 6: everything that is known before the sides move on.
+    /// A tick's steps 1 and 3 to 6: everything that is known before the sides move on.
     #[inline(always)]
-    fn sense_and_decide<const DIRECT: bool>(&mut self, tick: u64, desired: L) -> Signals<L> {
+    fn sense_and_decide<const DIRECT: bool>(&mut self, tick: u64, desired: L, reaction: Reaction<L>) -> Signals<L> {
         let master = self.sides.master();
         let slave = self.sides.slave();
-
-        let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
         let (mut measured_force, mut measured_position) = (reaction.force_n, slave.position_m);
         let mut measured_velocity = slave.velocity_m_per_s;
         if !DIRECT {

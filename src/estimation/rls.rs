@@ -169,11 +169,12 @@ impl<L: Lane> Rls<L> {
         let inverse_weight = L::splat(1.0) + self.normalisation * squared_regressor;
         let q0 = f00 * p + f01 * v;
         let q1 = f01 * p + f11 * v;
-        let share = delta / (inverse_weight + (p * q0 + v * q1));
+        // The division does not wait for the residual.
+        let share = delta * (one / (inverse_weight + (p * q0 + v * q1)));
         let correction = [share * (q0 * residual), share * (q1 * residual)];
         self.parameters = [self.parameters[0] + correction[0], self.parameters[1] + correction[1]];
         self.gain = [f00 - share * (q0 * q0), f01 - share * (q0 * q1), f11 - share * (q1 * q1)];
-        self.information = self.information + delta * squared_regressor / inverse_weight;
+        self.information = self.information + delta * (squared_regressor / inverse_weight);
         let restore = self.information.ge(self.reset_threshold);
         self.restore(restore);
         correction

@@ -26,13 +26,12 @@ struct Last<L> {
 }
 
 impl<L: Lane> Last<L> {
-    #[inline(always)]
-    fn of(s: &Signals<L>) -> Self {
+    fn of(sample: &Sample<L>) -> Self {
         Self {
-            slave_m: s.slave_position_m,
-            reference_m: s.slave_reference_m,
-            operator_power_w: s.operator_force_n * s.master_velocity_m_per_s,
-            tissue_power_w: s.tissue_force_n * s.slave_velocity_m_per_s,
+            slave_m: sample.slave_m,
+            reference_m: sample.reference_m,
+            operator_power_w: sample.operator_power_w,
+            tissue_power_w: sample.tissue_power_w,
         }
     }
 
@@ -48,12 +47,13 @@ impl<L: Lane> Last<L> {
 
 /// What is summed of a tick.
 #[inline(always)]
-fn sample<L: Lane>(s: &Signals<L>, now: &Last<L>) -> Sample<L> {
+fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     Sample {
         residual_n: s.residual_n,
-        tracking_error_m: s.slave_position_m - s.slave_reference_m,
-        operator_power_w: now.operator_power_w,
-        tissue_power_w: now.tissue_power_w,
+        slave_m: s.slave_position_m,
+        reference_m: s.slave_reference_m,
+        operator_power_w: s.operator_force_n * s.master_velocity_m_per_s,
+        tissue_power_w: s.tissue_force_n * s.slave_velocity_m_per_s,
         tissue_force_n: s.tissue_force_n,
     }
 }
@@ -153,7 +153,8 @@ pub struct MetricsObserver<L: Lane> {
     ticks: u64,
     sums: Sums<L>,
     first: Last<L>,
-    last: Last<L>,
+    /// The last tick that was looked at closely, and what came of it: the sums hold it masked.
+    last_close: (u64, Last<L>),
     histories: Vec<History>,
     /// Lanes that have not diverged.
     running: usize,
@@ -167,12 +168,13 @@ impl<L: Lane> MetricsObserver<L> {
     #[must_use]
     pub fn new(grid: TickGrid, expected_ruptures: usize) -> Self {
         let zero = L::zero();
+        let nothing = Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero };
         Self {
             grid,
             ticks: 0,
             sums: Sums::new(),
-            first: Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero },
-            last: Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero },
+            first: nothing,
+            last_close: (0, nothing),
             histories: (0..L::WIDTH).map(|_| History::new(expected_ruptures)).collect(),
             running: L::WIDTH,
             is_watching: true,
@@ -189,7 +191,7 @@ impl<L: Lane> MetricsObserver<L> {
         let ran = ticks > 0;
         let mean = |sum: L, count: f64| (count > 0.0).then(|| sum.lane(index) / count);
         let totals = self.sums.totals(self.ticks);
-        let (first, last) = (self.first.lane(index), history.last_sound.unwrap_or(self.last.lane(index)));
+        let (first, last) = (self.first.lane(index), history.last_sound.unwrap_or(self.last(self.ticks).lane(index)));
         let energy = |sum: L, first: f64, last: f64| ran.then(|| (sum.lane(index) - 0.5 * (first + last)) * tick_s);
         let (slave_m, reference_m) = (last.slave_m, last.reference_m);
         let events: Vec<_> = history.events.iter().map(|event| event.close(&self.grid)).collect();
@@ -230,14 +232,28 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
+    /// The last of the first `ticks` ticks.
+    fn last(&self, ticks: u64) -> Last<L> {
+        let (tick, last) = self.last_close;
+        if tick + 1 >= ticks { last } else { Last::of(&self.sums.recent(ticks - 1)) }
+    }
+
     /// A tick at which something happens or is still happening in some lane, and the first.
     #[cold]
     #[inline(never)]
-    fn observe_closely(&mut self, s: Signals<L>, sound: L::Mask, following: L::Mask, now: Last<L>) {
+    fn observe_closely(&mut self, s: Signals<L>) {
+        let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
+        let sound = s.master_position_m.abs().le(bound_m)
+            & s.slave_position_m.abs().le(bound_m)
+            & s.measured_force_n.abs().le(bound_n);
+        let following = s.mode.lt(L::splat(0.5));
+        let sample = sample(&s);
+        let (before, now) = (self.last(s.tick), Last::of(&sample));
         if s.tick == 0 {
             self.first = now;
         }
-        self.sums.push(s.tick, sample(&s, &now).only(sound, following));
+        self.last_close = (s.tick, now);
+        self.sums.push(s.tick, sample.only(sound, following));
         let eventful = !(sound & following) | s.ruptured | s.alarm;
         self.is_watching = false;
         for index in 0..L::WIDTH {
@@ -247,7 +263,7 @@ impl<L: Lane> MetricsObserver<L> {
             }
             if !sound.lane(index) {
                 history.diverged_at = Some(s.tick);
-                history.last_sound = Some(self.last.lane(index));
+                history.last_sound = Some(before.lane(index));
                 self.running -= 1;
                 continue;
             }
@@ -263,21 +279,19 @@ impl<L: Lane> MetricsObserver<L> {
 impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
-        let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
-        let sound = s.master_position_m.abs().le(bound_m)
-            & s.slave_position_m.abs().le(bound_m)
-            & s.measured_force_n.abs().le(bound_n);
-        let following = s.mode.lt(L::splat(0.5));
-        let now = Last::of(s);
         // One way for the ticks that only add to the sums, which most are, and another, out of line, for all others. The
-        // questions are asked one by one: joining their masks first costs more than predicting that none is answered.
-        let nothing_happens = !self.is_watching && following.all() && !s.ruptured.any() && !s.alarm.any();
-        if nothing_happens && sound.all() {
-            self.sums.push(s.tick, sample(s, &now));
+        // strain is below 1 only in teleoperation and far from divergence; what is beyond is told apart out of line.
+        let strain = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
+            + (s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N) + s.mode);
+        let is_quiet = !(self.is_watching | s.ruptured.any() | s.alarm.any());
+        if is_quiet && strain.lt(L::splat(1.0)).all() {
+            self.sums.push(s.tick, sample(s));
         } else {
-            self.observe_closely(*s, sound, following, now);
+            // Nothing here looks at the estimates: without them, fewer numbers wait in each tick for this call.
+            let zero = L::zero();
+            let nothing = Signals { desired_position_m: zero, stiffness_n_per_m: zero, damping_n_s_per_m: zero, ..*s };
+            self.observe_closely(Signals { distance: zero, decision: zero, ..nothing });
         }
-        self.last = now;
         self.last_commanded_n = s.commanded_force_n;
         self.ticks = s.tick + 1;
     }

@@ -14,8 +14,10 @@ const BLOCK: usize = 32;
 pub(super) struct Sample<L> {
     /// `e` in N.
     pub residual_n: L,
-    /// `x_e - x_ref` in m.
-    pub tracking_error_m: L,
+    /// `x_e` in m.
+    pub slave_m: L,
+    /// `x_ref` in m.
+    pub reference_m: L,
     /// `F_h v_h` in W.
     pub operator_power_w: L,
     /// `f_e v_e` in W.
@@ -30,7 +32,8 @@ impl<L: Lane> Sample<L> {
         let zero = L::zero();
         Self {
             residual_n: zero,
-            tracking_error_m: zero,
+            slave_m: zero,
+            reference_m: zero,
             operator_power_w: zero,
             tissue_power_w: zero,
             tissue_force_n: L::splat(f64::NAN),
@@ -41,10 +44,11 @@ impl<L: Lane> Sample<L> {
     pub(super) fn only(self, running: L::Mask, following: L::Mask) -> Self {
         let neutral = Self::neutral();
         let keep = |value, nothing| L::select(running, value, nothing);
-        let error = L::select(following, self.tracking_error_m, neutral.tracking_error_m);
+        let reference = L::select(following, self.reference_m, self.slave_m);
         Self {
             residual_n: keep(self.residual_n, neutral.residual_n),
-            tracking_error_m: keep(error, neutral.tracking_error_m),
+            slave_m: keep(self.slave_m, neutral.slave_m),
+            reference_m: keep(reference, neutral.reference_m),
             operator_power_w: keep(self.operator_power_w, neutral.operator_power_w),
             tissue_power_w: keep(self.tissue_power_w, neutral.tissue_power_w),
             tissue_force_n: keep(self.tissue_force_n, neutral.tissue_force_n),
@@ -56,7 +60,8 @@ impl<L: Lane> Sample<L> {
 #[derive(Debug, Clone, Copy)]
 struct Block<L> {
     residual_n: [L; BLOCK],
-    tracking_error_m: [L; BLOCK],
+    slave_m: [L; BLOCK],
+    reference_m: [L; BLOCK],
     operator_power_w: [L; BLOCK],
     tissue_power_w: [L; BLOCK],
     tissue_force_n: [L; BLOCK],
@@ -119,12 +124,26 @@ impl<L: Lane> Sums<L> {
     pub(super) fn push(&mut self, count: u64, sample: Sample<L>) {
         let (block, at) = (&mut self.waiting, count as usize % BLOCK);
         block.residual_n[at] = sample.residual_n;
-        block.tracking_error_m[at] = sample.tracking_error_m;
+        block.slave_m[at] = sample.slave_m;
+        block.reference_m[at] = sample.reference_m;
         block.operator_power_w[at] = sample.operator_power_w;
         block.tissue_power_w[at] = sample.tissue_power_w;
         block.tissue_force_n[at] = sample.tissue_force_n;
         if at == BLOCK - 1 {
             self.partial.add(&self.waiting);
+        }
+    }
+
+    /// The sample number `index`, one of the last [`BLOCK`], as it was pushed.
+    pub(super) fn recent(&self, index: u64) -> Sample<L> {
+        let (block, at) = (&self.waiting, index as usize % BLOCK);
+        Sample {
+            residual_n: block.residual_n[at],
+            slave_m: block.slave_m[at],
+            reference_m: block.reference_m[at],
+            operator_power_w: block.operator_power_w[at],
+            tissue_power_w: block.tissue_power_w[at],
+            tissue_force_n: block.tissue_force_n[at],
         }
     }
 
@@ -134,7 +153,8 @@ impl<L: Lane> Sums<L> {
         let mut partial = self.partial;
         let waiting = count as usize % BLOCK;
         rest.residual_n[..waiting].copy_from_slice(&self.waiting.residual_n[..waiting]);
-        rest.tracking_error_m[..waiting].copy_from_slice(&self.waiting.tracking_error_m[..waiting]);
+        rest.slave_m[..waiting].copy_from_slice(&self.waiting.slave_m[..waiting]);
+        rest.reference_m[..waiting].copy_from_slice(&self.waiting.reference_m[..waiting]);
         rest.operator_power_w[..waiting].copy_from_slice(&self.waiting.operator_power_w[..waiting]);
         rest.tissue_power_w[..waiting].copy_from_slice(&self.waiting.tissue_power_w[..waiting]);
         rest.tissue_force_n[..waiting].copy_from_slice(&self.waiting.tissue_force_n[..waiting]);
@@ -158,7 +178,8 @@ impl<L: Lane> Block<L> {
         let neutral = Sample::neutral();
         Self {
             residual_n: [neutral.residual_n; BLOCK],
-            tracking_error_m: [neutral.tracking_error_m; BLOCK],
+            slave_m: [neutral.slave_m; BLOCK],
+            reference_m: [neutral.reference_m; BLOCK],
             operator_power_w: [neutral.operator_power_w; BLOCK],
             tissue_power_w: [neutral.tissue_power_w; BLOCK],
             tissue_force_n: [neutral.tissue_force_n; BLOCK],
@@ -171,7 +192,8 @@ impl<L: Lane> Partial<L> {
     #[inline(always)]
     fn add(&mut self, block: &Block<L>) {
         gather(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());
-        gather(&mut self.squared_tracking_error, &block.tracking_error_m, |sum, error| sum + error * error);
+        let tracking_error: [L; BLOCK] = std::array::from_fn(|at| block.slave_m[at] - block.reference_m[at]);
+        gather(&mut self.squared_tracking_error, &tracking_error, |sum, error| sum + error * error);
         gather(&mut self.operator_power, &block.operator_power_w, |sum, power| sum + power);
         gather(&mut self.tissue_power, &block.tissue_power_w, |sum, power| sum + power);
         gather(&mut self.least_force, &block.tissue_force_n, |least, force| force.min(least));

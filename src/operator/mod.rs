@@ -48,15 +48,19 @@ impl<L: Lane> Ramp<L> {
     }
 }
 
+/// The position of a motion at `tick`, in m; the last one is held after its end.
+#[inline(always)]
+pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
+    let held = || positions.last().copied().unwrap_or(0.0);
+    L::splat(positions.get(tick as usize).copied().unwrap_or_else(held))
+}
+
 impl<L: Lane> Operator<L> {
     /// The desired position at `tick` in m.
     #[inline(always)]
     pub fn desired_position_m(&self, tick: u64) -> L {
         match self {
-            Self::Recording(positions) => {
-                let held = || positions.last().copied().unwrap_or(0.0);
-                L::splat(positions.get(tick as usize).copied().unwrap_or_else(held))
-            }
+            Self::Recording(positions) => recorded(positions, tick),
             Self::Ramp(ramp) => (ramp.start + ramp.step * L::splat(tick as f64)).clamp(ramp.low, ramp.high),
         }
     }

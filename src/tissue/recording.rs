@@ -30,7 +30,7 @@ impl RecordedForce {
     }
 
     #[inline(always)]
-    pub(super) fn react<L: Lane>(&mut self, tick: u64) -> Reaction<L> {
+    pub(crate) fn react<L: Lane>(&mut self, tick: u64) -> Reaction<L> {
         let force = self.force_n.get(tick as usize).copied().unwrap_or(self.last_force_n);
         let ruptured = tick == self.next_rupture;
         if ruptured {
