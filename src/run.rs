@@ -43,7 +43,7 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
     Ok(Run { scenario, metrics, trace })
 }
 
-/// Runs a scenario for its metrics, under the eyes of one more observer.
+/// Runs a scenario for its metrics, under the eyes of one more observer, which does not see a diverged tick.
 ///
 /// # Errors
 /// As [`run`].
@@ -51,23 +51,7 @@ pub fn observe<O: Observer<f64>>(scenario: &Scenario, observer: &mut O) -> Resul
     let mut metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
     let mut engine = scenario.build()?;
     engine
-        .run(&mut Both(&mut metrics, observer))
+        .run(&mut (&mut metrics, observer))
         .map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
     Ok(metrics.metrics(0))
-}
-
-/// The metrics and a borrowed observer; a diverged tick is not shown to the latter.
-struct Both<'a, O>(&'a mut MetricsObserver<f64>, &'a mut O);
-
-impl<O: Observer<f64>> Observer<f64> for Both<'_, O> {
-    fn observe(&mut self, signals: &crate::engine::Signals<f64>) {
-        self.0.observe(signals);
-        if !self.0.is_done() {
-            self.1.observe(signals);
-        }
-    }
-
-    fn is_done(&self) -> bool {
-        self.0.is_done() || self.1.is_done()
-    }
 }

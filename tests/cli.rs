@@ -230,6 +230,10 @@ fn a_bad_recording_is_refused_with_the_line() {
     }
     desk.file("r.csv", format!("{head}{}", rows(0..50)));
     desk.good(&["run", "s.toml"]);
+    for limit in ["max_gap_s = 0.0005", "max_bytes = 100", "max_samples = 10"] {
+        desk.file("limited.toml", format!("recording.file = \"r.csv\"\nrecording.{limit}\n"));
+        desk.refused(&["run", "limited.toml"], &["limited.toml:2", limit]);
+    }
     desk.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.2]"], &["within the recording"]);
     desk.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.02, 0.01]"], &["ascend"]);
     desk.refused(&["detect", "r.csv", "--position", "position_m:0"], &["position_m"]);
@@ -331,4 +335,23 @@ fn the_schema_is_json_and_the_help_teaches() {
     let schema: serde_json::Value = serde_json::from_str(&desk.good(&["schema"])).expect("JSON");
     assert_eq!(schema["properties"]["slave"]["properties"]["velocity_gain"]["minimum"], 0.0);
     assert!(desk.good(&["--help"]).contains("Examples:"));
+}
+
+#[test]
+fn actuators_and_sensors_are_checked_with_the_reason() {
+    let desk = Desk::new();
+    desk.file("a.toml", format!("{SHORT}actuator.master_force_limit_n = 2.0\n"));
+    desk.refused(&["run", "a.toml"], &["a.toml:5", "actuator.master_force_limit_n needs", "control = \"sampled\""]);
+    desk.good(&["run", "a.toml", "--quiet", "--set", "simulation.control=sampled"]);
+    let again = fs::read(desk.path("out/short/trace.csv")).expect("there");
+    desk.good(&["run", "out/short/scenario.toml", "--quiet", "--out", "again"]);
+    assert!(again == fs::read(desk.path("again/short/trace.csv")).expect("there"), "the echo keeps limits");
+    for bad in ["master_force_limit_n = 0", "slave_command_limit = -1", "slave_command_limit = \"much\""] {
+        desk.file("b.toml", format!("{SHORT}simulation.control = \"sampled\"\nactuator.{bad}\n"));
+        desk.refused(&["run", "b.toml"], &["b.toml:6", "must be a number, at least"]);
+    }
+    for bad in ["force_range_n = 0", "force_bandwidth_hz = -1", "force_bias_n = \"some\"", "force_bias_n = nan"] {
+        desk.file("c.toml", format!("{SHORT}sensor.{bad}\n"));
+        desk.refused(&["run", "c.toml"], &["c.toml:5", "must be a number, at least"]);
+    }
 }

@@ -51,21 +51,6 @@ fn the_pop_is_where_its_label_says() {
     assert!((furthest_m - position_m[3558] - 0.99e-3).abs() < 0.02e-3, "{furthest_m}");
 }
 
-/// What central differences cost on a real encoder: compare with the logged velocity.
-#[test]
-fn differences_follow_the_logged_velocity() {
-    let path = "tests/data/teleop_1dof/m2_d_free_motion.csv";
-    let logged = open(path, "tau_e_Nm").expect("a recording");
-    let without = Columns { velocity: None, ..lever("tau_e_Nm") };
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
-    let bare = open_csv(&path, &without, &Limits::default()).expect("a recording");
-    let differences = bare.velocity_or_differences();
-    let logged = logged.velocity_or_differences();
-    let error: f64 = differences.iter().zip(logged.iter()).map(|(a, b)| (a - b).powi(2)).sum();
-    let size: f64 = logged.iter().map(|v| v * v).sum();
-    assert!((error / size).sqrt() < 0.1, "{}", (error / size).sqrt());
-}
-
 #[test]
 fn a_misspelt_column_is_answered_with_the_near_one() {
     let error = open("scenarios/recordings/own_ctrl_pop.csv", "env_out_Nm").expect_err("misspelt");

@@ -66,7 +66,7 @@ impl<L: Lane> ExactSides<L> {
 
 /// `Σ_j columns[j] · inputs[j]` as two sums, over even and over odd `j`, added at the end: half the wait, one fixed order.
 #[inline(always)]
-fn combine<L: Lane, const ROWS: usize, const COLUMNS: usize>(
+pub(super) fn combine<L: Lane, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[L; ROWS]; COLUMNS],
     inputs: [L; COLUMNS],
 ) -> [L; ROWS] {

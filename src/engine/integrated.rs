@@ -8,7 +8,9 @@ use ode_solvers::{Dop853, SVector, System};
 use thiserror::Error;
 
 use super::{MasterReading, Sides, SlaveReading};
-use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
+use crate::plant::{
+    ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
+};
 
 /// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, the slave in observer form `z_1 = x_e, z_2, z_3`, and `x_d`.
 type State = SVector<f64, 9>;
@@ -33,6 +35,8 @@ struct Equations {
     proportional_gain: f64,
     velocity_gain: f64,
     damping: Damping,
+    /// Reached only where control is sampled.
+    limits: ActuatorLimits,
     desired_velocity: f64,
     feedback: f64,
     reference: f64,
@@ -136,6 +140,7 @@ impl IntegratedSides {
             proportional_gain: slave.proportional_gain,
             velocity_gain: slave.velocity_gain,
             damping: slave.damping,
+            limits: ActuatorLimits::default(),
             desired_velocity: 0.0,
             feedback: 0.0,
             reference: reference_m,
@@ -143,6 +148,13 @@ impl IntegratedSides {
             held_slave_control: 0.0,
         };
         Self { equations, tick_s, state }
+    }
+
+    /// The same sides with motors that saturate, which takes sampled control: continuous control takes no notice of limits.
+    #[must_use]
+    pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
+        self.equations.limits = *limits;
+        self
     }
 }
 
@@ -179,9 +191,15 @@ impl Sides<f64> for IntegratedSides {
         equations.desired_velocity = (next - desired) / self.tick_s;
         equations.feedback = feedback;
         equations.reference = reference;
-        equations.motor = equations.motor(&self.state);
-        equations.held_slave_control = equations.slave_control(&self.state);
-        let sampled_integral = self.state[4] + self.tick_s * (feedback - equations.hand_force(&self.state));
+        let (motor_limit, slave_limit) =
+            (equations.limits.greatest_master_force_n(), equations.limits.greatest_slave_command());
+        let wanted = equations.motor(&self.state);
+        equations.motor = wanted.clamp(-motor_limit, motor_limit);
+        equations.held_slave_control = equations.slave_control(&self.state).clamp(-slave_limit, slave_limit);
+        let error = feedback - equations.hand_force(&self.state);
+        // Beyond a limit the integral only moves back towards it.
+        let winds_up = (wanted > motor_limit && error > 0.0) || (wanted < -motor_limit && error < 0.0);
+        let sampled_integral = if winds_up { self.state[4] } else { self.state[4] + self.tick_s * error };
 
         let tick = self.tick_s;
         let mut solver = Dop853::new(&*equations, 0.0, tick, tick, self.state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);

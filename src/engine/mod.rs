@@ -14,6 +14,7 @@
 mod dispatch;
 mod exact;
 mod integrated;
+mod limited;
 mod observer;
 mod sides;
 mod signals;
@@ -21,6 +22,7 @@ mod trace;
 
 pub use exact::ExactSides;
 pub use integrated::{IntegratedSides, IntegrationError};
+pub use limited::LimitedSides;
 pub use observer::Observer;
 pub use sides::{MasterReading, Sides, SlaveReading};
 pub use signals::Signals;

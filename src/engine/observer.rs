@@ -21,11 +21,28 @@ impl<L: Lane> Observer<L> for () {
     fn observe(&mut self, _signals: &Signals<L>) {}
 }
 
+/// Sees what is lent to someone else for the run.
+impl<L: Lane, O: Observer<L>> Observer<L> for &mut O {
+    #[inline(always)]
+    fn observe(&mut self, signals: &Signals<L>) {
+        (**self).observe(signals);
+    }
+
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        (**self).is_done()
+    }
+}
+
+/// Two observers: the second does not see the tick at which the first has seen enough, as where it finds that the run has
+/// diverged.
 impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
         self.0.observe(signals);
-        self.1.observe(signals);
+        if !self.0.is_done() {
+            self.1.observe(signals);
+        }
     }
 
     #[inline(always)]

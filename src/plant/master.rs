@@ -167,6 +167,29 @@ impl MasterStep {
         timing: ControlTiming,
         tick_s: f64,
     ) -> Result<Self, PlantError> {
+        let mut step = Self::open(master, arm, timing, tick_s)?;
+        if timing == ControlTiming::Sampled {
+            step.close_sampled_loop(master.force_integral_gain, tick_s);
+        }
+        Ok(step)
+    }
+
+    /// The step of the machine alone, without its controller: `feedback` is then the effect of a held `U_m`, and the force
+    /// integral stays as it is.
+    ///
+    /// # Errors
+    /// As [`MasterStep::new`].
+    pub fn of_machine(master: &MasterParameters, arm: &ArmParameters, tick_s: f64) -> Result<Self, PlantError> {
+        Self::open(master, arm, ControlTiming::Sampled, tick_s)
+    }
+
+    /// The step before a sampled controller closes the loop.
+    fn open(
+        master: &MasterParameters,
+        arm: &ArmParameters,
+        timing: ControlTiming,
+        tick_s: f64,
+    ) -> Result<Self, PlantError> {
         let system = master_system(master, arm, timing)?;
         let step = exact_step(&system, tick_s, &[Hold::Linear, Hold::Held, Hold::Held]).map_err(on("master"))?;
         let states = system.states();
@@ -177,7 +200,7 @@ impl MasterStep {
         let slope: [f64; MASTER_STATES] = column(&step.gamma_now, 1);
         let now: [f64; MASTER_STATES] = column(&step.gamma_now, 0);
         let next: [f64; MASTER_STATES] = column(&step.gamma_next, 0);
-        let mut result = Self {
+        Ok(Self {
             transition: std::array::from_fn(|i| {
                 std::array::from_fn(|j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 })
             }),
@@ -185,11 +208,7 @@ impl MasterStep {
             desired_next: std::array::from_fn(|i| next[i] + slope[i] / tick_s),
             feedback: column(&step.gamma_now, 2),
             hand_force: std::array::from_fn(|j| if j < states { system.c()[(0, j)] } else { 0.0 }),
-        };
-        if timing == ControlTiming::Sampled {
-            result.close_sampled_loop(master.force_integral_gain, tick_s);
-        }
-        Ok(result)
+        })
     }
 
     /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the bare machine.

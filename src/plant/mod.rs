@@ -4,9 +4,11 @@
 //! printed appendix cannot be what was simulated, the reading that can is the default and the printed one stays
 //! selectable.
 
+mod actuator;
 mod master;
 mod slave;
 
+pub use actuator::ActuatorLimits;
 pub use master::{ArmParameters, Coupling, MasterParameters, MasterStep, master_system};
 pub use slave::{Damping, SlaveParameters, SlaveStep, slave_system};
 

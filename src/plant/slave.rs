@@ -61,7 +61,8 @@ impl SlaveParameters {
     }
 
     /// `U_s` as gains on `(x_ref, x_e, v_e)`.
-    fn control(&self) -> [f64; 3] {
+    #[must_use]
+    pub fn control(&self) -> [f64; 3] {
         let (k_p, k_v) = (self.proportional_gain, self.velocity_gain);
         match self.damping {
             Damping::Velocity => [k_p, -k_p, -k_v],
@@ -109,19 +110,41 @@ impl SlaveStep {
     /// # Errors
     /// As [`slave_system`], and where the step's matrices overflow.
     pub fn new(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
+        let mut step = Self::open(slave, timing, tick_s)?;
+        if timing == ControlTiming::Sampled {
+            let [to_reference, to_position, to_velocity] = slave.control();
+            let control = [to_position, to_velocity, 0.0];
+            for (row, input) in step.transition.iter_mut().zip(&mut step.reference) {
+                for (entry, gain) in row.iter_mut().zip(control) {
+                    *entry += *input * gain;
+                }
+                *input *= to_reference;
+            }
+        }
+        Ok(step)
+    }
+
+    /// The step of the machine alone, without its controller: `reference` is then the effect of a held `U_s`; `rest` is as
+    /// with the controller.
+    ///
+    /// # Errors
+    /// As [`SlaveStep::new`].
+    pub fn of_machine(slave: &SlaveParameters, tick_s: f64) -> Result<Self, PlantError> {
+        Self::open(slave, ControlTiming::Sampled, tick_s)
+    }
+
+    /// The step before a sampled controller closes the loop.
+    fn open(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
         let system = slave_system(slave, timing)?;
         let step = exact_step(&system, tick_s, &[Hold::Held]).map_err(on("slave"))?;
         let states = system.states();
-        let input: [f64; SLAVE_STATES] = std::array::from_fn(|i| if i < states { step.gamma_now[(i, 0)] } else { 0.0 });
-        let bare = |i, j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 };
-        let [to_reference, to_position, to_velocity] = match timing {
-            ControlTiming::Continuous => [1.0, 0.0, 0.0],
-            ControlTiming::Sampled => slave.control(),
-        };
-        let control = [to_position, to_velocity, 0.0];
-        let transition = std::array::from_fn(|i| std::array::from_fn(|j| bare(i, j) + input[i] * control[j]));
+        let entry = |i, j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 };
         let continuous = slave_system(slave, ControlTiming::Continuous)?;
-        Ok(Self { transition, reference: input.map(|gain| gain * to_reference), rest: rest(&continuous) })
+        Ok(Self {
+            transition: std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))),
+            reference: std::array::from_fn(|i| if i < states { step.gamma_now[(i, 0)] } else { 0.0 }),
+            rest: rest(&continuous),
+        })
     }
 }
 

@@ -25,7 +25,6 @@
 //! ```
 
 mod column;
-mod differences;
 mod error;
 mod file;
 mod guard;

@@ -37,8 +37,7 @@ impl Recording {
         &self.position_m
     }
 
-    /// Velocity of the needle in m/s, if the file has it; see also
-    /// [`velocity_or_differences`](Self::velocity_or_differences).
+    /// Velocity of the needle in m/s, if the file has it.
     #[must_use]
     pub fn velocity_m_per_s(&self) -> Option<&[f64]> {
         self.velocity_m_per_s.as_deref()

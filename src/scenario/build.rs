@@ -1,11 +1,12 @@
 //! From a scenario to an engine.
 
 use super::error::ScenarioError;
-use super::resolve::{EngineKind, OperatorSpec, Scenario, TissueSpec};
+use super::resolve::{EngineKind, Scenario};
+use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::Supervisor;
 use crate::channel::Delay;
 use crate::detection::Detector;
-use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, Observer};
+use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer};
 use crate::estimation::{Rls, VelocityFilter};
 use crate::lane::Lane;
 use crate::operator::{Operator, Ramp};
@@ -13,11 +14,13 @@ use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
 use crate::tissue::{DepthReplay, HuntCrossley, KelvinVoigt, RecordedForce, Tissue};
 
-/// An engine of either kind.
+/// An engine of any kind.
 #[derive(Debug, Clone)]
 pub enum ScenarioEngine {
     /// Stepped exactly.
     Exact(Box<Engine<f64, ExactSides<f64>>>),
+    /// Stepped exactly, with motors that saturate.
+    Limited(Box<Engine<f64, LimitedSides<f64>>>),
     /// Integrated numerically.
     Integrated(Box<Engine<f64, IntegratedSides>>),
 }
@@ -30,6 +33,7 @@ impl ScenarioEngine {
     pub fn run<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
         match self {
             Self::Exact(engine) => engine.run(observer),
+            Self::Limited(engine) => engine.run(observer),
             Self::Integrated(engine) => engine.run(observer),
         }
     }
@@ -42,7 +46,8 @@ impl Scenario {
     /// [`ScenarioError`] where the parameters make no machine that can be computed with.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         Ok(match self.engine {
-            EngineKind::Exact => ScenarioEngine::Exact(Box::new(self.exact_engine(0)?)),
+            EngineKind::Exact if self.actuators.are_none() => ScenarioEngine::Exact(Box::new(self.exact_engine(0)?)),
+            EngineKind::Exact => ScenarioEngine::Limited(Box::new(self.limited_engine(0)?)),
             EngineKind::Dop853 => {
                 let start_m = self.start_m();
                 let sides = IntegratedSides::new(
@@ -52,6 +57,7 @@ impl Scenario {
                     start_m,
                     self.position_scale * start_m,
                 );
+                let sides = sides.limited(&self.actuators);
                 ScenarioEngine::Integrated(Box::new(self.assemble(sides, 0)?))
             }
         })
@@ -60,10 +66,37 @@ impl Scenario {
     /// The exact engine over lanes, all running this scenario, lane `i` with the noise of stream `first_stream + i`.
     ///
     /// # Errors
-    /// As [`Scenario::build`].
+    /// As [`Scenario::build`], and for a scenario with actuator limits, which takes [`Scenario::limited_engine`].
     pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactSides<L>>, ScenarioError> {
+        if !self.actuators.are_none() {
+            return Err(
+                ScenarioError::new("this engine has no actuator limits").at(self.values().section_place("actuator"))
+            );
+        }
         let tick_s = self.grid.tick_s();
-        let plant = |error: PlantError| match &error {
+        let plant = |error| self.unbuildable(&error);
+        let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
+        let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
+        let start_m = self.start_m();
+        let sides = ExactSides::new(&master, &slave, start_m, self.position_scale * start_m);
+        self.assemble(sides, first_stream)
+    }
+
+    /// As [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn limited_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, LimitedSides<L>>, ScenarioError> {
+        let machines = (&self.master, &self.arm, &self.slave);
+        let start_m = self.start_m();
+        let reference_m = self.position_scale * start_m;
+        let sides = LimitedSides::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
+        self.assemble(sides.map_err(|error| self.unbuildable(&error))?, first_stream)
+    }
+
+    /// A side that cannot be built, at the place of what is wrong with it.
+    fn unbuildable(&self, error: &PlantError) -> ScenarioError {
+        match error {
             PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
             PlantError::SlaveDegree { .. } => {
                 ScenarioError::new(error.to_string()).at(self.values().section_place("slave"))
@@ -71,12 +104,7 @@ impl Scenario {
             PlantError::Build { side, .. } => ScenarioError::new(error.to_string())
                 .at(self.values().section_place(side))
                 .remedy(format!("look at the numbers of [{side}]")),
-        };
-        let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
-        let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
-        let start_m = self.start_m();
-        let sides = ExactSides::new(&master, &slave, start_m, self.position_scale * start_m);
-        self.assemble(sides, first_stream)
+        }
     }
 
     /// The scenario around two machines.
@@ -114,7 +142,7 @@ impl Scenario {
                     KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map_err(out_of_range)?,
                 ),
             },
-            sensor: Sensor::new(&self.sensor, self.seed, first_stream),
+            sensor: Sensor::new(&self.sensor, tick_s, self.seed, first_stream),
             velocity_filter,
             contact_m: L::splat(self.contact_m),
             estimator: Rls::new(&self.estimator),

@@ -30,11 +30,12 @@ use Kind::{Choice, File, Flag, Number, Numbers, Sign, Text, Whole};
 use Range as R;
 
 /// The sections, in the order in which they are written, with what each is about.
-pub const SECTIONS: [(&str, &str); 15] = [
+pub const SECTIONS: [(&str, &str); 16] = [
     ("simulation", "How long, how finely, by which engine."),
     ("master", "The machine in the hand (eq. 28) and its force controller (eq. 29)."),
     ("arm", "The arm that holds it (eq. 32-35), in the paper's letters."),
     ("slave", "The machine that holds the needle (eq. 30) and its position controller (eq. 31)."),
+    ("actuator", "What the motors of both sides can do; needs simulation.control = \"sampled\"."),
     ("scaling", "What a newton and a millimetre become on the other side."),
     ("channel", "The link between the sides."),
     ("operator", "What the person wants to do."),
@@ -158,6 +159,19 @@ pub const KEYS: &[Key] = &[
         word!("velocity"),
         "What K_v acts on; as printed it is the position.",
     ),
+    // actuator
+    key(
+        "actuator.master_force_limit_n",
+        Number(R::POSITIVE),
+        Unset,
+        "Greatest force U_m of the master's motor, either way; without a limit when not given.",
+    ),
+    key(
+        "actuator.slave_command_limit",
+        Number(R::POSITIVE),
+        Unset,
+        "Greatest command U_s to the slave, either way, in its own unit; without a limit when not given.",
+    ),
     // scaling
     key("scaling.force", Number(R::SCALE), number!(1.0), "Force fed back per force measured."),
     key("scaling.position", Number(R::SCALE), number!(1.0), "Slave's motion per master's."),
@@ -270,6 +284,13 @@ pub const KEYS: &[Key] = &[
     key("recording.scale.velocity_m_per_s", Number(R::POSITIVE), number!(1.0), "To metres per second."),
     key("recording.scale.force_n", Number(R::POSITIVE), number!(1.0), "To newtons."),
     // sensor
+    key("sensor.force_bias_n", Number(R::ANY), number!(0.0), "What the force reading adds to every force."),
+    key(
+        "sensor.force_bandwidth_hz",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "First-order bandwidth of the force reading, ahead of its noise; 0: no lag.",
+    ),
     key(
         "sensor.force_noise_std_n",
         Number(R::NON_NEGATIVE),
@@ -281,6 +302,12 @@ pub const KEYS: &[Key] = &[
         Number(R::NON_NEGATIVE),
         number!(0.0),
         "Step of the force reading; 0 reads exactly.",
+    ),
+    key(
+        "sensor.force_range_n",
+        Number(R::POSITIVE),
+        Unset,
+        "Greatest force reading, either way: beyond it readings are clipped; without a limit when not given.",
     ),
     key(
         "sensor.position_resolution_m",

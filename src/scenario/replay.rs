@@ -10,7 +10,7 @@ use super::value::Value;
 use super::values::Values;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
-use crate::recording::{Column, Columns, Limits, Recording, open_csv, read_csv};
+use crate::recording::{Column, Columns, Limits, Problem, Recording, open_csv, read_csv};
 use crate::time::{TickGrid, whole_ticks};
 
 /// The keys that name columns.
@@ -122,6 +122,16 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
     Ok(())
 }
 
+/// The key whose limit a recording exceeds.
+fn limiting_key(problem: &Problem) -> Option<&'static str> {
+    match problem {
+        Problem::TooLarge { .. } | Problem::TooManyBytes { .. } => Some("recording.max_bytes"),
+        Problem::TooManySamples { .. } => Some("recording.max_samples"),
+        Problem::Gap { .. } => Some("recording.max_gap_s"),
+        _ => None,
+    }
+}
+
 /// Reads the recording that values describe.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file("recording.file") else {
@@ -163,7 +173,8 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
     let recording = read.map_err(|error| {
         // A column that is not there is a matter of its key, if one was written.
         let named = |key: &&&str| values.text(key).is_ok_and(|name| error.place.column.as_deref() == Some(name));
-        let place = COLUMN_KEYS.iter().find(named).and_then(|key| values.place(key));
+        let column = COLUMN_KEYS.iter().find(named).and_then(|key| values.place(key));
+        let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
         ScenarioError::new(error.to_string()).at(place.or(values.place("recording.file")))
     })?;
     check_magnitudes(values, &recording)?;

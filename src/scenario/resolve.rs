@@ -1,19 +1,18 @@
 //! From values to what the engine needs: nothing optional is left that a run would have to guess.
 
-use std::sync::Arc;
-
 use super::document::Source;
 use super::error::ScenarioError;
-use super::replay::{RecordingSpec, load_recording, rupture_depths, rupture_ticks};
-use super::settings::{augmentation, detector, estimator};
+use super::replay::{RecordingSpec, load_recording};
+use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
+use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
 use crate::channel::MOST_DELAY_TICKS;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
-use crate::operator::{MOST_POSITION_M, minimum_jerk, sine};
-use crate::plant::{ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters};
+use crate::operator::MOST_POSITION_M;
+use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
 
@@ -30,65 +29,6 @@ pub enum EngineKind {
     Exact,
     /// By numerical integration, as a check.
     Dop853,
-}
-
-/// What the person does.
-#[derive(Debug, Clone, PartialEq)]
-pub enum OperatorSpec {
-    /// Positions in m, one a tick: recorded, or computed beforehand.
-    Recording(Arc<[f64]>),
-    /// A constant speed.
-    Ramp {
-        /// Where it begins, in m.
-        start_m: f64,
-        /// Where it ends, in m.
-        end_m: f64,
-        /// How fast it gets there, in m/s.
-        speed_m_per_s: f64,
-    },
-}
-
-/// What the needle meets.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TissueSpec {
-    /// Forces in N, one a tick, and the ticks of the labelled ruptures.
-    Recording {
-        /// Forces in N, one a tick.
-        force_n: Arc<[f64]>,
-        /// When the labels place a rupture.
-        rupture_ticks: Arc<[u64]>,
-    },
-    /// A recording by depth.
-    Depth {
-        /// Positions in m, in time order.
-        position_m: Arc<[f64]>,
-        /// Forces in N, in time order.
-        force_n: Arc<[f64]>,
-        /// Depths at which layers rupture, in m.
-        rupture_depths_m: Arc<[f64]>,
-        /// Travel over which the force turns to that of the way out, in m.
-        presliding_m: f64,
-    },
-    /// A spring and a damper that stiffen with depth.
-    HuntCrossley {
-        /// μ in N/mⁿ.
-        mu: f64,
-        /// λ in N·s/mⁿ⁺¹.
-        lambda: f64,
-        /// n.
-        power: f64,
-        /// The surface, in m.
-        contact_m: f64,
-    },
-    /// A spring and a damper.
-    KelvinVoigt {
-        /// K in N/m.
-        stiffness_n_per_m: f64,
-        /// B in N·s/m.
-        damping_n_s_per_m: f64,
-        /// The surface, in m.
-        contact_m: f64,
-    },
 }
 
 /// A scenario that can be run.
@@ -110,6 +50,8 @@ pub struct Scenario {
     pub arm: ArmParameters,
     /// The slave.
     pub slave: SlaveParameters,
+    /// What their motors can do.
+    pub actuators: ActuatorLimits,
     /// Force fed back per force measured.
     pub force_scale: f64,
     /// Slave's motion per master's.
@@ -160,75 +102,30 @@ impl Scenario {
             .map(|spec| spec.recording.resample(grid.tick_s(), grid.ticks() as usize + 1))
             .transpose()
             .map_err(|error| values.error("recording.file", error.to_string()))?;
-        let (operator, tissue) = match (&recording, &resampled) {
-            (Some(spec), Some(resampled)) => (
-                if replays_position {
-                    OperatorSpec::Recording(resampled.position_m.as_slice().into())
-                } else {
-                    own_motion(&values, &grid)?
-                },
-                if replays_force && values.text("tissue.index")? == "depth" {
-                    TissueSpec::Depth {
-                        position_m: spec.recording.position_m().into(),
-                        force_n: spec.recording.force_n().into(),
-                        rupture_depths_m: rupture_depths(spec),
-                        presliding_m: values.number("tissue.presliding_m")?,
-                    }
-                } else if replays_force {
-                    let rupture_ticks = rupture_ticks(spec, &grid);
-                    TissueSpec::Recording { force_n: resampled.force_n.as_slice().into(), rupture_ticks }
-                } else {
-                    own_tissue(&values)?
-                },
-            ),
-            _ => (own_motion(&values, &grid)?, own_tissue(&values)?),
+        let replay = recording.as_ref().zip(resampled.as_ref());
+        let operator = operator(&values, &grid, replay)?;
+        let tissue = tissue(&values, &grid, replay)?;
+        let timing = match values.text("simulation.control")? {
+            "sampled" => ControlTiming::Sampled,
+            _ => ControlTiming::Continuous,
         };
         let scenario = Self {
             name: name(&values)?,
             grid,
             engine: if values.text("simulation.engine")? == "exact" { EngineKind::Exact } else { EngineKind::Dop853 },
-            timing: match values.text("simulation.control")? {
-                "sampled" => ControlTiming::Sampled,
-                _ => ControlTiming::Continuous,
-            },
+            timing,
             seed: values.whole("simulation.seed")?,
-            master: MasterParameters {
-                mass_kg: values.number("master.mass_kg")?,
-                damping_n_s_per_m: values.number("master.damping_n_s_per_m")?,
-                force_integral_gain: values.number("master.force_integral_gain")?,
-                coupling: match values.text("master.coupling")? {
-                    "as-printed" => Coupling::AsPrinted,
-                    _ => Coupling::Physical,
-                },
-            },
-            arm: ArmParameters {
-                k_a_n_per_m: values.number("arm.k_a_n_per_m")?,
-                b_a_n_s_per_m: values.number("arm.b_a_n_s_per_m")?,
-                k_h_n_per_m: values.number("arm.k_h_n_per_m")?,
-                b_h_n_s_per_m: values.number("arm.b_h_n_s_per_m")?,
-                m_h_kg: values.number("arm.m_h_kg")?,
-            },
-            slave: SlaveParameters {
-                numerator: values.numbers("slave.numerator")?.to_vec(),
-                denominator: values.numbers("slave.denominator")?.to_vec(),
-                proportional_gain: values.number("slave.proportional_gain")?,
-                velocity_gain: values.number("slave.velocity_gain")?,
-                damping: match values.text("slave.damping")? {
-                    "as-printed" => Damping::AsPrinted,
-                    _ => Damping::Velocity,
-                },
-            },
+            master: master(&values)?,
+            arm: arm(&values)?,
+            slave: slave(&values)?,
+            actuators: actuators(&values, timing)?,
             force_scale: values.number("scaling.force")?,
             position_scale: values.number("scaling.position")?,
             forward_ticks: delay_ticks(&values, "channel.forward_delay_s", &grid)?,
             backward_ticks: delay_ticks(&values, "channel.backward_delay_s", &grid)?,
             operator,
             tissue,
-            sensor: SensorSettings {
-                force_noise_std_n: values.number("sensor.force_noise_std_n")?,
-                force_resolution_n: values.number("sensor.force_resolution_n")?,
-                position_resolution_m: values.number("sensor.position_resolution_m")?,
-            },
+            sensor: sensor(&values)?,
             acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
             estimator: estimator(&mut values)?,
             contact_m: values.number("estimator.contact_m")?,
@@ -271,7 +168,11 @@ impl Scenario {
         self.detector.validate().map_err(out_of_range)?;
         self.augmentation.validate().map_err(out_of_range)?;
         self.check_reach()?;
-        self.exact_engine::<f64>(0).map(|_| ())
+        if self.actuators.are_none() {
+            self.exact_engine::<f64>(0).map(drop)
+        } else {
+            self.limited_engine::<f64>(0).map(drop)
+        }
     }
 
     /// Checks that the person stays where an insertion can be; beyond, every run would count as diverged.
@@ -291,43 +192,6 @@ impl Scenario {
         let message = format!("the person goes to {position} m, must stay within {farthest_m} m of 0, on either side");
         Err(self.values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
     }
-}
-
-/// A person who follows no recording.
-fn own_motion(values: &Values, grid: &TickGrid) -> Result<OperatorSpec, ScenarioError> {
-    let start_m = values.number("operator.start_m")?;
-    let end_m = values.number("operator.end_m")?;
-    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
-    Ok(match values.text("operator.kind")? {
-        "minimum-jerk" => {
-            let movement_s = values.number("operator.movement_s")?;
-            OperatorSpec::Recording(minimum_jerk(start_m, end_m, movement_s, tick_s, ticks))
-        }
-        "sine" => {
-            let amplitude_m = values.number("operator.amplitude_m")?;
-            let frequency_hz = values.number("operator.frequency_hz")?;
-            OperatorSpec::Recording(sine(start_m, amplitude_m, frequency_hz, tick_s, ticks))
-        }
-        _ => OperatorSpec::Ramp { start_m, end_m, speed_m_per_s: values.number("operator.speed_m_per_s")? },
-    })
-}
-
-/// A tissue that replays no recording.
-fn own_tissue(values: &Values) -> Result<TissueSpec, ScenarioError> {
-    let contact_m = values.number("tissue.contact_m")?;
-    Ok(match values.text("tissue.kind")? {
-        "hunt-crossley" => TissueSpec::HuntCrossley {
-            mu: values.number("tissue.mu")?,
-            lambda: values.number("tissue.lambda")?,
-            power: values.number("tissue.power")?,
-            contact_m,
-        },
-        _ => TissueSpec::KelvinVoigt {
-            stiffness_n_per_m: values.number("tissue.stiffness_n_per_m")?,
-            damping_n_s_per_m: values.number("tissue.damping_n_s_per_m")?,
-            contact_m,
-        },
-    })
 }
 
 /// The name, which becomes a folder's.

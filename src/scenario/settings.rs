@@ -1,4 +1,4 @@
-//! From values to the settings of estimator, detector and supervisor.
+//! From values to the parameters of the machines and the settings of sensor, estimator, detector and supervisor.
 
 use super::error::ScenarioError;
 use super::key_table::DISTANCES;
@@ -7,6 +7,82 @@ use super::values::Values;
 use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Freeze, Reengage};
 use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
 use crate::estimation::RlsSettings;
+use crate::plant::{
+    ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
+};
+use crate::sensor::SensorSettings;
+
+const MASTER_LIMIT: &str = "actuator.master_force_limit_n";
+const SLAVE_LIMIT: &str = "actuator.slave_command_limit";
+
+/// The master's parameters.
+pub(super) fn master(values: &Values) -> Result<MasterParameters, ScenarioError> {
+    Ok(MasterParameters {
+        mass_kg: values.number("master.mass_kg")?,
+        damping_n_s_per_m: values.number("master.damping_n_s_per_m")?,
+        force_integral_gain: values.number("master.force_integral_gain")?,
+        coupling: match values.text("master.coupling")? {
+            "as-printed" => Coupling::AsPrinted,
+            _ => Coupling::Physical,
+        },
+    })
+}
+
+/// The arm's parameters.
+pub(super) fn arm(values: &Values) -> Result<ArmParameters, ScenarioError> {
+    Ok(ArmParameters {
+        k_a_n_per_m: values.number("arm.k_a_n_per_m")?,
+        b_a_n_s_per_m: values.number("arm.b_a_n_s_per_m")?,
+        k_h_n_per_m: values.number("arm.k_h_n_per_m")?,
+        b_h_n_s_per_m: values.number("arm.b_h_n_s_per_m")?,
+        m_h_kg: values.number("arm.m_h_kg")?,
+    })
+}
+
+/// The slave's parameters.
+pub(super) fn slave(values: &Values) -> Result<SlaveParameters, ScenarioError> {
+    Ok(SlaveParameters {
+        numerator: values.numbers("slave.numerator")?.to_vec(),
+        denominator: values.numbers("slave.denominator")?.to_vec(),
+        proportional_gain: values.number("slave.proportional_gain")?,
+        velocity_gain: values.number("slave.velocity_gain")?,
+        damping: match values.text("slave.damping")? {
+            "as-printed" => Damping::AsPrinted,
+            _ => Damping::Velocity,
+        },
+    })
+}
+
+/// What the actuators can do, checked against where the controllers run.
+pub(super) fn actuators(values: &Values, timing: ControlTiming) -> Result<ActuatorLimits, ScenarioError> {
+    let limits = ActuatorLimits {
+        master_force_n: values.optional_number(MASTER_LIMIT),
+        slave_command: values.optional_number(SLAVE_LIMIT),
+    };
+    let given = [MASTER_LIMIT, SLAVE_LIMIT].into_iter().find(|key| values.is_given(key));
+    match (given, timing) {
+        (Some(key), ControlTiming::Continuous) => {
+            let message = format!(
+                "{key} needs simulation.control = \"sampled\": when a continuous controller saturates between two ticks \
+                 is not known, so that the tick could not be stepped exactly"
+            );
+            Err(values.error(key, message).remedy("set simulation.control = \"sampled\", or leave the limit out"))
+        }
+        _ => Ok(limits),
+    }
+}
+
+/// The sensors' settings.
+pub(super) fn sensor(values: &Values) -> Result<SensorSettings, ScenarioError> {
+    Ok(SensorSettings {
+        force_bias_n: values.number("sensor.force_bias_n")?,
+        force_bandwidth_hz: values.number("sensor.force_bandwidth_hz")?,
+        force_noise_std_n: values.number("sensor.force_noise_std_n")?,
+        force_resolution_n: values.number("sensor.force_resolution_n")?,
+        force_range_n: values.optional_number("sensor.force_range_n"),
+        position_resolution_m: values.number("sensor.position_resolution_m")?,
+    })
+}
 
 /// The estimator's settings.
 pub(super) fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioError> {

@@ -60,7 +60,7 @@ impl ClosedLoop {
             sides,
             operator: Operator::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid")),
             tissue: Tissue::KelvinVoigt(tissue),
-            sensor: Sensor::new(&SensorSettings::default(), 0, 0),
+            sensor: Sensor::new(&SensorSettings::default(), tick_s, 0, 0),
             velocity_filter: None,
             contact_m: 0.0,
             estimator: Rls::new(&RlsSettings::default()),

@@ -1,0 +1,123 @@
+//! The sides with motors that saturate, stepped exactly.
+//!
+//! Both controllers run on the tick and hold what they command, so the machines between ticks are linear whatever the
+//! limits do: each is stepped by its own matrix exponential under the clipped command.
+
+use super::exact::combine;
+use super::{IntegrationError, MasterReading, Sides, SlaveReading};
+use crate::lane::Lane;
+use crate::plant::{
+    ActuatorLimits, ArmParameters, MASTER_STATES, MasterParameters, MasterStep, PlantError, SLAVE_STATES,
+    SlaveParameters, SlaveStep,
+};
+
+/// `x_h, v_h, x_a, v_a`.
+const MOTIONS: usize = MASTER_STATES - 1;
+/// Those, `x_d` now and next, `U_m`, and one of zeros that makes the number even.
+const MASTER_COLUMNS: usize = MOTIONS + 4;
+/// The slave's states and `U_s`.
+const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
+
+/// Both sides with sampled controllers whose outputs are clipped.
+///
+/// ```text
+/// U_m = clip(F_ed + K_i I),   I += T (F_ed - F_h) unless U_m is clipped and that would clip it more
+/// U_s = clip(K_p (x_ref - x_e) - K_v x_e')
+/// ```
+/// Stopping the integral while it could only wind up (conditional integration) lets the master leave the limit as soon
+/// as the error turns, needs no gain of its own, and changes nothing while no limit is reached.
+#[derive(Debug, Clone)]
+#[repr(align(64))]
+pub struct LimitedSides<L> {
+    master: [[L; MOTIONS]; MASTER_COLUMNS],
+    slave: [[L; SLAVE_STATES]; SLAVE_COLUMNS],
+    hand_force: [L; MOTIONS],
+    integral_gain: L,
+    tick_s: L,
+    control: [L; 3],
+    master_limit_n: L,
+    slave_limit: L,
+    motion: [L; MOTIONS],
+    hand_force_n: L,
+    integral: L,
+    slave_state: [L; SLAVE_STATES],
+}
+
+impl<L: Lane> LimitedSides<L> {
+    /// Both sides at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m), on ticks
+    /// `tick_s` (s) apart.
+    ///
+    /// # Errors
+    /// [`PlantError`] for a parameter out of range or numbers beyond computing.
+    pub fn new(
+        (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
+        limits: &ActuatorLimits,
+        tick_s: f64,
+        master_m: f64,
+        reference_m: f64,
+    ) -> Result<Self, PlantError> {
+        limits.validate()?;
+        let step = MasterStep::of_machine(master, arm, tick_s)?;
+        let master_column = |j: usize| match j {
+            0..MOTIONS => std::array::from_fn(|i| step.transition[i][j]),
+            4 => step.desired_now,
+            5 => step.desired_next,
+            6 => step.feedback,
+            _ => [0.0; MASTER_STATES],
+        };
+        let slave_step = SlaveStep::of_machine(slave, tick_s)?;
+        let slave_column = |j: usize| match j {
+            SLAVE_STATES => slave_step.reference,
+            _ => std::array::from_fn(|i| slave_step.transition[i][j]),
+        };
+        Ok(Self {
+            master: std::array::from_fn(|j| std::array::from_fn(|i| L::splat(master_column(j)[i]))),
+            slave: std::array::from_fn(|j| slave_column(j).map(L::splat)),
+            hand_force: std::array::from_fn(|i| L::splat(step.hand_force[i])),
+            integral_gain: L::splat(master.force_integral_gain),
+            tick_s: L::splat(tick_s),
+            control: slave.control().map(L::splat),
+            master_limit_n: L::splat(limits.greatest_master_force_n()),
+            slave_limit: L::splat(limits.greatest_slave_command()),
+            motion: [master_m, 0.0, master_m, 0.0].map(L::splat),
+            hand_force_n: L::zero(),
+            integral: L::zero(),
+            slave_state: slave_step.rest.map(|share| L::splat(share * reference_m)),
+        })
+    }
+}
+
+impl<L: Lane> Sides<L> for LimitedSides<L> {
+    #[inline(always)]
+    fn master(&self) -> MasterReading<L> {
+        MasterReading { position_m: self.motion[0], velocity_m_per_s: self.motion[1], hand_force_n: self.hand_force_n }
+    }
+
+    #[inline(always)]
+    fn slave(&self) -> SlaveReading<L> {
+        SlaveReading { position_m: self.slave_state[0], velocity_m_per_s: self.slave_state[1] }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+        let wanted_n = feedback + self.integral_gain * self.integral;
+        let motor_n = wanted_n.clamp(-self.master_limit_n, self.master_limit_n);
+        let error_n = feedback - self.hand_force_n;
+        let excess_n = wanted_n - motor_n;
+        let winds_up = (excess_n * error_n).gt(L::zero());
+        self.integral = L::select(winds_up, self.integral, self.integral + self.tick_s * error_n);
+
+        let [x_h, v_h, x_a, v_a] = self.motion;
+        let motion = combine(&self.master, [x_h, v_h, x_a, v_a, desired, desired_next, motor_n, L::zero()]);
+        self.motion = motion;
+        self.hand_force_n = (self.hand_force[0] * motion[0] + self.hand_force[2] * motion[2])
+            + (self.hand_force[1] * motion[1] + self.hand_force[3] * motion[3]);
+
+        let [x_e, v_e, third] = self.slave_state;
+        let [to_reference, to_position, to_velocity] = self.control;
+        let wanted = to_reference * reference + to_position * x_e + to_velocity * v_e;
+        let command = wanted.clamp(-self.slave_limit, self.slave_limit);
+        self.slave_state = combine(&self.slave, [x_e, v_e, third, command]);
+        Ok(())
+    }
+}

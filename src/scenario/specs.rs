@@ -1,0 +1,145 @@
+//! What a person does and what the needle meets, as a scenario says it.
+
+use std::sync::Arc;
+
+use super::error::ScenarioError;
+use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
+use super::values::Values;
+use crate::operator::{minimum_jerk, sine};
+use crate::recording::Resampled;
+use crate::time::TickGrid;
+
+/// What the person does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum OperatorSpec {
+    /// Positions in m, one a tick: recorded, or computed beforehand.
+    Recording(Arc<[f64]>),
+    /// A constant speed.
+    Ramp {
+        /// Where it begins, in m.
+        start_m: f64,
+        /// Where it ends, in m.
+        end_m: f64,
+        /// How fast it gets there, in m/s.
+        speed_m_per_s: f64,
+    },
+}
+
+/// What the needle meets.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TissueSpec {
+    /// Forces in N, one a tick, and the ticks of the labelled ruptures.
+    Recording {
+        /// Forces in N, one a tick.
+        force_n: Arc<[f64]>,
+        /// When the labels place a rupture.
+        rupture_ticks: Arc<[u64]>,
+    },
+    /// A recording by depth.
+    Depth {
+        /// Positions in m, in time order.
+        position_m: Arc<[f64]>,
+        /// Forces in N, in time order.
+        force_n: Arc<[f64]>,
+        /// Depths at which layers rupture, in m.
+        rupture_depths_m: Arc<[f64]>,
+        /// Travel over which the force turns to that of the way out, in m.
+        presliding_m: f64,
+    },
+    /// A spring and a damper that stiffen with depth.
+    HuntCrossley {
+        /// μ in N/mⁿ.
+        mu: f64,
+        /// λ in N·s/mⁿ⁺¹.
+        lambda: f64,
+        /// n.
+        power: f64,
+        /// The surface, in m.
+        contact_m: f64,
+    },
+    /// A spring and a damper.
+    KelvinVoigt {
+        /// K in N/m.
+        stiffness_n_per_m: f64,
+        /// B in N·s/m.
+        damping_n_s_per_m: f64,
+        /// The surface, in m.
+        contact_m: f64,
+    },
+}
+
+/// What the person does, given the recording (as it is and on the ticks) where one is replayed.
+pub(super) fn operator(
+    values: &Values,
+    grid: &TickGrid,
+    replay: Option<(&RecordingSpec, &Resampled)>,
+) -> Result<OperatorSpec, ScenarioError> {
+    match replay {
+        Some((_, resampled)) if values.text("operator.kind")? == "recording" => {
+            Ok(OperatorSpec::Recording(resampled.position_m.as_slice().into()))
+        }
+        _ => own_motion(values, grid),
+    }
+}
+
+/// What the needle meets, given the recording (as it is and on the ticks) where one is replayed.
+pub(super) fn tissue(
+    values: &Values,
+    grid: &TickGrid,
+    replay: Option<(&RecordingSpec, &Resampled)>,
+) -> Result<TissueSpec, ScenarioError> {
+    let Some((spec, resampled)) = replay.filter(|_| replays_force(values)) else { return own_tissue(values) };
+    Ok(match values.text("tissue.index")? {
+        "depth" => TissueSpec::Depth {
+            position_m: spec.recording.position_m().into(),
+            force_n: spec.recording.force_n().into(),
+            rupture_depths_m: rupture_depths(spec),
+            presliding_m: values.number("tissue.presliding_m")?,
+        },
+        _ => TissueSpec::Recording {
+            force_n: resampled.force_n.as_slice().into(),
+            rupture_ticks: rupture_ticks(spec, grid),
+        },
+    })
+}
+
+fn replays_force(values: &Values) -> bool {
+    values.text("tissue.kind").is_ok_and(|kind| kind == "recording")
+}
+
+/// A person who follows no recording.
+fn own_motion(values: &Values, grid: &TickGrid) -> Result<OperatorSpec, ScenarioError> {
+    let start_m = values.number("operator.start_m")?;
+    let end_m = values.number("operator.end_m")?;
+    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
+    Ok(match values.text("operator.kind")? {
+        "minimum-jerk" => {
+            let movement_s = values.number("operator.movement_s")?;
+            OperatorSpec::Recording(minimum_jerk(start_m, end_m, movement_s, tick_s, ticks))
+        }
+        "sine" => {
+            let amplitude_m = values.number("operator.amplitude_m")?;
+            let frequency_hz = values.number("operator.frequency_hz")?;
+            OperatorSpec::Recording(sine(start_m, amplitude_m, frequency_hz, tick_s, ticks))
+        }
+        _ => OperatorSpec::Ramp { start_m, end_m, speed_m_per_s: values.number("operator.speed_m_per_s")? },
+    })
+}
+
+/// A tissue that replays no recording.
+fn own_tissue(values: &Values) -> Result<TissueSpec, ScenarioError> {
+    let contact_m = values.number("tissue.contact_m")?;
+    Ok(match values.text("tissue.kind")? {
+        "hunt-crossley" => TissueSpec::HuntCrossley {
+            mu: values.number("tissue.mu")?,
+            lambda: values.number("tissue.lambda")?,
+            power: values.number("tissue.power")?,
+            contact_m,
+        },
+        _ => TissueSpec::KelvinVoigt {
+            stiffness_n_per_m: values.number("tissue.stiffness_n_per_m")?,
+            damping_n_s_per_m: values.number("tissue.damping_n_s_per_m")?,
+            contact_m,
+        },
+    })
+}

@@ -1,0 +1,216 @@
+//! What the sensors make of force and position.
+//!
+//! The force, in the order in which a transducer, its amplifier and its converter act:
+//!
+//! ```text
+//! y = clip(quantise(lag(f + bias) + noise))
+//! ```
+//! The bias is the transducer's own (mounting, drift), so the lag has it too and it has settled before a run begins. The
+//! noise is the amplifier's and stays white, whatever the bandwidth. The converter has only codes within its range, so a
+//! reading never exceeds it; that is why clipping comes last.
+
+mod lag;
+mod noise;
+
+use self::lag::Lag;
+use self::noise::WhiteNoise;
+use crate::error::{InvalidValue, finite, non_negative, positive};
+use crate::lane::Lane;
+
+/// What the sensors do.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SensorSettings {
+    /// What the force reading adds to every force, in N.
+    pub force_bias_n: f64,
+    /// First-order bandwidth of the force reading in Hz (-3 dB), at least 0; 0 is without a lag.
+    pub force_bandwidth_hz: f64,
+    /// Standard deviation of the white noise on the force in N, at least 0.
+    pub force_noise_std_n: f64,
+    /// Step of the force reading in N, at least 0; 0 reads exactly.
+    pub force_resolution_n: f64,
+    /// Greatest magnitude of a force reading in N, above 0; none without a limit.
+    pub force_range_n: Option<f64>,
+    /// Step of the slave's position reading in m, at least 0; 0 reads position and velocity exactly.
+    pub position_resolution_m: f64,
+}
+
+impl SensorSettings {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        finite("sensor.force_bias_n", self.force_bias_n)?;
+        non_negative("sensor.force_bandwidth_hz", self.force_bandwidth_hz)?;
+        non_negative("sensor.force_noise_std_n", self.force_noise_std_n)?;
+        non_negative("sensor.force_resolution_n", self.force_resolution_n)?;
+        if let Some(range_n) = self.force_range_n {
+            positive("sensor.force_range_n", range_n)?;
+        }
+        non_negative("sensor.position_resolution_m", self.position_resolution_m)?;
+        Ok(())
+    }
+}
+
+/// Rounds to multiples of a step; a step of 0 leaves the number as it is.
+#[derive(Debug, Clone, Copy)]
+struct Quantiser<L>(Option<(L, L)>);
+
+impl<L: Lane> Quantiser<L> {
+    fn new(step: f64) -> Self {
+        Self((step > 0.0).then(|| (L::splat(step), L::splat(1.0 / step))))
+    }
+
+    #[inline(always)]
+    fn read(&self, value: L) -> L {
+        self.0.map_or(value, |(step, inverse)| value.round_to(step, inverse))
+    }
+}
+
+/// The sensors at work. Lane `i` draws its noise from stream `first_stream + i` of the seed, whatever the other lanes do.
+#[derive(Debug, Clone)]
+pub struct Sensor<L> {
+    bias_n: Option<L>,
+    lag: Option<Lag<L>>,
+    noise_std_n: L,
+    noise: Option<WhiteNoise<L>>,
+    force: Quantiser<L>,
+    range_n: Option<L>,
+    position: Quantiser<L>,
+}
+
+impl<L: Lane> Sensor<L> {
+    /// Sensors read every `tick_s` (s), with the noise of `seed`, from stream `first_stream` on.
+    #[must_use]
+    pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
+        let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;
+        Self {
+            bias_n: (force_bias_n != 0.0).then(|| L::splat(force_bias_n)),
+            lag: (force_bandwidth_hz > 0.0).then(|| Lag::new(force_bandwidth_hz, tick_s, force_bias_n)),
+            noise_std_n: L::splat(force_noise_std_n),
+            noise: (force_noise_std_n > 0.0).then(|| WhiteNoise::new(seed, first_stream)),
+            force: Quantiser::new(settings.force_resolution_n),
+            range_n: settings.force_range_n.map(L::splat),
+            position: Quantiser::new(settings.position_resolution_m),
+        }
+    }
+
+    /// Whether force and position are read as they are.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        let Self { bias_n, lag, noise_std_n: _, noise, force, range_n, position } = self;
+        bias_n.is_none()
+            && lag.is_none()
+            && noise.is_none()
+            && force.0.is_none()
+            && range_n.is_none()
+            && position.0.is_none()
+    }
+
+    /// The force as measured, in N.
+    #[inline(always)]
+    pub fn read_force(&mut self, force_n: L) -> L {
+        let mut read = force_n;
+        if let Some(bias_n) = self.bias_n {
+            read = read + bias_n;
+        }
+        if let Some(lag) = &mut self.lag {
+            read = lag.update(read);
+        }
+        if let Some(noise) = &mut self.noise {
+            read = read + self.noise_std_n * noise.draw();
+        }
+        read = self.force.read(read);
+        if let Some(range_n) = self.range_n {
+            read = read.clamp(-range_n, range_n);
+        }
+        read
+    }
+
+    /// The position as measured, in m.
+    #[inline(always)]
+    pub fn read_position(&self, position_m: L) -> L {
+        self.position.read(position_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK_S: f64 = 1e-3;
+
+    fn readings(settings: &SensorSettings, forces: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut sensor = Sensor::<f64>::new(settings, TICK_S, 3, 0);
+        forces.map(|force_n| sensor.read_force(force_n)).collect()
+    }
+
+    #[test]
+    fn a_bias_is_the_mean_of_what_noise_scatters() {
+        let settings = SensorSettings { force_bias_n: 0.3, force_noise_std_n: 0.05, ..Default::default() };
+        let count = 40_000;
+        let mean = readings(&settings, (0..count).map(|_| -1.0)).iter().sum::<f64>() / f64::from(count);
+        // Four standard deviations of the mean.
+        assert!((mean + 0.7).abs() < 4.0 * 0.05 / f64::from(count).sqrt(), "{mean}");
+    }
+
+    #[test]
+    fn a_bias_has_settled_before_the_first_tick() {
+        let settings = SensorSettings { force_bias_n: 0.3, force_bandwidth_hz: 5.0, ..Default::default() };
+        for read in readings(&settings, (0..20).map(|_| 0.0)) {
+            assert!((read - 0.3).abs() < 1e-15, "{read}");
+        }
+    }
+
+    #[test]
+    fn no_reading_is_beyond_the_range_even_when_its_step_does_not_divide_it() {
+        let settings = SensorSettings {
+            force_range_n: Some(5.0),
+            force_resolution_n: 0.3,
+            force_noise_std_n: 2.0,
+            ..Default::default()
+        };
+        let read = readings(&settings, (0..2000).map(|k| 0.01 * f64::from(k) - 10.0));
+        let (least, most) = read.iter().fold((0.0_f64, 0.0_f64), |(a, b), &y| (a.min(y), b.max(y)));
+        assert_eq!((least, most), (-5.0, 5.0));
+        let inside = read.iter().filter(|y| y.abs() < 5.0);
+        assert!(
+            inside.clone().count() > 500 && inside.into_iter().all(|y| ((y / 0.3).round() * 0.3 - y).abs() < 1e-12)
+        );
+    }
+
+    #[test]
+    fn any_imperfection_ends_exactness_and_none_keeps_it() {
+        let exact = |settings: SensorSettings| Sensor::<f64>::new(&settings, TICK_S, 0, 0).is_exact();
+        assert!(exact(SensorSettings::default()));
+        assert!(!exact(SensorSettings { force_bias_n: -0.1, ..Default::default() }));
+        assert!(!exact(SensorSettings { force_bandwidth_hz: 100.0, ..Default::default() }));
+        assert!(!exact(SensorSettings { force_noise_std_n: 0.1, ..Default::default() }));
+        assert!(!exact(SensorSettings { force_resolution_n: 0.1, ..Default::default() }));
+        assert!(!exact(SensorSettings { force_range_n: Some(9.0), ..Default::default() }));
+        assert!(!exact(SensorSettings { position_resolution_m: 1e-6, ..Default::default() }));
+    }
+
+    #[test]
+    fn noise_has_the_stated_spread_and_is_seeded() {
+        let settings = SensorSettings { force_noise_std_n: 0.025, ..SensorSettings::default() };
+        let draw = |seed, stream| {
+            let mut sensor = Sensor::<f64>::new(&settings, TICK_S, seed, stream);
+            (0..20_000).map(|_| sensor.read_force(1.0)).collect::<Vec<_>>()
+        };
+        let sample = draw(1, 0);
+        let variance = sample.iter().map(|y| (y - 1.0).powi(2)).sum::<f64>() / sample.len() as f64;
+        assert!((variance.sqrt() - 0.025).abs() < 5e-4, "{variance}");
+        assert_eq!(sample, draw(1, 0));
+        assert_ne!(sample, draw(2, 0));
+        assert_ne!(sample, draw(1, 1));
+    }
+
+    #[test]
+    fn readings_are_multiples_of_the_step() {
+        let settings = SensorSettings { force_resolution_n: 0.5, position_resolution_m: 1e-3, ..Default::default() };
+        let mut sensor = Sensor::<f64>::new(&settings, TICK_S, 0, 0);
+        assert_eq!(sensor.read_force(1.3), 1.5);
+        assert!((sensor.read_position(0.012_34) - 0.012).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,69 @@
+//! White noise, a block at a time.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::lane::Lane;
+
+/// How many numbers of each lane are drawn at once.
+const BLOCK: usize = 64;
+
+/// Standard normal numbers, lane `i` from stream `first_stream + i` of a seed, whatever the other lanes do.
+///
+/// Drawn a block at a time, so that a tick mostly reads the next one of a list: the generator's code and state stay out of
+/// the tick. The numbers are those that drawing one by one gives.
+#[derive(Debug, Clone)]
+pub(super) struct WhiteNoise<L> {
+    streams: Box<[ChaCha8Rng]>,
+    block: Box<[L; BLOCK]>,
+    next: usize,
+}
+
+impl<L: Lane> WhiteNoise<L> {
+    pub(super) fn new(seed: u64, first_stream: u64) -> Self {
+        let stream = |lane| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(first_stream + lane as u64);
+            rng
+        };
+        Self { streams: (0..L::WIDTH).map(stream).collect(), block: Box::new([L::zero(); BLOCK]), next: BLOCK }
+    }
+
+    /// The next number of each lane.
+    #[inline(always)]
+    pub(super) fn draw(&mut self) -> L {
+        if self.next >= BLOCK {
+            self.refill();
+        }
+        let drawn = self.block[self.next];
+        self.next += 1;
+        drawn
+    }
+
+    #[inline(never)]
+    fn refill(&mut self) {
+        for (lane, rng) in self.streams.iter_mut().enumerate() {
+            for number in self.block.iter_mut() {
+                *number = number.with_lane(lane, StandardNormal.sample(rng));
+            }
+        }
+        self.next = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_holds_what_one_by_one_would_draw() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        rng.set_stream(3);
+        let mut noise = WhiteNoise::<f64>::new(7, 3);
+        for k in 0..1000 {
+            let expected: f64 = StandardNormal.sample(&mut rng);
+            assert_eq!(noise.draw(), expected, "{k}");
+        }
+    }
+}
