@@ -355,3 +355,22 @@ fn actuators_and_sensors_are_checked_with_the_reason() {
         desk.refused(&["run", "c.toml"], &["c.toml:5", "must be a number, at least"]);
     }
 }
+
+#[test]
+fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
+    let desk = Desk::new();
+    let noisy = ["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02", "--quiet", "--out"];
+    for (folder, threads) in [("one", "1"), ("four", "4")] {
+        let mut command = Command::cargo_bin("trocar").expect("built");
+        command.current_dir(desk.0.path()).env("RAYON_NUM_THREADS", threads).args(noisy).arg(folder);
+        command.assert().success();
+    }
+    let study = |folder: &str| fs::read_to_string(desk.path(folder).join("seeds.csv")).expect("written");
+    assert_eq!(study("one"), study("four"));
+    assert!(study("one").contains("rupture 1: slave overshoot,m,augmented,5,"), "{}", study("one"));
+    let printed = desk.good(&["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02"]);
+    assert!(printed.contains("5 seeds: median [2.5 %, 97.5 %]"), "{printed}");
+    let silent = desk.good(&["compare", "--seeds", "3"]);
+    assert!(silent.contains("the seeds change nothing"), "{silent}");
+    desk.refused(&["compare", "--seeds", "1"], &["--seeds", "2..=100000"]);
+}

@@ -3,9 +3,12 @@
 use clap::Args;
 
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, run, terminal};
-use crate::compare::{Comparison, Fact, paper_facts};
-use crate::report::{Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text};
+use super::{OutputArgs, ScenarioArgs, progress, run, terminal};
+use crate::compare::{Comparison, Fact, MOST_SEEDS, SeedStudy, paper_facts};
+use crate::report::{
+    Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, seeds_csv, seeds_text,
+};
+use crate::scenario::Scenario;
 
 /// The pair that is compared when none is named.
 const PAPER_PAIR: [&str; 2] = ["builtin:classical.toml", "builtin:augmented.toml"];
@@ -16,6 +19,9 @@ pub(super) struct CompareArgs {
     /// Scenario files; with none, the paper's pair: builtin:classical.toml and builtin:augmented.toml
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
+    /// Also run every scenario with N seeds, from its own on: medians, and the middle 95 % of the seeds
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MOST_SEEDS))]
+    seeds: Option<u64>,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -26,17 +32,31 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;
+    let study = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
     let comparison = Comparison::of(scenarios)?;
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
-    let json = comparison_json(&comparison, facts.as_deref());
-    write(&Folder::new(&args.output.out), &comparison, &json)?;
+    let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
+    let folder = Folder::new(&args.output.out);
+    write(&folder, &comparison, &json)?;
+    if let Some(study) = &study {
+        folder.write("seeds.csv", seeds_csv(study).as_bytes())?;
+    }
     if args.output.json {
         terminal::print(&json)
     } else if args.output.quiet {
         Ok(())
     } else {
-        terminal::print(&text(args, &comparison, facts.as_deref()))
+        terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))
     }
+}
+
+fn over_seeds(args: &CompareArgs, scenarios: &[Scenario], seeds: u64) -> Result<SeedStudy, CliError> {
+    let runs = usize::try_from(seeds).unwrap_or(usize::MAX).saturating_mul(scenarios.len());
+    let bar = progress::bar(runs, args.output.quiet);
+    bar.set_message("seeds");
+    let study = SeedStudy::of(scenarios, seeds, || bar.inc(1));
+    bar.finish_and_clear();
+    Ok(study?)
 }
 
 fn write(folder: &Folder, comparison: &Comparison, json: &str) -> Result<(), CliError> {
@@ -51,8 +71,11 @@ fn write(folder: &Folder, comparison: &Comparison, json: &str) -> Result<(), Cli
     Ok(())
 }
 
-fn text(args: &CompareArgs, comparison: &Comparison, facts: Option<&[Fact]>) -> String {
+fn text(args: &CompareArgs, comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
     let mut text = comparison_text(comparison);
+    if let Some(study) = study {
+        text.push_str(&format!("\n{}", seeds_text(study)));
+    }
     if let Some(facts) = facts {
         text.push_str(&format!("\n{}", facts_text(facts)));
     } else if args.scenarios.is_empty() {

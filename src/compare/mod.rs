@@ -2,10 +2,12 @@
 
 mod facts;
 mod noise;
+mod seeds;
 mod table;
 
 pub use facts::{Fact, paper_facts};
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
+pub use seeds::{MOST_SEEDS, SeedStudy, Spread, SpreadRow};
 pub use table::{Row, Unit, rows};
 
 use rayon::prelude::*;
@@ -48,6 +50,9 @@ impl Comparison {
     #[must_use]
     pub fn table(&self) -> ComparisonTable {
         let scenarios = self.runs.iter().map(|run| run.scenario.name.clone()).collect();
-        ComparisonTable { scenarios, rows: rows(&self.runs, &self.noise) }
+        ComparisonTable {
+            scenarios,
+            rows: rows(&self.runs.iter().map(|run| &run.metrics).collect::<Vec<_>>(), &self.noise),
+        }
     }
 }

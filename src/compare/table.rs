@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::NoiseCheck;
 use crate::metrics::{Metrics, Outcome, RuptureMetrics};
-use crate::run::Run;
 
 /// The unit in which people read a quantity; the value itself stays in SI.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -39,20 +38,20 @@ pub struct Row {
     pub values: Vec<Option<f64>>,
 }
 
-/// Every row of the table.
+/// Every row of the table; those in noise where it was looked at.
 #[must_use]
-pub fn rows(runs: &[Run], noise: &[NoiseCheck]) -> Vec<Row> {
+pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
     let of = |metric: &str, unit: Unit, value: &dyn Fn(&Metrics) -> Option<f64>| Row {
         metric: metric.to_owned(),
         unit,
-        values: runs.iter().map(|run| value(&run.metrics)).collect(),
+        values: runs.iter().map(|metrics| value(metrics)).collect(),
     };
     let mut rows = vec![of("diverged at", Unit::Second, &|m| match m.outcome {
         Outcome::Completed => None,
         Outcome::Diverged { time_s } => Some(time_s),
     })];
     rows.retain(|row| row.values.iter().any(Option::is_some));
-    let ruptures = runs.iter().map(|run| run.metrics.ruptures.len()).max().unwrap_or(0);
+    let ruptures = runs.iter().map(|metrics| metrics.ruptures.len()).max().unwrap_or(0);
     for index in 0..ruptures {
         rows.extend(rupture_rows(runs, index));
     }
@@ -77,6 +76,9 @@ pub fn rows(runs: &[Run], noise: &[NoiseCheck]) -> Vec<Row> {
         of("energy from the hand", Unit::Joule, &|m| m.operator_energy_j),
         of("energy into the tissue", Unit::Joule, &|m| m.tissue_energy_j),
     ]);
+    if noise.is_empty() {
+        return rows;
+    }
     let noisy = |metric: &str, value: &dyn Fn(&NoiseCheck) -> u64| Row {
         metric: metric.to_owned(),
         unit: Unit::Count,
@@ -97,11 +99,11 @@ pub fn rows(runs: &[Run], noise: &[NoiseCheck]) -> Vec<Row> {
 }
 
 /// What happened after one rupture.
-fn rupture_rows(runs: &[Run], index: usize) -> Vec<Row> {
+fn rupture_rows(runs: &[&Metrics], index: usize) -> Vec<Row> {
     let of = |metric: &str, unit: Unit, value: &dyn Fn(&RuptureMetrics) -> Option<f64>| Row {
         metric: format!("rupture {}: {metric}", index + 1),
         unit,
-        values: runs.iter().map(|run| run.metrics.ruptures.get(index).and_then(value)).collect(),
+        values: runs.iter().map(|metrics| metrics.ruptures.get(index).and_then(value)).collect(),
     };
     vec![
         of("detection delay", Unit::Second, &|r| r.detection_delay_s),

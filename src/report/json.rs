@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 
-use crate::compare::{Comparison, Fact};
+use crate::compare::{Comparison, Fact, SeedStudy};
 use crate::detect::DetectionReport;
 use crate::run::Run;
 use crate::scenario::Values;
@@ -24,16 +24,21 @@ fn summary(run: &Run) -> Json {
     })
 }
 
-/// `comparison.json`: the summaries, the table, the detection in noise and, for the shipped pair, the paper's facts.
+/// `comparison.json`: the summaries, the table, the detection in noise, for the shipped pair the paper's facts, and the
+/// spread over seeds where one was asked for.
 #[must_use]
-pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>) -> String {
-    render(&json!({
+pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
+    let mut all = json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "runs": comparison.runs.iter().map(summary).collect::<Vec<_>>(),
         "table": comparison.table(),
         "noise": comparison.noise,
         "paper_facts": facts,
-    }))
+    });
+    if let (Json::Object(all), Some(study)) = (&mut all, study) {
+        all.insert("seeds".into(), json!(study));
+    }
+    render(&all)
 }
 
 /// `detection.json`: the alarms, the residual's statistics and the settings.

@@ -2,20 +2,30 @@
 
 use crate::compare::Unit;
 
+/// What a quantity is multiplied by to be read, and the unit in which it then is.
+#[must_use]
+pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
+    match unit {
+        Unit::Metre => (1e3, " mm"),
+        Unit::MetrePerSecond => (1e3, " mm/s"),
+        Unit::Second => (1e3, " ms"),
+        Unit::Newton => (1.0, " N"),
+        Unit::NewtonPerSecond => (1.0, " N/s"),
+        Unit::Joule => (1e3, " mJ"),
+        Unit::Share => (100.0, " %"),
+        Unit::Count => (1.0, ""),
+    }
+}
+
 /// A value with its unit, as a table shows it; `—` where it is undefined.
 #[must_use]
 pub(super) fn show(value: Option<f64>, unit: Unit) -> String {
-    let Some(value) = value else { return "—".into() };
-    match unit {
-        Unit::Metre => format!("{} mm", significant(1e3 * value)),
-        Unit::MetrePerSecond => format!("{} mm/s", significant(1e3 * value)),
-        Unit::Second if value >= 1.0 => format!("{} s", significant(value)),
-        Unit::Second => format!("{} ms", significant(1e3 * value)),
-        Unit::Newton => format!("{} N", significant(value)),
-        Unit::NewtonPerSecond => format!("{} N/s", significant(value)),
-        Unit::Joule => format!("{} mJ", significant(1e3 * value)),
-        Unit::Share => format!("{} %", significant(100.0 * value)),
-        Unit::Count => format!("{value}"),
+    let (factor, name) = readable(unit);
+    match (value, unit) {
+        (None, _) => "—".into(),
+        (Some(value), Unit::Second) if value >= 1.0 => format!("{} s", significant(value)),
+        (Some(value), Unit::Count) => format!("{value}"),
+        (Some(value), _) => format!("{}{name}", significant(factor * value)),
     }
 }
 

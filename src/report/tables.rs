@@ -28,7 +28,7 @@ pub fn run_text(run: &Run) -> String {
     let mut text = outcome(run);
     text.push_str("\n\n");
     let mut table = Table::new(["metric", run.scenario.name.as_str()]);
-    for Row { metric, unit, values } in crate::compare::rows(std::slice::from_ref(run), &[]) {
+    for Row { metric, unit, values } in crate::compare::rows(&[&run.metrics], &[]) {
         if let [value] = values.as_slice() {
             table.row([metric, show(*value, unit)]);
         }
@@ -108,11 +108,11 @@ pub fn comparison_csv(comparison: &Comparison) -> String {
     text
 }
 
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
-fn si(unit: Unit) -> &'static str {
+pub(super) fn si(unit: Unit) -> &'static str {
     match unit {
         Unit::Metre => "m",
         Unit::MetrePerSecond => "m/s",
@@ -124,7 +124,7 @@ fn si(unit: Unit) -> &'static str {
     }
 }
 
-fn shortest(value: f64) -> String {
+pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 

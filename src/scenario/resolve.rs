@@ -143,6 +143,14 @@ impl Scenario {
         &self.values
     }
 
+    /// The same scenario with another seed.
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        let mut other = Self { seed, ..self.clone() };
+        other.values.derive_keeping_place("simulation.seed", Value::Whole(seed));
+        other
+    }
+
     /// The scenario with every default written out; loading it gives the same scenario.
     #[must_use]
     pub fn echo(&self) -> String {
