@@ -8,6 +8,7 @@ mod init;
 mod progress;
 mod record;
 mod run;
+mod scenarios;
 mod terminal;
 
 use std::process::ExitCode;
@@ -63,6 +64,8 @@ enum Command {
     Record(record::RecordArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
+    /// List the shipped scenarios, each with its question
+    Scenarios,
     /// Print a JSON Schema of scenario files, for editors
     Schema,
     /// Write a commented starter scenario
@@ -121,6 +124,7 @@ pub fn main() -> ExitCode {
         Command::Detect(args) => detect::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Scenarios => scenarios::run(),
         Command::Schema => terminal::print(&format!("{:#}\n", json_schema())),
         Command::Init(args) => init::run(&args),
     };

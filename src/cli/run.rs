@@ -11,7 +11,7 @@ use crate::run::{Run, run as run_scenario};
 /// Run scenarios.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// Scenario files, or builtin:classical.toml, builtin:augmented.toml, builtin:real_classical.toml, builtin:real_augmented.toml
+    /// Scenario files, or shipped ones as builtin:classical.toml: `trocar scenarios` lists them
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<String>,
     #[command(flatten)]

@@ -26,3 +26,32 @@ pub fn content(name: &str) -> Option<&'static [u8]> {
 pub fn names() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
+
+/// The scenarios among them, each with the question that heads it.
+pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let scenarios = FILES.iter().filter(|(name, _)| name.ends_with(".toml"));
+    scenarios.map(|(name, content)| {
+        let first = content.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        (*name, std::str::from_utf8(first).unwrap_or_default().trim_start_matches(['#', ' ']))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scenario_of_the_folder_is_carried_and_headed_by_a_question() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
+        let files = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
+        let mut on_disk: Vec<String> = files.filter_map(|name| name.into_string().ok()).collect();
+        on_disk.retain(|name| name.ends_with(".toml"));
+        on_disk.sort();
+        let mut carried: Vec<String> = questions().map(|(name, _)| name.to_owned()).collect();
+        carried.sort();
+        assert_eq!(on_disk, carried);
+        for (name, question) in questions() {
+            assert!(question.contains('?'), "{name}: {question}");
+        }
+    }
+}

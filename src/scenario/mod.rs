@@ -16,6 +16,7 @@ mod value;
 mod values;
 
 pub use build::ScenarioEngine;
+pub use builtin::questions as shipped_questions;
 pub use document::Source;
 pub use error::{Place, ScenarioError};
 pub use key_table::{DISTANCES, KEYS, SECTIONS};

@@ -1,0 +1,15 @@
+//! `trocar scenarios`.
+
+use super::error::CliError;
+use super::terminal;
+use crate::report::Table;
+use crate::scenario::shipped_questions;
+
+/// Prints the shipped scenarios, each with its question.
+pub(super) fn run() -> Result<(), CliError> {
+    let mut table = Table::new(["scenario", "its question"]).flush_left();
+    for (name, question) in shipped_questions() {
+        table.row([format!("builtin:{name}"), question.to_owned()]);
+    }
+    terminal::print(&format!("{table}\nas in: trocar compare builtin:classical.toml builtin:augmented.toml\n"))
+}
