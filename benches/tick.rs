@@ -17,6 +17,8 @@ use trocar::plant::{
 use trocar::scenario::{Scenario, Source};
 
 const TICK_S: f64 = 1e-3;
+/// Layers, noise on the force, the loop closed.
+const LAYERED: &str = "01_through_the_skin";
 const MOST_TIMED: usize = 300;
 
 fn scenario(name: &str) -> Scenario {
@@ -98,7 +100,7 @@ fn table(_: &mut Criterion) {
         println!("{name:<22} {best:>12.2} {median:>12.2} {:>16.2}", best / reference.0);
     };
     row("baseline", reference);
-    for name in ["classical", "augmented"] {
+    for name in ["classical", "augmented", LAYERED] {
         let scenario = scenario(name);
         let engine = scenario.exact_engine::<f64>(0).expect("builds");
         let ticks = scenario.grid.ticks();
@@ -117,7 +119,7 @@ fn table(_: &mut Criterion) {
 
 fn ticks(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("tick");
-    for name in ["classical", "augmented"] {
+    for name in ["classical", "augmented", LAYERED] {
         let scenario = scenario(name);
         let engine = scenario.exact_engine::<f64>(0).expect("builds");
         group.throughput(Throughput::Elements(scenario.grid.ticks()));

@@ -33,7 +33,8 @@ fn run(scenario: &Scenario, portably: bool) -> Seen {
 #[test]
 fn every_signal_and_metric_has_the_same_bits() {
     let noisy = ["sensor.force_noise_std_n=0.01", "sensor.force_resolution_n=0.001", "channel.forward_delay_s=0.003"];
-    for (name, overrides) in [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy)] {
+    let layers = ("01_through_the_skin", &[][..]);
+    for (name, overrides) in [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy), layers] {
         let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let scenario = Scenario::load(&Source::parse(&path), &overrides).expect("loads");

@@ -108,7 +108,13 @@ fn oracle_closed_loop() {
 #[test]
 fn oracle_estimator_and_cusum_on_the_real_recording() {
     let recording = table("scenarios/recordings/own_ctrl_pop.csv");
-    let settings = RlsSettings { initial_gain: 1e4, reset_threshold: 5.2e-3, dead_zone_n: 0.03, normalisation: 0.0 };
+    let settings = RlsSettings {
+        initial_gain: 1e4,
+        reset_threshold: 5.2e-3,
+        dead_zone_n: 0.03,
+        normalisation: 0.0,
+        ..RlsSettings::default()
+    };
     let mut rls = Rls::<f64>::new(&settings);
     let mut decision = 0.0_f64;
     let mut computed: [Vec<f64>; 4] = Default::default();

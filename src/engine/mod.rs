@@ -90,16 +90,20 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
 
     /// [`Engine::run`] in the instruction set of whoever inlines it.
     ///
-    /// Person and tissue are taken along as copies, so that a replay's arrays stay at hand from tick to tick.
+    /// The tissue is taken out for the run, and a replay's or layers' ticks are compiled apart: what they need stays at hand.
     #[inline(always)]
     fn run_ticks<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
-        let (operator, mut tissue) = (self.operator.clone(), self.tissue.clone());
+        let operator = self.operator.clone();
+        let mut tissue = std::mem::replace(&mut self.tissue, Tissue::nothing());
         let desire = |tick| operator.desired_position_m(tick);
         let outcome = match (&operator, &mut tissue, self.passes_samples_on()) {
             (Operator::Recording(positions), Tissue::Recording(force), true) => {
                 let replay = |tick| recorded(positions, tick);
                 self.run_where::<true, _, _, _>(observer, replay, |tick, _| force.react(tick))
             }
+            (_, Tissue::Layers(layers), false) => self.run_where::<false, _, _, _>(observer, desire, |_, slave| {
+                layers.react(slave.position_m, slave.velocity_m_per_s)
+            }),
             (_, tissue, true) => self.run_where::<true, _, _, _>(observer, desire, |tick, slave| {
                 tissue.react(tick, slave.position_m, slave.velocity_m_per_s)
             }),

@@ -5,5 +5,5 @@
 mod rls;
 mod velocity;
 
-pub use rls::{Estimate, Rls, RlsSettings};
+pub use rls::{Estimate, Parameters, Rls, RlsSettings};
 pub use velocity::VelocityFilter;

@@ -25,6 +25,18 @@ pub struct RlsSettings {
     pub dead_zone_n: f64,
     /// `β` of eq. 14 (as `β I`), at least 0; 0 is the constant weighting `α = 1`.
     pub normalisation: f64,
+    /// Which parameters there are.
+    pub parameters: Parameters,
+}
+
+/// What is estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Parameters {
+    /// `K` and `B`: `φ = (p, v)` (eq. 8).
+    #[default]
+    StiffnessAndDamping,
+    /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` stays 0.
+    Stiffness,
 }
 
 impl RlsSettings {
@@ -35,7 +47,7 @@ impl RlsSettings {
         let normalisation = 1.0 / (full_gain_depth_m * full_gain_depth_m);
         let initial_gain = gain_ratio * normalisation;
         let reset_threshold = 2.0 / initial_gain + memory_updates / normalisation;
-        Self { initial_gain, reset_threshold, dead_zone_n, normalisation }
+        Self { initial_gain, reset_threshold, dead_zone_n, normalisation, parameters: Parameters::default() }
     }
 
     /// Checks the ranges that the fields state.
@@ -97,6 +109,8 @@ pub struct Rls<L> {
     initial_information: L,
     reset_threshold: L,
     normalisation: L,
+    /// What of the velocity is in the regressor: all or nothing.
+    velocity_share: L,
     /// `N_0`; below 0 without a dead zone, so that every error is outside of it.
     dead_zone: L,
     dead_zone_slope: L,
@@ -121,6 +135,10 @@ impl<L: Lane> Rls<L> {
             initial_information: L::splat(information),
             reset_threshold: L::splat(settings.reset_threshold),
             normalisation: L::splat(settings.normalisation),
+            velocity_share: L::splat(match settings.parameters {
+                Parameters::StiffnessAndDamping => 1.0,
+                Parameters::Stiffness => 0.0,
+            }),
             dead_zone: L::splat(if without_dead_zone { -1.0 } else { settings.dead_zone_n }),
             dead_zone_slope: L::splat(if without_dead_zone { 0.0 } else { 1.0 / settings.dead_zone_n }),
             dead_zone_offset: L::splat(if without_dead_zone { 1.0 } else { -1.0 }),
@@ -145,7 +163,8 @@ impl<L: Lane> Rls<L> {
         let correction = if outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 
         let contact = depth_m.gt(zero);
-        let (p, v) = (L::select(contact, depth_m, zero), L::select(contact, velocity_m_per_s, zero));
+        let velocity = self.velocity_share * velocity_m_per_s;
+        let (p, v) = (L::select(contact, depth_m, zero), L::select(contact, velocity, zero));
         self.regressor = [p, v];
         self.expected = p * self.parameters[0] + v * self.parameters[1];
         Estimate {
@@ -219,7 +238,13 @@ mod tests {
 
     #[test]
     fn the_dead_zone_is_eq_15() {
-        let settings = RlsSettings { dead_zone_n: 0.1, normalisation: 0.0, initial_gain: 1e4, reset_threshold: 1.0 };
+        let settings = RlsSettings {
+            dead_zone_n: 0.1,
+            normalisation: 0.0,
+            initial_gain: 1e4,
+            reset_threshold: 1.0,
+            ..RlsSettings::default()
+        };
         let correction = |error: f64| {
             let mut rls = Rls::<f64>::new(&settings);
             rls.update(0.0, 0.01, 0.0);
@@ -259,6 +284,18 @@ mod tests {
         for _ in 0..50 {
             let estimate = rls.update(3.0, -1e-3, 0.1);
             assert_eq!((estimate.stiffness_n_per_m, estimate.residual_n), (0.0, 3.0));
+        }
+    }
+
+    #[test]
+    fn stiffness_alone_knows_no_velocity() {
+        let settings = RlsSettings { parameters: Parameters::Stiffness, ..RlsSettings::default() };
+        let (mut alone, mut still) = (Rls::<f64>::new(&settings), Rls::<f64>::new(&RlsSettings::default()));
+        for k in 0..1000 {
+            let (p, v) = insertion(k);
+            let (a, b) = (alone.update(350.0 * p + 12.0 * v, p, v), still.update(350.0 * p + 12.0 * v, p, 0.0));
+            assert_eq!((a.residual_n, a.stiffness_n_per_m), (b.residual_n, b.stiffness_n_per_m));
+            assert_eq!(a.damping_n_s_per_m, 0.0);
         }
     }
 

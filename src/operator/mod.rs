@@ -2,7 +2,7 @@
 
 mod motion;
 
-pub use motion::{minimum_jerk, sine};
+pub use motion::{insertion_extraction, minimum_jerk, sine};
 
 use std::sync::Arc;
 

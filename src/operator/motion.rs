@@ -15,6 +15,35 @@ pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, tick
     (0..ticks).map(position).collect()
 }
 
+/// An insertion as hands do it, and the way back: from `start_m` to `end_m` (m) in a number of equal pushes that take
+/// `movement_s` (s) together, a rest of `hold_s`, and back in one go in `withdrawal_s`; then rest. One position a tick.
+///
+/// Each push and the withdrawal have the least jerk. The pushes are chosen here: a hand that works its way in, so that the
+/// speed rises and falls.
+#[must_use]
+pub fn insertion_extraction(
+    (start_m, end_m): (f64, f64),
+    (movement_s, pushes): (f64, u64),
+    (hold_s, withdrawal_s): (f64, f64),
+    tick_s: f64,
+    ticks: u64,
+) -> Arc<[f64]> {
+    let share = |tau: f64| {
+        let tau = tau.clamp(0.0, 1.0);
+        tau * tau * tau * (10.0 + tau * (-15.0 + 6.0 * tau))
+    };
+    let count = pushes.max(1) as f64;
+    let position = |tick: u64| {
+        let time_s = tick as f64 * tick_s;
+        let push = (count * time_s / movement_s).min(count);
+        let done = push.floor();
+        let way_in = (done + share(push - done)) / count;
+        let way_out = share((time_s - movement_s - hold_s) / withdrawal_s);
+        start_m + (end_m - start_m) * (way_in - way_out)
+    };
+    (0..ticks).map(position).collect()
+}
+
 /// `x = centre + amplitude sin(2π f t)`: centre and amplitude in m, `f` in Hz; one position a tick.
 #[must_use]
 pub fn sine(centre_m: f64, amplitude_m: f64, frequency_hz: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
@@ -38,6 +67,19 @@ mod tests {
         let peak = speeds.iter().copied().fold(0.0, f64::max);
         assert!((peak - 1.875 * 0.02).abs() < 1e-6, "15/8 of the mean speed: {peak}");
         assert!(speeds[0] < 1e-6 && speeds[999] < 1e-6);
+    }
+
+    #[test]
+    fn an_insertion_goes_in_by_pushes_rests_and_comes_back() {
+        let way = insertion_extraction((-0.01, 0.03), (2.0, 4), (0.5, 1.0), 1e-3, 4001);
+        for (tick, position) in [(0, -0.01), (500, 0.0), (1000, 0.01), (2000, 0.03), (2500, 0.03), (3500, -0.01)] {
+            assert!((way[tick] - position).abs() < 1e-12, "{tick}: {}", way[tick]);
+        }
+        assert_eq!((way[2250], way[4000]), (0.03, -0.01));
+        assert!((way[3000] - 0.01).abs() < 1e-12, "half the way out at half time");
+        let rest = (way[501] - way[499]).abs();
+        assert!(rest < 1e-7 && way[1500] - way[1499] < 1e-7, "at rest between pushes: {rest}");
+        assert!(way[..2001].windows(2).all(|pair| pair[1] >= pair[0]));
     }
 
     #[test]

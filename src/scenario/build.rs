@@ -12,7 +12,7 @@ use crate::lane::Lane;
 use crate::operator::{Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
-use crate::tissue::{DepthReplay, HuntCrossley, KelvinVoigt, RecordedForce, Tissue};
+use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
 
 /// An engine of any kind.
 #[derive(Debug, Clone)]
@@ -137,6 +137,14 @@ impl Scenario {
                 }
                 TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
                     Tissue::HuntCrossley(HuntCrossley::new(*mu, *lambda, *power, *contact_m).map_err(out_of_range)?)
+                }
+                TissueSpec::Generalised { depths_m, mus, lambdas, power, contact_m } => {
+                    let tissue = Generalised::new(depths_m, (mus, lambdas), *power, *contact_m);
+                    Tissue::Generalised(Box::new(tissue.map_err(out_of_range)?))
+                }
+                TissueSpec::Layers(parameters) => {
+                    let tissue = Layers::new(parameters, tick_s, self.position_scale * start_m);
+                    Tissue::Layers(Box::new(tissue.map_err(out_of_range)?))
                 }
                 TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => Tissue::KelvinVoigt(
                     KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map_err(out_of_range)?,

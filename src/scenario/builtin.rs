@@ -10,6 +10,8 @@ const FILES: &[(&str, &[u8])] = &[
     ("depth_augmented.toml", include_bytes!("../../scenarios/depth_augmented.toml")),
     ("real_classical.toml", include_bytes!("../../scenarios/real_classical.toml")),
     ("real_augmented.toml", include_bytes!("../../scenarios/real_augmented.toml")),
+    ("01_through_the_skin.toml", include_bytes!("../../scenarios/01_through_the_skin.toml")),
+    ("02_direct_access.toml", include_bytes!("../../scenarios/02_direct_access.toml")),
     ("08_wrong_detector_settings.toml", include_bytes!("../../scenarios/08_wrong_detector_settings.toml")),
     ("12_sensor_not_ideal.toml", include_bytes!("../../scenarios/12_sensor_not_ideal.toml")),
     ("in_vivo_like.csv", include_bytes!("../../scenarios/recordings/in_vivo_like.csv")),

@@ -3,11 +3,13 @@
 //! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table.
 
 use super::keys::{Fallback, Key};
+use super::layer_keys::{LAYERED_COUNT, with_layers};
 use super::value::{Kind, Range, Value};
 use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
 use crate::detection::{ArmingSettings, Hypotheses};
 use crate::plant::{ArmParameters, MasterParameters, SlaveParameters};
 use crate::recording::Limits;
+use crate::tissue::ShaftParameters;
 
 const fn key(path: &'static str, kind: Kind, fallback: Fallback, meaning: &'static str) -> Key {
     Key { path, kind, fallback, meaning }
@@ -30,7 +32,7 @@ use Kind::{Choice, File, Flag, Number, Numbers, Sign, Text, Whole};
 use Range as R;
 
 /// The sections, in the order in which they are written, with what each is about.
-pub const SECTIONS: [(&str, &str); 16] = [
+pub const SECTIONS: [(&str, &str); 21] = [
     ("simulation", "How long, how finely, by which engine."),
     ("master", "The machine in the hand (eq. 28) and its force controller (eq. 29)."),
     ("arm", "The arm that holds it (eq. 32-35), in the paper's letters."),
@@ -40,6 +42,11 @@ pub const SECTIONS: [(&str, &str); 16] = [
     ("channel", "The link between the sides."),
     ("operator", "What the person wants to do."),
     ("tissue", "What the needle meets."),
+    ("tissue.skin", "The first of its layers, for kind = \"layers\"."),
+    ("tissue.fat", "The second layer."),
+    ("tissue.muscle", "The third layer."),
+    ("tissue.capsule", "The fourth layer: the organ's membrane."),
+    ("tissue.organ", "The last layer."),
     ("recording", "The recording that operator or tissue replay, and that detect reads."),
     ("recording.columns", "Its columns, by the names in the file's header."),
     ("recording.scale", "The factor that turns each column into SI."),
@@ -54,7 +61,10 @@ pub const DISTANCES: &[&str] =
     &["squared-residual", "mean-change", "variance-change", "parameter-change", "force-derivative"];
 
 /// Every key, in the order in which they are written.
-pub const KEYS: &[Key] = &[
+pub const KEYS: &[Key] = &with_layers::<{ UNLAYERED.len() + LAYERED_COUNT }>(UNLAYERED);
+
+/// Every key but those of the layers.
+const UNLAYERED: &[Key] = &[
     key(
         "name",
         Text,
@@ -191,9 +201,9 @@ pub const KEYS: &[Key] = &[
     // operator
     key(
         "operator.kind",
-        Choice(&["recording", "ramp", "minimum-jerk", "sine"]),
+        Choice(&["recording", "ramp", "minimum-jerk", "insertion-extraction", "sine"]),
         word!("recording"),
-        "Replays the recording's position, moves at a constant speed or with the least jerk, or swings.",
+        "Replays the recording's position, moves at a constant speed or with the least jerk, in and out, or swings.",
     ),
     key(
         "operator.start_m",
@@ -203,15 +213,34 @@ pub const KEYS: &[Key] = &[
     ),
     key("operator.end_m", Number(R::ANY), number!(0.02), "Where a ramp or a movement ends."),
     key("operator.speed_m_per_s", Number(R::POSITIVE), number!(0.01), "How fast a ramp gets there."),
-    key("operator.movement_s", Number(R::POSITIVE), number!(1.0), "How long a minimum-jerk movement takes."),
+    key(
+        "operator.movement_s",
+        Number(R::POSITIVE),
+        number!(1.0),
+        "How long a minimum-jerk movement or an insertion takes.",
+    ),
+    key(
+        "operator.pushes",
+        Whole(1),
+        Fallback::Value(|| Value::Whole(1)),
+        "In how many pushes, each from rest to rest, an insertion-extraction goes in.",
+    ),
+    key("operator.hold_s", Number(R::NON_NEGATIVE), number!(1.0), "How long an insertion-extraction rests inside."),
+    key(
+        "operator.withdrawal_s",
+        Number(R::POSITIVE),
+        number!(1.0),
+        "How long an insertion-extraction takes to come back.",
+    ),
     key("operator.amplitude_m", Number(R::ANY), number!(0.002), "Amplitude of a sine."),
     key("operator.frequency_hz", Number(R::POSITIVE), number!(1.0), "Frequency of a sine."),
     // tissue
     key(
         "tissue.kind",
-        Choice(&["recording", "kelvin-voigt", "hunt-crossley"]),
+        Choice(&["recording", "kelvin-voigt", "hunt-crossley", "generalised", "layers"]),
         word!("recording"),
-        "Replays the recording's force over time, or answers as a spring and damper, even (eq. 1) or stiffening (eq. 2).",
+        "Replays the recording's force over time, or answers as a spring and damper, even (eq. 1), stiffening (eq. 2) or \
+         varying with depth (eq. 3-4), or as layers that give way.",
     ),
     key(
         "tissue.index",
@@ -227,10 +256,57 @@ pub const KEYS: &[Key] = &[
     ),
     key("tissue.stiffness_n_per_m", Number(R::NON_NEGATIVE), number!(200.0), "K of kelvin-voigt."),
     key("tissue.damping_n_s_per_m", Number(R::NON_NEGATIVE), number!(5.0), "B of kelvin-voigt."),
-    key("tissue.contact_m", Number(R::ANY), number!(0.0), "Surface of kelvin-voigt and hunt-crossley."),
+    key("tissue.contact_m", Number(R::ANY), number!(0.0), "Surface of every tissue but a recording."),
     key("tissue.mu", Number(R::NON_NEGATIVE), number!(2000.0), "mu of hunt-crossley, in N/m^n."),
     key("tissue.lambda", Number(R::NON_NEGATIVE), number!(200.0), "lambda of hunt-crossley, in N·s/m^(n+1)."),
-    key("tissue.power", Number(R::NON_NEGATIVE), number!(1.5), "n of hunt-crossley, a multiple of 0.25 up to 7.75."),
+    key(
+        "tissue.power",
+        Number(R::NON_NEGATIVE),
+        number!(1.5),
+        "n of hunt-crossley and generalised, a multiple of 0.25 up to 7.75.",
+    ),
+    key(
+        "tissue.depths_m",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(vec![0.0, 0.02])),
+        "Depths below the surface at which generalised has its coefficients: 1 to 16, ascending; linear between them.",
+    ),
+    key(
+        "tissue.mus",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(vec![2000.0, 1000.0])),
+        "mu of generalised at each depth, at least 0, in N/m^n.",
+    ),
+    key(
+        "tissue.lambdas",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(vec![200.0, 200.0])),
+        "lambda of generalised at each depth, at least 0, in N·s/m^(n+1).",
+    ),
+    key(
+        "tissue.shaft_stiffness_n_per_m",
+        Number(R::POSITIVE),
+        number!(ShaftParameters::default().stiffness_n_per_m),
+        "sigma of layers: how stiffly the shaft drags tissue along before it slides.",
+    ),
+    key(
+        "tissue.static_ratio",
+        Number(R::AT_LEAST_ONE),
+        number!(ShaftParameters::default().static_ratio),
+        "Static by kinetic friction of the shaft in layers.",
+    ),
+    key(
+        "tissue.stick_speed_m_per_s",
+        Number(R::NON_NEGATIVE),
+        number!(ShaftParameters::default().stick_speed_m_per_s),
+        "Speed below which the shaft sticks again.",
+    ),
+    key(
+        "tissue.shaft_damping_n_s_per_m2",
+        Number(R::NON_NEGATIVE),
+        number!(ShaftParameters::default().damping_n_s_per_m2),
+        "Viscous friction of the shaft per length in layers.",
+    ),
     // recording
     key("recording.file", File, Unset, "A CSV file, or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv."),
     key(
@@ -322,6 +398,12 @@ pub const KEYS: &[Key] = &[
         "Acceleration that the Kalman filter expects.",
     ),
     // estimator
+    key(
+        "estimator.parameters",
+        Choice(&["stiffness-and-damping", "stiffness"]),
+        word!("stiffness-and-damping"),
+        "K and B, or K alone, as the paper tries in 3.2.1.",
+    ),
     key(
         "estimator.normalisation",
         Number(R::NON_NEGATIVE),

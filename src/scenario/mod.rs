@@ -6,6 +6,8 @@ mod document;
 mod error;
 mod key_table;
 mod keys;
+mod layer_keys;
+mod layered;
 mod replay;
 mod resolve;
 mod schema;

@@ -164,7 +164,11 @@ impl Scenario {
             TissueSpec::Recording { rupture_ticks, .. } => {
                 rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
             }
-            TissueSpec::Depth { .. } | TissueSpec::KelvinVoigt { .. } | TissueSpec::HuntCrossley { .. } => vec![],
+            TissueSpec::Depth { .. }
+            | TissueSpec::KelvinVoigt { .. }
+            | TissueSpec::HuntCrossley { .. }
+            | TissueSpec::Generalised { .. }
+            | TissueSpec::Layers(_) => vec![],
         }
     }
 

@@ -6,7 +6,7 @@ use super::value::Value;
 use super::values::Values;
 use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Freeze, Reengage};
 use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
-use crate::estimation::RlsSettings;
+use crate::estimation::{Parameters, RlsSettings};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
 };
@@ -97,7 +97,11 @@ pub(super) fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioErro
     values.derive_if_missing("estimator.initial_gain", Value::Number(initial_gain));
     values.derive_if_missing("estimator.reset_threshold", Value::Number(reset_threshold));
     let dead_zone_n = values.number("estimator.dead_zone_n")?;
-    Ok(RlsSettings { initial_gain, reset_threshold, dead_zone_n, normalisation })
+    let parameters = match values.text("estimator.parameters")? {
+        "stiffness" => Parameters::Stiffness,
+        _ => Parameters::StiffnessAndDamping,
+    };
+    Ok(RlsSettings { initial_gain, reset_threshold, dead_zone_n, normalisation, parameters })
 }
 
 /// The detector's settings.

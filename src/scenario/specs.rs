@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use super::error::ScenarioError;
+use super::layered::layers;
 use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
 use super::values::Values;
-use crate::operator::{minimum_jerk, sine};
+use crate::operator::{insertion_extraction, minimum_jerk, sine};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
+use crate::tissue::LayersParameters;
 
 /// What the person does.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +59,21 @@ pub enum TissueSpec {
         /// The surface, in m.
         contact_m: f64,
     },
+    /// A spring and a damper whose coefficients vary with depth.
+    Generalised {
+        /// Where coefficients are given, in m below the surface.
+        depths_m: Vec<f64>,
+        /// μ in N/mⁿ at each depth.
+        mus: Vec<f64>,
+        /// λ in N·s/mⁿ⁺¹ at each depth.
+        lambdas: Vec<f64>,
+        /// n.
+        power: f64,
+        /// The surface, in m.
+        contact_m: f64,
+    },
+    /// Layers that give way.
+    Layers(Box<LayersParameters>),
     /// A spring and a damper.
     KelvinVoigt {
         /// K in N/m.
@@ -117,6 +134,11 @@ fn own_motion(values: &Values, grid: &TickGrid) -> Result<OperatorSpec, Scenario
             let movement_s = values.number("operator.movement_s")?;
             OperatorSpec::Recording(minimum_jerk(start_m, end_m, movement_s, tick_s, ticks))
         }
+        "insertion-extraction" => {
+            let way_in = (values.number("operator.movement_s")?, values.whole("operator.pushes")?);
+            let way_out = (values.number("operator.hold_s")?, values.number("operator.withdrawal_s")?);
+            OperatorSpec::Recording(insertion_extraction((start_m, end_m), way_in, way_out, tick_s, ticks))
+        }
         "sine" => {
             let amplitude_m = values.number("operator.amplitude_m")?;
             let frequency_hz = values.number("operator.frequency_hz")?;
@@ -136,6 +158,14 @@ fn own_tissue(values: &Values) -> Result<TissueSpec, ScenarioError> {
             power: values.number("tissue.power")?,
             contact_m,
         },
+        "generalised" => TissueSpec::Generalised {
+            depths_m: values.numbers("tissue.depths_m")?.to_vec(),
+            mus: values.numbers("tissue.mus")?.to_vec(),
+            lambdas: values.numbers("tissue.lambdas")?.to_vec(),
+            power: values.number("tissue.power")?,
+            contact_m,
+        },
+        "layers" => TissueSpec::Layers(Box::new(layers(values)?)),
         _ => TissueSpec::KelvinVoigt {
             stiffness_n_per_m: values.number("tissue.stiffness_n_per_m")?,
             damping_n_s_per_m: values.number("tissue.damping_n_s_per_m")?,

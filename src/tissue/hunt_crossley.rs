@@ -1,24 +1,20 @@
 //! The Hunt-Crossley model (eq. 2).
 
 use super::Reaction;
-use crate::error::{InvalidValue, finite, non_negative, require};
+use super::power::QuarterPower;
+use crate::error::{InvalidValue, finite, non_negative};
 use crate::lane::{Lane, Mask};
 
 /// `f = μ pⁿ + λ pⁿ v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 2, in this crate's sign).
 ///
-/// The power is a whole number of quarters, from 0 to 7.75: `pⁿ` is then a product of `p`, its squares and its square
-/// roots, the same bits on every machine and in every lane. The price is that n = 1.3 has to be 1.25.
+/// The power is a whole number of quarters, from 0 to 7.75, so that nothing transcendental happens in the tick.
 #[derive(Debug, Clone, Copy)]
 pub struct HuntCrossley<L: Lane> {
     stiffness: L,
     damping: L,
     contact: L,
-    /// Whether 1/4, 1/2, 1, 2 and 4 are part of the power.
-    parts: [L::Mask; 5],
+    power: QuarterPower<L>,
 }
-
-/// Most quarters of a power: every part at once.
-const MOST_QUARTERS: f64 = 31.0;
 
 impl<L: Lane> HuntCrossley<L> {
     /// A tissue of μ (N/mⁿ) and λ (N·s/mⁿ⁺¹), both at least 0, and of power n, whose surface is at `contact_m` (m).
@@ -26,27 +22,18 @@ impl<L: Lane> HuntCrossley<L> {
     /// # Errors
     /// [`InvalidValue`] naming the parameter out of range.
     pub fn new(mu: f64, lambda: f64, power: f64, contact_m: f64) -> Result<Self, InvalidValue> {
-        let quarters = 4.0 * power;
-        let allowed = quarters.fract() == 0.0 && (0.0..=MOST_QUARTERS).contains(&quarters);
-        require("tissue.power", power, allowed, "a multiple of 0.25 from 0 to 7.75")?;
-        let bits = quarters as u32;
         Ok(Self {
+            power: QuarterPower::new(power)?,
             stiffness: L::splat(non_negative("tissue.mu", mu)?),
             damping: L::splat(non_negative("tissue.lambda", lambda)?),
             contact: L::splat(finite("tissue.contact_m", contact_m)?),
-            parts: std::array::from_fn(|bit| L::Mask::splat(bits >> bit & 1 == 1)),
         })
     }
 
     #[inline(always)]
     pub(super) fn react(&self, position: L, velocity: L) -> Reaction<L> {
         let depth = (position - self.contact).max(L::zero());
-        let half = depth.sqrt();
-        let square = depth * depth;
-        let mut power = L::splat(1.0);
-        for (mask, part) in self.parts.into_iter().zip([half.sqrt(), half, depth, square, square * square]) {
-            power = power * L::select(mask, part, L::splat(1.0));
-        }
+        let power = self.power.of(depth);
         let force = self.stiffness * power + self.damping * power * velocity;
         let contact = depth.gt(L::zero());
         Reaction { force_n: L::select(contact, force, L::zero()), ruptured: L::Mask::splat(false) }

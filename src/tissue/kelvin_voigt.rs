@@ -25,6 +25,11 @@ impl<L: Lane> KelvinVoigt<L> {
         })
     }
 
+    /// A tissue that is not there.
+    pub(super) fn nothing() -> Self {
+        Self { stiffness: L::zero(), damping: L::zero(), contact: L::zero() }
+    }
+
     #[inline(always)]
     pub(super) fn react(&self, position: L, velocity: L) -> Reaction<L> {
         let depth = position - self.contact;

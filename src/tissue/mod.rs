@@ -1,14 +1,23 @@
 //! What the needle meets: the force of the tissue on the slave.
 
 mod depth;
+mod generalised;
 mod hunt_crossley;
 mod kelvin_voigt;
+mod layer;
+mod layers;
+mod power;
 mod recording;
+mod shaft;
 
 pub use depth::DepthReplay;
+pub use generalised::{Generalised, MOST_DEPTHS};
 pub use hunt_crossley::HuntCrossley;
 pub use kelvin_voigt::KelvinVoigt;
+pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerKeys, LayerParameters};
+pub use layers::{Layers, LayersParameters};
 pub use recording::RecordedForce;
+pub use shaft::ShaftParameters;
 
 use crate::lane::Lane;
 
@@ -32,9 +41,19 @@ pub enum Tissue<L: Lane> {
     KelvinVoigt(KelvinVoigt<L>),
     /// A spring and a damper that stiffen with depth (eq. 2).
     HuntCrossley(HuntCrossley<L>),
+    /// A spring and a damper whose coefficients vary with depth (eq. 3-4).
+    Generalised(Box<Generalised<L>>),
+    /// Layers that bulge, give way, are cut through, and hold the shaft.
+    Layers(Box<Layers<L>>),
 }
 
 impl<L: Lane> Tissue<L> {
+    /// No tissue: nothing resists.
+    #[must_use]
+    pub(crate) fn nothing() -> Self {
+        Self::KelvinVoigt(KelvinVoigt::nothing())
+    }
+
     /// The reaction at `tick` to a slave at `position_m` (m) moving at `velocity_m_per_s` (m/s).
     #[inline(always)]
     pub fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
@@ -43,6 +62,8 @@ impl<L: Lane> Tissue<L> {
             Self::Depth(tissue) => tissue.react(position_m),
             Self::KelvinVoigt(tissue) => tissue.react(position_m, velocity_m_per_s),
             Self::HuntCrossley(tissue) => tissue.react(position_m, velocity_m_per_s),
+            Self::Generalised(tissue) => tissue.react(position_m, velocity_m_per_s),
+            Self::Layers(tissue) => tissue.react_apart(position_m, velocity_m_per_s),
         }
     }
 }

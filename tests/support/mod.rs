@@ -1,6 +1,8 @@
 //! What several test files need: reading a table of numbers, comparing columns, building an insertion by hand.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod pair;
+
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 

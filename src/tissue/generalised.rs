@@ -1,0 +1,140 @@
+//! The generalised Kelvin-Voigt model (eq. 3-4).
+
+use super::Reaction;
+use super::power::QuarterPower;
+use crate::error::{InvalidValue, finite, non_negative, require};
+use crate::lane::{Lane, Mask};
+
+/// Most depths at which coefficients are given.
+pub const MOST_DEPTHS: usize = 16;
+
+/// A coefficient over depth: `value + Σ slope_j clamp(p - from_j, 0, width_j)`, linear between the depths where it is given.
+#[derive(Debug, Clone, Copy)]
+struct Profile<L> {
+    value: L,
+    slopes: [L; MOST_DEPTHS],
+}
+
+impl<L: Lane> Profile<L> {
+    fn new(name: &'static str, depths_m: &[f64], values: &[f64]) -> Result<Self, InvalidValue> {
+        let equal = values.len() == depths_m.len();
+        require(name, values.len() as f64, equal, "a list as long as tissue.depths_m")?;
+        for &value in values {
+            non_negative(name, value)?;
+        }
+        let slope = |j: usize| match (depths_m.get(j..j + 2), values.get(j..j + 2)) {
+            (Some([from, to]), Some([here, next])) => (next - here) / (to - from),
+            _ => 0.0,
+        };
+        let value = values.first().copied().unwrap_or(0.0);
+        Ok(Self { value: L::splat(value), slopes: std::array::from_fn(|j| L::splat(slope(j))) })
+    }
+}
+
+/// `f = K p + B v` for `p > 0`, 0 otherwise, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign).
+///
+/// The paper leaves open how its coefficients vary with position, velocity and time. Here μ and λ are functions of the
+/// depth `p = x_e - contact` alone, linear between the depths where they are given and constant beyond the first and the
+/// last: of these laws the one whose force without velocity is a function of position, so that what a closed motion
+/// takes is exactly what λ dissipates. With one depth it is Hunt-Crossley's model. What depends on time and history is in
+/// the layers.
+#[derive(Debug, Clone, Copy)]
+pub struct Generalised<L: Lane> {
+    mu: Profile<L>,
+    lambda: Profile<L>,
+    from: [L; MOST_DEPTHS],
+    width: [L; MOST_DEPTHS],
+    pieces: usize,
+    contact: L,
+    power: QuarterPower<L>,
+}
+
+impl<L: Lane> Generalised<L> {
+    /// A tissue of μ (N/mⁿ) and λ (N·s/mⁿ⁺¹), both at least 0, at ascending depths (m, 1 to 16 of them), and of power n,
+    /// whose surface is at `contact_m` (m).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the parameter out of range.
+    pub fn new(
+        depths_m: &[f64],
+        (mus, lambdas): (&[f64], &[f64]),
+        power: f64,
+        contact_m: f64,
+    ) -> Result<Self, InvalidValue> {
+        let count = depths_m.len();
+        require("tissue.depths_m", count as f64, (1..=MOST_DEPTHS).contains(&count), "a list of 1 to 16 depths")?;
+        for pair in depths_m.windows(2) {
+            require("tissue.depths_m", pair[1], pair[1] - pair[0] >= 1e-6, "ascending, by 1e-6 or more each")?;
+        }
+        for &depth in depths_m {
+            finite("tissue.depths_m", depth)?;
+        }
+        let from = |j: usize| depths_m.get(j).copied().unwrap_or(0.0);
+        let width = |j: usize| depths_m.get(j + 1).map_or(0.0, |to| to - from(j));
+        Ok(Self {
+            mu: Profile::new("tissue.mus", depths_m, mus)?,
+            lambda: Profile::new("tissue.lambdas", depths_m, lambdas)?,
+            from: std::array::from_fn(|j| L::splat(from(j))),
+            width: std::array::from_fn(|j| L::splat(width(j))),
+            pieces: count - 1,
+            contact: L::splat(finite("tissue.contact_m", contact_m)?),
+            power: QuarterPower::new(power)?,
+        })
+    }
+
+    // Out of line: the ticks of simpler tissues keep their registers.
+    #[inline(never)]
+    pub(super) fn react(&self, position: L, velocity: L) -> Reaction<L> {
+        let depth = (position - self.contact).max(L::zero());
+        let (mut mu, mut lambda) = (self.mu.value, self.lambda.value);
+        for j in 0..self.pieces {
+            let along = (depth - self.from[j]).clamp(L::zero(), self.width[j]);
+            mu = mu + self.mu.slopes[j] * along;
+            lambda = lambda + self.lambda.slopes[j] * along;
+        }
+        let force = (mu + lambda * velocity) * self.power.of(depth);
+        let contact = depth.gt(L::zero());
+        Reaction { force_n: L::select(contact, force, L::zero()), ruptured: L::Mask::splat(false) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::HuntCrossley;
+    use super::*;
+
+    #[test]
+    fn its_coefficients_are_linear_between_the_depths() {
+        let tissue =
+            Generalised::<f64>::new(&[0.01, 0.02, 0.04], (&[100.0, 300.0, 0.0], &[0.0, 10.0, 10.0]), 1.0, 5e-3);
+        let tissue = tissue.expect("valid");
+        for (p, mu, lambda) in
+            [(0.005, 100.0, 0.0), (0.01, 100.0, 0.0), (0.015, 200.0, 5.0), (0.03, 150.0, 10.0), (0.05, 0.0, 10.0)]
+        {
+            let force = tissue.react(5e-3 + p, 0.2).force_n;
+            assert!((force - (mu * p + lambda * p * 0.2)).abs() < 1e-12, "{p}: {force}");
+        }
+        assert_eq!(tissue.react(5e-3, 1.0).force_n, 0.0);
+    }
+
+    #[test]
+    fn with_one_depth_it_is_hunt_crossley() {
+        let general = Generalised::<f64>::new(&[0.0], (&[2000.0], &[200.0]), 1.5, 1e-3).expect("valid");
+        let model = HuntCrossley::<f64>::new(2000.0, 200.0, 1.5, 1e-3).expect("valid");
+        for k in -10..100 {
+            let (x, v) = (1e-3 * f64::from(k), 0.01 * f64::from(k % 7 - 3));
+            assert!((general.react(x, v).force_n - model.react(x, v).force_n).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn lists_that_do_not_fit_are_named() {
+        let refused = |depths: &[f64], mus: &[f64]| {
+            Generalised::<f64>::new(depths, (mus, &[0.0, 0.0]), 1.0, 0.0).expect_err("refused").name
+        };
+        assert_eq!(refused(&[0.0, 0.0], &[1.0, 1.0]), "tissue.depths_m");
+        assert_eq!(refused(&[], &[]), "tissue.depths_m");
+        assert_eq!(refused(&[0.0, 0.1], &[1.0]), "tissue.mus");
+        assert_eq!(refused(&[0.0, 0.1], &[1.0, -1.0]), "tissue.mus");
+    }
+}

@@ -1,0 +1,263 @@
+//! One layer of tissue: what it is made of, and what it may be.
+//!
+//! # Where the numbers come from
+//! The form is that of Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and of Okamura,
+//! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule gives way, then a constant cutting force
+//! and friction along the shaft. Published numbers spread over decades with needle, speed and species: van Gerwen,
+//! Dankelman and van den Dobbelsteen (2012) survey 24 works with puncture forces from 0.5 mN to 19.2 N, 1.22 N in the
+//! median. Barbé et al. (2007) state for one needle, in vivo, the sums that all layers make: up to 1.45 N with a pull of
+//! 0.37 N on direct access to a pig's liver, up to 5.69 N with a pull of 2.45 N through the skin, and that skin, fat and
+//! muscle make most of it (3.2.1, 3.2.2). The ranges below are this survey's for forces; the others, and how the sums
+//! are shared among the layers, are chosen here: a layer bulges by millimetres before it gives way, as figure 1 and the
+//! 9 mm lurch of 5.2 say, and lets go within hundredths of a second.
+//!
+//! | quantity | range | skin | fat | muscle | capsule | organ |
+//! |---|---|---|---|---|---|---|
+//! | thickness | 0 (absent) to 0.3 m | 2 mm | 10 mm | 15 mm | 0.5 mm | 0.1 m |
+//! | rupture force | 0.5 mN to 19.2 N | 3 N | 0.3 N | 1.2 N | 1.2 N | 0.3 N |
+//! | relaxation | 0, or a tick to 10 s | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms |
+
+use crate::error::{InvalidValue, non_negative, require};
+
+/// How many layers there may be.
+pub const LAYERS: usize = 5;
+
+/// The layers' names in scenarios, from the surface down.
+pub const LAYER_NAMES: [&str; LAYERS] = ["skin", "fat", "muscle", "capsule", "organ"];
+
+/// Range of a layer's forces in N: those of the survey.
+pub const FORCE_RANGE_N: (f64, f64) = (5e-4, 19.2);
+
+/// Thickest layer in m: no needle is longer.
+pub const MOST_THICKNESS_M: f64 = 0.3;
+
+/// Slowest relaxation in s.
+pub const MOST_RELAXATION_S: f64 = 10.0;
+
+/// Deepest bulge in m before a layer gives way: more is no membrane.
+pub const MOST_DEFLECTION_M: f64 = 0.1;
+
+/// What a layer is made of.
+///
+/// Its loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, as Okamura et al.
+/// take for the capsule, and a damping in proportion to it, as in Hunt-Crossley's model (eq. 2 with `λ = c μ`), so that no
+/// force begins with a step and none pulls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerParameters {
+    /// Thickness in m, 0 to 0.3; 0: the layer is absent and the rest of its parameters mean nothing.
+    pub thickness_m: f64,
+    /// `a₁` in N/m, at least 0.
+    pub stiffness_n_per_m: f64,
+    /// `a₂` in N/m², at least 0; `a₁` or `a₂` is above 0.
+    pub stiffening_n_per_m2: f64,
+    /// Force in N at which the intact layer gives way, from the cutting force to 19.2 N.
+    pub rupture_force_n: f64,
+    /// Force in N at which the needle cuts on through it, 0.5 mN to 19.2 N.
+    pub cutting_force_n: f64,
+    /// Time constant in s with which it relaxes from the one to the other and, once cut through, to nothing: 0 (at once),
+    /// or from a tick to 10 s.
+    pub relaxation_s: f64,
+    /// `c` in s/m, at least 0.
+    pub damping_s_per_m: f64,
+    /// Friction on the shaft per length in the layer, in N/m, at least 0.
+    pub friction_n_per_m: f64,
+    /// Friction of the layer's rim on the shaft, whatever the length in it, in N, at least 0.
+    pub grip_n: f64,
+}
+
+impl LayerParameters {
+    /// The layers that scenarios start from, in the order of [`LAYER_NAMES`].
+    pub const DEFAULTS: [Self; LAYERS] = [
+        Self {
+            thickness_m: 2e-3,
+            stiffness_n_per_m: 150.0,
+            stiffening_n_per_m2: 3.5e4,
+            rupture_force_n: 3.0,
+            cutting_force_n: 1.0,
+            relaxation_s: 0.02,
+            damping_s_per_m: 2.0,
+            friction_n_per_m: 10.0,
+            grip_n: 0.3,
+        },
+        Self {
+            thickness_m: 0.01,
+            stiffness_n_per_m: 60.0,
+            stiffening_n_per_m2: 0.0,
+            rupture_force_n: 0.3,
+            cutting_force_n: 0.3,
+            relaxation_s: 0.02,
+            damping_s_per_m: 2.0,
+            friction_n_per_m: 10.0,
+            grip_n: 0.0,
+        },
+        Self {
+            thickness_m: 0.015,
+            stiffness_n_per_m: 150.0,
+            stiffening_n_per_m2: 1e4,
+            rupture_force_n: 1.2,
+            cutting_force_n: 0.8,
+            relaxation_s: 0.02,
+            damping_s_per_m: 2.0,
+            friction_n_per_m: 50.0,
+            grip_n: 0.2,
+        },
+        Self {
+            thickness_m: 5e-4,
+            stiffness_n_per_m: 60.0,
+            stiffening_n_per_m2: 1e4,
+            rupture_force_n: 1.2,
+            cutting_force_n: 0.3,
+            relaxation_s: 0.015,
+            damping_s_per_m: 2.0,
+            friction_n_per_m: 0.0,
+            grip_n: 0.1,
+        },
+        Self {
+            thickness_m: 0.1,
+            stiffness_n_per_m: 60.0,
+            stiffening_n_per_m2: 0.0,
+            rupture_force_n: 0.3,
+            cutting_force_n: 0.3,
+            relaxation_s: 0.02,
+            damping_s_per_m: 2.0,
+            friction_n_per_m: 8.0,
+            grip_n: 0.0,
+        },
+    ];
+
+    /// A layer that is not there.
+    pub const ABSENT: Self = Self { thickness_m: 0.0, ..Self::DEFAULTS[0] };
+
+    /// Whether the layer is there.
+    #[must_use]
+    pub fn is_present(&self) -> bool {
+        self.thickness_m > 0.0
+    }
+
+    /// `d >= 0` in m with `a₁ d + a₂ d² = force_n`.
+    ///
+    /// Written so that nothing cancels where `a₂` is small.
+    #[must_use]
+    pub fn deflection_m(&self, force_n: f64) -> f64 {
+        let (a1, a2) = (self.stiffness_n_per_m, self.stiffening_n_per_m2);
+        let root = (a1 * a1 + 4.0 * a2 * force_n).sqrt();
+        if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
+    }
+
+    /// Checks the ranges that the fields state, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first key out of range.
+    pub fn validate(&self, index: usize, tick_s: f64) -> Result<(), InvalidValue> {
+        let keys = &LAYER_KEYS[index];
+        let thickness = self.thickness_m;
+        require(keys.thickness_m, thickness, (0.0..=MOST_THICKNESS_M).contains(&thickness), "from 0 (absent) to 0.3")?;
+        if !self.is_present() {
+            return Ok(());
+        }
+        non_negative(keys.stiffness_n_per_m, self.stiffness_n_per_m)?;
+        non_negative(keys.stiffening_n_per_m2, self.stiffening_n_per_m2)?;
+        let (low, high) = FORCE_RANGE_N;
+        let (cutting, rupture) = (self.cutting_force_n, self.rupture_force_n);
+        require(
+            keys.cutting_force_n,
+            cutting,
+            (low..=high).contains(&cutting),
+            "from 5e-4 to 19.2, as in the literature",
+        )?;
+        require(
+            keys.rupture_force_n,
+            rupture,
+            (low..=high).contains(&rupture),
+            "from 5e-4 to 19.2, as in the literature",
+        )?;
+        require(keys.rupture_force_n, rupture, rupture >= cutting, keys.at_least_cutting)?;
+        let reaches = self.deflection_m(rupture) <= MOST_DEFLECTION_M;
+        require(keys.stiffness_n_per_m, self.stiffness_n_per_m, reaches, keys.reaches_rupture)?;
+        let relaxation = self.relaxation_s;
+        let resolved = relaxation == 0.0 || (tick_s..=MOST_RELAXATION_S).contains(&relaxation);
+        require(keys.relaxation_s, relaxation, resolved, "0 (at once), or from simulation.tick_s to 10")?;
+        non_negative(keys.damping_s_per_m, self.damping_s_per_m)?;
+        non_negative(keys.friction_n_per_m, self.friction_n_per_m)?;
+        non_negative(keys.grip_n, self.grip_n)?;
+        Ok(())
+    }
+}
+
+/// A layer's keys in scenarios.
+#[derive(Debug)]
+#[allow(missing_docs, reason = "named as the fields of LayerParameters")]
+pub struct LayerKeys {
+    pub thickness_m: &'static str,
+    pub stiffness_n_per_m: &'static str,
+    pub stiffening_n_per_m2: &'static str,
+    pub rupture_force_n: &'static str,
+    pub cutting_force_n: &'static str,
+    pub relaxation_s: &'static str,
+    pub damping_s_per_m: &'static str,
+    pub friction_n_per_m: &'static str,
+    pub grip_n: &'static str,
+    at_least_cutting: &'static str,
+    reaches_rupture: &'static str,
+}
+
+macro_rules! layer_keys {
+    ($layer:literal) => {
+        LayerKeys {
+            thickness_m: concat!("tissue.", $layer, ".thickness_m"),
+            stiffness_n_per_m: concat!("tissue.", $layer, ".stiffness_n_per_m"),
+            stiffening_n_per_m2: concat!("tissue.", $layer, ".stiffening_n_per_m2"),
+            rupture_force_n: concat!("tissue.", $layer, ".rupture_force_n"),
+            cutting_force_n: concat!("tissue.", $layer, ".cutting_force_n"),
+            relaxation_s: concat!("tissue.", $layer, ".relaxation_s"),
+            damping_s_per_m: concat!("tissue.", $layer, ".damping_s_per_m"),
+            friction_n_per_m: concat!("tissue.", $layer, ".friction_n_per_m"),
+            grip_n: concat!("tissue.", $layer, ".grip_n"),
+            at_least_cutting: concat!("at least tissue.", $layer, ".cutting_force_n"),
+            reaches_rupture: concat!(
+                "enough to reach tissue.",
+                $layer,
+                ".rupture_force_n within 0.1 m, with tissue.",
+                $layer,
+                ".stiffening_n_per_m2"
+            ),
+        }
+    };
+}
+
+/// The keys of each layer, in the order of [`LAYER_NAMES`].
+pub const LAYER_KEYS: [LayerKeys; LAYERS] =
+    [layer_keys!("skin"), layer_keys!("fat"), layer_keys!("muscle"), layer_keys!("capsule"), layer_keys!("organ")];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_deflection_inverts_the_loading_law() {
+        for (a1, a2) in [(150.0, 3e4), (0.0, 1e4), (200.0, 0.0), (1e3, 1e-9)] {
+            let layer =
+                LayerParameters { stiffness_n_per_m: a1, stiffening_n_per_m2: a2, ..LayerParameters::DEFAULTS[0] };
+            for force in [5e-4, 0.3, 3.0, 19.2] {
+                let d = layer.deflection_m(force);
+                assert!((a1 * d + a2 * d * d - force).abs() < 1e-12, "{a1} {a2} {force}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_defaults_are_allowed_and_what_cannot_be_is_named() {
+        for (index, layer) in LayerParameters::DEFAULTS.iter().enumerate() {
+            layer.validate(index, 1e-3).expect("allowed");
+        }
+        let skin = LayerParameters::DEFAULTS[0];
+        let refused = |layer: LayerParameters| layer.validate(3, 1e-3).expect_err("refused").name;
+        assert_eq!(refused(LayerParameters { relaxation_s: -1.0, ..skin }), "tissue.capsule.relaxation_s");
+        assert_eq!(refused(LayerParameters { relaxation_s: 1e-4, ..skin }), "tissue.capsule.relaxation_s");
+        assert_eq!(refused(LayerParameters { cutting_force_n: 4.0, ..skin }), "tissue.capsule.rupture_force_n");
+        assert_eq!(refused(LayerParameters { rupture_force_n: 50.0, ..skin }), "tissue.capsule.rupture_force_n");
+        let limp = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 0.0, ..skin };
+        assert_eq!(refused(limp), "tissue.capsule.stiffness_n_per_m");
+        LayerParameters { relaxation_s: -1.0, ..LayerParameters::ABSENT }.validate(0, 1e-3).expect("it is not there");
+    }
+}

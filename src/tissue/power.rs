@@ -1,0 +1,41 @@
+//! Powers of a depth without a transcendental function.
+
+use crate::error::{InvalidValue, require};
+use crate::lane::{Lane, Mask};
+
+/// Most quarters of a power: every part at once.
+const MOST_QUARTERS: f64 = 31.0;
+
+/// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: a product of `p`, its squares and its square roots, the same
+/// bits on every machine and in every lane. The price is that n = 1.3 has to be 1.25.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct QuarterPower<L: Lane> {
+    /// Whether 1/4, 1/2, 1, 2 and 4 are part of the power.
+    parts: [L::Mask; 5],
+}
+
+impl<L: Lane> QuarterPower<L> {
+    /// The power n of `tissue.power`.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for one that is no multiple of 0.25 from 0 to 7.75.
+    pub(super) fn new(power: f64) -> Result<Self, InvalidValue> {
+        let quarters = 4.0 * power;
+        let allowed = quarters.fract() == 0.0 && (0.0..=MOST_QUARTERS).contains(&quarters);
+        require("tissue.power", power, allowed, "a multiple of 0.25 from 0 to 7.75")?;
+        let bits = quarters as u32;
+        Ok(Self { parts: std::array::from_fn(|bit| L::Mask::splat(bits >> bit & 1 == 1)) })
+    }
+
+    /// `depthⁿ` of a depth of at least 0.
+    #[inline(always)]
+    pub(super) fn of(&self, depth: L) -> L {
+        let half = depth.sqrt();
+        let square = depth * depth;
+        let mut power = L::splat(1.0);
+        for (mask, part) in self.parts.into_iter().zip([half.sqrt(), half, depth, square, square * square]) {
+            power = power * L::select(mask, part, L::splat(1.0));
+        }
+        power
+    }
+}
