@@ -36,7 +36,7 @@ use crate::lane::Lane;
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
 use crate::time::TickGrid;
-use crate::tissue::{Reaction, Tissue};
+use crate::tissue::{Layers, Reaction, RecordedForce, Tissue};
 
 /// Everything that one insertion is made of, over any number of lanes.
 #[derive(Debug, Clone)]
@@ -71,6 +71,33 @@ pub struct Engine<L: Lane, S> {
     pub position_scale: L,
 }
 
+/// What the needle meets, known or not when the run is compiled.
+trait Answer<L: Lane> {
+    /// The reaction at `tick` to the slave.
+    fn answer(&mut self, tick: u64, slave: SlaveReading<L>) -> Reaction<L>;
+}
+
+impl<L: Lane> Answer<L> for Tissue<L> {
+    #[inline(always)]
+    fn answer(&mut self, tick: u64, slave: SlaveReading<L>) -> Reaction<L> {
+        self.react(tick, slave.position_m, slave.velocity_m_per_s)
+    }
+}
+
+impl<L: Lane> Answer<L> for RecordedForce {
+    #[inline(always)]
+    fn answer(&mut self, tick: u64, _slave: SlaveReading<L>) -> Reaction<L> {
+        self.react(tick)
+    }
+}
+
+impl<L: Lane> Answer<L> for Layers<L> {
+    #[inline(always)]
+    fn answer(&mut self, _tick: u64, slave: SlaveReading<L>) -> Reaction<L> {
+        self.react(slave.position_m, slave.velocity_m_per_s)
+    }
+}
+
 impl<L: Lane, S: Sides<L>> Engine<L, S> {
     /// Runs every tick of the grid, or until the observer has seen enough. Nothing is allocated on the way.
     ///
@@ -98,18 +125,11 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         let desire = |tick| operator.desired_position_m(tick);
         let outcome = match (&operator, &mut tissue, self.passes_samples_on()) {
             (Operator::Recording(positions), Tissue::Recording(force), true) => {
-                let replay = |tick| recorded(positions, tick);
-                self.run_where::<true, _, _, _>(observer, replay, |tick, _| force.react(tick))
+                self.run_where::<true, _, _, _>(observer, |tick| recorded(positions, tick), force)
             }
-            (_, Tissue::Layers(layers), false) => self.run_where::<false, _, _, _>(observer, desire, |_, slave| {
-                layers.react(slave.position_m, slave.velocity_m_per_s)
-            }),
-            (_, tissue, true) => self.run_where::<true, _, _, _>(observer, desire, |tick, slave| {
-                tissue.react(tick, slave.position_m, slave.velocity_m_per_s)
-            }),
-            (_, tissue, false) => self.run_where::<false, _, _, _>(observer, desire, |tick, slave| {
-                tissue.react(tick, slave.position_m, slave.velocity_m_per_s)
-            }),
+            (_, Tissue::Layers(layers), false) => self.run_where::<false, _, _, _>(observer, desire, &mut **layers),
+            (_, tissue, true) => self.run_where::<true, _, _, _>(observer, desire, tissue),
+            (_, tissue, false) => self.run_where::<false, _, _, _>(observer, desire, tissue),
         };
         self.tissue = tissue;
         outcome
@@ -123,26 +143,26 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             && self.backward.is_immediate()
     }
 
-    /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask, and for what
-    /// the person desires (m) at a tick and how the tissue reacts at it.
+    /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask, and for the
+    /// tissue; `desire` is the desired position in m at a tick.
     #[inline(always)]
-    fn run_where<const DIRECT: bool, O, D, R>(
+    fn run_where<const DIRECT: bool, O, D, T>(
         &mut self,
         observer: &mut O,
         desire: D,
-        mut react: R,
+        tissue: &mut T,
     ) -> Result<(), IntegrationError>
     where
         O: Observer<L>,
         D: Fn(u64) -> L,
-        R: FnMut(u64, SlaveReading<L>) -> Reaction<L>,
+        T: Answer<L>,
     {
         // The estimator stays in `self`: it is more than the registers hold, and a copy here would push out what each
         // tick needs.
         let mut outcome = Ok(());
         let mut desired = desire(0);
         for tick in 0..self.grid.ticks() {
-            let reaction = react(tick, self.sides.slave());
+            let reaction = tissue.answer(tick, self.sides.slave());
             let signals = self.sense_and_decide::<DIRECT>(tick, desired, reaction);
             observer.observe(&signals);
             if observer.is_done() {
