@@ -117,22 +117,42 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
 
     /// [`Engine::run`] in the instruction set of whoever inlines it.
     ///
-    /// The tissue is taken out for the run, and a replay's or layers' ticks are compiled apart: what they need stays at hand.
+    /// Person and tissue are taken out for the run, and the ticks of a motion that is known beforehand, on a replay or in
+    /// layers, are compiled apart: what they need stays at hand.
     #[inline(always)]
     fn run_ticks<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
-        let operator = self.operator.clone();
+        let mut operator = std::mem::replace(&mut self.operator, Operator::nobody());
         let mut tissue = std::mem::replace(&mut self.tissue, Tissue::nothing());
-        let desire = |tick| operator.desired_position_m(tick);
-        let outcome = match (&operator, &mut tissue, self.passes_samples_on()) {
-            (Operator::Recording(positions), Tissue::Recording(force), true) => {
-                self.run_where::<true, _, _, _>(observer, |tick| recorded(positions, tick), force)
-            }
-            (_, Tissue::Layers(layers), false) => self.run_where::<false, _, _, _>(observer, desire, &mut **layers),
-            (_, tissue, true) => self.run_where::<true, _, _, _>(observer, desire, tissue),
-            (_, tissue, false) => self.run_where::<false, _, _, _>(observer, desire, tissue),
-        };
-        self.tissue = tissue;
+        let outcome = self.run_with(observer, &mut operator, &mut tissue);
+        (self.operator, self.tissue) = (operator, tissue);
         outcome
+    }
+
+    /// The run with whom and what it is about.
+    #[inline(always)]
+    fn run_with<O: Observer<L>>(
+        &mut self,
+        observer: &mut O,
+        operator: &mut Operator<L>,
+        tissue: &mut Tissue<L>,
+    ) -> Result<(), IntegrationError> {
+        let direct = self.passes_samples_on();
+        if let Some(positions) = operator.as_replay() {
+            let replay = |tick, _| recorded(positions, tick);
+            match (&mut *tissue, direct) {
+                (Tissue::Recording(force), true) => return self.run_where::<true, _, _, _>(observer, replay, force),
+                (Tissue::Layers(layers), false) => {
+                    return self.run_where::<false, _, _, _>(observer, replay, &mut **layers);
+                }
+                _ => {}
+            }
+        }
+        let desire = |tick, felt_n| operator.desired_position_m(tick, felt_n);
+        if direct {
+            self.run_where::<true, _, _, _>(observer, desire, tissue)
+        } else {
+            self.run_where::<false, _, _, _>(observer, desire, tissue)
+        }
     }
 
     /// Whether every sample arrives at once and as it is: exact sensors, no filter, no delay.
@@ -144,23 +164,23 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     }
 
     /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask, and for the
-    /// tissue; `desire` is the desired position in m at a tick.
+    /// tissue; `desire` gives the desired position in m at a tick, after what was felt (N) at the one before.
     #[inline(always)]
     fn run_where<const DIRECT: bool, O, D, T>(
         &mut self,
         observer: &mut O,
-        desire: D,
+        mut desire: D,
         tissue: &mut T,
     ) -> Result<(), IntegrationError>
     where
         O: Observer<L>,
-        D: Fn(u64) -> L,
+        D: FnMut(u64, L) -> L,
         T: Answer<L>,
     {
         // The estimator stays in `self`: it is more than the registers hold, and a copy here would push out what each
         // tick needs.
         let mut outcome = Ok(());
-        let mut desired = desire(0);
+        let mut desired = desire(0, L::zero());
         for tick in 0..self.grid.ticks() {
             let reaction = tissue.answer(tick, self.sides.slave());
             let signals = self.sense_and_decide::<DIRECT>(tick, desired, reaction);
@@ -168,7 +188,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             if observer.is_done() {
                 break;
             }
-            let desired_next = desire(tick + 1);
+            let desired_next = desire(tick + 1, signals.operator_force_n);
             outcome = self.sides.step(desired, desired_next, signals.feedback_force_n, signals.slave_reference_m);
             if outcome.is_err() {
                 break;

@@ -1,8 +1,14 @@
 //! What the person wants: the desired position that the arm pulls the master towards.
 
 mod motion;
+mod reflex;
+mod tremor;
 
 pub use motion::{insertion_extraction, minimum_jerk, sine};
+pub use reflex::{Reflex, ReflexSettings};
+pub use tremor::TremorSettings;
+
+use reflex::Reaction;
 
 use std::sync::Arc;
 
@@ -14,11 +20,19 @@ pub const MOST_POSITION_M: f64 = 1.0;
 
 /// The kinds of intention. The desired position is linear between ticks.
 #[derive(Debug, Clone)]
-pub enum Operator<L> {
+pub enum Motion<L> {
     /// A recorded or computed motion, one position a tick; the last one is held after its end.
     Recording(Arc<[f64]>),
     /// A constant speed from a start to an end.
     Ramp(Ramp<L>),
+}
+
+/// A person: what they intend, how their hand trembles, and how they react to what they feel.
+#[derive(Debug, Clone)]
+pub struct Operator<L: Lane> {
+    motion: Motion<L>,
+    tremor: Option<Arc<[L]>>,
+    reaction: Option<Reaction<L>>,
 }
 
 /// `x_d = start + speed · t` until `end` is reached, then `end`.
@@ -48,20 +62,79 @@ impl<L: Lane> Ramp<L> {
     }
 }
 
-/// The position of a motion at `tick`, in m; the last one is held after its end.
+/// The position of a recorded motion at `tick`, in m; the last one is held after its end.
 #[inline(always)]
 pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
     let held = || positions.last().copied().unwrap_or(0.0);
     L::splat(positions.get(tick as usize).copied().unwrap_or_else(held))
 }
 
-impl<L: Lane> Operator<L> {
-    /// The desired position at `tick` in m.
+impl<L: Lane> Motion<L> {
+    /// The desired position in m at a person's own time in ticks.
     #[inline(always)]
-    pub fn desired_position_m(&self, tick: u64) -> L {
+    fn at(&self, ticks: L) -> L {
         match self {
-            Self::Recording(positions) => recorded(positions, tick),
-            Self::Ramp(ramp) => (ramp.start + ramp.step * L::splat(tick as f64)).clamp(ramp.low, ramp.high),
+            Self::Recording(positions) => {
+                let look = |all: L, lane| all.with_lane(lane, recorded(positions, ticks.lane(lane) as u64));
+                (0..L::WIDTH).fold(L::zero(), look)
+            }
+            Self::Ramp(ramp) => (ramp.start + ramp.step * ticks).clamp(ramp.low, ramp.high),
+        }
+    }
+}
+
+impl<L: Lane> Operator<L> {
+    /// A person with a steady hand who follows the motion whatever they feel.
+    #[must_use]
+    pub fn new(motion: Motion<L>) -> Self {
+        Self { motion, tremor: None, reaction: None }
+    }
+
+    /// Nobody: a desired position of 0.
+    #[must_use]
+    pub(crate) fn nobody() -> Self {
+        let zero = L::zero();
+        Self::new(Motion::Ramp(Ramp { start: zero, step: zero, low: zero, high: zero }))
+    }
+
+    /// The same person with a displacement in m added at each tick, as [`TremorSettings::displacements`] gives them.
+    #[must_use]
+    pub fn trembling(mut self, displacements_m: Arc<[L]>) -> Self {
+        self.tremor = Some(displacements_m);
+        self
+    }
+
+    /// The same person, reacting to a fall of the felt force; lane `i` by stream `first_stream + i` of the seed, on ticks of
+    /// `tick_s` (s).
+    #[must_use]
+    pub fn reacting(mut self, settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
+        self.reaction = Some(Reaction::new(settings, seed, first_stream, tick_s));
+        self
+    }
+
+    /// The recorded motion, where it is all that there is.
+    #[inline(always)]
+    pub(crate) fn as_replay(&self) -> Option<&[f64]> {
+        match (&self.motion, &self.tremor, &self.reaction) {
+            (Motion::Recording(positions), None, None) => Some(positions),
+            _ => None,
+        }
+    }
+
+    /// The desired position at `tick` in m, after a force `felt_n` (N) at the tick before. Asked once for each tick, from
+    /// 0 on.
+    #[inline(always)]
+    pub fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
+        let intended = match &mut self.reaction {
+            Some(reaction) if tick > 0 => {
+                let (own_ticks, withdrawn_m) = reaction.step(tick, felt_n);
+                self.motion.at(own_ticks) - withdrawn_m
+            }
+            _ => self.motion.at(L::splat(tick as f64)),
+        };
+        match &self.tremor {
+            Some(displacements) => intended + displacements.get(tick as usize).copied().unwrap_or(L::zero()),
+            None => intended,
         }
     }
 }
@@ -74,7 +147,7 @@ mod tests {
     fn a_ramp_ends_where_it_should_in_either_direction() {
         let at = |start, end, tick| {
             let ramp = Ramp::<f64>::new(start, end, 0.01, 1e-3).expect("valid");
-            Operator::Ramp(ramp).desired_position_m(tick)
+            Operator::new(Motion::Ramp(ramp)).desired_position_m(tick, 0.0)
         };
         assert_eq!(at(0.0, 0.02, 0), 0.0);
         assert!((at(0.0, 0.02, 500) - 0.005).abs() < 1e-15);

@@ -63,7 +63,41 @@ impl Default for ArmParameters {
     }
 }
 
+/// How firmly the hand holds the master.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Grip {
+    /// As the paper identified it (eq. 32-35).
+    Paper,
+    /// Half as stiff.
+    Relaxed,
+    /// Twice as stiff.
+    Firm,
+}
+
 impl ArmParameters {
+    /// The arm of a grip.
+    ///
+    /// Stiffness and damping of hand and wrist grow with the force of the grip (Hasser and Cutkosky 2002; Kuchenbecker,
+    /// Park and Niemeyer 2003). The factors are chosen here: both stiffnesses halved or doubled, both dampings by the square
+    /// root of that, so that the damping ratios stay; the mass stays.
+    #[must_use]
+    pub fn of_grip(grip: Grip) -> Self {
+        let factor: f64 = match grip {
+            Grip::Paper => return Self::default(),
+            Grip::Relaxed => 0.5,
+            Grip::Firm => 2.0,
+        };
+        let Self { k_a_n_per_m, b_a_n_s_per_m, k_h_n_per_m, b_h_n_s_per_m, m_h_kg } = Self::default();
+        let damping = factor.sqrt();
+        Self {
+            k_a_n_per_m: factor * k_a_n_per_m,
+            b_a_n_s_per_m: damping * b_a_n_s_per_m,
+            k_h_n_per_m: factor * k_h_n_per_m,
+            b_h_n_s_per_m: damping * b_h_n_s_per_m,
+            m_h_kg,
+        }
+    }
+
     /// The force in N per m of a still master's distance from the desired position: `k_a k_h / (k_a + k_h)`.
     #[must_use]
     pub fn static_stiffness_n_per_m(&self) -> f64 {

@@ -7,9 +7,10 @@ use crate::augmentation::Supervisor;
 use crate::channel::Delay;
 use crate::detection::Detector;
 use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer};
+use crate::error::InvalidValue;
 use crate::estimation::{Rls, VelocityFilter};
 use crate::lane::Lane;
-use crate::operator::{Operator, Ramp};
+use crate::operator::{Motion, Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
 use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
@@ -119,12 +120,7 @@ impl Scenario {
         Ok(Engine {
             grid: self.grid,
             sides,
-            operator: match &self.operator {
-                OperatorSpec::Recording(positions) => Operator::Recording(positions.clone()),
-                OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
-                    Operator::Ramp(Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s).map_err(out_of_range)?)
-                }
-            },
+            operator: self.person(first_stream).map_err(out_of_range)?,
             tissue: match &self.tissue {
                 TissueSpec::Recording { force_n, rupture_ticks } => {
                     Tissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone()))
@@ -166,6 +162,26 @@ impl Scenario {
             force_scale: L::splat(self.force_scale),
             position_scale: L::splat(self.position_scale),
         })
+    }
+
+    /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
+    fn person<L: Lane>(&self, first_stream: u64) -> Result<Operator<L>, InvalidValue> {
+        let tick_s = self.grid.tick_s();
+        let motion = match &self.operator {
+            OperatorSpec::Recording(positions) => Motion::Recording(positions.clone()),
+            OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
+                Motion::Ramp(Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s)?)
+            }
+        };
+        let mut person = Operator::new(motion);
+        if self.tremor.amplitude_m > 0.0 {
+            let ticks = self.grid.ticks() + 1;
+            person = person.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
+        }
+        if let Some(reflex) = &self.reflex {
+            person = person.reacting(reflex, self.seed, first_stream, tick_s);
+        }
+        Ok(person)
     }
 
     /// Where the person begins, in m; both sides begin there at rest.

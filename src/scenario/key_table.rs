@@ -7,7 +7,8 @@ use super::layer_keys::{LAYERED_COUNT, with_layers};
 use super::value::{Kind, Range, Value};
 use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
 use crate::detection::{ArmingSettings, Hypotheses};
-use crate::plant::{ArmParameters, MasterParameters, SlaveParameters};
+use crate::operator::TremorSettings;
+use crate::plant::{MasterParameters, SlaveParameters};
 use crate::recording::Limits;
 use crate::tissue::ShaftParameters;
 
@@ -119,30 +120,36 @@ const UNLAYERED: &[Key] = &[
     ),
     // arm
     key(
+        "arm.grip",
+        Choice(&["paper", "relaxed", "firm"]),
+        word!("paper"),
+        "How firmly the hand holds: as the paper identified it, half or twice as stiff.",
+    ),
+    key(
         "arm.k_a_n_per_m",
         Number(R::NON_NEGATIVE),
-        number!(ArmParameters::default().k_a_n_per_m),
+        Derived("the grip's; 733 as the paper has it"),
         "Stiffness between arm and master.",
     ),
     key(
         "arm.b_a_n_s_per_m",
         Number(R::NON_NEGATIVE),
-        number!(ArmParameters::default().b_a_n_s_per_m),
+        Derived("the grip's; 37.3 as the paper has it"),
         "Damping between arm and master.",
     ),
     key(
         "arm.k_h_n_per_m",
         Number(R::NON_NEGATIVE),
-        number!(ArmParameters::default().k_h_n_per_m),
+        Derived("the grip's; 14998 as the paper has it"),
         "Stiffness between desired position and arm.",
     ),
     key(
         "arm.b_h_n_s_per_m",
         Number(R::NON_NEGATIVE),
-        number!(ArmParameters::default().b_h_n_s_per_m),
+        Derived("the grip's; 178 as the paper has it"),
         "Damping between desired position and arm.",
     ),
-    key("arm.m_h_kg", Number(R::MASS), number!(ArmParameters::default().m_h_kg), "Mass of the arm."),
+    key("arm.m_h_kg", Number(R::MASS), Derived("the grip's; 1.88 as the paper has it"), "Mass of the arm."),
     // slave
     key(
         "slave.numerator",
@@ -234,6 +241,48 @@ const UNLAYERED: &[Key] = &[
     ),
     key("operator.amplitude_m", Number(R::ANY), number!(0.002), "Amplitude of a sine."),
     key("operator.frequency_hz", Number(R::POSITIVE), number!(1.0), "Frequency of a sine."),
+    key(
+        "operator.tremor_amplitude_m",
+        Number(R::NON_NEGATIVE),
+        number!(TremorSettings::STEADY.amplitude_m),
+        "Root mean square of the hand's tremor; usual are tens to hundreds of micrometres.",
+    ),
+    key(
+        "operator.tremor_low_hz",
+        Number(R::POSITIVE),
+        number!(TremorSettings::STEADY.low_hz),
+        "Lower end of the tremor's band.",
+    ),
+    key(
+        "operator.tremor_high_hz",
+        Number(R::POSITIVE),
+        number!(TremorSettings::STEADY.high_hz),
+        "Upper end of the tremor's band.",
+    ),
+    key(
+        "operator.reflex",
+        Choice(&["none", "stop", "withdraw"]),
+        word!("none"),
+        "What the person does, a reaction time after the felt force has fallen: go on, pause, or pause and withdraw.",
+    ),
+    key(
+        "operator.reflex_weber_fraction",
+        Number(R::SHARE),
+        number!(0.15),
+        "By what share of its recent level the felt force has to fall to be noticed.",
+    ),
+    key("operator.reflex_reaction_min_s", Number(R::NON_NEGATIVE), number!(0.15), "Shortest reaction time."),
+    key("operator.reflex_reaction_max_s", Number(R::NON_NEGATIVE), number!(0.25), "Longest reaction time."),
+    key("operator.reflex_memory_s", Number(R::POSITIVE), number!(0.05), "Time constant of the recent level."),
+    key(
+        "operator.reflex_least_force_n",
+        Number(R::NON_NEGATIVE),
+        number!(0.3),
+        "Level below which no fall is noticed.",
+    ),
+    key("operator.reflex_pause_s", Number(R::NON_NEGATIVE), number!(0.5), "How long the person pauses."),
+    key("operator.reflex_withdraw_m", Number(R::NON_NEGATIVE), number!(0.005), "How far they withdraw."),
+    key("operator.reflex_withdraw_speed_m_per_s", Number(R::POSITIVE), number!(0.02), "How fast they withdraw."),
     // tissue
     key(
         "tissue.kind",

@@ -8,6 +8,7 @@ mod key_table;
 mod keys;
 mod layer_keys;
 mod layered;
+mod person;
 mod replay;
 mod resolve;
 mod schema;

@@ -2,6 +2,7 @@
 
 use super::document::Source;
 use super::error::ScenarioError;
+use super::person::{reflex, tremor};
 use super::replay::{RecordingSpec, load_recording};
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
@@ -11,7 +12,7 @@ use crate::augmentation::AugmentationSettings;
 use crate::channel::MOST_DELAY_TICKS;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
-use crate::operator::MOST_POSITION_M;
+use crate::operator::{MOST_POSITION_M, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -62,6 +63,10 @@ pub struct Scenario {
     pub backward_ticks: u64,
     /// The person.
     pub operator: OperatorSpec,
+    /// How their hand trembles.
+    pub tremor: TremorSettings,
+    /// How they react to a fall of the felt force, if they do.
+    pub reflex: Option<ReflexSettings>,
     /// The tissue.
     pub tissue: TissueSpec,
     /// The sensors.
@@ -116,7 +121,7 @@ impl Scenario {
             timing,
             seed: values.whole("simulation.seed")?,
             master: master(&values)?,
-            arm: arm(&values)?,
+            arm: arm(&mut values)?,
             slave: slave(&values)?,
             actuators: actuators(&values, timing)?,
             force_scale: values.number("scaling.force")?,
@@ -124,6 +129,8 @@ impl Scenario {
             forward_ticks: delay_ticks(&values, "channel.forward_delay_s", &grid)?,
             backward_ticks: delay_ticks(&values, "channel.backward_delay_s", &grid)?,
             operator,
+            tremor: tremor(&values)?,
+            reflex: reflex(&values)?,
             tissue,
             sensor: sensor(&values)?,
             acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
@@ -175,6 +182,10 @@ impl Scenario {
     /// Checks what involves more than one key, and that the sides can be built.
     fn check(&self) -> Result<(), ScenarioError> {
         let out_of_range = |error| self.values.out_of_range(&error);
+        self.tremor.validate(self.grid.tick_s()).map_err(out_of_range)?;
+        if let Some(reflex) = &self.reflex {
+            reflex.validate().map_err(out_of_range)?;
+        }
         self.sensor.validate().map_err(out_of_range)?;
         self.estimator.validate().map_err(out_of_range)?;
         self.detector.validate().map_err(out_of_range)?;

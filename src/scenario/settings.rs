@@ -8,7 +8,7 @@ use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Fre
 use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
 use crate::estimation::{Parameters, RlsSettings};
 use crate::plant::{
-    ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
+    ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, Grip, MasterParameters, SlaveParameters,
 };
 use crate::sensor::SensorSettings;
 
@@ -28,14 +28,24 @@ pub(super) fn master(values: &Values) -> Result<MasterParameters, ScenarioError>
     })
 }
 
-/// The arm's parameters.
-pub(super) fn arm(values: &Values) -> Result<ArmParameters, ScenarioError> {
+/// The arm's parameters: its grip's, where no number says otherwise.
+pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
+    let grip = match values.text("arm.grip")? {
+        "relaxed" => Grip::Relaxed,
+        "firm" => Grip::Firm,
+        _ => Grip::Paper,
+    };
+    let of_grip = ArmParameters::of_grip(grip);
+    let mut number = |path, of_grip| {
+        values.derive_if_missing(path, Value::Number(of_grip));
+        values.number(path)
+    };
     Ok(ArmParameters {
-        k_a_n_per_m: values.number("arm.k_a_n_per_m")?,
-        b_a_n_s_per_m: values.number("arm.b_a_n_s_per_m")?,
-        k_h_n_per_m: values.number("arm.k_h_n_per_m")?,
-        b_h_n_s_per_m: values.number("arm.b_h_n_s_per_m")?,
-        m_h_kg: values.number("arm.m_h_kg")?,
+        k_a_n_per_m: number("arm.k_a_n_per_m", of_grip.k_a_n_per_m)?,
+        b_a_n_s_per_m: number("arm.b_a_n_s_per_m", of_grip.b_a_n_s_per_m)?,
+        k_h_n_per_m: number("arm.k_h_n_per_m", of_grip.k_h_n_per_m)?,
+        b_h_n_s_per_m: number("arm.b_h_n_s_per_m", of_grip.b_h_n_s_per_m)?,
+        m_h_kg: number("arm.m_h_kg", of_grip.m_h_kg)?,
     })
 }
 

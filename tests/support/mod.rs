@@ -11,7 +11,7 @@ use trocar::channel::Delay;
 use trocar::detection::{Detector, DetectorSettings};
 use trocar::engine::{Engine, Sides};
 use trocar::estimation::{Rls, RlsSettings};
-use trocar::operator::{Operator, Ramp};
+use trocar::operator::{Motion, Operator, Ramp};
 use trocar::sensor::{Sensor, SensorSettings};
 use trocar::time::TickGrid;
 use trocar::tissue::{KelvinVoigt, Tissue};
@@ -60,7 +60,7 @@ impl ClosedLoop {
         Engine {
             grid: TickGrid::new(tick_s, 3.0).expect("valid"),
             sides,
-            operator: Operator::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid")),
+            operator: Operator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
             tissue: Tissue::KelvinVoigt(tissue),
             sensor: Sensor::new(&SensorSettings::default(), tick_s, 0, 0),
             velocity_filter: None,

@@ -1,0 +1,163 @@
+//! Physiological tremor: what a hand adds to what its owner wants.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::error::{InvalidValue, non_negative, positive, require};
+use crate::lane::Lane;
+
+/// How many sines a tremor is made of.
+const SINES: usize = 8;
+
+/// Over how long the tremor grows from nothing, in s, so that a person begins where they mean to.
+const GROWTH_S: f64 = 0.25;
+
+/// Sets the tremor's random numbers apart from those of the other sources with the same seed.
+const DOMAIN: u64 = 0x7472_656d_6f72;
+
+/// How a hand trembles.
+///
+/// Physiological tremor of the hand lies between 8 and 12 Hz (Elble and Koller, *Tremor*, 1990). The amplitude is the
+/// user's to choose: tens to hundreds of µm are usual for an instrument in the hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TremorSettings {
+    /// Root mean square of the tremor in m, at least 0; 0 is a hand that does not tremble.
+    pub amplitude_m: f64,
+    /// Lower end of its band in Hz, above 0.
+    pub low_hz: f64,
+    /// Upper end of its band in Hz, above the lower end and below half the tick's rate.
+    pub high_hz: f64,
+}
+
+impl Default for TremorSettings {
+    fn default() -> Self {
+        Self::STEADY
+    }
+}
+
+impl TremorSettings {
+    /// A hand that does not tremble, and the band where it would.
+    pub const STEADY: Self = Self { amplitude_m: 0.0, low_hz: 8.0, high_hz: 12.0 };
+
+    /// Checks the ranges that the fields state, on ticks of `tick_s` (s).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        non_negative("operator.tremor_amplitude_m", self.amplitude_m)?;
+        positive("operator.tremor_low_hz", self.low_hz)?;
+        let ordered = self.high_hz > self.low_hz;
+        require("operator.tremor_high_hz", self.high_hz, ordered, "above operator.tremor_low_hz")?;
+        let seen = self.amplitude_m == 0.0 || self.high_hz < 0.5 / tick_s;
+        require("operator.tremor_high_hz", self.high_hz, seen, "below half the rate of the ticks")?;
+        Ok(())
+    }
+
+    /// The tremor in m, one displacement a tick; lane `i` has stream `first_stream + i` of the seed.
+    ///
+    /// A sum of sines of equal size, one in each eighth of the band, of random frequency and phase.
+    #[must_use]
+    pub fn displacements<L: Lane>(&self, seed: u64, first_stream: u64, tick_s: f64, ticks: u64) -> Arc<[L]> {
+        let mut lanes: Vec<Hand> =
+            (0..L::WIDTH).map(|lane| Hand::new(self, seed, first_stream + lane as u64, tick_s)).collect();
+        let growth_ticks = GROWTH_S / tick_s;
+        let displacement = |tick: u64| {
+            let share = (tick as f64 / growth_ticks).min(1.0);
+            let grown = share * share * (3.0 - 2.0 * share);
+            let next = |all: L, (lane, hand): (usize, &mut Hand)| all.with_lane(lane, grown * hand.next());
+            lanes.iter_mut().enumerate().fold(L::zero(), next)
+        };
+        (0..ticks).map(displacement).collect()
+    }
+}
+
+/// A hand's sines, each a vector that turns by a fixed angle a tick: nothing transcendental, tick by tick.
+struct Hand {
+    size_m: f64,
+    /// Cosine and sine of the phase, and of the angle of a tick.
+    sines: [([f64; 2], [f64; 2]); SINES],
+}
+
+impl Hand {
+    fn new(settings: &TremorSettings, seed: u64, stream: u64, tick_s: f64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ DOMAIN);
+        rng.set_stream(stream);
+        let vector = |angle: f64| [libm::cos(angle), libm::sin(angle)];
+        let width_hz = (settings.high_hz - settings.low_hz) / SINES as f64;
+        let sines = std::array::from_fn(|i| {
+            let frequency_hz = settings.low_hz + width_hz * (i as f64 + rng.random::<f64>());
+            let phase = TAU * rng.random::<f64>();
+            (vector(phase), vector(TAU * frequency_hz * tick_s))
+        });
+        Self { size_m: settings.amplitude_m * (2.0 / SINES as f64).sqrt(), sines }
+    }
+
+    fn next(&mut self) -> f64 {
+        let mut sum = 0.0;
+        for ([cos, sin], [turn_cos, turn_sin]) in &mut self.sines {
+            sum += *sin;
+            (*cos, *sin) = (*cos * *turn_cos - *sin * *turn_sin, *sin * *turn_cos + *cos * *turn_sin);
+        }
+        self.size_m * sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK_S: f64 = 1e-3;
+
+    fn tremor(seed: u64, ticks: u64) -> Vec<f64> {
+        let settings = TremorSettings { amplitude_m: 1e-4, ..TremorSettings::default() };
+        settings.displacements::<f64>(seed, 0, TICK_S, ticks).to_vec()
+    }
+
+    /// The share of the power of the last 40 s between two frequencies (Hz), of all below 50 Hz.
+    fn share_between(signal: &[f64], low_hz: f64, high_hz: f64) -> f64 {
+        let tail = &signal[signal.len() - 40_000..];
+        let power = |bin: usize| {
+            let turn = TAU * bin as f64 / tail.len() as f64;
+            let part =
+                |wave: fn(f64) -> f64| -> f64 { tail.iter().enumerate().map(|(k, x)| x * wave(turn * k as f64)).sum() };
+            part(libm::cos).powi(2) + part(libm::sin).powi(2)
+        };
+        let bins = |low: f64, high: f64| ((low * 40.0) as usize..(high * 40.0) as usize).step_by(2);
+        bins(low_hz, high_hz).map(power).sum::<f64>() / bins(0.5, 30.0).map(power).sum::<f64>()
+    }
+
+    #[test]
+    fn it_lies_in_its_band_and_has_its_size() {
+        let signal = tremor(3, 60_000);
+        assert!(share_between(&signal, 7.8, 12.2) > 0.98, "{}", share_between(&signal, 7.8, 12.2));
+        let rms = (signal[1000..].iter().map(|x| x * x).sum::<f64>() / 59_000.0).sqrt();
+        assert!((rms - 1e-4).abs() < 3e-6, "{rms}");
+        assert_eq!(signal[0], 0.0);
+    }
+
+    #[test]
+    fn it_belongs_to_seed_and_stream() {
+        assert_eq!(tremor(1, 500), tremor(1, 500));
+        assert_ne!(tremor(1, 500), tremor(2, 500));
+        let settings = TremorSettings { amplitude_m: 1e-4, ..TremorSettings::default() };
+        let other = settings.displacements::<f64>(1, 1, TICK_S, 500);
+        assert_ne!(tremor(1, 500), other.to_vec());
+    }
+
+    #[test]
+    fn bands_that_cannot_be_are_refused() {
+        let good = TremorSettings { amplitude_m: 1e-4, ..TremorSettings::default() };
+        assert!(good.validate(TICK_S).is_ok());
+        for bad in [
+            TremorSettings { low_hz: 12.0, ..good },
+            TremorSettings { high_hz: 500.0, ..good },
+            TremorSettings { amplitude_m: -1.0, ..good },
+        ] {
+            assert!(bad.validate(TICK_S).is_err(), "{bad:?}");
+        }
+    }
+}
