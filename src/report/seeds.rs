@@ -18,22 +18,24 @@ const FIRST: [&str; 7] = [
     "energy into the tissue",
 ];
 
-/// The study's first metrics: for each scenario the median and the middle 95 % of the seeds; then each one's ratio to the
-/// first scenario, seed by seed.
+/// The study's first metrics: for each scenario the median and the middle 95 % of the seeds; then the second's ratio to the
+/// first, seed by seed.
 #[must_use]
 pub fn seeds_text(study: &SeedStudy) -> String {
     let mut heading = vec![format!("{} seeds: median [2.5 %, 97.5 %]", study.seeds)];
     heading.extend(study.scenarios.iter().cloned());
-    heading.extend(study.scenarios.iter().skip(1).map(|name| match study.scenarios.first() {
-        Some(first) if study.scenarios.len() == 2 => format!("{name} / {first}"),
-        _ => format!("{name} / first"),
-    }));
+    let is_pair = study.scenarios.len() == 2;
+    if is_pair {
+        heading.push("second / first".into());
+    }
     let mut table = Table::new(heading);
     let is_first = |metric: &str| FIRST.iter().any(|first| metric == *first || metric.ends_with(&format!(": {first}")));
     for row in study.rows.iter().filter(|row| is_first(&row.metric)) {
         let mut cells = vec![row.metric.clone()];
         cells.extend(row.spreads.iter().map(|spread| of_unit(spread.as_ref(), row.unit, study.seeds)));
-        cells.extend(row.ratios.iter().skip(1).map(|ratio| ratio.as_ref().map_or(String::new(), of_ratio)));
+        if is_pair {
+            cells.extend(row.ratios.iter().skip(1).map(|ratio| ratio.as_ref().map_or(String::new(), of_ratio)));
+        }
         table.row(cells);
     }
     let varies = |spread: &Spread| spread.low < spread.high;
@@ -48,7 +50,8 @@ pub fn seeds_text(study: &SeedStudy) -> String {
 fn of_unit(spread: Option<&Spread>, unit: Unit, seeds: u64) -> String {
     let Some(spread) = spread else { return "—".into() };
     let (factor, name) = readable(unit);
-    let number = |value: f64| if unit == Unit::Count { format!("{value}") } else { significant(factor * value) };
+    let is_whole = |value: f64| unit == Unit::Count && value.fract() == 0.0;
+    let number = |value: f64| if is_whole(value) { format!("{value}") } else { significant(factor * value) };
     let counted = if spread.defined < seeds { format!(" (in {})", spread.defined) } else { String::new() };
     format!("{} [{}, {}]{name}{counted}", number(spread.median), number(spread.low), number(spread.high))
 }
