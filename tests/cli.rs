@@ -374,3 +374,21 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
     assert!(silent.contains("the seeds change nothing"), "{silent}");
     desk.refused(&["compare", "--seeds", "1"], &["--seeds", "2..=100000"]);
 }
+
+#[test]
+fn scenarios_that_cannot_be_realised_say_why() {
+    let desk = Desk::new();
+    let skin = "builtin:01_through_the_skin.toml";
+    for (setting, phrases) in [
+        ("tissue.capsule.relaxation_s=-1", ["tissue.capsule.relaxation_s", "0"]),
+        ("tissue.capsule.rupture_force_n=0.1", ["tissue.capsule.rupture_force_n", "tissue.capsule.cutting_force_n"]),
+        ("tissue.static_ratio=0.9", ["tissue.static_ratio", "at least 1"]),
+        ("operator.reflex_reaction_max_s=0.1", ["operator.reflex_reaction_max_s", "operator.reflex_reaction_min_s"]),
+        ("operator.reflex_weber_fraction=1.0", ["operator.reflex_weber_fraction", "between 0 and 1"]),
+        ("operator.tremor_high_hz=7", ["operator.tremor_high_hz", "operator.tremor_low_hz"]),
+        ("arm.grip=limp", ["arm.grip", "relaxed"]),
+        ("actuator.master_force_limit_n=3", ["simulation.control", "sampled"]),
+    ] {
+        desk.refused(&["run", skin, "--set", "operator.reflex=stop", "--set", setting], &phrases);
+    }
+}

@@ -38,7 +38,7 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_run_with_metrics_allocates_nothing() {
-    for name in ["classical", "augmented", "01_through_the_skin"] {
+    for name in ["classical", "augmented", "01_through_the_skin", "05_trembling_hand", "12_sensor_not_ideal"] {
         let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&Source::parse(&path), &[]).expect("loads");
         let mut engine = scenario.exact_engine::<f64>(0).expect("builds");

@@ -56,6 +56,27 @@ fn detect_prints_what_the_readme_shows() {
 }
 
 #[test]
+fn the_studies_over_seeds_print_what_the_readme_shows() {
+    for index in [2, 3] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let command = blocks("sh")[index].trim().strip_prefix("trocar ").expect("a command").to_owned();
+        let printed = trocar(folder.path(), &command);
+        let start = printed.find("200 seeds:").expect("a study");
+        let study = printed[start..].split("\n\n").next().expect("a table");
+        assert_eq!(study, blocks("text")[index].trim_end());
+    }
+}
+
+#[test]
+fn the_picture_of_reflexes_is_what_its_command_draws() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trocar(folder.path(), blocks("sh")[4].trim().strip_prefix("trocar ").expect("a command"));
+    let drawn = std::fs::read(folder.path().join("out/overlay.png")).expect("drawn");
+    let shown = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/reflexes.png")).expect("shown");
+    assert!(drawn == shown, "copy out/overlay.png to scenarios/reflexes.png");
+}
+
+#[test]
 fn the_scenario_of_the_readme_runs() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("my.toml"), &blocks("toml")[0]).expect("written");

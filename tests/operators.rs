@@ -1,0 +1,108 @@
+//! People in the loop: reaction times, tremor and grips in whole runs, the same in both engines.
+
+use trocar::engine::Trace;
+use trocar::run::run;
+use trocar::scenario::{Scenario, Source};
+
+fn scenario(name: &str, settings: &[&str]) -> Scenario {
+    let source = Source::parse(&format!("builtin:{name}.toml"));
+    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    Scenario::load(&source, &settings).expect("loads")
+}
+
+fn trace(name: &str, settings: &[&str]) -> Trace {
+    run(scenario(name, settings)).expect("runs").trace
+}
+
+/// The first tick from `from` on at which the desired position stands still, and for how many ticks it does.
+fn pause(trace: &Trace, from: usize) -> (usize, usize) {
+    let desired = &trace.desired_position_m;
+    let stands = |k: &usize| desired[*k + 1] == desired[*k];
+    let start = (from..desired.len() - 1).find(stands).expect("a pause");
+    (start, (start..desired.len() - 1).take_while(stands).count())
+}
+
+#[test]
+fn the_skin_gives_way_and_the_person_stops_150_to_250_ms_later_for_half_a_second() {
+    for seed in 1..=20 {
+        let run = run(scenario("10_reflex", &[&format!("simulation.seed={seed}")])).expect("runs");
+        let rupture = (run.metrics.ruptures[0].time_s * 1e3).round() as usize;
+        let (start, length) = pause(&run.trace, rupture);
+        // The fall is noticed within some ticks of the rupture, once it is felt.
+        assert!((rupture + 150..=rupture + 275).contains(&start), "seed {seed}: {start} after {rupture}");
+        assert_eq!(length, 500, "seed {seed}");
+    }
+}
+
+#[test]
+fn the_reaction_is_that_of_the_integrated_engine() {
+    let settings = ["simulation.duration_s=2.5"];
+    let exact = trace("10_reflex", &settings);
+    let integrated = trace("10_reflex", &[settings[0], "simulation.engine=dop853"]);
+    let (a, b) = (pause(&exact, 1000), pause(&integrated, 1000));
+    assert!(a.0.abs_diff(b.0) <= 1 && a.1 == b.1, "{a:?} {b:?}");
+}
+
+#[test]
+fn the_desired_position_never_jumps() {
+    for name in ["10_reflex", "05_trembling_hand"] {
+        for reflex in ["operator.reflex=stop", "operator.reflex=withdraw"] {
+            let trace = trace(name, &[reflex]);
+            let steps = trace.desired_position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+            // The fastest push is 15/8 of the mean speed; tremor and withdrawal add some tens of mm/s.
+            assert!(steps.fold(0.0, f64::max) < 2e-4, "{name} {reflex}");
+        }
+    }
+}
+
+#[test]
+fn nobody_reacts_without_a_reflex_and_nothing_trembles_without_a_tremor() {
+    let still = trace("01_through_the_skin", &["simulation.seed=1"]);
+    let other = trace("01_through_the_skin", &["simulation.seed=2"]);
+    assert_eq!(still.desired_position_m, other.desired_position_m);
+    let trembling = |seed: &str| trace("01_through_the_skin", &["operator.tremor_amplitude_m=1e-4", seed]);
+    let (one, two) = (trembling("simulation.seed=1"), trembling("simulation.seed=2"));
+    assert_ne!(one.desired_position_m, two.desired_position_m);
+    let difference = one.desired_position_m.iter().zip(&still.desired_position_m).map(|(a, b)| a - b);
+    let squares: Vec<f64> = difference.skip(500).map(|d| d * d).collect();
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!((rms - 1e-4).abs() < 1e-5, "{rms}");
+}
+
+#[test]
+fn a_firm_hand_gives_way_less_than_a_relaxed_one_and_both_are_stable() {
+    let settings = [
+        "operator.kind=ramp",
+        "operator.speed_m_per_s=0.02",
+        "tissue.kind=kelvin-voigt",
+        "tissue.stiffness_n_per_m=200",
+    ];
+    let final_m = |grip: &str| {
+        let grip = format!("arm.grip={grip}");
+        let trace = trace("classical", &[&settings[..], &["simulation.duration_s=4", &grip]].concat());
+        let tail = &trace.slave_position_m[trace.slave_position_m.len() - 200..];
+        let spread = tail.iter().fold(0.0_f64, |most, x| most.max((x - tail[0]).abs()));
+        assert!(spread < 1e-6, "{grip} has come to rest: {spread}");
+        tail[0]
+    };
+    // At rest the hand's spring, k_a k_h / (k_a + k_h), and the tissue's are in series.
+    let expected = |factor: f64| {
+        let hand = factor * 733.0 * 14998.0 / (733.0 + 14998.0);
+        0.02 * hand / (hand + 200.0)
+    };
+    for (grip, factor) in [("relaxed", 0.5), ("paper", 1.0), ("firm", 2.0)] {
+        assert!((final_m(grip) - expected(factor)).abs() < 1e-6, "{grip}: {} {}", final_m(grip), expected(factor));
+    }
+}
+
+#[test]
+fn every_shipped_scenario_runs_to_its_end_and_the_same_way_twice() {
+    for (name, _) in trocar::scenario::shipped_questions() {
+        let load = || Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]).expect("loads");
+        let (one, two) = (run(load()).expect("runs"), run(load()).expect("runs"));
+        assert_eq!(one.metrics.outcome, trocar::metrics::Outcome::Completed, "{name}");
+        assert_eq!(one.metrics, two.metrics, "{name}");
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        assert!(same(&one.trace.slave_position_m, &two.trace.slave_position_m), "{name}");
+    }
+}
