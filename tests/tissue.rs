@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use support::pair::Pair;
 use trocar::lane::Lane;
 use trocar::tissue::{
-    Generalised, HuntCrossley, KelvinVoigt, LAYERS, LayerParameters, Layers, LayersParameters, ShaftParameters, Tissue,
+    DepthReplay, Generalised, HuntCrossley, KelvinVoigt, LAYERS, LayerParameters, Layers, LayersParameters,
+    ShaftParameters, Tissue,
 };
 
 const TICK_S: f64 = 1e-4;
@@ -94,8 +95,32 @@ fn any_tissue() -> impl Strategy<Value = Tissue<f64>> {
     ]
 }
 
+/// A recording by depth: in to 30 mm and out again, with any forces on the way.
+fn replayed() -> impl Strategy<Value = Tissue<f64>> {
+    let forces = prop::collection::vec(-3.0..6.0f64, 60);
+    (forces, 1e-4..0.02f64, prop::collection::vec(0.0..0.03f64, 0..3)).prop_map(
+        |(mut force_n, presliding_m, ruptures)| {
+            (force_n[0], force_n[59]) = (0.0, 0.0);
+            let way_in = (0..30).map(|k| 1e-3 * f64::from(k));
+            let position_m: Vec<f64> = way_in.clone().chain(way_in.rev()).collect();
+            let replay = DepthReplay::new((&position_m, &force_n), ruptures.into(), presliding_m, START_M);
+            Tissue::Depth(replay.expect("valid"))
+        },
+    )
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn a_replay_by_depth_dissipates_over_a_closed_motion(
+        mut tissue in replayed(),
+        places in prop::collection::vec(-3e-3..0.04f64, 1..6),
+    ) {
+        let motion = motion(&places, 0.5);
+        let (sum, size) = work(&motion, &forces(&mut tissue, &motion));
+        prop_assert!(sum >= -1e-3 * size, "{sum} J of {size} J");
+    }
 
     #[test]
     fn every_tissue_dissipates_over_a_closed_motion_and_none_pushes_before_contact(
