@@ -1,4 +1,5 @@
-//! The link between the sides: each direction delays its samples by whole ticks.
+//! The link between the sides: each direction delays its samples by whole ticks; what is left of a delay splits the tick,
+//! which is the engine's to step.
 
 use crate::lane::Lane;
 

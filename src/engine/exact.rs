@@ -64,6 +64,40 @@ impl<L: Lane> ExactSides<L> {
     }
 }
 
+/// What a unit of fed-back force does to the master's rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ForceColumn<L> {
+    motion: [L; MOTION_ROWS],
+    forces: [L; FORCE_ROWS],
+}
+
+impl<L: Lane> ForceColumn<L> {
+    pub(super) fn of(master: &MasterStep) -> Self {
+        let hand_force: f64 = (0..MASTER_STATES).map(|i| master.hand_force[i] * master.feedback[i]).sum();
+        Self {
+            motion: std::array::from_fn(|i| L::splat(master.feedback[i])),
+            forces: [L::splat(master.feedback[MOTION_ROWS]), L::splat(hand_force)],
+        }
+    }
+}
+
+impl<L: Lane> ExactSides<L> {
+    /// Adds what a force (N) does to the master.
+    #[inline(always)]
+    pub(super) fn push(&mut self, column: &ForceColumn<L>, force: L) {
+        self.motion_state = std::array::from_fn(|i| self.motion_state[i] + column.motion[i] * force);
+        self.force_state = std::array::from_fn(|i| self.force_state[i] + column.forces[i] * force);
+    }
+
+    /// Adds what a change of the reference (m) does to the slave.
+    #[inline(always)]
+    pub(super) fn pull(&mut self, column: &[L; SLAVE_STATES], reference: L) {
+        for (state, &effect) in self.slave_state.iter_mut().zip(column) {
+            *state = *state + effect * reference;
+        }
+    }
+}
+
 /// `Σ_j columns[j] · inputs[j]` as two sums, over even and over odd `j`, added at the end: half the wait, one fixed order.
 #[inline(always)]
 pub(super) fn combine<L: Lane, const ROWS: usize, const COLUMNS: usize>(

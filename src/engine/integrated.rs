@@ -103,6 +103,8 @@ pub struct IntegratedSides {
     equations: Equations,
     tick_s: f64,
     state: State,
+    /// When in a tick its fed-back force and its reference arrive, as shares of it.
+    arrivals: [f64; 2],
 }
 
 impl IntegratedSides {
@@ -147,7 +149,28 @@ impl IntegratedSides {
             motor: 0.0,
             held_slave_control: 0.0,
         };
-        Self { equations, tick_s, state }
+        Self { equations, tick_s, state, arrivals: [0.0; 2] }
+    }
+
+    /// The same sides with a fed-back force and a reference that arrive within each tick, at shares of it from 0 to 1; until
+    /// then the ones before hold. It takes continuous control: sampled control reads what has arrived at the tick.
+    #[must_use]
+    pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
+        self.arrivals = [feedback_share, reference_share];
+        self
+    }
+
+    /// Integrates over a part of the tick.
+    fn integrate(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
+        let (equations, state) = (&self.equations, self.state);
+        let mut solver =
+            Dop853::new(equations, 0.0, duration_s, duration_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
+        solver.set_output(OutputType::Sparse);
+        solver.integrate()?;
+        if let Some(last) = solver.y_out().last() {
+            self.state = *last;
+        }
+        Ok(())
     }
 
     /// The same sides with motors that saturate, which takes sampled control: continuous control takes no notice of limits.
@@ -186,11 +209,23 @@ impl Sides<f64> for IntegratedSides {
     }
 
     fn step(&mut self, desired: f64, next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError> {
-        let equations = &mut self.equations;
         self.state[8] = desired;
-        equations.desired_velocity = (next - desired) / self.tick_s;
-        equations.feedback = feedback;
-        equations.reference = reference;
+        self.equations.desired_velocity = (next - desired) / self.tick_s;
+        let [feedback_share, reference_share] = self.arrivals;
+        let mut past = 0.0;
+        for share in [feedback_share.min(reference_share), feedback_share.max(reference_share)] {
+            if share > past {
+                self.integrate((share - past) * self.tick_s)?;
+                past = share;
+            }
+            if share >= feedback_share {
+                self.equations.feedback = feedback;
+            }
+            if share >= reference_share {
+                self.equations.reference = reference;
+            }
+        }
+        let equations = &mut self.equations;
         let (motor_limit, slave_limit) =
             (equations.limits.greatest_master_force_n(), equations.limits.greatest_slave_command());
         let wanted = equations.motor(&self.state);
@@ -201,14 +236,8 @@ impl Sides<f64> for IntegratedSides {
         let winds_up = (wanted > motor_limit && error > 0.0) || (wanted < -motor_limit && error < 0.0);
         let sampled_integral = if winds_up { self.state[4] } else { self.state[4] + self.tick_s * error };
 
-        let tick = self.tick_s;
-        let mut solver = Dop853::new(&*equations, 0.0, tick, tick, self.state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
-        solver.set_output(OutputType::Sparse);
-        solver.integrate()?;
-        if let Some(last) = solver.y_out().last() {
-            self.state = *last;
-        }
-        if equations.timing == ControlTiming::Sampled {
+        self.integrate((1.0 - past) * self.tick_s)?;
+        if self.equations.timing == ControlTiming::Sampled {
             self.state[4] = sampled_integral;
         }
         Ok(())

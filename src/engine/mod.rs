@@ -18,6 +18,7 @@ mod limited;
 mod observer;
 mod sides;
 mod signals;
+mod split;
 mod trace;
 
 pub use exact::ExactSides;
@@ -26,6 +27,7 @@ pub use limited::LimitedSides;
 pub use observer::Observer;
 pub use sides::{MasterReading, Sides, SlaveReading};
 pub use signals::Signals;
+pub use split::SplitSides;
 pub use trace::{COLUMNS, Trace};
 
 use crate::augmentation::{Situation, Supervisor};

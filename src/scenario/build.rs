@@ -1,12 +1,12 @@
 //! From a scenario to an engine.
 
 use super::error::ScenarioError;
-use super::resolve::{EngineKind, Scenario};
+use super::resolve::{DelayTicks, EngineKind, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::Supervisor;
 use crate::channel::Delay;
 use crate::detection::Detector;
-use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer};
+use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer, SplitSides};
 use crate::error::InvalidValue;
 use crate::estimation::{Rls, VelocityFilter};
 use crate::lane::Lane;
@@ -22,6 +22,8 @@ pub enum ScenarioEngine {
     Exact(Box<Engine<f64, ExactSides<f64>>>),
     /// Stepped exactly, with motors that saturate.
     Limited(Box<Engine<f64, LimitedSides<f64>>>),
+    /// Stepped exactly, with samples that arrive between ticks.
+    Split(Box<Engine<f64, SplitSides<f64>>>),
     /// Integrated numerically.
     Integrated(Box<Engine<f64, IntegratedSides>>),
 }
@@ -35,6 +37,7 @@ impl ScenarioEngine {
         match self {
             Self::Exact(engine) => engine.run(observer),
             Self::Limited(engine) => engine.run(observer),
+            Self::Split(engine) => engine.run(observer),
             Self::Integrated(engine) => engine.run(observer),
         }
     }
@@ -47,6 +50,7 @@ impl Scenario {
     /// [`ScenarioError`] where the parameters make no machine that can be computed with.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         Ok(match self.engine {
+            EngineKind::Exact if self.is_split() => ScenarioEngine::Split(Box::new(self.split_engine(0)?)),
             EngineKind::Exact if self.actuators.are_none() => ScenarioEngine::Exact(Box::new(self.exact_engine(0)?)),
             EngineKind::Exact => ScenarioEngine::Limited(Box::new(self.limited_engine(0)?)),
             EngineKind::Dop853 => {
@@ -58,7 +62,7 @@ impl Scenario {
                     start_m,
                     self.position_scale * start_m,
                 );
-                let sides = sides.limited(&self.actuators);
+                let sides = sides.limited(&self.actuators).split(self.backward.share, self.forward.share);
                 ScenarioEngine::Integrated(Box::new(self.assemble(sides, 0)?))
             }
         })
@@ -67,20 +71,48 @@ impl Scenario {
     /// The exact engine over lanes, all running this scenario, lane `i` with the noise of stream `first_stream + i`.
     ///
     /// # Errors
-    /// As [`Scenario::build`], and for a scenario with actuator limits, which takes [`Scenario::limited_engine`].
+    /// As [`Scenario::build`], and for a scenario with actuator limits, which takes [`Scenario::limited_engine`], or with
+    /// delays of no whole number of ticks, which takes [`Scenario::split_engine`].
     pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactSides<L>>, ScenarioError> {
         if !self.actuators.are_none() {
             return Err(
                 ScenarioError::new("this engine has no actuator limits").at(self.values().section_place("actuator"))
             );
         }
+        if self.is_split() {
+            let message = "this engine has no samples that arrive between ticks";
+            return Err(ScenarioError::new(message).at(self.values().section_place("channel")));
+        }
+        self.assemble(self.exact_sides()?, first_stream)
+    }
+
+    /// Whether samples arrive between ticks.
+    pub(super) fn is_split(&self) -> bool {
+        self.forward.share > 0.0 || self.backward.share > 0.0
+    }
+
+    /// As [`Scenario::exact_engine`], with samples that arrive between ticks.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn split_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, SplitSides<L>>, ScenarioError> {
+        let tick_s = self.grid.tick_s();
+        let plant = |error| self.unbuildable(&error);
+        let rest_s = |delay: DelayTicks| (1.0 - delay.share) * tick_s;
+        let master = MasterStep::new(&self.master, &self.arm, self.timing, rest_s(self.backward)).map_err(plant)?;
+        let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
+        let reference_m = self.position_scale * self.start_m();
+        self.assemble(SplitSides::new(self.exact_sides()?, &master, &slave, reference_m), first_stream)
+    }
+
+    /// Both sides over whole ticks.
+    fn exact_sides<L: Lane>(&self) -> Result<ExactSides<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let plant = |error| self.unbuildable(&error);
         let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
         let start_m = self.start_m();
-        let sides = ExactSides::new(&master, &slave, start_m, self.position_scale * start_m);
-        self.assemble(sides, first_stream)
+        Ok(ExactSides::new(&master, &slave, start_m, self.position_scale * start_m))
     }
 
     /// As [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
@@ -157,8 +189,8 @@ impl Scenario {
                 tick_s,
                 L::splat(self.position_scale * start_m),
             ),
-            forward: Delay::new(self.forward_ticks, L::splat(start_m)),
-            backward: Delay::new(self.backward_ticks, L::zero()),
+            forward: Delay::new(self.forward.whole, L::splat(start_m)),
+            backward: Delay::new(self.backward.whole, L::zero()),
             force_scale: L::splat(self.force_scale),
             position_scale: L::splat(self.position_scale),
         })

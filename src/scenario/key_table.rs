@@ -197,14 +197,9 @@ const UNLAYERED: &[Key] = &[
         "channel.forward_delay_s",
         Number(R::NON_NEGATIVE),
         number!(0.0),
-        "From master to slave; a whole number of ticks.",
+        "From master to slave, of any length; a sampled controller reads what has arrived by its tick.",
     ),
-    key(
-        "channel.backward_delay_s",
-        Number(R::NON_NEGATIVE),
-        number!(0.0),
-        "From slave to master; a whole number of ticks.",
-    ),
+    key("channel.backward_delay_s", Number(R::NON_NEGATIVE), number!(0.0), "From slave to master, of any length."),
     // operator
     key(
         "operator.kind",

@@ -25,7 +25,7 @@ pub use error::{Place, ScenarioError};
 pub use key_table::{DISTANCES, KEYS, SECTIONS};
 pub use keys::{Fallback, Key};
 pub use replay::{DetectionSpec, RecordingSpec};
-pub use resolve::{EngineKind, Scenario};
+pub use resolve::{DelayTicks, EngineKind, Scenario};
 pub use schema::json_schema;
 pub use specs::{OperatorSpec, TissueSpec};
 pub use starter::starter;

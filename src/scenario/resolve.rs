@@ -23,6 +23,15 @@ const DEFAULT_DURATION_S: f64 = 7.0;
 /// Most ticks of one scenario: at 1 kHz half an hour, in a trace 0.3 GB.
 const MOST_TICKS: f64 = 2e6;
 
+/// A delay in ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DelayTicks {
+    /// Whole ticks.
+    pub whole: u64,
+    /// The rest, at least 0 and below 1: when within a tick its sample arrives.
+    pub share: f64,
+}
+
 /// How the sides are brought from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EngineKind {
@@ -57,10 +66,10 @@ pub struct Scenario {
     pub force_scale: f64,
     /// Slave's motion per master's.
     pub position_scale: f64,
-    /// Delay from master to slave, in ticks.
-    pub forward_ticks: u64,
-    /// Delay from slave to master, in ticks.
-    pub backward_ticks: u64,
+    /// Delay from master to slave.
+    pub forward: DelayTicks,
+    /// Delay from slave to master.
+    pub backward: DelayTicks,
     /// The person.
     pub operator: OperatorSpec,
     /// How their hand trembles.
@@ -126,8 +135,8 @@ impl Scenario {
             actuators: actuators(&values, timing)?,
             force_scale: values.number("scaling.force")?,
             position_scale: values.number("scaling.position")?,
-            forward_ticks: delay_ticks(&values, "channel.forward_delay_s", &grid)?,
-            backward_ticks: delay_ticks(&values, "channel.backward_delay_s", &grid)?,
+            forward: delay_ticks(&values, "channel.forward_delay_s", &grid)?,
+            backward: delay_ticks(&values, "channel.backward_delay_s", &grid)?,
             operator,
             tremor: tremor(&values)?,
             reflex: reflex(&values)?,
@@ -191,7 +200,9 @@ impl Scenario {
         self.detector.validate().map_err(out_of_range)?;
         self.augmentation.validate().map_err(out_of_range)?;
         self.check_reach()?;
-        if self.actuators.are_none() {
+        if self.is_split() {
+            self.split_engine::<f64>(0).map(drop)
+        } else if self.actuators.are_none() {
             self.exact_engine::<f64>(0).map(drop)
         } else {
             self.limited_engine::<f64>(0).map(drop)
@@ -249,21 +260,20 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
     TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
 }
 
-fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<u64, ScenarioError> {
+fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<DelayTicks, ScenarioError> {
     let delay_s = values.number(path)?;
     let tick_s = grid.tick_s();
-    if delay_s / tick_s > MOST_DELAY_TICKS as f64 {
+    let ticks = delay_s / tick_s;
+    if ticks > MOST_DELAY_TICKS as f64 {
         let most_s = MOST_DELAY_TICKS as f64 * tick_s;
         return Err(values.error(path, format!("{path} is {delay_s:?}, at most {most_s} s, {MOST_DELAY_TICKS} ticks")));
     }
-    match whole_ticks(delay_s, tick_s) {
-        Some(ticks) => Ok(ticks),
-        None => {
-            let ticks = delay_s / tick_s;
-            let message =
-                format!("{path} is {delay_s}, which is {ticks:.3} ticks of {tick_s} s, must be a whole number");
-            let (less, more) = (grid.time_s(ticks.floor() as u64), grid.time_s(ticks.ceil() as u64));
-            Err(values.error(path, message).remedy(format!("use {less} or {more}")))
+    Ok(match whole_ticks(delay_s, tick_s) {
+        Some(whole) => DelayTicks { whole, share: 0.0 },
+        // A sampled controller reads what has arrived by the tick.
+        None if values.text("simulation.control")? == "sampled" => {
+            DelayTicks { whole: ticks.ceil() as u64, share: 0.0 }
         }
-    }
+        None => DelayTicks { whole: ticks.floor() as u64, share: ticks.fract() },
+    })
 }
