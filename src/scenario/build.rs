@@ -15,6 +15,10 @@ use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
 use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
 
+/// Set the two directions' random numbers apart from all others with the same seed.
+const FORWARD: u64 = 0x66_6f72_7761_7264;
+const BACKWARD: u64 = 0x6261_636b_7761_7264;
+
 /// An engine of any kind.
 #[derive(Debug, Clone)]
 pub enum ScenarioEngine {
@@ -189,11 +193,16 @@ impl Scenario {
                 tick_s,
                 L::splat(self.position_scale * start_m),
             ),
-            forward: Delay::new(self.forward.whole, L::splat(start_m)),
-            backward: Delay::new(self.backward.whole, L::zero()),
+            forward: self.link(self.forward, L::splat(start_m), (self.seed ^ FORWARD, first_stream)),
+            backward: self.link(self.backward, L::zero(), (self.seed ^ BACKWARD, first_stream)),
             force_scale: L::splat(self.force_scale),
             position_scale: L::splat(self.position_scale),
         })
+    }
+
+    /// One direction of the link.
+    fn link<L: Lane>(&self, delay: DelayTicks, initial: L, random: (u64, u64)) -> Delay<L> {
+        Delay::new(delay.whole, initial).irregular(&self.irregularity, self.grid.tick_s(), initial, random)
     }
 
     /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.

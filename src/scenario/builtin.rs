@@ -27,6 +27,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("12_sensor_not_ideal.toml", include_bytes!("../../scenarios/12_sensor_not_ideal.toml")),
     ("13_replay_by_depth.toml", include_bytes!("../../scenarios/13_replay_by_depth.toml")),
     ("13_replay_by_time.toml", include_bytes!("../../scenarios/13_replay_by_time.toml")),
+    ("14_lossy_link.toml", include_bytes!("../../scenarios/14_lossy_link.toml")),
     ("in_vivo_like.csv", include_bytes!("../../scenarios/recordings/in_vivo_like.csv")),
     ("own_ctrl_pop.csv", include_bytes!("../../scenarios/recordings/own_ctrl_pop.csv")),
 ];

@@ -200,6 +200,18 @@ const UNLAYERED: &[Key] = &[
         "From master to slave, of any length; a sampled controller reads what has arrived by its tick.",
     ),
     key("channel.backward_delay_s", Number(R::NON_NEGATIVE), number!(0.0), "From slave to master, of any length."),
+    key(
+        "channel.jitter_s",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "Greatest further delay of a sample, drawn anew for each, either way; what arrives after a later one is dropped.",
+    ),
+    key(
+        "channel.loss",
+        Number(R::SHARE),
+        number!(0.0),
+        "Probability that a sample is lost, either way; the receiver holds the last one.",
+    ),
     // operator
     key(
         "operator.kind",

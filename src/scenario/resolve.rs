@@ -9,7 +9,7 @@ use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
-use crate::channel::MOST_DELAY_TICKS;
+use crate::channel::{Irregularity, MOST_DELAY_TICKS};
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
 use crate::operator::{MOST_POSITION_M, ReflexSettings, TremorSettings};
@@ -70,6 +70,8 @@ pub struct Scenario {
     pub forward: DelayTicks,
     /// Delay from slave to master.
     pub backward: DelayTicks,
+    /// What the link does besides.
+    pub irregularity: Irregularity,
     /// The person.
     pub operator: OperatorSpec,
     /// How their hand trembles.
@@ -137,6 +139,10 @@ impl Scenario {
             position_scale: values.number("scaling.position")?,
             forward: delay_ticks(&values, "channel.forward_delay_s", &grid)?,
             backward: delay_ticks(&values, "channel.backward_delay_s", &grid)?,
+            irregularity: Irregularity {
+                jitter_s: values.number("channel.jitter_s")?,
+                loss: values.number("channel.loss")?,
+            },
             operator,
             tremor: tremor(&values)?,
             reflex: reflex(&values)?,
@@ -195,6 +201,7 @@ impl Scenario {
         if let Some(reflex) = &self.reflex {
             reflex.validate().map_err(out_of_range)?;
         }
+        self.irregularity.validate(self.grid.tick_s()).map_err(out_of_range)?;
         self.sensor.validate().map_err(out_of_range)?;
         self.estimator.validate().map_err(out_of_range)?;
         self.detector.validate().map_err(out_of_range)?;

@@ -1,7 +1,12 @@
 //! The link between the sides: each direction delays its samples by whole ticks; what is left of a delay splits the tick,
 //! which is the engine's to step.
 
+mod irregular;
+
+pub use irregular::Irregularity;
+
 use crate::lane::Lane;
+use irregular::Irregular;
 
 /// Longest delay in ticks.
 pub const MOST_DELAY_TICKS: u64 = 1_000_000;
@@ -11,24 +16,38 @@ pub const MOST_DELAY_TICKS: u64 = 1_000_000;
 pub struct Delay<L> {
     line: Box<[L]>,
     next: usize,
+    irregular: Option<Box<Irregular<L>>>,
 }
 
 impl<L: Lane> Delay<L> {
     /// A delay of `ticks` (0: the same tick; at most [`MOST_DELAY_TICKS`], more is cut to it) holding `initial`.
     #[must_use]
     pub fn new(ticks: u64, initial: L) -> Self {
-        Self { line: vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice(), next: 0 }
+        Self { line: vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice(), next: 0, irregular: None }
+    }
+
+    /// The same direction where samples come late, out of order or not at all, on ticks of `tick_s` (s): lane `i` by stream
+    /// `first_stream + i` of the seed.
+    #[must_use]
+    pub fn irregular(mut self, irregularity: &Irregularity, tick_s: f64, initial: L, random: (u64, u64)) -> Self {
+        let ticks = self.line.len() as u64;
+        let link = || Box::new(Irregular::new(irregularity, (ticks, tick_s), initial, random));
+        self.irregular = (!irregularity.is_none()).then(link);
+        self
     }
 
     /// Whether a sample arrives at the tick that sends it.
     #[must_use]
     pub fn is_immediate(&self) -> bool {
-        self.line.is_empty()
+        self.line.is_empty() && self.irregular.is_none()
     }
 
     /// Sends a sample and gives the one that arrives.
     #[inline(always)]
     pub fn exchange(&mut self, sample: L) -> L {
+        if let Some(link) = &mut self.irregular {
+            return link.exchange(sample);
+        }
         let Some(slot) = self.line.get_mut(self.next) else { return sample };
         let arrived = std::mem::replace(slot, sample);
         self.next += 1;

@@ -1,0 +1,162 @@
+//! Samples that come late, out of order, or not at all.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::error::{InvalidValue, non_negative, require};
+use crate::lane::Lane;
+use crate::time::nearest_ticks;
+
+/// Longest jitter in ticks.
+const MOST_JITTER_TICKS: u64 = 100_000;
+
+/// What a link does to samples besides delaying them all alike.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Irregularity {
+    /// Greatest further delay of a sample in s, at least 0: each one's is drawn uniformly up to it, in whole ticks.
+    pub jitter_s: f64,
+    /// Probability that a sample is lost, from 0 to 1.
+    pub loss: f64,
+}
+
+impl Irregularity {
+    /// Checks the ranges that the fields state, on ticks of `tick_s` (s).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        non_negative("channel.jitter_s", self.jitter_s)?;
+        let held = self.jitter_s / tick_s <= MOST_JITTER_TICKS as f64;
+        require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks")?;
+        let share = (0.0..=1.0).contains(&self.loss);
+        require("channel.loss", self.loss, share, "from 0 to 1")?;
+        Ok(())
+    }
+
+    /// Whether every sample takes the same time and arrives.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.jitter_s == 0.0 && self.loss == 0.0
+    }
+}
+
+/// A sample under way, with the tick at which it was sent.
+#[derive(Debug, Clone, Copy)]
+struct Sent<L> {
+    stamp: L,
+    sample: L,
+}
+
+/// One direction of an irregular link: the receiver holds the sample that was sent last of those that have arrived. One
+/// that arrives after a later one is dropped.
+#[derive(Debug, Clone)]
+pub(super) struct Irregular<L> {
+    /// What arrives at each of the coming ticks; of several samples the one sent last.
+    arriving: Box<[Sent<L>]>,
+    held: Sent<L>,
+    tick: u64,
+    delay_ticks: u64,
+    jitter_choices: f64,
+    loss: f64,
+    streams: Box<[ChaCha8Rng]>,
+}
+
+/// The stamp of no sample.
+const NEVER: f64 = -1.0;
+
+impl<L: Lane> Irregular<L> {
+    /// A link with the random numbers of `seed`, lane `i` from stream `first_stream + i` on, on ticks of `tick_s` (s).
+    pub(super) fn new(
+        irregularity: &Irregularity,
+        (delay_ticks, tick_s): (u64, f64),
+        initial: L,
+        (seed, first_stream): (u64, u64),
+    ) -> Self {
+        let jitter_ticks = nearest_ticks(irregularity.jitter_s, tick_s).min(MOST_JITTER_TICKS);
+        let nothing = Sent { stamp: L::splat(NEVER), sample: initial };
+        let stream = |lane: usize| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(first_stream + lane as u64);
+            rng
+        };
+        Self {
+            arriving: vec![nothing; (delay_ticks + jitter_ticks + 1) as usize].into_boxed_slice(),
+            held: nothing,
+            tick: 0,
+            delay_ticks,
+            jitter_choices: (jitter_ticks + 1) as f64,
+            loss: irregularity.loss,
+            streams: (0..L::WIDTH).map(stream).collect(),
+        }
+    }
+
+    /// Sends a sample and gives the one that the receiver holds.
+    pub(super) fn exchange(&mut self, sample: L) -> L {
+        let places = self.arriving.len() as u64;
+        let stamp = self.tick as f64;
+        for (lane, rng) in self.streams.iter_mut().enumerate() {
+            // Both are drawn each time, so that the one setting does not change the other's numbers.
+            let (luck, lateness) = (rng.random::<f64>(), rng.random::<f64>());
+            if luck >= self.loss {
+                let late = self.delay_ticks + (lateness * self.jitter_choices) as u64;
+                let place = &mut self.arriving[((self.tick + late) % places) as usize];
+                place.stamp = place.stamp.with_lane(lane, stamp);
+                place.sample = place.sample.with_lane(lane, sample.lane(lane));
+            }
+        }
+        let place = &mut self.arriving[(self.tick % places) as usize];
+        let is_newer = place.stamp.gt(self.held.stamp);
+        self.held.sample = L::select(is_newer, place.sample, self.held.sample);
+        self.held.stamp = self.held.stamp.max(place.stamp);
+        place.stamp = L::splat(NEVER);
+        self.tick += 1;
+        self.held.sample
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the receiver holds at each tick, where tick `k` sends `k`; -7 before anything has come.
+    fn held(jitter_s: f64, loss: f64, delay_ticks: u64, seed: u64) -> Vec<f64> {
+        let irregularity = Irregularity { jitter_s, loss };
+        let mut link = Irregular::<f64>::new(&irregularity, (delay_ticks, 1e-3), -7.0, (seed, 0));
+        (0..20_000).map(|tick| link.exchange(f64::from(tick))).collect()
+    }
+
+    #[test]
+    fn without_irregularity_it_is_the_delay() {
+        let held = held(0.0, 0.0, 3, 1);
+        assert_eq!(held[..5], [-7.0, -7.0, -7.0, 0.0, 1.0]);
+        assert_eq!(held[19_999], 19_996.0);
+    }
+
+    #[test]
+    fn lost_samples_are_held_over_as_often_as_they_are_lost() {
+        let held = held(0.0, 0.1, 2, 1);
+        let over = held[10..].windows(2).filter(|pair| pair[0] == pair[1]).count();
+        assert!((1850..=2150).contains(&over), "{over} of 19989 at 10 %");
+        assert!(held.windows(2).all(|pair| pair[1] >= pair[0]));
+    }
+
+    #[test]
+    fn jitter_delays_within_its_bounds_and_never_goes_back() {
+        let held = held(5e-3, 0.0, 2, 1);
+        for (tick, pair) in held.windows(2).enumerate().skip(20) {
+            assert!(pair[1] >= pair[0], "an older sample was taken at {tick}");
+            let age = tick as f64 - pair[0];
+            assert!((2.0..=7.0).contains(&age), "{age} at {tick}");
+        }
+        let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(20).collect();
+        assert!(ages.contains(&2.0) && ages.iter().any(|&age| age >= 5.0));
+    }
+
+    #[test]
+    fn a_dead_link_holds_the_start_and_seeds_differ() {
+        assert!(held(0.0, 1.0, 0, 1).iter().all(|&sample| sample == -7.0));
+        assert_eq!(held(3e-3, 0.2, 1, 1), held(3e-3, 0.2, 1, 1));
+        assert_ne!(held(3e-3, 0.2, 1, 1), held(3e-3, 0.2, 1, 2));
+    }
+}
