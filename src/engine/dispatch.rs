@@ -13,7 +13,7 @@ pub(super) fn run<L: Lane, S: Sides<L>, O: Observer<L>>(
     observer: &mut O,
 ) -> Result<(), IntegrationError> {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
+    if S::IS_VECTOR && std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the machine has the instructions that the function is compiled for, as was just asked.
         return unsafe { run_avx2(engine, observer) };
     }

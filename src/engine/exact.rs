@@ -116,6 +116,8 @@ pub(super) fn combine<L: Lane, const ROWS: usize, const COLUMNS: usize>(
 }
 
 impl<L: Lane> Sides<L> for ExactSides<L> {
+    const IS_VECTOR: bool = true;
+
     #[inline(always)]
     fn master(&self) -> MasterReading<L> {
         MasterReading {

@@ -24,6 +24,9 @@ pub struct SlaveReading<L> {
 
 /// The two machines with their controllers, from tick to tick.
 pub trait Sides<L> {
+    /// Whether wider registers make the step faster; compiled for them only then.
+    const IS_VECTOR: bool = false;
+
     /// The master side now.
     fn master(&self) -> MasterReading<L>;
     /// The slave side now.
