@@ -138,37 +138,41 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         operator: &mut Operator<L>,
         tissue: &mut Tissue<L>,
     ) -> Result<(), IntegrationError> {
-        let direct = self.passes_samples_on();
+        let direct = self.passes_positions_on();
+        let exact = self.sensor.reads_force_exactly();
         if let Some(positions) = operator.as_replay() {
             let replay = |tick, _| recorded(positions, tick);
-            match (&mut *tissue, direct) {
-                (Tissue::Recording(force), true) => return self.run_where::<true, _, _, _>(observer, replay, force),
-                (Tissue::Layers(layers), false) => {
-                    return self.run_where::<false, _, _, _>(observer, replay, &mut **layers);
+            match (&mut *tissue, direct, exact) {
+                (Tissue::Recording(force), true, true) => {
+                    return self.run_where::<true, true, _, _, _>(observer, replay, force);
+                }
+                (Tissue::Layers(layers), true, _) => {
+                    return self.run_where::<true, false, _, _, _>(observer, replay, &mut **layers);
                 }
                 _ => {}
             }
         }
         let desire = |tick, felt_n| operator.desired_position_m(tick, felt_n);
-        if direct {
-            self.run_where::<true, _, _, _>(observer, desire, tissue)
+        if direct && exact {
+            self.run_where::<true, true, _, _, _>(observer, desire, tissue)
         } else {
-            self.run_where::<false, _, _, _>(observer, desire, tissue)
+            self.run_where::<false, false, _, _, _>(observer, desire, tissue)
         }
     }
 
-    /// Whether every sample arrives at once and as it is: exact sensors, no filter, no delay.
-    fn passes_samples_on(&self) -> bool {
-        self.sensor.is_exact()
+    /// Whether positions and the fed-back force arrive at once and as they are: no encoder, no filter, no delay.
+    fn passes_positions_on(&self) -> bool {
+        self.sensor.reads_position_exactly()
             && self.velocity_filter.is_none()
             && self.forward.is_immediate()
             && self.backward.is_immediate()
     }
 
-    /// The run, compiled apart for samples that are all `DIRECT`ly passed on, so that its ticks need not ask, and for the
+    /// The run, compiled apart for positions that are `DIRECT`ly passed on and forces read `EXACT`ly, so that its ticks need not
+    /// ask, and for the
     /// tissue; `desire` gives the desired position in m at a tick, after what was felt (N) at the one before.
     #[inline(always)]
-    fn run_where<const DIRECT: bool, O, D, T>(
+    fn run_where<const DIRECT: bool, const EXACT: bool, O, D, T>(
         &mut self,
         observer: &mut O,
         mut desire: D,
@@ -185,7 +189,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         let mut desired = desire(0, L::zero());
         for tick in 0..self.grid.ticks() {
             let reaction = tissue.answer(tick, self.sides.slave());
-            let signals = self.sense_and_decide::<DIRECT>(tick, desired, reaction);
+            let signals = self.sense_and_decide::<DIRECT, EXACT>(tick, desired, reaction);
             observer.observe(&signals);
             if observer.is_done() {
                 break;
@@ -202,13 +206,17 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
 
     /// A tick's steps 1 and 3 to 6: everything that is known before the sides move on.
     #[inline(always)]
-    fn sense_and_decide<const DIRECT: bool>(&mut self, tick: u64, desired: L, reaction: Reaction<L>) -> Signals<L> {
+    fn sense_and_decide<const DIRECT: bool, const EXACT: bool>(
+        &mut self,
+        tick: u64,
+        desired: L,
+        reaction: Reaction<L>,
+    ) -> Signals<L> {
         let master = self.sides.master();
         let slave = self.sides.slave();
-        let (mut measured_force, mut measured_position) = (reaction.force_n, slave.position_m);
-        let mut measured_velocity = slave.velocity_m_per_s;
+        let measured_force = if EXACT { reaction.force_n } else { self.sensor.read_force(reaction.force_n) };
+        let (mut measured_position, mut measured_velocity) = (slave.position_m, slave.velocity_m_per_s);
         if !DIRECT {
-            measured_force = self.sensor.read_force(reaction.force_n);
             measured_position = self.sensor.read_position(slave.position_m);
             if let Some(filter) = &mut self.velocity_filter {
                 measured_velocity = filter.update(measured_position);

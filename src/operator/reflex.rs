@@ -30,10 +30,10 @@ pub enum Reflex {
 
 /// When a person notices, how fast they react, and for how long.
 ///
-/// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. People tell forces apart
-/// that differ by 7 to 10 % (Jones 1989; Pang, Tan and Durlach 1991); the default is above that, as the hand here is busy.
-/// Reaction times to a felt event are 150 to 250 ms, uniformly drawn anew for each reaction. Memory, pause and least force
-/// are chosen here.
+/// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. The threshold for telling
+/// forces of 2.5 to 10 N apart is about 7 % (Pang, Tan and Durlach 1991); the default of 15 % is chosen here, as the hand is
+/// busy. Reaction times are drawn uniformly, anew for each reaction; their default of 150 to 250 ms, memory, pause and least
+/// force are chosen here too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReflexSettings {
     /// What the person does.

@@ -77,8 +77,7 @@ pub enum Grip {
 impl ArmParameters {
     /// The arm of a grip.
     ///
-    /// Stiffness and damping of hand and wrist grow with the force of the grip (Hasser and Cutkosky 2002; Kuchenbecker,
-    /// Park and Niemeyer 2003). The factors are chosen here: both stiffnesses halved or doubled, both dampings by the square
+    /// Stiffness and damping of a hand rise with the force of its grip (Hasser and Cutkosky 2002). The factors are chosen here: both stiffnesses halved or doubled, both dampings by the square
     /// root of that, so that the damping ratios stay; the mass stays.
     #[must_use]
     pub fn of_grip(grip: Grip) -> Self {

@@ -95,16 +95,17 @@ impl<L: Lane> Sensor<L> {
         }
     }
 
-    /// Whether force and position are read as they are.
+    /// Whether the force is read as it is.
     #[must_use]
-    pub fn is_exact(&self) -> bool {
-        let Self { bias_n, lag, noise_std_n: _, noise, force, range_n, position } = self;
-        bias_n.is_none()
-            && lag.is_none()
-            && noise.is_none()
-            && force.0.is_none()
-            && range_n.is_none()
-            && position.0.is_none()
+    pub fn reads_force_exactly(&self) -> bool {
+        let Self { bias_n, lag, noise_std_n: _, noise, force, range_n, position: _ } = self;
+        bias_n.is_none() && lag.is_none() && noise.is_none() && force.0.is_none() && range_n.is_none()
+    }
+
+    /// Whether the position is read as it is.
+    #[must_use]
+    pub fn reads_position_exactly(&self) -> bool {
+        self.position.0.is_none()
     }
 
     /// The force as measured, in N.
@@ -181,7 +182,10 @@ mod tests {
 
     #[test]
     fn any_imperfection_ends_exactness_and_none_keeps_it() {
-        let exact = |settings: SensorSettings| Sensor::<f64>::new(&settings, TICK_S, 0, 0).is_exact();
+        let exact = |settings: SensorSettings| {
+            let sensor = Sensor::<f64>::new(&settings, TICK_S, 0, 0);
+            sensor.reads_force_exactly() && sensor.reads_position_exactly()
+        };
         assert!(exact(SensorSettings::default()));
         assert!(!exact(SensorSettings { force_bias_n: -0.1, ..Default::default() }));
         assert!(!exact(SensorSettings { force_bandwidth_hz: 100.0, ..Default::default() }));
