@@ -18,7 +18,7 @@
 //! | 6 | [`run`], [`compare`], [`detect`] |
 //! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers) |
 //! | 4 | [`engine`] (one tick, N ticks, observers) |
-//! | 3 | [`augmentation`] (automaton, force law, re-engagement) |
+//! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
 //! | 2 | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`estimation`], [`detection`], [`recording`]: siblings never import each other |
 //! | 1 | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | 0 | [`time`], [`lane`], [`error`] |
@@ -55,5 +55,6 @@ pub mod report;
 pub mod run;
 pub mod scenario;
 pub mod sensor;
+pub mod teleoperation;
 pub mod time;
 pub mod tissue;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Every room with its floor.
-const ROOMS: [(&str, u8); 22] = [
+const ROOMS: [(&str, u8); 23] = [
     ("error", 0),
     ("lane", 0),
     ("time", 0),
@@ -18,6 +18,7 @@ const ROOMS: [(&str, u8); 22] = [
     ("detection", 2),
     ("recording", 2),
     ("augmentation", 3),
+    ("teleoperation", 3),
     ("engine", 4),
     ("scenario", 5),
     ("metrics", 5),

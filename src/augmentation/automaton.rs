@@ -78,6 +78,7 @@ pub(super) struct Automaton<L: Lane> {
     exit_level: L,
     exit_quiet_ticks: L,
     refractory_ticks: L,
+    blend_ticks: L,
     mode: L,
     /// Where the mode is teleoperation.
     teleoperates: L::Mask,
@@ -87,7 +88,8 @@ pub(super) struct Automaton<L: Lane> {
 }
 
 impl<L: Lane> Automaton<L> {
-    pub(super) fn new(settings: &AutomatonSettings, threshold: f64, tick_s: f64) -> Self {
+    /// An automaton in teleoperation, where the force takes `blend_s` (s) to find back to the measured one.
+    pub(super) fn new(settings: &AutomatonSettings, threshold: f64, blend_s: f64, tick_s: f64) -> Self {
         let ticks = |duration_s| L::splat(nearest_ticks(duration_s, tick_s) as f64);
         Self {
             min_hold_ticks: ticks(settings.min_hold_s),
@@ -95,6 +97,7 @@ impl<L: Lane> Automaton<L> {
             exit_level: L::splat(settings.exit_ratio * threshold),
             exit_quiet_ticks: ticks(settings.exit_quiet_s),
             refractory_ticks: ticks(settings.refractory_s),
+            blend_ticks: L::splat(blend_ticks(blend_s, tick_s)),
             mode: L::splat(Mode::Teleoperation.code()),
             teleoperates: L::Mask::splat(true),
             entered: L::zero(),
@@ -113,7 +116,7 @@ impl<L: Lane> Automaton<L> {
         self.teleoperates
     }
 
-    /// The mode for `tick`, given the tick's alarm and `g`, and whether the command had blended by the tick before.
+    /// The mode for `tick`, given the tick's alarm and `g`, and whether the position had blended by the tick before.
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> L {
         let now = L::splat(tick as f64);
         let mode = self.mode;
@@ -124,7 +127,7 @@ impl<L: Lane> Automaton<L> {
         let quiet_ticks = L::select(quiet, self.quiet_ticks + L::splat(1.0), L::zero());
         let settled = held.ge(self.min_hold_ticks) & quiet_ticks.ge(self.exit_quiet_ticks);
         let leave = is(mode, Mode::Augmented) & (settled | held.ge(self.max_hold_ticks));
-        let done = is(mode, Mode::Reengaging) & blended;
+        let done = is(mode, Mode::Reengaging) & blended & held.ge(self.blend_ticks);
 
         self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);
         self.entered = L::select(enter | leave, now, self.entered);
@@ -136,6 +139,11 @@ impl<L: Lane> Automaton<L> {
         self.teleoperates = is(self.mode, Mode::Teleoperation);
         self.mode
     }
+}
+
+/// How many ticks the cross-fade of the force takes: at least one.
+pub(super) fn blend_ticks(blend_s: f64, tick_s: f64) -> f64 {
+    nearest_ticks(blend_s, tick_s).max(1) as f64
 }
 
 /// Whether a mode's code is that of `which`.

@@ -2,10 +2,9 @@
 //!
 //! It is continuous at both ends: what it may change by in one tick is stated with each command and measured.
 
-use super::automaton::{Mode, has_become, is};
+use super::automaton::{Mode, blend_ticks, has_become, is};
 use crate::error::{InvalidValue, finite, non_negative, positive, require};
-use crate::lane::Lane;
-use crate::time::nearest_ticks;
+use crate::lane::{Lane, Mask};
 
 /// What the hand feels while the slave is frozen. `F*` is the force fed back just before the alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +74,7 @@ pub(super) struct ForceFeedback<L> {
     /// The last tick's force, kept outside of teleoperation, where it is the measured one.
     fed_back: L,
     measured: L,
+    mode: L,
 }
 
 impl<L: Lane> ForceFeedback<L> {
@@ -83,13 +83,13 @@ impl<L: Lane> ForceFeedback<L> {
             ForceLaw::Decay { ratio, time_constant_s } => (ratio, libm::exp(-tick_s / time_constant_s), 1.0),
             ForceLaw::Amplify { gain } => (0.0, 0.0, gain),
         };
-        let blend_ticks = nearest_ticks(blend_s, tick_s).max(1) as f64;
         Self {
             law,
             ratio: L::splat(ratio),
             keep: L::splat(keep),
             gain: L::splat(gain),
-            blend_step: L::splat(1.0 / blend_ticks),
+            blend_step: L::splat(1.0 / blend_ticks(blend_s, tick_s)),
+            mode: L::splat(Mode::Teleoperation.code()),
             anchor: L::zero(),
             augmented: L::zero(),
             progress: L::splat(1.0),
@@ -107,10 +107,23 @@ impl<L: Lane> ForceFeedback<L> {
         allowed
     }
 
-    /// Whether the cross-fade has ended.
-    #[inline(always)]
-    pub(super) fn is_blended(&self) -> L::Mask {
-        self.progress.ge(L::splat(1.0))
+    /// The force in the mode that has arrived over the link, and the allowed step.
+    ///
+    /// Where the link has swallowed a change of mode, the force goes its own way to the mode's: back to the measured one
+    /// only through the whole cross-fade.
+    pub(super) fn arrive(&mut self, mode: L, force: L) -> (L, L) {
+        let before = self.mode;
+        let code = |mode: Mode| L::splat(mode.code());
+        let unblended = is(before, Mode::Reengaging) & self.progress.lt(L::splat(1.0));
+        let skips_back = is(mode, Mode::Teleoperation) & (is(before, Mode::Augmented) | unblended);
+        let nothing_to_blend = is(mode, Mode::Reengaging) & is(before, Mode::Teleoperation);
+        let mode = L::select(skips_back, code(Mode::Reengaging), mode);
+        let mode = L::select(nothing_to_blend, code(Mode::Teleoperation), mode);
+        self.mode = mode;
+        if (is(before, Mode::Teleoperation) & is(mode, Mode::Teleoperation)).all() {
+            return (force, self.pass(force));
+        }
+        self.update(before, mode, force)
     }
 
     /// The force in any mode, and the allowed step.

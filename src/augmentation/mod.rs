@@ -93,7 +93,21 @@ pub struct Command<L: Lane> {
     pub alarm_taken: L::Mask,
 }
 
-/// The supervisor at work.
+/// What the supervisor commands at a tick on the slave's side.
+#[derive(Debug, Clone, Copy)]
+pub struct SlaveCommand<L: Lane> {
+    /// As in [`Command`].
+    pub mode: L,
+    /// The slave's reference in m.
+    pub slave_reference_m: L,
+    /// As in [`Command`].
+    pub alarm_taken: L::Mask,
+}
+
+/// The supervisor at work: the automaton and the slave's reference on the slave's side, the force law on the master's.
+///
+/// Without a link between them both act in one [`Supervisor::update`]; over a link the slave's side [`Supervisor::decide`]s,
+/// and the master's side [`Supervisor::feel`]s what arrives of its mode.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane> {
     enabled: L::Mask,
@@ -109,7 +123,7 @@ impl<L: Lane> Supervisor<L> {
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         Self {
             enabled: L::Mask::splat(settings.enabled),
-            automaton: Automaton::new(&settings.automaton, threshold, tick_s),
+            automaton: Automaton::new(&settings.automaton, threshold, settings.blend_s, tick_s),
             reference: SlaveReference::new(settings.freeze, settings.reengage, tick_s, reference_m),
             feedback: ForceFeedback::new(settings.force, settings.blend_s, tick_s),
         }
@@ -139,12 +153,34 @@ impl<L: Lane> Supervisor<L> {
     #[inline(never)]
     fn act(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
         let before = self.automaton.mode();
-        let blended = self.feedback.is_blended() & self.reference.is_blended();
-        let mode = self.automaton.step(tick, alarm, decision, blended);
-        let slave_reference_m = self.reference.update(before, mode, hand_m, slave_m);
+        let SlaveCommand { mode, slave_reference_m, alarm_taken } =
+            self.act_on_slave(tick, alarm, decision, hand_m, slave_m);
         let (feedback_force_n, allowed_step_n) = self.feedback.update(before, mode, force_n);
-        let alarm_taken = automaton::has_become(before, mode, Mode::Augmented);
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
+    }
+
+    fn act_on_slave(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L) -> SlaveCommand<L> {
+        let before = self.automaton.mode();
+        let mode = self.automaton.step(tick, alarm, decision, self.reference.is_blended());
+        let slave_reference_m = self.reference.update(before, mode, hand_m, slave_m);
+        let alarm_taken = automaton::has_become(before, mode, Mode::Augmented);
+        SlaveCommand { mode, slave_reference_m, alarm_taken }
+    }
+
+    /// Decides the tick on the slave's side alone.
+    pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
+        if (self.automaton.is_teleoperation() & !(self.enabled & now.alarm)).all() {
+            let mode = L::splat(Mode::Teleoperation.code());
+            let slave_reference_m = self.reference.follow(now.hand_m);
+            return SlaveCommand { mode, slave_reference_m, alarm_taken: now.alarm };
+        }
+        self.act_on_slave(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m)
+    }
+
+    /// The force to feed back (N) and the most by which the law lets it differ from the last tick's (N), on the master's
+    /// side, given the mode that has arrived there and the force that the controller would feed back by itself (N).
+    pub fn feel(&mut self, mode: L, force_n: L) -> (L, L) {
+        self.feedback.arrive(mode, force_n)
     }
 }
 

@@ -4,6 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+use super::Arrival;
 use crate::error::{InvalidValue, non_negative, require};
 use crate::lane::Lane;
 use crate::time::nearest_ticks;
@@ -43,18 +44,18 @@ impl Irregularity {
 
 /// A sample under way, with the tick at which it was sent.
 #[derive(Debug, Clone, Copy)]
-struct Sent<L> {
+struct Sent<L, const N: usize> {
     stamp: L,
-    sample: L,
+    sample: [L; N],
 }
 
 /// One direction of an irregular link: the receiver holds the sample that was sent last of those that have arrived. One
 /// that arrives after a later one is dropped.
 #[derive(Debug, Clone)]
-pub(super) struct Irregular<L> {
+pub(super) struct Irregular<L, const N: usize> {
     /// What arrives at each of the coming ticks; of several samples the one sent last.
-    arriving: Box<[Sent<L>]>,
-    held: Sent<L>,
+    arriving: Box<[Sent<L, N>]>,
+    held: Sent<L, N>,
     tick: u64,
     delay_ticks: u64,
     jitter_choices: f64,
@@ -65,12 +66,12 @@ pub(super) struct Irregular<L> {
 /// The stamp of no sample.
 const NEVER: f64 = -1.0;
 
-impl<L: Lane> Irregular<L> {
+impl<L: Lane, const N: usize> Irregular<L, N> {
     /// A link with the random numbers of `seed`, lane `i` from stream `first_stream + i` on, on ticks of `tick_s` (s).
     pub(super) fn new(
         irregularity: &Irregularity,
         (delay_ticks, tick_s): (u64, f64),
-        initial: L,
+        initial: [L; N],
         (seed, first_stream): (u64, u64),
     ) -> Self {
         let jitter_ticks = nearest_ticks(irregularity.jitter_s, tick_s).min(MOST_JITTER_TICKS);
@@ -92,7 +93,7 @@ impl<L: Lane> Irregular<L> {
     }
 
     /// Sends a sample and gives the one that the receiver holds.
-    pub(super) fn exchange(&mut self, sample: L) -> L {
+    pub(super) fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         let places = self.arriving.len() as u64;
         let stamp = self.tick as f64;
         for (lane, rng) in self.streams.iter_mut().enumerate() {
@@ -102,16 +103,20 @@ impl<L: Lane> Irregular<L> {
                 let late = self.delay_ticks + (lateness * self.jitter_choices) as u64;
                 let place = &mut self.arriving[((self.tick + late) % places) as usize];
                 place.stamp = place.stamp.with_lane(lane, stamp);
-                place.sample = place.sample.with_lane(lane, sample.lane(lane));
+                for (waiting, sent) in place.sample.iter_mut().zip(sample) {
+                    *waiting = waiting.with_lane(lane, sent.lane(lane));
+                }
             }
         }
         let place = &mut self.arriving[(self.tick % places) as usize];
-        let is_newer = place.stamp.gt(self.held.stamp);
-        self.held.sample = L::select(is_newer, place.sample, self.held.sample);
+        let is_fresh = place.stamp.gt(self.held.stamp);
+        for (held, come) in self.held.sample.iter_mut().zip(place.sample) {
+            *held = L::select(is_fresh, come, *held);
+        }
         self.held.stamp = self.held.stamp.max(place.stamp);
         place.stamp = L::splat(NEVER);
         self.tick += 1;
-        self.held.sample
+        Arrival { sample: self.held.sample, is_fresh }
     }
 }
 
@@ -122,8 +127,8 @@ mod tests {
     /// What the receiver holds at each tick, where tick `k` sends `k`; -7 before anything has come.
     fn held(jitter_s: f64, loss: f64, delay_ticks: u64, seed: u64) -> Vec<f64> {
         let irregularity = Irregularity { jitter_s, loss };
-        let mut link = Irregular::<f64>::new(&irregularity, (delay_ticks, 1e-3), -7.0, (seed, 0));
-        (0..20_000).map(|tick| link.exchange(f64::from(tick))).collect()
+        let mut link = Irregular::new(&irregularity, (delay_ticks, 1e-3), [-7.0], (seed, 0));
+        (0..20_000).map(|tick| link.exchange([f64::from(tick)]).sample[0]).collect()
     }
 
     #[test]

@@ -5,31 +5,41 @@ mod irregular;
 
 pub use irregular::Irregularity;
 
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 use irregular::Irregular;
 
 /// Longest delay in ticks.
 pub const MOST_DELAY_TICKS: u64 = 1_000_000;
 
-/// One direction of the link. Until the first sample has come through, the receiver has the initial one.
-#[derive(Debug, Clone)]
-pub struct Delay<L> {
-    line: Box<[L]>,
-    next: usize,
-    irregular: Option<Box<Irregular<L>>>,
+/// What the receiver has at a tick: a sample of `N` numbers, the last that has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Arrival<L: Lane, const N: usize> {
+    /// The sample.
+    pub sample: [L; N],
+    /// Whether it has come at this very tick.
+    pub is_fresh: L::Mask,
 }
 
-impl<L: Lane> Delay<L> {
+/// One direction of the link, for samples of `N` numbers. Until the first has come through, the receiver has the initial
+/// one.
+#[derive(Debug, Clone)]
+pub struct Delay<L: Lane, const N: usize> {
+    line: Box<[[L; N]]>,
+    next: usize,
+    irregular: Option<Box<Irregular<L, N>>>,
+}
+
+impl<L: Lane, const N: usize> Delay<L, N> {
     /// A delay of `ticks` (0: the same tick; at most [`MOST_DELAY_TICKS`], more is cut to it) holding `initial`.
     #[must_use]
-    pub fn new(ticks: u64, initial: L) -> Self {
+    pub fn new(ticks: u64, initial: [L; N]) -> Self {
         Self { line: vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice(), next: 0, irregular: None }
     }
 
     /// The same direction where samples come late, out of order or not at all, on ticks of `tick_s` (s): lane `i` by stream
     /// `first_stream + i` of the seed.
     #[must_use]
-    pub fn irregular(mut self, irregularity: &Irregularity, tick_s: f64, initial: L, random: (u64, u64)) -> Self {
+    pub fn irregular(mut self, irregularity: &Irregularity, tick_s: f64, initial: [L; N], random: (u64, u64)) -> Self {
         let ticks = self.line.len() as u64;
         let link = || Box::new(Irregular::new(irregularity, (ticks, tick_s), initial, random));
         self.irregular = (!irregularity.is_none()).then(link);
@@ -43,18 +53,19 @@ impl<L: Lane> Delay<L> {
     }
 
     /// Sends a sample and gives the one that arrives.
-    #[inline(always)]
-    pub fn exchange(&mut self, sample: L) -> L {
+    #[inline]
+    pub fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         if let Some(link) = &mut self.irregular {
             return link.exchange(sample);
         }
-        let Some(slot) = self.line.get_mut(self.next) else { return sample };
+        let is_fresh = L::Mask::splat(true);
+        let Some(slot) = self.line.get_mut(self.next) else { return Arrival { sample, is_fresh } };
         let arrived = std::mem::replace(slot, sample);
         self.next += 1;
         if self.next == self.line.len() {
             self.next = 0;
         }
-        arrived
+        Arrival { sample: arrived, is_fresh }
     }
 }
 
@@ -65,8 +76,8 @@ mod tests {
     #[test]
     fn a_sample_arrives_after_its_delay() {
         let arrivals = |ticks| {
-            let mut delay = Delay::new(ticks, 9.0);
-            [1.0, 2.0, 3.0, 4.0].map(|sample| delay.exchange(sample))
+            let mut delay = Delay::new(ticks, [9.0]);
+            [1.0, 2.0, 3.0, 4.0].map(|sample| delay.exchange([sample]).sample[0])
         };
         assert_eq!(arrivals(0), [1.0, 2.0, 3.0, 4.0]);
         assert_eq!(arrivals(1), [9.0, 1.0, 2.0, 3.0]);

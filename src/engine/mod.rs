@@ -7,8 +7,8 @@
 //! 2. tissue: `f_e`; sensors: the measured force `y`, position and velocity
 //! 3. estimator: `e_k`, then its parameters
 //! 4. detector: `s_k`, then `g_k` and the alarm
-//! 5. supervisor, on the slave's side, fed with the hand's position as it arrives: mode, `x_ref`, `F_ed`
-//! 6. channel: `F_ed` to the master
+//! 5. link, and supervisor on the slave's side, fed with the hand's position as it arrives: mode, `x_ref`
+//! 6. link, and force law on the master's side, fed with force and mode as they arrive: `F_ed`
 //! 7. both sides to tick `k + 1`
 
 mod dispatch;
@@ -30,13 +30,13 @@ pub use signals::Signals;
 pub use split::SplitSides;
 pub use trace::{COLUMNS, Trace};
 
-use crate::augmentation::{Situation, Supervisor};
-use crate::channel::Delay;
+use crate::augmentation::{Command, Situation, SlaveCommand, Supervisor};
 use crate::detection::{Detector, Evidence};
 use crate::estimation::{Rls, VelocityFilter};
 use crate::lane::Lane;
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
+use crate::teleoperation::{AtMaster, AtSlave, Link};
 use crate::time::TickGrid;
 use crate::tissue::{Layers, Reaction, RecordedForce, Tissue};
 
@@ -63,14 +63,8 @@ pub struct Engine<L: Lane, S> {
     pub detector: Detector<L>,
     /// The supervisor.
     pub supervisor: Supervisor<L>,
-    /// From the master to the slave.
-    pub forward: Delay<L>,
-    /// From the slave to the master.
-    pub backward: Delay<L>,
-    /// Fed-back force per measured force.
-    pub force_scale: L,
-    /// Slave's motion per master's.
-    pub position_scale: L,
+    /// What joins the sides.
+    pub link: Link<L>,
 }
 
 /// What the needle meets, known or not when the run is compiled.
@@ -162,10 +156,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
 
     /// Whether positions and the fed-back force arrive at once and as they are: no encoder, no filter, no delay.
     fn passes_positions_on(&self) -> bool {
-        self.sensor.reads_position_exactly()
-            && self.velocity_filter.is_none()
-            && self.forward.is_immediate()
-            && self.backward.is_immediate()
+        self.sensor.reads_position_exactly() && self.velocity_filter.is_none() && self.link.is_direct()
     }
 
     /// The run, compiled apart for positions that are `DIRECT`ly passed on and forces read `EXACT`ly, so that its ticks need not
@@ -195,7 +186,12 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
                 break;
             }
             let desired_next = desire(tick + 1, signals.operator_force_n);
-            outcome = self.sides.step(desired, desired_next, signals.feedback_force_n, signals.slave_reference_m);
+            let reference = if DIRECT {
+                signals.slave_reference_m
+            } else {
+                self.link.yielding(signals.slave_reference_m, signals.tissue_force_n)
+            };
+            outcome = self.sides.step(desired, desired_next, signals.feedback_force_n, reference);
             if outcome.is_err() {
                 break;
             }
@@ -222,8 +218,6 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
                 measured_velocity = filter.update(measured_position);
             }
         }
-        let arrived_master_m = if DIRECT { master.position_m } else { self.forward.exchange(master.position_m) };
-
         let depth = measured_position - self.contact_m;
         let estimate = self.estimator.update(measured_force, depth, measured_velocity);
         let decision = self.detector.update(&Evidence {
@@ -235,16 +229,32 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             in_contact: depth.gt(L::zero()),
         });
 
-        let command = self.supervisor.update(&Situation {
+        let mut situation = Situation {
             tick,
             alarm: decision.alarm,
             decision: decision.decision,
-            hand_m: self.position_scale * arrived_master_m,
+            hand_m: self.link.position_scale() * master.position_m,
             slave_m: measured_position,
-            force_n: self.force_scale * measured_force,
-        });
-        let commanded_force = command.feedback_force_n;
-        let feedback_force = if DIRECT { commanded_force } else { self.backward.exchange(commanded_force) };
+            force_n: self.link.force_scale() * measured_force,
+        };
+        let (command, feedback_force) = if DIRECT {
+            let command = self.supervisor.update(&situation);
+            (command, command.feedback_force_n)
+        } else {
+            let at_master = AtMaster {
+                position_m: master.position_m,
+                velocity_m_per_s: master.velocity_m_per_s,
+                hand_force_n: master.hand_force_n,
+            };
+            let at_slave =
+                AtSlave { position_m: measured_position, velocity_m_per_s: measured_velocity, force_n: measured_force };
+            situation.hand_m = self.link.to_slave(&at_master, &at_slave);
+            let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.supervisor.decide(&situation);
+            let (arrived_mode, force) = self.link.to_master(mode, &at_slave, &at_master);
+            let (feedback_force_n, allowed_step_n) = self.supervisor.feel(arrived_mode, force);
+            let command = Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken };
+            (command, self.link.limit(feedback_force_n, &at_master))
+        };
 
         Signals {
             tick,
@@ -267,7 +277,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             ruptured: reaction.ruptured,
             alarm: decision.alarm,
             alarm_taken: command.alarm_taken,
-            commanded_force_n: commanded_force,
+            commanded_force_n: command.feedback_force_n,
             allowed_force_step_n: command.allowed_step_n,
         }
     }

@@ -1,7 +1,7 @@
 //! The slave and its position controller (eq. 30, 31).
 
 use super::{ControlTiming, PlantError, SLAVE_STATES, on};
-use crate::error::{finite, non_negative};
+use crate::error::{finite, non_negative, require};
 use crate::lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
 
 /// What `K_v` acts on.
@@ -58,6 +58,24 @@ impl SlaveParameters {
             return Err(PlantError::SlaveDegree { numerator, denominator });
         }
         realise_with_derivative(&function).map_err(on("slave"))
+    }
+
+    /// The command `U_s` that a slow motion takes per m/s and per m/s²: the first terms of `U_s / X_e` in powers of `s`.
+    ///
+    /// # Errors
+    /// [`PlantError`] as [`slave_system`], and for a numerator that ends on 0, which leaves no slow motion.
+    pub fn slow_motion(&self) -> Result<(f64, f64), PlantError> {
+        self.machine()?;
+        let low = |coefficients: &[f64], power: usize| coefficients.iter().rev().nth(power).copied().unwrap_or(0.0);
+        let n = |power| low(&self.numerator, power);
+        let d = |power| low(&self.denominator, power);
+        require("slave.numerator", n(0), n(0) != 0.0, "a list whose last number is not 0")?;
+        let stiffness = d(0) / n(0);
+        let drag = (d(1) - stiffness * n(1)) / n(0);
+        let inertia = (d(2) - drag * n(1) - stiffness * n(2)) / n(0);
+        finite("slave.numerator", drag)?;
+        finite("slave.numerator", inertia)?;
+        Ok((drag, inertia))
     }
 
     /// `U_s` as gains on `(x_ref, x_e, v_e)`.

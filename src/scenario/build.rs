@@ -13,6 +13,7 @@ use crate::lane::Lane;
 use crate::operator::{Motion, Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
+use crate::teleoperation::Link;
 use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
 
 /// Set the two directions' random numbers apart from all others with the same seed.
@@ -64,7 +65,7 @@ impl Scenario {
                     self.timing,
                     self.grid.tick_s(),
                     start_m,
-                    self.position_scale * start_m,
+                    self.position_scale() * start_m,
                 );
                 let sides = sides.limited(&self.actuators).split(self.backward.share, self.forward.share);
                 ScenarioEngine::Integrated(Box::new(self.assemble(sides, 0)?))
@@ -105,7 +106,7 @@ impl Scenario {
         let rest_s = |delay: DelayTicks| (1.0 - delay.share) * tick_s;
         let master = MasterStep::new(&self.master, &self.arm, self.timing, rest_s(self.backward)).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
-        let reference_m = self.position_scale * self.start_m();
+        let reference_m = self.position_scale() * self.start_m();
         self.assemble(SplitSides::new(self.exact_sides()?, &master, &slave, reference_m), first_stream)
     }
 
@@ -116,7 +117,7 @@ impl Scenario {
         let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
         let start_m = self.start_m();
-        Ok(ExactSides::new(&master, &slave, start_m, self.position_scale * start_m))
+        Ok(ExactSides::new(&master, &slave, start_m, self.position_scale() * start_m))
     }
 
     /// As [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
@@ -126,7 +127,7 @@ impl Scenario {
     pub fn limited_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, LimitedSides<L>>, ScenarioError> {
         let machines = (&self.master, &self.arm, &self.slave);
         let start_m = self.start_m();
-        let reference_m = self.position_scale * start_m;
+        let reference_m = self.position_scale() * start_m;
         let sides = LimitedSides::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
         self.assemble(sides.map_err(|error| self.unbuildable(&error))?, first_stream)
     }
@@ -162,7 +163,7 @@ impl Scenario {
                     Tissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone()))
                 }
                 TissueSpec::Depth { position_m, force_n, rupture_depths_m, presliding_m } => {
-                    let start_m = self.position_scale * start_m;
+                    let start_m = self.position_scale() * start_m;
                     let recording = (&**position_m, &**force_n);
                     let replay = DepthReplay::new(recording, rupture_depths_m.clone(), *presliding_m, start_m);
                     Tissue::Depth(replay.map_err(out_of_range)?)
@@ -175,7 +176,7 @@ impl Scenario {
                     Tissue::Generalised(Box::new(tissue.map_err(out_of_range)?))
                 }
                 TissueSpec::Layers(parameters) => {
-                    let tissue = Layers::new(parameters, tick_s, self.position_scale * start_m);
+                    let tissue = Layers::new(parameters, tick_s, self.position_scale() * start_m);
                     Tissue::Layers(Box::new(tissue.map_err(out_of_range)?))
                 }
                 TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => Tissue::KelvinVoigt(
@@ -191,18 +192,31 @@ impl Scenario {
                 &self.augmentation,
                 self.detector.cusum.threshold,
                 tick_s,
-                L::splat(self.position_scale * start_m),
+                L::splat(self.position_scale() * start_m),
             ),
-            forward: self.link(self.forward, L::splat(start_m), (self.seed ^ FORWARD, first_stream)),
-            backward: self.link(self.backward, L::zero(), (self.seed ^ BACKWARD, first_stream)),
-            force_scale: L::splat(self.force_scale),
-            position_scale: L::splat(self.position_scale),
+            link: self.joined(first_stream)?,
         })
     }
 
-    /// One direction of the link.
-    fn link<L: Lane>(&self, delay: DelayTicks, initial: L, random: (u64, u64)) -> Delay<L> {
-        Delay::new(delay.whole, initial).irregular(&self.irregularity, self.grid.tick_s(), initial, random)
+    /// What joins the sides.
+    fn joined<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
+        let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
+        let (at_master, at_slave) = (L::splat(start_m), L::splat(self.position_scale() * start_m));
+        let forth = [at_master, zero, zero, zero, zero];
+        let forth = Delay::new(self.forward.whole, forth).irregular(
+            &self.irregularity,
+            tick_s,
+            forth,
+            (self.seed ^ FORWARD, first_stream),
+        );
+        let back = [zero, at_slave, zero, zero, zero, zero];
+        let back = Delay::new(self.backward.whole, back).irregular(
+            &self.irregularity,
+            tick_s,
+            back,
+            (self.seed ^ BACKWARD, first_stream),
+        );
+        Link::new(&self.link, (forth, back), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
     }
 
     /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.

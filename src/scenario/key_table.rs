@@ -10,7 +10,12 @@ use crate::detection::{ArmingSettings, Hypotheses};
 use crate::operator::TremorSettings;
 use crate::plant::{MasterParameters, SlaveParameters};
 use crate::recording::Limits;
+use crate::teleoperation::{ControllerSettings, PassivitySettings, RecoverySettings};
 use crate::tissue::ShaftParameters;
+
+const CONTROLLER: ControllerSettings = ControllerSettings::PAPER;
+const RECOVERY: RecoverySettings = RecoverySettings::DEFAULT;
+const PASSIVITY: PassivitySettings = PassivitySettings::NONE;
 
 const fn key(path: &'static str, kind: Kind, fallback: Fallback, meaning: &'static str) -> Key {
     Key { path, kind, fallback, meaning }
@@ -33,14 +38,16 @@ use Kind::{Choice, File, Flag, Number, Numbers, Sign, Text, Whole};
 use Range as R;
 
 /// The sections, in the order in which they are written, with what each is about.
-pub const SECTIONS: [(&str, &str); 21] = [
+pub const SECTIONS: [(&str, &str); 23] = [
     ("simulation", "How long, how finely, by which engine."),
     ("master", "The machine in the hand (eq. 28) and its force controller (eq. 29)."),
     ("arm", "The arm that holds it (eq. 32-35), in the paper's letters."),
     ("slave", "The machine that holds the needle (eq. 30) and its position controller (eq. 31)."),
     ("actuator", "What the motors of both sides can do; needs simulation.control = \"sampled\"."),
     ("scaling", "What a newton and a millimetre become on the other side."),
+    ("controller", "Which of positions and forces go which way."),
     ("channel", "The link between the sides."),
+    ("passivity", "What keeps the link from making energy, whatever its delay."),
     ("operator", "What the person wants to do."),
     ("tissue", "What the needle meets."),
     ("tissue.skin", "The first of its layers, for kind = \"layers\"."),
@@ -109,7 +116,7 @@ const UNLAYERED: &[Key] = &[
     key(
         "master.force_integral_gain",
         Number(R::NON_NEGATIVE),
-        number!(MasterParameters::default().force_integral_gain),
+        Derived("12 as the paper has it; 0 where positions are fed back to the master"),
         "K_i in 1/s.",
     ),
     key(
@@ -176,6 +183,12 @@ const UNLAYERED: &[Key] = &[
         word!("velocity"),
         "What K_v acts on; as printed it is the position.",
     ),
+    key(
+        "slave.compliance_m_per_n",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "How far the tissue pushes the resting slave off its reference; the paper's is stiff.",
+    ),
     // actuator
     key(
         "actuator.master_force_limit_n",
@@ -192,6 +205,43 @@ const UNLAYERED: &[Key] = &[
     // scaling
     key("scaling.force", Number(R::SCALE), number!(1.0), "Force fed back per force measured."),
     key("scaling.position", Number(R::SCALE), number!(1.0), "Slave's motion per master's."),
+    // controller
+    key(
+        "controller.kind",
+        Choice(&["position-force", "local-force", "position-position", "four-channel"]),
+        word!("position-force"),
+        "The paper's; with local force feedback; a spring between the machines; all of it, transparent (Lawrence 1993).",
+    ),
+    key(
+        "controller.coupling_stiffness_n_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(CONTROLLER.coupling_stiffness_n_per_m),
+        "Spring between the machines (position-position, four-channel).",
+    ),
+    key(
+        "controller.coupling_damping_n_s_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(CONTROLLER.coupling_damping_n_s_per_m),
+        "Damper beside it.",
+    ),
+    key(
+        "controller.master_force_gain",
+        Number(R::NON_NEGATIVE),
+        number!(CONTROLLER.master_force_gain),
+        "C_6, the master's local force feedback (local-force, four-channel): its mass feels 1 + C_6 times smaller.",
+    ),
+    key(
+        "controller.slave_force_gain",
+        Number(R::NON_NEGATIVE),
+        number!(CONTROLLER.slave_force_gain),
+        "C_5, the slave's, in commands U_s per N (local-force, four-channel): it yields to the tissue.",
+    ),
+    key(
+        "controller.acceleration_bandwidth_hz",
+        Number(R::POSITIVE),
+        number!(CONTROLLER.acceleration_bandwidth_hz),
+        "Bandwidth of the accelerations that four-channel sends.",
+    ),
     // channel
     key(
         "channel.forward_delay_s",
@@ -211,6 +261,69 @@ const UNLAYERED: &[Key] = &[
         Number(R::SHARE),
         number!(0.0),
         "Probability that a sample is lost, either way; the receiver holds the last one.",
+    ),
+    key(
+        "channel.outage_s",
+        Number(R::NON_NEGATIVE),
+        number!(RECOVERY.outage_s),
+        "How long no sample has to come for an outage.",
+    ),
+    key(
+        "channel.recovery",
+        Choice(&["ramp", "hold", "give-up"]),
+        word!("ramp"),
+        "After an outage the slave runs to the hand, keeps the distance that has opened, or stays for good.",
+    ),
+    key(
+        "channel.recovery_speed_m_per_s",
+        Number(R::POSITIVE),
+        number!(RECOVERY.speed_m_per_s),
+        "Greatest speed of the slave's reference while it runs to the hand.",
+    ),
+    key(
+        "channel.recovery_force_rate_n_per_s",
+        Number(R::POSITIVE),
+        number!(RECOVERY.force_rate_n_per_s),
+        "Greatest rate of the fed-back force while it runs to the live one.",
+    ),
+    // passivity
+    key(
+        "passivity.scheme",
+        Choice(&["none", "time-domain", "wave-variables", "energy-tank"]),
+        word!("none"),
+        "Observer and controller at both ports (Hannaford and Ryu 2002), wave variables (Niemeyer and Slotine 1991), \
+         a tank of energy on each side (Franken et al. 2011).",
+    ),
+    key(
+        "passivity.budget_j",
+        Number(R::NON_NEGATIVE),
+        number!(PASSIVITY.budget_j),
+        "Energy that each port may give before it has received any (time-domain).",
+    ),
+    key(
+        "passivity.damping_limit_n_s_per_m",
+        Number(R::NON_NEGATIVE),
+        number!(PASSIVITY.damping_limit_n_s_per_m),
+        "Greatest damping added at the master (time-domain, energy-tank).",
+    ),
+    key(
+        "passivity.wave_impedance_n_s_per_m",
+        Number(R::POSITIVE),
+        number!(PASSIVITY.wave_impedance_n_s_per_m),
+        "b of the waves (wave-variables).",
+    ),
+    key("passivity.tank_level_j", Number(R::POSITIVE), number!(PASSIVITY.tank_level_j), "Level of each tank."),
+    key(
+        "passivity.tank_share",
+        Number(R::POSITIVE_SHARE),
+        number!(PASSIVITY.tank_share),
+        "Share of its energy that a tank sends to the other each tick, below 1.",
+    ),
+    key(
+        "passivity.catch_up_speed_m_per_s",
+        Number(R::POSITIVE),
+        number!(PASSIVITY.catch_up_speed_m_per_s),
+        "Speed at which a slave that was held back catches up (time-domain, energy-tank).",
     ),
     // operator
     key(

@@ -8,6 +8,7 @@ mod key_table;
 mod keys;
 mod layer_keys;
 mod layered;
+mod link;
 mod person;
 mod replay;
 mod resolve;

@@ -2,6 +2,7 @@
 
 use super::document::Source;
 use super::error::ScenarioError;
+use super::link::link_settings;
 use super::person::{reflex, tremor};
 use super::replay::{RecordingSpec, load_recording};
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
@@ -15,6 +16,7 @@ use crate::estimation::RlsSettings;
 use crate::operator::{MOST_POSITION_M, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
+use crate::teleoperation::LinkSettings;
 use crate::time::{TickGrid, whole_ticks};
 
 /// Length of a run without a recording, in s.
@@ -62,10 +64,8 @@ pub struct Scenario {
     pub slave: SlaveParameters,
     /// What their motors can do.
     pub actuators: ActuatorLimits,
-    /// Force fed back per force measured.
-    pub force_scale: f64,
-    /// Slave's motion per master's.
-    pub position_scale: f64,
+    /// What the sides make of what they are sent.
+    pub link: LinkSettings,
     /// Delay from master to slave.
     pub forward: DelayTicks,
     /// Delay from slave to master.
@@ -125,20 +125,23 @@ impl Scenario {
             "sampled" => ControlTiming::Sampled,
             _ => ControlTiming::Continuous,
         };
+        let master = master(&mut values)?;
+        let slave = slave(&values)?;
+        let link = link_settings(&values, &master, &slave)?;
+        let waits_for_tick = timing == ControlTiming::Sampled || !link.is_the_papers();
         let scenario = Self {
             name: name(&values)?,
             grid,
             engine: if values.text("simulation.engine")? == "exact" { EngineKind::Exact } else { EngineKind::Dop853 },
             timing,
             seed: values.whole("simulation.seed")?,
-            master: master(&values)?,
+            master,
             arm: arm(&mut values)?,
-            slave: slave(&values)?,
+            slave,
             actuators: actuators(&values, timing)?,
-            force_scale: values.number("scaling.force")?,
-            position_scale: values.number("scaling.position")?,
-            forward: delay_ticks(&values, "channel.forward_delay_s", &grid)?,
-            backward: delay_ticks(&values, "channel.backward_delay_s", &grid)?,
+            link,
+            forward: delay_ticks(&values, "channel.forward_delay_s", &grid, waits_for_tick)?,
+            backward: delay_ticks(&values, "channel.backward_delay_s", &grid, waits_for_tick)?,
             irregularity: Irregularity {
                 jitter_s: values.number("channel.jitter_s")?,
                 loss: values.number("channel.loss")?,
@@ -194,6 +197,12 @@ impl Scenario {
         }
     }
 
+    /// Slave's motion per master's.
+    #[must_use]
+    pub fn position_scale(&self) -> f64 {
+        self.link.machines.position_scale
+    }
+
     /// Checks what involves more than one key, and that the sides can be built.
     fn check(&self) -> Result<(), ScenarioError> {
         let out_of_range = |error| self.values.out_of_range(&error);
@@ -218,7 +227,7 @@ impl Scenario {
 
     /// Checks that the person stays where an insertion can be; beyond, every run would count as diverged.
     fn check_reach(&self) -> Result<(), ScenarioError> {
-        let farthest_m = MOST_POSITION_M / self.position_scale.max(1.0);
+        let farthest_m = MOST_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= farthest_m;
         let (key, position) = match &self.operator {
             OperatorSpec::Recording(positions) => {
@@ -267,7 +276,13 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
     TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
 }
 
-fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<DelayTicks, ScenarioError> {
+/// A delay; its sample is read as it arrives, or by a receiver that `waits_for_tick` on the next one.
+fn delay_ticks(
+    values: &Values,
+    path: &str,
+    grid: &TickGrid,
+    waits_for_tick: bool,
+) -> Result<DelayTicks, ScenarioError> {
     let delay_s = values.number(path)?;
     let tick_s = grid.tick_s();
     let ticks = delay_s / tick_s;
@@ -277,10 +292,7 @@ fn delay_ticks(values: &Values, path: &str, grid: &TickGrid) -> Result<DelayTick
     }
     Ok(match whole_ticks(delay_s, tick_s) {
         Some(whole) => DelayTicks { whole, share: 0.0 },
-        // A sampled controller reads what has arrived by the tick.
-        None if values.text("simulation.control")? == "sampled" => {
-            DelayTicks { whole: ticks.ceil() as u64, share: 0.0 }
-        }
+        None if waits_for_tick => DelayTicks { whole: ticks.ceil() as u64, share: 0.0 },
         None => DelayTicks { whole: ticks.floor() as u64, share: ticks.fract() },
     })
 }

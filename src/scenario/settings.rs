@@ -16,7 +16,11 @@ const MASTER_LIMIT: &str = "actuator.master_force_limit_n";
 const SLAVE_LIMIT: &str = "actuator.slave_command_limit";
 
 /// The master's parameters.
-pub(super) fn master(values: &Values) -> Result<MasterParameters, ScenarioError> {
+pub(super) fn master(values: &mut Values) -> Result<MasterParameters, ScenarioError> {
+    // A spring to the slave's position is no force to be tracked: an integral of the difference would never settle.
+    let couples_positions = matches!(values.text("controller.kind")?, "position-position" | "four-channel");
+    let integral_gain = if couples_positions { 0.0 } else { MasterParameters::default().force_integral_gain };
+    values.derive_if_missing("master.force_integral_gain", Value::Number(integral_gain));
     Ok(MasterParameters {
         mass_kg: values.number("master.mass_kg")?,
         damping_n_s_per_m: values.number("master.damping_n_s_per_m")?,

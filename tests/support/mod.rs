@@ -13,6 +13,7 @@ use trocar::engine::{Engine, Sides};
 use trocar::estimation::{Rls, RlsSettings};
 use trocar::operator::{Motion, Operator, Ramp};
 use trocar::sensor::{Sensor, SensorSettings};
+use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
 use trocar::time::TickGrid;
 use trocar::tissue::{KelvinVoigt, Tissue};
 
@@ -53,6 +54,27 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
+    fn link(&self, tick_s: f64) -> Link<f64> {
+        let settings = LinkSettings {
+            controller: ControllerSettings::PAPER,
+            machines: Machines {
+                master_mass_kg: 0.245,
+                master_damping_n_s_per_m: 4.1,
+                proportional_gain: 1300.0,
+                velocity_gain: 15.0,
+                slave_drag: 0.0,
+                slave_inertia: 0.0,
+                compliance_m_per_n: 0.0,
+                position_scale: self.position_scale,
+                force_scale: self.force_scale,
+            },
+            recovery: RecoverySettings::DEFAULT,
+            passivity: PassivitySettings::NONE,
+        };
+        let directions = (Delay::new(self.delay_ticks, [0.0; 5]), Delay::new(self.delay_ticks, [0.0; 6]));
+        Link::new(&settings, directions, tick_s, 0.0).expect("valid")
+    }
+
     pub fn engine<S: Sides<f64>>(&self, sides: S) -> Engine<f64, S> {
         let tick_s = 1e-3;
         let supervisor = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
@@ -68,10 +90,7 @@ impl ClosedLoop {
             estimator: Rls::new(&RlsSettings::default()),
             detector: Detector::new(&DetectorSettings::default(), tick_s),
             supervisor: Supervisor::new(&supervisor, 1.98e-2, tick_s, 0.0),
-            forward: Delay::new(self.delay_ticks, 0.0),
-            backward: Delay::new(self.delay_ticks, 0.0),
-            force_scale: self.force_scale,
-            position_scale: self.position_scale,
+            link: self.link(tick_s),
         }
     }
 }

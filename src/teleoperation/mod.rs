@@ -1,0 +1,11 @@
+//! What goes over the link, and what each side makes of what arrives: architectures, recovery from outages, passivity.
+
+mod controller;
+mod link;
+mod passivity;
+mod recovery;
+
+pub use controller::{ControllerKind, ControllerSettings, Machines};
+pub use link::{AtMaster, AtSlave, FromMaster, FromSlave, Link, LinkReport, LinkSettings};
+pub use passivity::{PassivitySettings, Scheme};
+pub use recovery::{Recovery, RecoverySettings};

@@ -1,0 +1,61 @@
+//! A reference that moves only as far as there is energy for.
+
+use crate::lane::Lane;
+
+/// Follows a target, metered: a step against a force costs its work, and is cut to what there is.
+///
+/// What was cut is made up for later, on top of the target's own motion and by at most a step a tick.
+#[derive(Debug, Clone)]
+pub(super) struct Meter<L> {
+    step: L,
+    target: L,
+    reference: L,
+    /// Work that was refused, in J.
+    pub(super) refused_j: L,
+}
+
+impl<L: Lane> Meter<L> {
+    pub(super) fn new(speed_m_per_s: f64, tick_s: f64, start: L) -> Self {
+        Self { step: L::splat(speed_m_per_s * tick_s), target: start, reference: start, refused_j: L::zero() }
+    }
+
+    /// The reference, where a metre costs `force` (J/m) and there are `energy` (J).
+    pub(super) fn follow(&mut self, target: L, force: L, energy: L) -> L {
+        let zero = L::zero();
+        let owed = (self.target - self.reference).clamp(-self.step, self.step);
+        let wish = (target - self.target) + owed;
+        let cost = force * wish;
+        let affordable = energy.max(zero);
+        let is_cut = cost.gt(affordable);
+        let allowed = L::select(is_cut, wish * (affordable / L::select(is_cut, cost, L::splat(1.0))), wish);
+        self.refused_j = self.refused_j + force * (wish - allowed);
+        // A target that is followed freely is kept to the bit.
+        let reference = L::select(is_cut, self.reference + allowed, target - ((self.target - self.reference) - owed));
+        (self.target, self.reference) = (target, reference);
+        reference
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_stops_without_energy_and_catches_up_at_its_speed() {
+        let mut meter = Meter::<f64>::new(0.03, 1e-3, 0.0);
+        assert_eq!(meter.follow(1e-5, 2.0, 1.0), 1e-5);
+        assert_eq!(meter.follow(2e-5, 2.0, 0.0), 1e-5);
+        assert_eq!(meter.follow(2e-4, 2.0, -1.0), 1e-5);
+        // Away from the force costs nothing, and what is owed comes on top.
+        assert!((meter.follow(1.9e-4, 2.0, 0.0) - 1e-5).abs() < 1e-18);
+        let next = meter.follow(1.9e-4, 2.0, 1.0);
+        assert!((next - 4e-5).abs() < 1e-18, "{next}");
+        assert!(meter.refused_j > 0.0);
+    }
+
+    #[test]
+    fn half_the_energy_is_half_the_way() {
+        let mut meter = Meter::<f64>::new(0.03, 1e-3, 0.0);
+        assert!((meter.follow(1e-4, 5.0, 2.5e-4) - 5e-5).abs() < 1e-18);
+    }
+}

@@ -1,0 +1,212 @@
+//! What a receiver does when samples come again after an outage.
+
+use crate::error::{InvalidValue, non_negative, positive};
+use crate::lane::{Lane, Mask};
+use crate::time::nearest_ticks;
+
+/// How the slave goes on after an outage. While it lasts, the last sample is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recovery {
+    /// From where it is: the distance that the hand has gone meanwhile stays between them.
+    Hold,
+    /// Its reference runs to the hand's, never faster than the recovery speed, until it is there.
+    Ramp,
+    /// Not at all: it stays where it is until the end, and the run says since when. A master that hears nothing gives up
+    /// too: the force goes to 0.
+    GiveUp,
+}
+
+/// What counts as an outage, and what happens after it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecoverySettings {
+    /// How the slave goes on.
+    pub policy: Recovery,
+    /// How long no sample has to come for an outage, in s, at least 0.
+    pub outage_s: f64,
+    /// Greatest speed of the reference while it runs to the hand's, in m/s, above 0.
+    pub speed_m_per_s: f64,
+    /// Greatest rate of the fed-back force while it runs to the live one's, in N/s, above 0.
+    pub force_rate_n_per_s: f64,
+}
+
+impl RecoverySettings {
+    /// A ramp after a tenth of a second.
+    pub const DEFAULT: Self =
+        Self { policy: Recovery::Ramp, outage_s: 0.1, speed_m_per_s: 0.03, force_rate_n_per_s: 50.0 };
+
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        non_negative("channel.outage_s", self.outage_s)?;
+        positive("channel.recovery_speed_m_per_s", self.speed_m_per_s)?;
+        positive("channel.recovery_force_rate_n_per_s", self.force_rate_n_per_s)?;
+        Ok(())
+    }
+
+    /// The same for forces, of which no difference is to stay.
+    pub(super) fn of_forces(&self) -> Self {
+        let policy = if self.policy == Recovery::Hold { Recovery::Ramp } else { self.policy };
+        Self { policy, ..*self }
+    }
+}
+
+/// One receiver, of positions or of forces.
+///
+/// ```text
+/// live        y = target + gap
+/// lost        y = the last one, from when no sample has come for the outage's length
+/// recovering  y runs to target + gap by at most a step a tick, until it is there
+/// ```
+/// The gap is 0 but for [`Recovery::Hold`], where it is what has opened during the outage.
+#[derive(Debug, Clone)]
+pub(super) struct Receiver<L: Lane> {
+    policy: Recovery,
+    outage_ticks: L,
+    step: L,
+    /// Ticks since the last fresh sample; none count before the first.
+    silent: L,
+    has_begun: L::Mask,
+    is_lost: L::Mask,
+    is_recovering: L::Mask,
+    gap: L,
+    last: L,
+    tick: L,
+    outages: L,
+    longest: L,
+    given_up_at: L,
+}
+
+/// The tick of what has not happened.
+const NEVER: f64 = -1.0;
+
+impl<L: Lane> Receiver<L> {
+    /// A receiver that has `initial`, on ticks of `tick_s` (s), and recovers at `speed` a second.
+    pub(super) fn new(settings: &RecoverySettings, speed: f64, tick_s: f64, initial: L) -> Self {
+        let nowhere = L::Mask::splat(false);
+        Self {
+            policy: settings.policy,
+            outage_ticks: L::splat(nearest_ticks(settings.outage_s, tick_s).max(1) as f64),
+            step: L::splat(speed * tick_s),
+            silent: L::zero(),
+            has_begun: nowhere,
+            is_lost: nowhere,
+            is_recovering: nowhere,
+            gap: L::zero(),
+            last: initial,
+            tick: L::zero(),
+            outages: L::zero(),
+            longest: L::zero(),
+            given_up_at: L::splat(NEVER),
+        }
+    }
+
+    /// What to make of the target that the sample in hand stands for; `given_up` is what it is to run to once given up, if
+    /// not to where it is.
+    pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        self.has_begun = self.has_begun | is_fresh;
+        let silent = L::select(is_fresh | !self.has_begun, zero, self.silent + one);
+        let is_out = silent.ge(self.outage_ticks);
+        let begins = is_out & !self.is_lost;
+        let ends = self.is_lost & is_fresh;
+        self.outages = L::select(begins, self.outages + one, self.outages);
+        self.longest = L::select(is_out, self.longest.max(silent), self.longest);
+        self.silent = silent;
+
+        let toward = match self.policy {
+            Recovery::Hold => {
+                self.gap = L::select(ends, self.last - target, self.gap);
+                self.is_lost = is_out;
+                target + self.gap
+            }
+            Recovery::Ramp => {
+                self.is_lost = is_out;
+                self.is_recovering = (self.is_recovering | ends) & !is_out;
+                target
+            }
+            Recovery::GiveUp => {
+                self.given_up_at = L::select(begins, self.tick, self.given_up_at);
+                self.is_lost = self.is_lost | begins;
+                self.is_recovering = self.is_lost;
+                L::select(self.is_lost, given_up.unwrap_or(self.last), target)
+            }
+        };
+        let run = self.last + (toward - self.last).clamp(-self.step, self.step);
+        let has_arrived = (toward - self.last).abs().le(self.step);
+        let is_held = self.is_lost & !self.is_recovering;
+        let live = L::select(is_held, self.last, toward);
+        self.last = L::select(self.is_recovering & !has_arrived, run, live);
+        if self.policy == Recovery::Ramp {
+            self.is_recovering = self.is_recovering & !has_arrived;
+        }
+        self.tick = self.tick + one;
+        self.last
+    }
+
+    /// How often, how many ticks at most, and at which tick it was given up, in lane `index`.
+    pub(super) fn outages(&self, index: usize) -> (f64, f64, Option<f64>) {
+        let given_up = self.given_up_at.lane(index);
+        (self.outages.lane(index), self.longest.lane(index), (given_up >= 0.0).then_some(given_up))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK_S: f64 = 1e-3;
+
+    /// A hand at 10 mm/s whose samples do not come from tick 100 to 399.
+    fn through_an_outage(policy: Recovery) -> (Vec<f64>, Receiver<f64>) {
+        let settings = RecoverySettings { policy, ..RecoverySettings::DEFAULT };
+        let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.0);
+        let mut held = 0.0;
+        let mut out = vec![];
+        for tick in 0..1000 {
+            let is_fresh = !(100..400).contains(&tick);
+            if is_fresh {
+                held = 1e-5 * f64::from(tick);
+            }
+            out.push(receiver.update(held, is_fresh, None));
+        }
+        (out, receiver)
+    }
+
+    #[test]
+    fn a_ramp_runs_to_the_hand_at_its_speed_and_no_faster() {
+        let (out, receiver) = through_an_outage(Recovery::Ramp);
+        assert!(out[99..400].iter().all(|&x| x == out[99]));
+        let fastest = out.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        assert!(fastest <= 3e-5 + 1e-18, "{fastest}");
+        // 3 mm to make up at 30 mm/s against a hand that goes on at 10 mm/s: 150 ms.
+        assert!((out[548] - 5.48e-3).abs() > 1e-6 && (out[552] - 5.52e-3).abs() < 1e-15, "{}", out[552]);
+        assert_eq!(receiver.outages(0), (1.0, 300.0, None));
+    }
+
+    #[test]
+    fn holding_keeps_what_has_opened() {
+        let (out, _) = through_an_outage(Recovery::Hold);
+        assert!((out[400] - out[99]).abs() < 1e-18);
+        assert!((out[999] - (out[99] + 5.99e-3)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn given_up_is_given_up() {
+        let (out, receiver) = through_an_outage(Recovery::GiveUp);
+        assert!(out[200..].iter().all(|&x| x == out[99]));
+        assert_eq!(receiver.outages(0).2, Some(199.0));
+    }
+
+    #[test]
+    fn the_wait_for_the_first_sample_is_no_outage() {
+        let settings = RecoverySettings { policy: Recovery::GiveUp, ..RecoverySettings::DEFAULT };
+        let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.5);
+        for _ in 0..1000 {
+            assert_eq!(receiver.update(0.5, false, None), 0.5);
+        }
+        assert_eq!(receiver.update(0.7, true, None), 0.7);
+        assert_eq!(receiver.outages(0), (0.0, 0.0, None));
+    }
+}
