@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::engine::{IntegrationError, Observer, Trace};
-use crate::metrics::{Metrics, MetricsObserver};
+use crate::metrics::{LinkMetrics, Metrics, MetricsObserver};
 use crate::scenario::{Scenario, ScenarioError};
 
 /// A scenario that was run.
@@ -53,5 +53,6 @@ pub fn observe<O: Observer<f64>>(scenario: &Scenario, observer: &mut O) -> Resul
     engine
         .run(&mut (&mut metrics, observer))
         .map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
-    Ok(metrics.metrics(0))
+    let link = engine.link_report().map(|report| LinkMetrics::new(&report, &scenario.grid));
+    Ok(Metrics { link, ..metrics.metrics(0) })
 }

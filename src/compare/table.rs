@@ -76,6 +76,16 @@ pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
         of("energy from the hand", Unit::Joule, &|m| m.operator_energy_j),
         of("energy into the tissue", Unit::Joule, &|m| m.tissue_energy_j),
     ]);
+    let mut link_rows = vec![
+        of("link: outages", Unit::Count, &|m| m.link.and_then(|link| count(link.outages))),
+        of("link: longest outage", Unit::Second, &|m| m.link.map(|link| link.longest_outage_s)),
+        of("link: given up at", Unit::Second, &|m| m.link.and_then(|link| link.given_up_s)),
+        of("link: energy dissipated at the master", Unit::Joule, &|m| m.link.map(|link| link.master_dissipated_j)),
+        of("link: energy kept from the slave", Unit::Joule, &|m| m.link.map(|link| link.slave_refused_j)),
+    ];
+    // Where no link has anything to tell, its rows would only be read past.
+    link_rows.retain(|row| row.values.iter().flatten().any(|value| *value != 0.0));
+    rows.extend(link_rows);
     if noise.is_empty() {
         return rows;
     }

@@ -12,7 +12,7 @@ mod sums;
 pub use event::EventMetrics;
 pub use observer::MetricsObserver;
 pub use rupture::RuptureMetrics;
-pub use summary::{Alarm, Metrics, ModeTimes, Outcome};
+pub use summary::{Alarm, LinkMetrics, Metrics, ModeTimes, Outcome};
 
 /// How long after a rupture its consequences are looked at, in s: overshoot, master travel, force fall, steepest change;
 /// and how late an alarm may be and still be its detection.

@@ -229,6 +229,7 @@ impl<L: Lane> MetricsObserver<L> {
             tissue_energy_j: energy(totals.tissue_power_w, first.tissue_power_w, last.tissue_power_w),
             ruptures,
             events,
+            link: None,
         }
     }
 

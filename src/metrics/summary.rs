@@ -3,6 +3,8 @@
 use serde::Serialize;
 
 use super::{EventMetrics, RuptureMetrics};
+use crate::teleoperation::LinkReport;
+use crate::time::TickGrid;
 
 /// How a run ended. Diverging is a result, not an error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -35,6 +37,42 @@ pub struct ModeTimes {
     pub augmented_s: f64,
     /// Finding back.
     pub reengaging_s: f64,
+}
+
+/// What the link between the sides has seen and done.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LinkMetrics {
+    /// Outages of either direction.
+    pub outages: u64,
+    /// The longest, in s.
+    pub longest_outage_s: f64,
+    /// When the slave gave the link up, in s.
+    pub given_up_s: Option<f64>,
+    /// `∫ F_ed dx_h` in J: what the master put into the link.
+    pub master_port_energy_j: f64,
+    /// `∫ f_e dx_e` in J with the measured force: what the needle put into the tissue.
+    pub slave_port_energy_j: f64,
+    /// What passivity dissipated at the master, in J.
+    pub master_dissipated_j: f64,
+    /// What it kept from the slave, in J.
+    pub slave_refused_j: f64,
+}
+
+impl LinkMetrics {
+    /// The metrics of a link that ran on a grid.
+    #[must_use]
+    pub fn new(report: &LinkReport, grid: &TickGrid) -> Self {
+        let seconds = |ticks: f64| grid.time_s(ticks as u64);
+        Self {
+            outages: report.outages,
+            longest_outage_s: seconds(report.longest_outage_ticks),
+            given_up_s: report.given_up_tick.map(seconds),
+            master_port_energy_j: report.master_port_j,
+            slave_port_energy_j: report.slave_port_j,
+            master_dissipated_j: report.master_dissipated_j,
+            slave_refused_j: report.slave_refused_j,
+        }
+    }
 }
 
 /// Every metric of one run.
@@ -83,4 +121,6 @@ pub struct Metrics {
     pub operator_energy_j: Option<f64>,
     /// `∫ f_e v_e dt` in J: what the slave put into the tissue.
     pub tissue_energy_j: Option<f64>,
+    /// What the link has seen; none where positions and forces arrive at once and as they are.
+    pub link: Option<LinkMetrics>,
 }

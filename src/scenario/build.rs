@@ -13,7 +13,7 @@ use crate::lane::Lane;
 use crate::operator::{Motion, Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
-use crate::teleoperation::Link;
+use crate::teleoperation::{Link, LinkReport};
 use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
 
 /// Set the two directions' random numbers apart from all others with the same seed.
@@ -45,6 +45,18 @@ impl ScenarioEngine {
             Self::Split(engine) => engine.run(observer),
             Self::Integrated(engine) => engine.run(observer),
         }
+    }
+
+    /// What the link has seen; none where positions and forces arrive at once and as they are.
+    #[must_use]
+    pub fn link_report(&self) -> Option<LinkReport> {
+        let link = match self {
+            Self::Exact(engine) => &engine.link,
+            Self::Limited(engine) => &engine.link,
+            Self::Split(engine) => &engine.link,
+            Self::Integrated(engine) => &engine.link,
+        };
+        (!link.is_direct()).then(|| link.report(0))
     }
 }
 

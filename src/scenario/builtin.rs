@@ -28,6 +28,13 @@ const FILES: &[(&str, &[u8])] = &[
     ("13_replay_by_depth.toml", include_bytes!("../../scenarios/13_replay_by_depth.toml")),
     ("13_replay_by_time.toml", include_bytes!("../../scenarios/13_replay_by_time.toml")),
     ("14_lossy_link.toml", include_bytes!("../../scenarios/14_lossy_link.toml")),
+    ("18_local_force.toml", include_bytes!("../../scenarios/18_local_force.toml")),
+    ("19_position_position.toml", include_bytes!("../../scenarios/19_position_position.toml")),
+    ("20_four_channel.toml", include_bytes!("../../scenarios/20_four_channel.toml")),
+    ("21_late_wall.toml", include_bytes!("../../scenarios/21_late_wall.toml")),
+    ("22_late_wall_time_domain.toml", include_bytes!("../../scenarios/22_late_wall_time_domain.toml")),
+    ("23_late_wall_waves.toml", include_bytes!("../../scenarios/23_late_wall_waves.toml")),
+    ("24_late_wall_tank.toml", include_bytes!("../../scenarios/24_late_wall_tank.toml")),
     ("in_vivo_like.csv", include_bytes!("../../scenarios/recordings/in_vivo_like.csv")),
     ("own_ctrl_pop.csv", include_bytes!("../../scenarios/recordings/own_ctrl_pop.csv")),
 ];

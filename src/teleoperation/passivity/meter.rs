@@ -10,7 +10,7 @@ pub(super) struct Meter<L> {
     step: L,
     target: L,
     reference: L,
-    /// Work that was refused, in J.
+    /// `∫ f d(target - reference)` in J: the work that it kept from the slave, less what was made up for.
     pub(super) refused_j: L,
 }
 
@@ -28,9 +28,10 @@ impl<L: Lane> Meter<L> {
         let affordable = energy.max(zero);
         let is_cut = cost.gt(affordable);
         let allowed = L::select(is_cut, wish * (affordable / L::select(is_cut, cost, L::splat(1.0))), wish);
-        self.refused_j = self.refused_j + force * (wish - allowed);
         // A target that is followed freely is kept to the bit.
         let reference = L::select(is_cut, self.reference + allowed, target - ((self.target - self.reference) - owed));
+        let refused = (target - self.target) - (reference - self.reference);
+        self.refused_j = self.refused_j + force * refused;
         (self.target, self.reference) = (target, reference);
         reference
     }
@@ -46,7 +47,7 @@ mod tests {
         assert_eq!(meter.follow(1e-5, 2.0, 1.0), 1e-5);
         assert_eq!(meter.follow(2e-5, 2.0, 0.0), 1e-5);
         assert_eq!(meter.follow(2e-4, 2.0, -1.0), 1e-5);
-        // Away from the force costs nothing, and what is owed comes on top.
+        // A target that turns back leaves what is owed.
         assert!((meter.follow(1.9e-4, 2.0, 0.0) - 1e-5).abs() < 1e-18);
         let next = meter.follow(1.9e-4, 2.0, 1.0);
         assert!((next - 4e-5).abs() < 1e-18, "{next}");
