@@ -3,7 +3,7 @@
 //! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table.
 
 use super::keys::{Fallback, Key};
-use super::layer_keys::{LAYERED_COUNT, with_layers};
+use super::layer_keys::{LAYERED_COUNT, with_layers, within};
 use super::value::{Kind, Range, Value};
 use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
 use crate::detection::{ArmingSettings, Hypotheses};
@@ -11,7 +11,7 @@ use crate::operator::TremorSettings;
 use crate::plant::{MasterParameters, SlaveParameters};
 use crate::recording::Limits;
 use crate::teleoperation::{ControllerSettings, PassivitySettings, RecoverySettings};
-use crate::tissue::ShaftParameters;
+use crate::tissue::{ShaftParameters, literature};
 
 const CONTROLLER: ControllerSettings = ControllerSettings::PAPER;
 const RECOVERY: RecoverySettings = RecoverySettings::DEFAULT;
@@ -454,25 +454,25 @@ const UNLAYERED: &[Key] = &[
     ),
     key(
         "tissue.shaft_stiffness_n_per_m",
-        Number(R::POSITIVE),
+        Number(within(&literature::SHAFT_STIFFNESS_N_PER_M)),
         number!(ShaftParameters::default().stiffness_n_per_m),
         "sigma of layers: how stiffly the shaft drags tissue along before it slides.",
     ),
     key(
         "tissue.static_ratio",
-        Number(R::AT_LEAST_ONE),
+        Number(within(&literature::STATIC_RATIO)),
         number!(ShaftParameters::default().static_ratio),
         "Static by kinetic friction of the shaft in layers.",
     ),
     key(
         "tissue.stick_speed_m_per_s",
-        Number(R::NON_NEGATIVE),
+        Number(within(&literature::STICK_SPEED_M_PER_S)),
         number!(ShaftParameters::default().stick_speed_m_per_s),
         "Speed below which the shaft sticks again.",
     ),
     key(
         "tissue.shaft_damping_n_s_per_m2",
-        Number(R::NON_NEGATIVE),
+        Number(within(&literature::SHAFT_DAMPING_N_S_PER_M2)),
         number!(ShaftParameters::default().damping_n_s_per_m2),
         "Viscous friction of the shaft per length in layers.",
     ),

@@ -2,6 +2,7 @@
 
 use super::keys::{Fallback, Key};
 use super::value::{Kind, Range as R, Value};
+use crate::tissue::literature::{self, Bounds};
 use crate::tissue::{LAYER_KEYS, LAYERS, LayerKeys, LayerParameters};
 
 /// How many keys a layer has.
@@ -14,33 +15,33 @@ macro_rules! keys_of_layer {
         [
             key(
                 NAMES.thickness_m,
-                R::NON_NEGATIVE,
+                within(&literature::THICKNESS_M),
                 || Value::Number(DEFAULTS.thickness_m),
                 "Thickness, up to 0.3; 0: the layer is absent.",
             ),
             key(
                 NAMES.stiffness_n_per_m,
-                R::NON_NEGATIVE,
+                within(&literature::STIFFNESS_N_PER_M),
                 || Value::Number(DEFAULTS.stiffness_n_per_m),
                 "a_1 of its loading law, a_1 d + a_2 d² of the deflection d.",
             ),
             key(
                 NAMES.stiffening_n_per_m2,
-                R::NON_NEGATIVE,
+                within(&literature::STIFFENING_N_PER_M2),
                 || Value::Number(DEFAULTS.stiffening_n_per_m2),
                 "a_2 of its loading law.",
             ),
             key(
                 NAMES.rupture_force_n,
-                R::POSITIVE,
+                within(&literature::RUPTURE_FORCE_N),
                 || Value::Number(DEFAULTS.rupture_force_n),
-                "Where it gives way: 5e-4 to 19.2, median 1.22 (van Gerwen et al. 2012), and at least the cutting force.",
+                "Where it gives way, median 1.22 (van Gerwen et al. 2012); at least the cutting force.",
             ),
             key(
                 NAMES.cutting_force_n,
-                R::POSITIVE,
+                within(&literature::CUTTING_FORCE_N),
                 || Value::Number(DEFAULTS.cutting_force_n),
-                "Where the needle cuts on through it: 5e-4 to 19.2.",
+                "Where the needle cuts on through it, median 0.95 (van Gerwen et al. 2012).",
             ),
             key(
                 NAMES.relaxation_s,
@@ -50,24 +51,29 @@ macro_rules! keys_of_layer {
             ),
             key(
                 NAMES.damping_s_per_m,
-                R::NON_NEGATIVE,
+                within(&literature::DAMPING_S_PER_M),
                 || Value::Number(DEFAULTS.damping_s_per_m),
                 "c: its force is (1 + c v) times that of the loading law.",
             ),
             key(
                 NAMES.friction_n_per_m,
-                R::NON_NEGATIVE,
+                within(&literature::FRICTION_N_PER_M),
                 || Value::Number(DEFAULTS.friction_n_per_m),
-                "Friction on the shaft per length in it.",
+                "Friction on the shaft per length in it; 11 to 12 in liver (Okamura et al. 2004).",
             ),
             key(
                 NAMES.grip_n,
-                R::NON_NEGATIVE,
+                within(&literature::GRIP_N),
                 || Value::Number(DEFAULTS.grip_n),
                 "Friction on the shaft whatever the length in it.",
             ),
         ]
     }};
+}
+
+/// The range that the literature makes.
+pub(super) const fn within(bounds: &Bounds) -> R {
+    R::stated(bounds.low, bounds.high, bounds.requirement)
 }
 
 const fn key(path: &'static str, range: R, default: fn() -> Value, meaning: &'static str) -> Key {

@@ -8,6 +8,8 @@ pub struct Range {
     low: f64,
     low_is_open: bool,
     high: f64,
+    /// The range and its reason in words, where it has one.
+    stated: Option<&'static str>,
 }
 
 /// The largest magnitude of a number, and the smallest one of a number that must not be 0: squares and products of such
@@ -16,21 +18,27 @@ const EXTREME: f64 = 1e12;
 
 impl Range {
     /// Any number of a sensible magnitude.
-    pub const ANY: Self = Self { low: -EXTREME, low_is_open: false, high: EXTREME };
+    pub const ANY: Self = Self { low: -EXTREME, low_is_open: false, high: EXTREME, stated: None };
     /// Above 0.
-    pub const POSITIVE: Self = Self { low: 1.0 / EXTREME, low_is_open: false, high: EXTREME };
+    pub const POSITIVE: Self = Self { low: 1.0 / EXTREME, low_is_open: false, high: EXTREME, stated: None };
     /// At least 0.
-    pub const NON_NEGATIVE: Self = Self { low: 0.0, low_is_open: false, high: EXTREME };
+    pub const NON_NEGATIVE: Self = Self { low: 0.0, low_is_open: false, high: EXTREME, stated: None };
     /// A mass in kg: lighter ones are beyond the precision of the step.
-    pub const MASS: Self = Self { low: 1e-6, low_is_open: false, high: 1e6 };
+    pub const MASS: Self = Self { low: 1e-6, low_is_open: false, high: 1e6, stated: None };
     /// A scale between the sides.
-    pub const SCALE: Self = Self { low: 0.0, low_is_open: false, high: 1e3 };
+    pub const SCALE: Self = Self { low: 0.0, low_is_open: false, high: 1e3, stated: None };
     /// From 0 to 1.
-    pub const SHARE: Self = Self { low: 0.0, low_is_open: false, high: 1.0 };
+    pub const SHARE: Self = Self { low: 0.0, low_is_open: false, high: 1.0, stated: None };
     /// Above 0 and at most 1.
-    pub const POSITIVE_SHARE: Self = Self { low: 0.0, low_is_open: true, high: 1.0 };
+    pub const POSITIVE_SHARE: Self = Self { low: 0.0, low_is_open: true, high: 1.0, stated: None };
     /// At least 1.
-    pub const AT_LEAST_ONE: Self = Self { low: 1.0, low_is_open: false, high: EXTREME };
+    pub const AT_LEAST_ONE: Self = Self { low: 1.0, low_is_open: false, high: EXTREME, stated: None };
+
+    /// From `low` to `high`, both allowed, for a reason: `stated` ends the sentence "must be …".
+    #[must_use]
+    pub const fn stated(low: f64, high: f64, stated: &'static str) -> Self {
+        Self { low, low_is_open: false, high, stated: Some(stated) }
+    }
 
     /// The least number, and whether it is itself outside.
     #[must_use]
@@ -50,6 +58,9 @@ impl Range {
     }
 
     fn describe(&self) -> String {
+        if let Some(stated) = self.stated {
+            return format!("a number, {stated}");
+        }
         let low = if self.low_is_open { "above" } else { "at least" };
         format!("a number, {low} {} and at most {}", plain(self.low), plain(self.high))
     }

@@ -3,21 +3,30 @@
 //! # Where the numbers come from
 //! The form is that of Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and of Okamura,
 //! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule gives way, then a constant cutting force
-//! and friction along the shaft. Published numbers spread over decades with needle, speed and species: van Gerwen,
-//! Dankelman and van den Dobbelsteen (2012) survey 24 works with puncture forces from 0.5 mN to 19.2 N, 1.22 N in the
-//! median. Barbé et al. (2007) state for one needle, in vivo, the sums that all layers make: up to 1.45 N with a pull of
-//! 0.37 N on direct access to a pig's liver, up to 5.69 N with a pull of 2.45 N through the skin, and that skin, fat and
-//! muscle make most of it (3.2.1, 3.2.2). The ranges below are this survey's for forces; the others, and how the sums
-//! are shared among the layers, are chosen here: a layer bulges by millimetres before it gives way, as figure 1 and the
-//! 9 mm lurch of 5.2 say, and lets go within hundredths of a second.
+//! and friction along the shaft. What was measured of each quantity, and the range it has from that, is in
+//! [`literature`](super::literature). Barbé et al. (2007) state for one needle, in vivo, the sums that all layers make: up
+//! to 1.45 N with a pull of 0.37 N on direct access to a pig's liver, up to 5.69 N with a pull of 2.45 N through the skin,
+//! and that skin, fat and muscle make most of it (3.2.1, 3.2.2). How these sums are shared among the layers is chosen here:
+//! a layer bulges by millimetres before it gives way, as figure 1 and the 9 mm lurch of 5.2 say, and lets go within
+//! hundredths of a second.
 //!
-//! | quantity | range | skin | fat | muscle | capsule | organ |
+//! | default | skin | fat | muscle | capsule | organ | measured |
 //! |---|---|---|---|---|---|---|
-//! | thickness | 0 (absent) to 0.3 m | 2 mm | 10 mm | 15 mm | 0.5 mm | 0.1 m |
-//! | rupture force | 0.5 mN to 19.2 N | 3 N | 0.3 N | 1.2 N | 1.2 N | 0.3 N |
-//! | relaxation | 0, or a tick to 10 s | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms |
+//! | thickness | 2 mm | 10 mm | 15 mm | 0.5 mm | 0.1 m | chosen here |
+//! | rupture force | 3 N | 0.3 N | 1.2 N | 1.2 N | 0.3 N | median 1.22 N; liver 1.48 to 3.13 N |
+//! | cutting force | 1 N | 0.3 N | 0.8 N | 0.3 N | 0.3 N | 0.05 to 1.3 N; liver 0.58 to 1.3 N |
+//! | `a₁` in N/m | 150 | 60 | 150 | 60 | 60 | liver 2 to 48 ex vivo; a pig's is 2 to 6 times as stiff in vivo |
+//! | `a₂` in N/m² | 35 000 | 0 | 10 000 | 10 000 | 0 | liver 2300 to 5200 |
+//! | friction in N/m | 10 | 10 | 50 | 0 | 8 | liver 10.6 to 12.0 |
+//! | grip | 0.3 N | 0 | 0.2 N | 0.1 N | 0 | chosen here |
+//! | relaxation | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms | chosen here |
+//! | `c` in s/m | 2 | 2 | 2 | 2 | 2 | chosen here |
 
-use crate::error::{InvalidValue, non_negative, require};
+use super::literature::{
+    CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N, STIFFENING_N_PER_M2,
+    STIFFNESS_N_PER_M, THICKNESS_M,
+};
+use crate::error::{InvalidValue, require};
 
 /// How many layers there may be.
 pub const LAYERS: usize = 5;
@@ -25,17 +34,8 @@ pub const LAYERS: usize = 5;
 /// The layers' names in scenarios, from the surface down.
 pub const LAYER_NAMES: [&str; LAYERS] = ["skin", "fat", "muscle", "capsule", "organ"];
 
-/// Range of a layer's forces in N: those of the survey.
-pub const FORCE_RANGE_N: (f64, f64) = (5e-4, 19.2);
-
-/// Thickest layer in m: no needle is longer.
-pub const MOST_THICKNESS_M: f64 = 0.3;
-
 /// Slowest relaxation in s.
 pub const MOST_RELAXATION_S: f64 = 10.0;
-
-/// Deepest bulge in m before a layer gives way: more is no membrane.
-pub const MOST_DEFLECTION_M: f64 = 0.1;
 
 /// What a layer is made of.
 ///
@@ -46,9 +46,9 @@ pub const MOST_DEFLECTION_M: f64 = 0.1;
 pub struct LayerParameters {
     /// Thickness in m, 0 to 0.3; 0: the layer is absent and the rest of its parameters mean nothing.
     pub thickness_m: f64,
-    /// `a₁` in N/m, at least 0.
+    /// `a₁` in N/m, 0 to 2e4.
     pub stiffness_n_per_m: f64,
-    /// `a₂` in N/m², at least 0; `a₁` or `a₂` is above 0.
+    /// `a₂` in N/m², 0 to 2e7; `a₁` or `a₂` is above 0.
     pub stiffening_n_per_m2: f64,
     /// Force in N at which the intact layer gives way, from the cutting force to 19.2 N.
     pub rupture_force_n: f64,
@@ -57,11 +57,11 @@ pub struct LayerParameters {
     /// Time constant in s with which it relaxes from the one to the other and, once cut through, to nothing: 0 (at once),
     /// or from a tick to 10 s.
     pub relaxation_s: f64,
-    /// `c` in s/m, at least 0.
+    /// `c` in s/m, 0 to 100.
     pub damping_s_per_m: f64,
-    /// Friction on the shaft per length in the layer, in N/m, at least 0.
+    /// Friction on the shaft per length in the layer, in N/m, 0 to 800.
     pub friction_n_per_m: f64,
-    /// Friction of the layer's rim on the shaft, whatever the length in it, in N, at least 0.
+    /// Friction of the layer's rim on the shaft, whatever the length in it, in N, 0 to 7.
     pub grip_n: f64,
 }
 
@@ -150,36 +150,23 @@ impl LayerParameters {
     /// [`InvalidValue`] naming the first key out of range.
     pub fn validate(&self, index: usize, tick_s: f64) -> Result<(), InvalidValue> {
         let keys = &LAYER_KEYS[index];
-        let thickness = self.thickness_m;
-        require(keys.thickness_m, thickness, (0.0..=MOST_THICKNESS_M).contains(&thickness), "from 0 (absent) to 0.3")?;
+        THICKNESS_M.check(keys.thickness_m, self.thickness_m)?;
         if !self.is_present() {
             return Ok(());
         }
-        non_negative(keys.stiffness_n_per_m, self.stiffness_n_per_m)?;
-        non_negative(keys.stiffening_n_per_m2, self.stiffening_n_per_m2)?;
-        let (low, high) = FORCE_RANGE_N;
-        let (cutting, rupture) = (self.cutting_force_n, self.rupture_force_n);
-        require(
-            keys.cutting_force_n,
-            cutting,
-            (low..=high).contains(&cutting),
-            "from 5e-4 to 19.2, as in the literature",
-        )?;
-        require(
-            keys.rupture_force_n,
-            rupture,
-            (low..=high).contains(&rupture),
-            "from 5e-4 to 19.2, as in the literature",
-        )?;
+        STIFFNESS_N_PER_M.check(keys.stiffness_n_per_m, self.stiffness_n_per_m)?;
+        STIFFENING_N_PER_M2.check(keys.stiffening_n_per_m2, self.stiffening_n_per_m2)?;
+        let cutting = CUTTING_FORCE_N.check(keys.cutting_force_n, self.cutting_force_n)?;
+        let rupture = RUPTURE_FORCE_N.check(keys.rupture_force_n, self.rupture_force_n)?;
         require(keys.rupture_force_n, rupture, rupture >= cutting, keys.at_least_cutting)?;
-        let reaches = self.deflection_m(rupture) <= MOST_DEFLECTION_M;
+        let reaches = self.deflection_m(rupture) <= DEFLECTION_M.high;
         require(keys.stiffness_n_per_m, self.stiffness_n_per_m, reaches, keys.reaches_rupture)?;
         let relaxation = self.relaxation_s;
         let resolved = relaxation == 0.0 || (tick_s..=MOST_RELAXATION_S).contains(&relaxation);
         require(keys.relaxation_s, relaxation, resolved, "0 (at once), or from simulation.tick_s to 10")?;
-        non_negative(keys.damping_s_per_m, self.damping_s_per_m)?;
-        non_negative(keys.friction_n_per_m, self.friction_n_per_m)?;
-        non_negative(keys.grip_n, self.grip_n)?;
+        DAMPING_S_PER_M.check(keys.damping_s_per_m, self.damping_s_per_m)?;
+        FRICTION_N_PER_M.check(keys.friction_n_per_m, self.friction_n_per_m)?;
+        GRIP_N.check(keys.grip_n, self.grip_n)?;
         Ok(())
     }
 }

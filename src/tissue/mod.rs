@@ -6,6 +6,7 @@ mod hunt_crossley;
 mod kelvin_voigt;
 mod layer;
 mod layers;
+pub mod literature;
 mod power;
 mod recording;
 mod shaft;

@@ -1,0 +1,201 @@
+//! What was measured of needles in tissue, and the ranges that layers have from it.
+//!
+//! Okamura, Simone and O'Leary (*Force modeling for needle insertion into soft tissue*, IEEE TBME 51(10), 2004) and Simone
+//! and Okamura (ICRA 2002) put a bevelled needle of 1.27 mm into bovine liver ex vivo; DiMaio and Salcudean (*Needle
+//! insertion modeling and simulation*, IEEE TRA 19(5), 2003) a 17 gauge one into PVC, of one layer and of two; van Gerwen,
+//! Dankelman and van den Dobbelsteen (*Needle-tissue interaction forces*, Med. Eng. Phys. 34, 2012) survey 99 works. Their
+//! figures are taken from notes on these papers that were checked against them, figure by figure
+//! (github.com/Yuming-007/Needle-Tissue-Simulation, `docs/literature`, 05 to 08); that of Khasawneh, Abu El-Rub and Allouh
+//! (Folia Morphol. 82(1), 2023) from their abstract. Ratios of static to kinetic friction are those of the means.
+//!
+//! The ranges are wider than what was measured, as tissues, needles and species differ: van Gerwen et al. cite a pig's liver
+//! two to six times as stiff in vivo as ex vivo. For skin, fat and muscle by themselves no stiffness, friction or damping was
+//! found, nor for any layer a relaxation, a damping `c` or a stiffness of the shaft's drag: what stands there is chosen
+//! here. Of speed it is only known that a faster needle meets a steeper force (Mahvash and Dupont, ICRA 2009) and that skin
+//! and muscle hardly heed it (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
+
+use crate::error::{InvalidValue, require};
+
+/// A range, and why it is that.
+#[derive(Debug, PartialEq)]
+pub struct Bounds {
+    /// Least value, itself allowed.
+    pub low: f64,
+    /// Greatest value, itself allowed.
+    pub high: f64,
+    /// The range and its reason, as the end of "must be …".
+    pub requirement: &'static str,
+}
+
+impl Bounds {
+    /// Passes `value` on if it is within.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] with the key and the reason otherwise (NaN included).
+    pub fn check(&self, name: &'static str, value: f64) -> Result<f64, InvalidValue> {
+        require(name, value, (self.low..=self.high).contains(&value), self.requirement)
+    }
+}
+
+macro_rules! bounds {
+    ($low:literal to $high:literal, $reason:literal) => {
+        Bounds {
+            low: $low as f64,
+            high: $high as f64,
+            requirement: concat!("at least ", $low, " and at most ", $high, ": ", $reason),
+        }
+    };
+}
+
+/// Thickness of a layer in m.
+pub const THICKNESS_M: Bounds = bounds!(0 to 0.3, "0 is an absent layer, and no needle is longer than 0.3");
+
+/// Deflection in m at which a layer gives way.
+pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1, "a membrane that bulges further is none");
+
+/// `a₁` of a layer's loading law in N/m.
+pub const STIFFNESS_N_PER_M: Bounds =
+    bounds!(0 to 20000, "bovine liver has 2 to 48 (Okamura et al. 2004), and 20000 reaches any rupture within 1 mm");
+
+/// `a₂` of a layer's loading law in N/m².
+pub const STIFFENING_N_PER_M2: Bounds =
+    bounds!(0 to 2e7, "bovine liver has 2300 to 5200 (Okamura et al. 2004), and 2e7 reaches any rupture within 1 mm");
+
+/// Force in N at which a layer gives way.
+pub const RUPTURE_FORCE_N: Bounds =
+    bounds!(0.0005 to 19.2, "as in the 24 works that measured it (van Gerwen et al. 2012)");
+
+/// Force in N at which the needle cuts on.
+pub const CUTTING_FORCE_N: Bounds =
+    bounds!(0.0005 to 19.2, "0.05 to 1.3 were measured (van Gerwen et al. 2012), and no rupture takes more than 19.2");
+
+/// `c` of a layer's loading law in s/m.
+pub const DAMPING_S_PER_M: Bounds = bounds!(0 to 100, "chosen here, as it then doubles the force at 10 mm/s");
+
+/// Friction on the shaft per length in N/m.
+pub const FRICTION_N_PER_M: Bounds = bounds!(
+    0 to 800,
+    "10.6 in bovine liver to 80 in PVC were measured (Okamura et al. 2004, DiMaio and Salcudean 2003), ten times as much at most"
+);
+
+/// Friction on the shaft whatever the length, in N.
+pub const GRIP_N: Bounds = bounds!(
+    0 to 7,
+    "0.15 to 2.8 were measured on whole shafts, and up to 150 % more on one that was turned (van Gerwen et al. 2012)"
+);
+
+/// `σ` of the shaft's drag in N/m.
+pub const SHAFT_STIFFNESS_N_PER_M: Bounds =
+    bounds!(10 to 1e5, "chosen here, as the most friction measured, 2.8 N, then drags tissue by 0.28 m to 0.03 mm");
+
+/// Static by kinetic friction.
+pub const STATIC_RATIO: Bounds = bounds!(1 to 10, "bovine liver has 1.5 to 1.7 (Okamura et al. 2004)");
+
+/// Speed in m/s below which a sliding shaft sticks.
+pub const STICK_SPEED_M_PER_S: Bounds =
+    bounds!(0 to 0.01, "insertions go at 0.4 to 10 mm/s (van Gerwen et al. 2012), and some of it has to slide");
+
+/// Viscous friction on the shaft per length in N·s/m².
+pub const SHAFT_DAMPING_N_S_PER_M2: Bounds = bounds!(
+    0 to 2000,
+    "bovine liver has 212 to 293 (Okamura et al. 2004), or up to 1327 by another method (Simone and Okamura 2002)"
+);
+
+/// Something that was measured.
+#[derive(Debug)]
+pub struct Measured {
+    /// What, by the name of the key in scenarios.
+    pub quantity: &'static str,
+    /// In what tissue, and of how many.
+    pub tissue: &'static str,
+    /// Least, in the unit of the quantity.
+    pub low: f64,
+    /// Greatest, in the unit of the quantity.
+    pub high: f64,
+    /// Where it is stated.
+    pub source: &'static str,
+    /// The range that scenarios have.
+    pub bounds: &'static Bounds,
+}
+
+const fn measured(
+    quantity: &'static str,
+    tissue: &'static str,
+    (low, high): (f64, f64),
+    source: &'static str,
+    bounds: &'static Bounds,
+) -> Measured {
+    Measured { quantity, tissue, low, high, source, bounds }
+}
+
+const OKAMURA: &str = "Okamura et al. 2004";
+const VAN_GERWEN: &str = "van Gerwen et al. 2012";
+
+/// What was measured, quantity by quantity.
+pub const MEASURED: [Measured; 15] = [
+    measured(
+        "thickness_m",
+        "yellow ligament, L2 to S1, means",
+        (3.19e-3, 3.71e-3),
+        "Khasawneh et al. 2023",
+        &THICKNESS_M,
+    ),
+    measured("rupture_force_n", "any, 24 works, median 1.22", (5e-4, 19.2), VAN_GERWEN, &RUPTURE_FORCE_N),
+    measured("rupture_force_n", "bovine liver, mean ± SD of 19", (1.475, 3.133), OKAMURA, &RUPTURE_FORCE_N),
+    measured("deflection at rupture, m", "bovine liver, mean ± SD of 19", (0.0131, 0.0202), OKAMURA, &DEFLECTION_M),
+    measured("cutting_force_n", "any, 10 works, median 0.95", (0.05, 1.3), VAN_GERWEN, &CUTTING_FORCE_N),
+    measured("cutting_force_n", "bovine liver, mean ± SD of 5", (0.58, 1.3), OKAMURA, &CUTTING_FORCE_N),
+    measured("stiffness_n_per_m", "bovine liver, two", (2.0, 48.0), OKAMURA, &STIFFNESS_N_PER_M),
+    measured("stiffening_n_per_m2", "bovine liver, two", (2300.0, 5200.0), OKAMURA, &STIFFENING_N_PER_M2),
+    measured("friction_n_per_m", "bovine liver, in and out, means", (10.57, 11.96), OKAMURA, &FRICTION_N_PER_M),
+    measured("friction_n_per_m", "PVC, 1 to 9 mm/s", (34.0, 80.0), "DiMaio and Salcudean 2003", &FRICTION_N_PER_M),
+    measured("grip_n, as a whole shaft's friction", "any, 10 works, median 1.0", (0.15, 2.8), VAN_GERWEN, &GRIP_N),
+    measured("static_ratio", "bovine liver, out and in, means", (1.52, 1.75), OKAMURA, &STATIC_RATIO),
+    measured("stick_speed_m_per_s", "bovine liver, set", (5e-6, 5e-6), OKAMURA, &STICK_SPEED_M_PER_S),
+    measured(
+        "shaft_damping_n_s_per_m2",
+        "bovine liver, in and out, means",
+        (212.31, 293.08),
+        OKAMURA,
+        &SHAFT_DAMPING_N_S_PER_M2,
+    ),
+    measured(
+        "shaft_damping_n_s_per_m2",
+        "bovine liver, 0.8 to 0.2 Hz",
+        (377.0, 1327.0),
+        "Simone and Okamura 2002",
+        &SHAFT_DAMPING_N_S_PER_M2,
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_that_was_measured_is_allowed() {
+        for Measured { quantity, low, high, bounds, .. } in &MEASURED {
+            assert!(low <= high && bounds.check("x", *low).is_ok() && bounds.check("x", *high).is_ok(), "{quantity}");
+        }
+    }
+
+    #[test]
+    fn the_stiffest_springs_reach_any_rupture_within_a_millimetre_and_the_softest_drag_is_no_longer_than_a_needle() {
+        let d = 1e-3;
+        for (force_n, most) in [(STIFFNESS_N_PER_M.high * d, 2.0), (STIFFENING_N_PER_M2.high * d * d, 2.0)] {
+            let by_rupture = force_n / RUPTURE_FORCE_N.high;
+            assert!((1.0..most).contains(&by_rupture), "{by_rupture}");
+        }
+        let most_friction_n = 2.8;
+        assert!((most_friction_n / SHAFT_STIFFNESS_N_PER_M.low) < THICKNESS_M.high);
+        assert_eq!(GRIP_N.high, most_friction_n * 2.5);
+    }
+
+    #[test]
+    fn nothing_outside_passes_and_the_reason_is_said() {
+        for value in [4e-4, 19.3, f64::NAN, f64::INFINITY, -1.0] {
+            let error = RUPTURE_FORCE_N.check("tissue.skin.rupture_force_n", value).expect_err("outside");
+            assert!(error.to_string().contains("at least 0.0005 and at most 19.2: "), "{error}");
+        }
+    }
+}
