@@ -33,8 +33,9 @@ pub(in crate::teleoperation) struct Tank<L> {
     master_received: L,
     slave_received: L,
     fed_back: L,
-    withheld: L,
-    /// Energy that left the tanks unused or was kept from the hand, in J.
+    /// What the layer changed about the force that was wanted, in N.
+    changed: L,
+    /// Energy that the damping took from the hand for the tank, or that was kept from the hand, in J.
     pub(in crate::teleoperation) dissipated_j: L,
 }
 
@@ -56,7 +57,7 @@ impl<L: Lane> Tank<L> {
             master_received: zero,
             slave_received: zero,
             fed_back: zero,
-            withheld: zero,
+            changed: zero,
             dissipated_j: zero,
         }
     }
@@ -64,11 +65,10 @@ impl<L: Lane> Tank<L> {
     /// The master has moved by `displacement` (m) since the last tick; gives what to send.
     pub(in crate::teleoperation) fn master_moved(&mut self, displacement: L) -> L {
         self.master = self.master + self.fed_back * displacement;
-        self.dissipated_j = self.dissipated_j + self.withheld * displacement;
-        let over = (self.master - self.most).max(L::zero());
-        self.dissipated_j = self.dissipated_j + over;
-        let sent = self.share * (self.master - over).max(L::zero());
-        self.master = self.master - over - sent;
+        self.dissipated_j = self.dissipated_j + self.changed * displacement;
+        self.master = self.master.min(self.most);
+        let sent = self.share * self.master.max(L::zero());
+        self.master = self.master - sent;
         self.master_sent = self.master_sent + sent;
         self.master_sent
     }
@@ -77,9 +77,7 @@ impl<L: Lane> Tank<L> {
     pub(in crate::teleoperation) fn meter(&mut self, target: L, energy: L, port: &SlavePort<L>) -> L {
         self.slave = self.slave + (energy - self.slave_received) - port.work_j;
         self.slave_received = energy;
-        let over = (self.slave - self.most).max(L::zero());
-        self.dissipated_j = self.dissipated_j + over;
-        self.slave = self.slave - over;
+        self.slave = self.slave.min(self.most);
         self.meter.follow(target, port.scaled_force, self.slave)
     }
 
@@ -103,7 +101,7 @@ impl<L: Lane> Tank<L> {
         let damping =
             self.greatest_damping * (L::splat(1.0) - self.master * self.inverse_level).clamp(zero, L::splat(1.0));
         self.fed_back = afforded + damping * velocity;
-        self.withheld = afforded - force;
+        self.changed = self.fed_back - force;
         self.fed_back
     }
 
