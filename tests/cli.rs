@@ -345,7 +345,29 @@ fn actuators_and_sensors_are_checked_with_the_reason() {
     let again = fs::read(desk.path("out/short/trace.csv")).expect("there");
     desk.good(&["run", "out/short/scenario.toml", "--quiet", "--out", "again"]);
     assert!(again == fs::read(desk.path("again/short/trace.csv")).expect("there"), "the echo keeps limits");
-    for bad in ["master_force_limit_n = 0", "slave_command_limit = -1", "slave_command_limit = \"much\""] {
+    for (key, reason) in [
+        ("master_force_rate_limit_n_per_s", "saturates"),
+        ("slave_command_rate_limit_per_s", "saturates"),
+        ("master_lag_s", "held"),
+        ("slave_lag_s", "held"),
+    ] {
+        desk.file("d.toml", format!("{SHORT}actuator.{key} = 0.5\n"));
+        desk.refused(
+            &["run", "d.toml"],
+            &["d.toml:5", &format!("actuator.{key} needs"), "control = \"sampled\"", reason],
+        );
+    }
+    for bad in [
+        "master_force_limit_n = 0",
+        "slave_command_limit = -1",
+        "slave_command_limit = \"much\"",
+        "master_force_rate_limit_n_per_s = 0",
+        "slave_command_rate_limit_per_s = -2",
+        "slave_command_rate_limit_per_s = inf",
+        "master_lag_s = -0.001",
+        "slave_lag_s = nan",
+        "slave_lag_s = \"slow\"",
+    ] {
         desk.file("b.toml", format!("{SHORT}simulation.control = \"sampled\"\nactuator.{bad}\n"));
         desk.refused(&["run", "b.toml"], &["b.toml:6", "must be a number, at least"]);
     }

@@ -3,6 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use trocar::engine::{Engine, Sides};
 use trocar::metrics::MetricsObserver;
 use trocar::scenario::{Scenario, Source};
 
@@ -36,18 +37,29 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+fn allocations<S: Sides<f64>>(scenario: &Scenario, mut engine: Engine<f64, S>) -> u64 {
+    let mut observer = MetricsObserver::<f64>::new(scenario.grid, 4);
+    let before = COUNT.with(Cell::get);
+    engine.run(&mut observer).expect("runs");
+    let after = COUNT.with(Cell::get);
+    assert!(before > 0, "the allocator counts");
+    assert!(observer.metrics(0).ticks > 0);
+    after - before
+}
+
+fn scenario(name: &str) -> Scenario {
+    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    Scenario::load(&Source::parse(&path), &[]).expect("loads")
+}
+
 #[test]
 fn a_run_with_metrics_allocates_nothing() {
     for name in ["classical", "augmented", "01_through_the_skin", "05_trembling_hand", "12_sensor_not_ideal"] {
-        let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        let scenario = Scenario::load(&Source::parse(&path), &[]).expect("loads");
-        let mut engine = scenario.exact_engine::<f64>(0).expect("builds");
-        let mut observer = MetricsObserver::<f64>::new(scenario.grid, 4);
-        let before = COUNT.with(Cell::get);
-        engine.run(&mut observer).expect("runs");
-        let after = COUNT.with(Cell::get);
-        assert!(before > 0, "the allocator counts");
-        assert_eq!(after - before, 0, "{name}");
-        assert!(observer.metrics(0).ticks > 0);
+        let scenario = scenario(name);
+        let engine = scenario.exact_engine::<f64>(0).expect("builds");
+        assert_eq!(allocations(&scenario, engine), 0, "{name}");
     }
+    let saturating = scenario("15_saturating_master");
+    let engine = saturating.limited_engine::<f64>(0).expect("builds");
+    assert_eq!(allocations(&saturating, engine), 0);
 }

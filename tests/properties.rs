@@ -72,7 +72,8 @@ fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
         .filter(|value| value.is_none())
         .count()
     });
-    undefined.iter().filter(|value| value.is_none()).count() + events.sum::<usize>()
+    let link = metrics.link.map_or(1, |link| usize::from(link.given_up_s.is_none()));
+    undefined.iter().filter(|value| value.is_none()).count() + events.sum::<usize>() + link
 }
 
 fn any_value() -> impl Strategy<Value = String> {

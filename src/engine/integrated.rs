@@ -15,6 +15,9 @@ use crate::plant::{
 /// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, the slave in observer form `z_1 = x_e, z_2, z_3`, and `x_d`.
 type State = SVector<f64, 9>;
 
+/// The same, and what the motors do, `U_m` and `U_s`, where they lag.
+type LaggedState = SVector<f64, 11>;
+
 const RELATIVE_TOLERANCE: f64 = 1e-12;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
@@ -45,6 +48,10 @@ struct Equations {
     held_slave_control: f64,
 }
 
+/// The equations with motors that lag behind what is held; apart, so that the integrator's steps without a lag are not
+/// measured by two more states.
+struct Lagged<'a>(&'a Equations);
+
 impl Equations {
     fn hand_force(&self, s: &State) -> f64 {
         self.arm.k_a_n_per_m * (s[2] - s[0]) + self.arm.b_a_n_s_per_m * (s[3] - s[1])
@@ -65,15 +72,10 @@ impl Equations {
         };
         self.proportional_gain * (self.reference - s[5]) - self.velocity_gain * damped
     }
-}
 
-impl System<f64, State> for Equations {
-    fn system(&self, _time: f64, s: &State, derivative: &mut State) {
+    /// The states' derivatives under the commands `motor` (N) and `control`.
+    fn derivatives(&self, s: &State, motor: f64, control: f64, derivative: &mut State) {
         let hand_force = self.hand_force(s);
-        let (motor, control) = match self.timing {
-            ControlTiming::Continuous => (self.motor(s), self.slave_control(s)),
-            ControlTiming::Sampled => (self.motor, self.held_slave_control),
-        };
         let desired = s[8];
         let push = match self.master.coupling {
             Coupling::Physical => hand_force - motor,
@@ -97,12 +99,43 @@ impl System<f64, State> for Equations {
     }
 }
 
+impl System<f64, State> for &Equations {
+    fn system(&self, _time: f64, s: &State, derivative: &mut State) {
+        let (motor, control) = match self.timing {
+            ControlTiming::Continuous => (self.motor(s), self.slave_control(s)),
+            ControlTiming::Sampled => (self.motor, self.held_slave_control),
+        };
+        self.derivatives(s, motor, control, derivative);
+    }
+}
+
+impl System<f64, LaggedState> for Lagged<'_> {
+    fn system(&self, _time: f64, s: &LaggedState, derivative: &mut LaggedState) {
+        let Self(equations) = self;
+        let lags = [equations.limits.master_lag_s, equations.limits.slave_lag_s];
+        let held = [equations.motor, equations.held_slave_control];
+        let mut acting = held;
+        for side in 0..2 {
+            derivative[9 + side] = 0.0;
+            if lags[side] > 0.0 {
+                acting[side] = s[9 + side];
+                derivative[9 + side] = (held[side] - s[9 + side]) / lags[side];
+            }
+        }
+        let mut machines = State::zeros();
+        equations.derivatives(&s.fixed_rows::<9>(0).into_owned(), acting[0], acting[1], &mut machines);
+        derivative.fixed_rows_mut::<9>(0).copy_from(&machines);
+    }
+}
+
 /// Both sides between ticks, integrated numerically.
 #[derive(Debug, Clone)]
 pub struct IntegratedSides {
     equations: Equations,
     tick_s: f64,
     state: State,
+    /// What lagging motors do, `U_m` and `U_s`.
+    actual: [f64; 2],
     /// When in a tick its fed-back force and its reference arrive, as shares of it.
     arrivals: [f64; 2],
 }
@@ -142,14 +175,14 @@ impl IntegratedSides {
             proportional_gain: slave.proportional_gain,
             velocity_gain: slave.velocity_gain,
             damping: slave.damping,
-            limits: ActuatorLimits::default(),
+            limits: ActuatorLimits::NONE,
             desired_velocity: 0.0,
             feedback: 0.0,
             reference: reference_m,
             motor: 0.0,
-            held_slave_control: 0.0,
+            held_slave_control: control,
         };
-        Self { equations, tick_s, state, arrivals: [0.0; 2] }
+        Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2] }
     }
 
     /// The same sides with a fed-back force and a reference that arrive within each tick, at shares of it from 0 to 1; until
@@ -162,6 +195,10 @@ impl IntegratedSides {
 
     /// Integrates over a part of the tick.
     fn integrate(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
+        let ActuatorLimits { master_lag_s, slave_lag_s, .. } = self.equations.limits;
+        if self.equations.timing == ControlTiming::Sampled && (master_lag_s > 0.0 || slave_lag_s > 0.0) {
+            return self.integrate_lagged(duration_s);
+        }
         let (equations, state) = (&self.equations, self.state);
         let mut solver =
             Dop853::new(equations, 0.0, duration_s, duration_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
@@ -173,12 +210,42 @@ impl IntegratedSides {
         Ok(())
     }
 
-    /// The same sides with motors that saturate, which takes sampled control: continuous control takes no notice of limits.
+    /// Integrates over a part of the tick with motors that lag.
+    fn integrate_lagged(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
+        let mut state = LaggedState::zeros();
+        state.fixed_rows_mut::<9>(0).copy_from(&self.state);
+        (state[9], state[10]) = (self.actual[0], self.actual[1]);
+        let lagged = Lagged(&self.equations);
+        let mut solver =
+            Dop853::new(lagged, 0.0, duration_s, duration_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
+        solver.set_output(OutputType::Sparse);
+        solver.integrate()?;
+        if let Some(last) = solver.y_out().last() {
+            self.state = last.fixed_rows::<9>(0).into_owned();
+            self.actual = [last[9], last[10]];
+        }
+        Ok(())
+    }
+
+    /// The same sides at rest with motors that saturate, take their time and lag, which takes sampled control: continuous
+    /// control takes no notice of limits.
     #[must_use]
     pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
-        self.equations.limits = *limits;
+        let equations = &mut self.equations;
+        equations.limits = *limits;
+        let limit = limits.greatest_slave_command();
+        equations.held_slave_control = equations.held_slave_control.clamp(-limit, limit);
+        self.actual = [equations.motor, equations.held_slave_control];
         self
     }
+}
+
+/// What a motor within `±range` makes of a wanted command over the next tick, coming from the last one at no more than `rate`.
+fn limited(wanted: f64, last: f64, range: f64, rate: Option<f64>, tick_s: f64) -> f64 {
+    let within = wanted.clamp(-range, range);
+    let Some(rate) = rate else { return within };
+    let way = within - last;
+    if way.abs() > rate * tick_s { last + rate * tick_s * way.signum() } else { within }
 }
 
 /// Coefficients of a slave of degree 2 or 3 as those of degree 3, lowest power first, the leading one being 1.
@@ -226,14 +293,17 @@ impl Sides<f64> for IntegratedSides {
             }
         }
         let equations = &mut self.equations;
-        let (motor_limit, slave_limit) =
-            (equations.limits.greatest_master_force_n(), equations.limits.greatest_slave_command());
+        let limits = equations.limits;
         let wanted = equations.motor(&self.state);
-        equations.motor = wanted.clamp(-motor_limit, motor_limit);
-        equations.held_slave_control = equations.slave_control(&self.state).clamp(-slave_limit, slave_limit);
+        let (motor_range, motor_rate) = (limits.greatest_master_force_n(), limits.master_force_rate_n_per_s);
+        equations.motor = limited(wanted, equations.motor, motor_range, motor_rate, self.tick_s);
+        let (slave_range, slave_rate) = (limits.greatest_slave_command(), limits.slave_command_rate_per_s);
+        let slave_wanted = equations.slave_control(&self.state);
+        equations.held_slave_control =
+            limited(slave_wanted, equations.held_slave_control, slave_range, slave_rate, self.tick_s);
         let error = feedback - equations.hand_force(&self.state);
-        // Beyond a limit the integral only moves back towards it.
-        let winds_up = (wanted > motor_limit && error > 0.0) || (wanted < -motor_limit && error < 0.0);
+        // While the motor gives less than is wanted, the integral only moves back towards what it gives.
+        let winds_up = (wanted > equations.motor && error > 0.0) || (wanted < equations.motor && error < 0.0);
         let sampled_integral = if winds_up { self.state[4] } else { self.state[4] + self.tick_s * error };
 
         self.integrate((1.0 - past) * self.tick_s)?;
@@ -241,11 +311,5 @@ impl Sides<f64> for IntegratedSides {
             self.state[4] = sampled_integral;
         }
         Ok(())
-    }
-}
-
-impl System<f64, State> for &Equations {
-    fn system(&self, time: f64, state: &State, derivative: &mut State) {
-        (**self).system(time, state, derivative);
     }
 }

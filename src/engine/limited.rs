@@ -1,9 +1,11 @@
-//! The sides with motors that saturate, stepped exactly.
+//! The sides with motors that saturate, take their time and lag, stepped exactly.
 //!
 //! Both controllers run on the tick and hold what they command, so the machines between ticks are linear whatever the
-//! limits do: each is stepped by its own matrix exponential under the clipped command.
+//! limits do: each is stepped by its own matrix exponential under the limited command and what its motor does when the
+//! tick begins.
 
 use super::exact::combine;
+use super::motor::Motor;
 use super::{IntegrationError, MasterReading, Sides, SlaveReading};
 use crate::lane::Lane;
 use crate::plant::{
@@ -13,19 +15,23 @@ use crate::plant::{
 
 /// `x_h, v_h, x_a, v_a`.
 const MOTIONS: usize = MASTER_STATES - 1;
-/// Those, `x_d` now and next, `U_m`, and one of zeros that makes the number even.
+/// Those, `x_d` now and next, the command of `U_m`, and one of zeros that makes the number even.
 const MASTER_COLUMNS: usize = MOTIONS + 4;
-/// The slave's states and `U_s`.
+/// The slave's states and the command of `U_s`.
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// Both sides with sampled controllers whose outputs are clipped.
+/// Both sides with sampled controllers whose outputs are clipped to a range and to a change per tick, and motors that follow
+/// them with a lag τ.
 ///
 /// ```text
-/// U_m = clip(F_ed + K_i I),   I += T (F_ed - F_h) unless U_m is clipped and that would clip it more
-/// U_s = clip(K_p (x_ref - x_e) - K_v x_e')
+/// W_m = F_ed + K_i I,                     C_m = the last C_m, brought towards clip(W_m) by at most rate · T
+/// W_s = K_p (x_ref - x_e) - K_v x_e',     C_s likewise
+/// U(t) = C + (U_0 - C) exp(-t/τ) over the tick
+/// I += T (F_ed - F_h) unless C_m is not W_m and that would take W_m farther from it
 /// ```
 /// Stopping the integral while it could only wind up (conditional integration) lets the master leave the limit as soon
-/// as the error turns, needs no gain of its own, and changes nothing while no limit is reached.
+/// as the error turns, needs no gain of its own, and changes nothing while no limit is reached. A lag is no limit: what a
+/// motor still has to catch up with does not stop the integral.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct LimitedSides<L> {
@@ -35,8 +41,8 @@ pub struct LimitedSides<L> {
     integral_gain: L,
     tick_s: L,
     control: [L; 3],
-    master_limit_n: L,
-    slave_limit: L,
+    master_motor: Motor<L, MOTIONS>,
+    slave_motor: Motor<L, SLAVE_STATES>,
     motion: [L; MOTIONS],
     hand_force_n: L,
     integral: L,
@@ -58,31 +64,38 @@ impl<L: Lane> LimitedSides<L> {
     ) -> Result<Self, PlantError> {
         limits.validate()?;
         let step = MasterStep::of_machine(master, arm, tick_s)?;
+        let master_motor = MasterStep::of_motor(master, arm, tick_s, limits.master_lag_s)?;
         let master_column = |j: usize| match j {
             0..MOTIONS => std::array::from_fn(|i| step.transition[i][j]),
             4 => step.desired_now,
             5 => step.desired_next,
-            6 => step.feedback,
+            6 => master_motor.from_command,
             _ => [0.0; MASTER_STATES],
         };
         let slave_step = SlaveStep::of_machine(slave, tick_s)?;
+        let slave_motor = SlaveStep::of_motor(slave, tick_s, limits.slave_lag_s)?;
         let slave_column = |j: usize| match j {
-            SLAVE_STATES => slave_step.reference,
+            SLAVE_STATES => slave_motor.from_command,
             _ => std::array::from_fn(|i| slave_step.transition[i][j]),
         };
+        let slave_rest = slave_step.rest.map(|share| share * reference_m);
+        let control = slave.control();
+        let slave_command = control[0] * reference_m + control[1] * slave_rest[0];
+        let master_bounds = (limits.greatest_master_force_n(), limits.greatest_master_change_n(tick_s));
+        let slave_bounds = (limits.greatest_slave_command(), limits.greatest_slave_change(tick_s));
         Ok(Self {
             master: std::array::from_fn(|j| std::array::from_fn(|i| L::splat(master_column(j)[i]))),
             slave: std::array::from_fn(|j| slave_column(j).map(L::splat)),
             hand_force: std::array::from_fn(|i| L::splat(step.hand_force[i])),
             integral_gain: L::splat(master.force_integral_gain),
             tick_s: L::splat(tick_s),
-            control: slave.control().map(L::splat),
-            master_limit_n: L::splat(limits.greatest_master_force_n()),
-            slave_limit: L::splat(limits.greatest_slave_command()),
+            control: control.map(L::splat),
+            master_motor: Motor::new(master_bounds, &master_motor, 0.0),
+            slave_motor: Motor::new(slave_bounds, &slave_motor, slave_command),
             motion: [master_m, 0.0, master_m, 0.0].map(L::splat),
             hand_force_n: L::zero(),
             integral: L::zero(),
-            slave_state: slave_step.rest.map(|share| L::splat(share * reference_m)),
+            slave_state: slave_rest.map(L::splat),
         })
     }
 }
@@ -101,7 +114,7 @@ impl<L: Lane> Sides<L> for LimitedSides<L> {
     #[inline(always)]
     fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
         let wanted_n = feedback + self.integral_gain * self.integral;
-        let motor_n = wanted_n.clamp(-self.master_limit_n, self.master_limit_n);
+        let motor_n = self.master_motor.command(wanted_n);
         let error_n = feedback - self.hand_force_n;
         let excess_n = wanted_n - motor_n;
         let winds_up = (excess_n * error_n).gt(L::zero());
@@ -109,6 +122,7 @@ impl<L: Lane> Sides<L> for LimitedSides<L> {
 
         let [x_h, v_h, x_a, v_a] = self.motion;
         let motion = combine(&self.master, [x_h, v_h, x_a, v_a, desired, desired_next, motor_n, L::zero()]);
+        let motion = self.master_motor.follow(motion);
         self.motion = motion;
         self.hand_force_n = (self.hand_force[0] * motion[0] + self.hand_force[2] * motion[2])
             + (self.hand_force[1] * motion[1] + self.hand_force[3] * motion[3]);
@@ -116,8 +130,8 @@ impl<L: Lane> Sides<L> for LimitedSides<L> {
         let [x_e, v_e, third] = self.slave_state;
         let [to_reference, to_position, to_velocity] = self.control;
         let wanted = to_reference * reference + to_position * x_e + to_velocity * v_e;
-        let command = wanted.clamp(-self.slave_limit, self.slave_limit);
-        self.slave_state = combine(&self.slave, [x_e, v_e, third, command]);
+        let command = self.slave_motor.command(wanted);
+        self.slave_state = self.slave_motor.follow(combine(&self.slave, [x_e, v_e, third, command]));
         Ok(())
     }
 }

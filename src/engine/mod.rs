@@ -15,6 +15,7 @@ mod dispatch;
 mod exact;
 mod integrated;
 mod limited;
+mod motor;
 mod observer;
 mod sides;
 mod signals;

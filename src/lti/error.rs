@@ -74,6 +74,12 @@ pub enum Error {
         /// The tick given, in s.
         tick_s: f64,
     },
+    /// A lag is not a time.
+    #[error("the lag is {lag_s} s, must be finite and at least 0")]
+    LagNegative {
+        /// The lag given, in s.
+        lag_s: f64,
+    },
     /// Two discrete systems run at different ticks.
     #[error("the ticks differ ({first_s} s and {second_s} s); bring both systems to the same tick first")]
     UnequalTicks {

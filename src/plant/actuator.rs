@@ -1,10 +1,16 @@
 //! What the motors of both sides can do.
 
-use crate::error::{InvalidValue, positive};
+use super::{PlantError, on};
+use crate::error::{InvalidValue, non_negative, positive};
+use crate::lti::{Continuous, StateSpace, lagged_input};
 
-/// Limits on what the controllers command, the same either way; `None` is without a limit.
+/// Limits on what the motors make of the controllers' commands, the same either way; `None` is without a limit, a lag of 0
+/// none.
 ///
-/// A limit acts on the held output of a controller that runs on the tick
+/// A wanted command is clipped to the range, then goes there from the last one no faster than its rate; held until the
+/// next tick, it is followed with the lag in continuous time.
+///
+/// All of it acts on the held output of a controller that runs on the tick
 /// ([`ControlTiming::Sampled`](super::ControlTiming)): when a continuous one would saturate between ticks is not known
 /// beforehand, so that no exact step exists.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -13,13 +19,31 @@ pub struct ActuatorLimits {
     pub master_force_n: Option<f64>,
     /// Greatest `|U_s|` in the unit of the slave's command, above 0.
     pub slave_command: Option<f64>,
+    /// Greatest change of the commanded `U_m` in N/s, above 0.
+    pub master_force_rate_n_per_s: Option<f64>,
+    /// Greatest change of the commanded `U_s` in its unit per s, above 0.
+    pub slave_command_rate_per_s: Option<f64>,
+    /// Time constant in s with which `U_m` follows its command, at least 0.
+    pub master_lag_s: f64,
+    /// Time constant in s with which `U_s` follows its command, at least 0.
+    pub slave_lag_s: f64,
 }
 
 impl ActuatorLimits {
-    /// Whether nothing is limited.
+    /// Motors that do what they are told.
+    pub const NONE: Self = Self {
+        master_force_n: None,
+        slave_command: None,
+        master_force_rate_n_per_s: None,
+        slave_command_rate_per_s: None,
+        master_lag_s: 0.0,
+        slave_lag_s: 0.0,
+    };
+
+    /// Whether nothing is limited and nothing lags.
     #[must_use]
     pub fn are_none(&self) -> bool {
-        *self == Self::default()
+        *self == Self::NONE
     }
 
     /// Checks the ranges that the fields state.
@@ -30,9 +54,13 @@ impl ActuatorLimits {
         for (name, limit) in [
             ("actuator.master_force_limit_n", self.master_force_n),
             ("actuator.slave_command_limit", self.slave_command),
+            ("actuator.master_force_rate_limit_n_per_s", self.master_force_rate_n_per_s),
+            ("actuator.slave_command_rate_limit_per_s", self.slave_command_rate_per_s),
         ] {
             limit.map_or(Ok(0.0), |limit| positive(name, limit))?;
         }
+        non_negative("actuator.master_lag_s", self.master_lag_s)?;
+        non_negative("actuator.slave_lag_s", self.slave_lag_s)?;
         Ok(())
     }
 
@@ -46,5 +74,52 @@ impl ActuatorLimits {
     #[must_use]
     pub fn greatest_slave_command(&self) -> f64 {
         self.slave_command.unwrap_or(f64::INFINITY)
+    }
+
+    /// Greatest change of the commanded `U_m` in N from one tick to the next, infinite without a limit.
+    #[must_use]
+    pub fn greatest_master_change_n(&self, tick_s: f64) -> f64 {
+        self.master_force_rate_n_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
+    }
+
+    /// Greatest change of the commanded `U_s` from one tick to the next, infinite without a limit.
+    #[must_use]
+    pub fn greatest_slave_change(&self, tick_s: f64) -> f64 {
+        self.slave_command_rate_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
+    }
+}
+
+/// What a motor that lags behind its held command does over a tick, to itself and to the states of its side.
+///
+/// `x += from_actual · U_0 + from_command · U_cmd`, then `U_0 ← kept · U_0 + gained · U_cmd`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotorStep<const STATES: usize> {
+    /// Effect of what the motor does at the start of the tick.
+    pub from_actual: [f64; STATES],
+    /// Effect of its command.
+    pub from_command: [f64; STATES],
+    /// Share of what it did that is left at the end.
+    pub kept: f64,
+    /// Share of its command that it has then reached.
+    pub gained: f64,
+}
+
+impl<const STATES: usize> MotorStep<STATES> {
+    /// The motor at input `input` of a side without its controller; states beyond the side's own are left alone.
+    pub(super) fn new(
+        (side, system): (&'static str, &StateSpace<Continuous>),
+        input: usize,
+        tick_s: f64,
+        lag_s: f64,
+    ) -> Result<Self, PlantError> {
+        let effect = lagged_input(system, input, tick_s, lag_s).map_err(on(side))?;
+        let states = system.states();
+        let padded = |column: &[f64]| std::array::from_fn(|i| if i < states { column[i] } else { 0.0 });
+        Ok(Self {
+            from_actual: padded(effect.from_actual.as_slice()),
+            from_command: padded(effect.from_command.as_slice()),
+            kept: effect.kept,
+            gained: effect.gained,
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! The master, its force controller and the arm that holds it (eq. 28, 29, 32-35).
 
-use super::{ControlTiming, MASTER_STATES, PlantError, on};
+use super::{ControlTiming, MASTER_STATES, MotorStep, PlantError, on};
 use crate::error::{InvalidValue, non_negative, positive};
 use crate::lti::{
     Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, append, exact_step, realise,
@@ -214,6 +214,22 @@ impl MasterStep {
     /// As [`MasterStep::new`].
     pub fn of_machine(master: &MasterParameters, arm: &ArmParameters, tick_s: f64) -> Result<Self, PlantError> {
         Self::open(master, arm, ControlTiming::Sampled, tick_s)
+    }
+
+    /// What the machine's motor does over a tick where it follows its command with a lag of `lag_s` (s, at least 0); without
+    /// one, the `feedback` of [`MasterStep::of_machine`].
+    ///
+    /// # Errors
+    /// As [`MasterStep::new`].
+    pub fn of_motor(
+        master: &MasterParameters,
+        arm: &ArmParameters,
+        tick_s: f64,
+        lag_s: f64,
+    ) -> Result<MotorStep<MASTER_STATES>, PlantError> {
+        const MOTOR_FORCE: usize = 2;
+        let system = master_system(master, arm, ControlTiming::Sampled)?;
+        MotorStep::new(("master", &system), MOTOR_FORCE, tick_s, lag_s)
     }
 
     /// The step before a sampled controller closes the loop.

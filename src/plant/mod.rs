@@ -8,7 +8,7 @@ mod actuator;
 mod master;
 mod slave;
 
-pub use actuator::ActuatorLimits;
+pub use actuator::{ActuatorLimits, MotorStep};
 pub use master::{ArmParameters, Coupling, Grip, MasterParameters, MasterStep, master_system};
 pub use slave::{Damping, SlaveParameters, SlaveStep, slave_system};
 

@@ -1,6 +1,6 @@
 //! The slave and its position controller (eq. 30, 31).
 
-use super::{ControlTiming, PlantError, SLAVE_STATES, on};
+use super::{ControlTiming, MotorStep, PlantError, SLAVE_STATES, on};
 use crate::error::{finite, non_negative, require};
 use crate::lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
 
@@ -149,6 +149,16 @@ impl SlaveStep {
     /// As [`SlaveStep::new`].
     pub fn of_machine(slave: &SlaveParameters, tick_s: f64) -> Result<Self, PlantError> {
         Self::open(slave, ControlTiming::Sampled, tick_s)
+    }
+
+    /// What the machine's motor does over a tick where it follows its command with a lag of `lag_s` (s, at least 0); without
+    /// one, the `reference` of [`SlaveStep::of_machine`].
+    ///
+    /// # Errors
+    /// As [`SlaveStep::new`].
+    pub fn of_motor(slave: &SlaveParameters, tick_s: f64, lag_s: f64) -> Result<MotorStep<SLAVE_STATES>, PlantError> {
+        let system = slave_system(slave, ControlTiming::Sampled)?;
+        MotorStep::new(("slave", &system), 0, tick_s, lag_s)
     }
 
     /// The step before a sampled controller closes the loop.

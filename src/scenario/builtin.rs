@@ -28,6 +28,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("13_replay_by_depth.toml", include_bytes!("../../scenarios/13_replay_by_depth.toml")),
     ("13_replay_by_time.toml", include_bytes!("../../scenarios/13_replay_by_time.toml")),
     ("14_lossy_link.toml", include_bytes!("../../scenarios/14_lossy_link.toml")),
+    ("15_saturating_master.toml", include_bytes!("../../scenarios/15_saturating_master.toml")),
     ("18_local_force.toml", include_bytes!("../../scenarios/18_local_force.toml")),
     ("19_position_position.toml", include_bytes!("../../scenarios/19_position_position.toml")),
     ("20_four_channel.toml", include_bytes!("../../scenarios/20_four_channel.toml")),

@@ -202,6 +202,30 @@ const UNLAYERED: &[Key] = &[
         Unset,
         "Greatest command U_s to the slave, either way, in its own unit; without a limit when not given.",
     ),
+    key(
+        "actuator.master_force_rate_limit_n_per_s",
+        Number(R::POSITIVE),
+        Unset,
+        "How fast the commanded force of the master's motor changes at most; without a limit when not given.",
+    ),
+    key(
+        "actuator.slave_command_rate_limit_per_s",
+        Number(R::POSITIVE),
+        Unset,
+        "How fast the command to the slave changes at most, in its unit per s; without a limit when not given.",
+    ),
+    key(
+        "actuator.master_lag_s",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "Time constant with which the master's motor follows its command, first-order; 0: no lag.",
+    ),
+    key(
+        "actuator.slave_lag_s",
+        Number(R::NON_NEGATIVE),
+        number!(0.0),
+        "Time constant with which the slave's motor follows its command, first-order; 0: no lag.",
+    ),
     // scaling
     key("scaling.force", Number(R::SCALE), number!(1.0), "Force fed back per force measured."),
     key("scaling.position", Number(R::SCALE), number!(1.0), "Slave's motion per master's."),

@@ -14,6 +14,10 @@ use crate::sensor::SensorSettings;
 
 const MASTER_LIMIT: &str = "actuator.master_force_limit_n";
 const SLAVE_LIMIT: &str = "actuator.slave_command_limit";
+const MASTER_RATE: &str = "actuator.master_force_rate_limit_n_per_s";
+const SLAVE_RATE: &str = "actuator.slave_command_rate_limit_per_s";
+const MASTER_LAG: &str = "actuator.master_lag_s";
+const SLAVE_LAG: &str = "actuator.slave_lag_s";
 
 /// The master's parameters.
 pub(super) fn master(values: &mut Values) -> Result<MasterParameters, ScenarioError> {
@@ -72,18 +76,27 @@ pub(super) fn actuators(values: &Values, timing: ControlTiming) -> Result<Actuat
     let limits = ActuatorLimits {
         master_force_n: values.optional_number(MASTER_LIMIT),
         slave_command: values.optional_number(SLAVE_LIMIT),
+        master_force_rate_n_per_s: values.optional_number(MASTER_RATE),
+        slave_command_rate_per_s: values.optional_number(SLAVE_RATE),
+        master_lag_s: values.number(MASTER_LAG)?,
+        slave_lag_s: values.number(SLAVE_LAG)?,
     };
-    let given = [MASTER_LIMIT, SLAVE_LIMIT].into_iter().find(|key| values.is_given(key));
-    match (given, timing) {
-        (Some(key), ControlTiming::Continuous) => {
-            let message = format!(
-                "{key} needs simulation.control = \"sampled\": when a continuous controller saturates between two ticks \
-                 is not known, so that the tick could not be stepped exactly"
-            );
-            Err(values.error(key, message).remedy("set simulation.control = \"sampled\", or leave the limit out"))
+    let lags = [(MASTER_LAG, limits.master_lag_s), (SLAVE_LAG, limits.slave_lag_s)];
+    let given = [MASTER_LIMIT, SLAVE_LIMIT, MASTER_RATE, SLAVE_RATE].into_iter().find(|key| values.is_given(key));
+    let lagging = lags.into_iter().find(|(_, lag_s)| *lag_s > 0.0).map(|(key, _)| key);
+    let (key, reason, limit) = match (given, lagging, timing) {
+        (Some(key), _, ControlTiming::Continuous) => {
+            let unknown = "when a continuous controller saturates between two ticks is not known, so that the tick could not \
+                           be stepped exactly";
+            (key, unknown, "limit")
         }
-        _ => Ok(limits),
-    }
+        (_, Some(key), ControlTiming::Continuous) => {
+            (key, "a motor's lag is stepped under a command that is held from tick to tick", "lag")
+        }
+        _ => return Ok(limits),
+    };
+    let message = format!("{key} needs simulation.control = \"sampled\": {reason}");
+    Err(values.error(key, message).remedy(format!("set simulation.control = \"sampled\", or leave the {limit} out")))
 }
 
 /// The sensors' settings.
