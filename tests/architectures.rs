@@ -161,6 +161,10 @@ fn what_does_not_go_together_is_refused_with_a_remedy() {
         (&["controller.kind=four-channel", "scaling.position=0"], "scaling.position is 0"),
         (&["passivity.scheme=energy-tank", "scaling.force=0"], "scaling.force is 0"),
         (&["passivity.tank_share=1"], "below 1"),
+        (
+            &["slave.compliance_m_per_n=1e-3", "simulation.control=sampled", "actuator.slave_lag_s=0.01"],
+            "which its motor is to pass whole",
+        ),
     ] {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
         let error = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect_err("refused");

@@ -13,6 +13,7 @@ use crate::plant::{
 use crate::sensor::SensorSettings;
 
 const MASTER_LIMIT: &str = "actuator.master_force_limit_n";
+const COMPLIANCE: &str = "slave.compliance_m_per_n";
 const SLAVE_LIMIT: &str = "actuator.slave_command_limit";
 const MASTER_RATE: &str = "actuator.master_force_rate_limit_n_per_s";
 const SLAVE_RATE: &str = "actuator.slave_command_rate_limit_per_s";
@@ -84,6 +85,12 @@ pub(super) fn actuators(values: &Values, timing: ControlTiming) -> Result<Actuat
     let lags = [(MASTER_LAG, limits.master_lag_s), (SLAVE_LAG, limits.slave_lag_s)];
     let given = [MASTER_LIMIT, SLAVE_LIMIT, MASTER_RATE, SLAVE_RATE].into_iter().find(|key| values.is_given(key));
     let lagging = lags.into_iter().find(|(_, lag_s)| *lag_s > 0.0).map(|(key, _)| key);
+    let slows_slave = limits.slave_lag_s > 0.0 || limits.slave_command.or(limits.slave_command_rate_per_s).is_some();
+    if slows_slave && values.number(COMPLIANCE)? > 0.0 {
+        let message =
+            format!("{COMPLIANCE} acts like a change of the slave's command, which its motor is to pass whole");
+        return Err(values.error(COMPLIANCE, message).remedy("leave it out, or the slave's limits and lag"));
+    }
     let (key, reason, limit) = match (given, lagging, timing) {
         (Some(key), _, ControlTiming::Continuous) => {
             let unknown = "when a continuous controller saturates between two ticks is not known, so that the tick could not \
