@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::Arrival;
+use super::schedule::{Running, Schedule};
 use crate::error::{InvalidValue, non_negative, require};
 use crate::lane::Lane;
 use crate::time::nearest_ticks;
@@ -58,6 +59,7 @@ pub(super) struct Irregular<L, const N: usize> {
     held: Sent<L, N>,
     tick: u64,
     delay_ticks: u64,
+    schedule: Running,
     jitter_choices: f64,
     loss: f64,
     streams: Box<[ChaCha8Rng]>,
@@ -69,7 +71,7 @@ const NEVER: f64 = -1.0;
 impl<L: Lane, const N: usize> Irregular<L, N> {
     /// A link with the random numbers of `seed`, lane `i` from stream `first_stream + i` on, on ticks of `tick_s` (s).
     pub(super) fn new(
-        irregularity: &Irregularity,
+        (irregularity, schedule): (&Irregularity, &Schedule),
         (delay_ticks, tick_s): (u64, f64),
         initial: [L; N],
         (seed, first_stream): (u64, u64),
@@ -81,26 +83,36 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
             rng.set_stream(first_stream + lane as u64);
             rng
         };
+        let places = schedule.longest(delay_ticks) + jitter_ticks + 1;
         Self {
-            arriving: vec![nothing; (delay_ticks + jitter_ticks + 1) as usize].into_boxed_slice(),
+            arriving: vec![nothing; places as usize].into_boxed_slice(),
             held: nothing,
             tick: 0,
             delay_ticks,
+            schedule: Running::new(schedule.clone()),
             jitter_choices: (jitter_ticks + 1) as f64,
             loss: irregularity.loss,
             streams: (0..L::WIDTH).map(stream).collect(),
         }
     }
 
+    /// How many ticks a sample that arrives takes at most.
+    pub(super) fn longest_ticks(&self) -> u64 {
+        self.arriving.len() as u64 - 1
+    }
+
     /// Sends a sample and gives the one that the receiver holds.
     pub(super) fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         let places = self.arriving.len() as u64;
         let stamp = self.tick as f64;
+        let delay = self.schedule.delay(self.tick, self.delay_ticks);
         for (lane, rng) in self.streams.iter_mut().enumerate() {
-            // Both are drawn each time, so that the one setting does not change the other's numbers.
+            // Both are drawn each time, so that one setting does not change another's numbers.
             let (luck, lateness) = (rng.random::<f64>(), rng.random::<f64>());
-            if luck >= self.loss {
-                let late = self.delay_ticks + (lateness * self.jitter_choices) as u64;
+            if let Some(delay) = delay
+                && luck >= self.loss
+            {
+                let late = delay + (lateness * self.jitter_choices) as u64;
                 let place = &mut self.arriving[((self.tick + late) % places) as usize];
                 place.stamp = place.stamp.with_lane(lane, stamp);
                 for (waiting, sent) in place.sample.iter_mut().zip(sample) {
@@ -122,12 +134,18 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::Range;
+    use std::sync::Arc;
+
     use super::*;
 
     /// What the receiver holds at each tick, where tick `k` sends `k`; -7 before anything has come.
     fn held(jitter_s: f64, loss: f64, delay_ticks: u64, seed: u64) -> Vec<f64> {
-        let irregularity = Irregularity { jitter_s, loss };
-        let mut link = Irregular::new(&irregularity, (delay_ticks, 1e-3), [-7.0], (seed, 0));
+        scheduled(Irregularity { jitter_s, loss }, &Schedule::default(), delay_ticks, seed)
+    }
+
+    fn scheduled(irregularity: Irregularity, schedule: &Schedule, delay_ticks: u64, seed: u64) -> Vec<f64> {
+        let mut link = Irregular::new((&irregularity, schedule), (delay_ticks, 1e-3), [-7.0], (seed, 0));
         (0..20_000).map(|tick| link.exchange([f64::from(tick)]).sample[0]).collect()
     }
 
@@ -156,6 +174,45 @@ mod tests {
         }
         let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(20).collect();
         assert!(ages.contains(&2.0) && ages.iter().any(|&age| age >= 5.0));
+    }
+
+    fn dead(ticks: Range<u64>) -> Schedule {
+        Schedule::new(Arc::default(), std::iter::once(ticks).collect())
+    }
+
+    #[test]
+    fn what_is_sent_in_an_outage_never_arrives() {
+        let outage = dead(10..15);
+        let held = scheduled(Irregularity::default(), &outage, 3, 1);
+        // Sent at 9, it is held until what was sent at 15 has come.
+        assert_eq!(held[11..19], [8.0, 9.0, 9.0, 9.0, 9.0, 9.0, 9.0, 15.0]);
+        assert_eq!(held[19_999], 19_996.0);
+    }
+
+    #[test]
+    fn an_outage_does_not_change_what_happens_to_others() {
+        let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
+        let (without, with) = (scheduled(uneven, &Schedule::default(), 2, 1), scheduled(uneven, &dead(500..800), 2, 1));
+        assert_eq!(without[..502], with[..502]);
+        assert_eq!(without[820..], with[820..]);
+        assert!(with[510..802].iter().all(|&sent| sent < 500.0), "sent in the outage");
+    }
+
+    #[test]
+    fn logged_delays_are_kept_and_a_sample_that_was_overtaken_is_dropped() {
+        // 0 takes 6 ticks and is overtaken by 1, which takes 2; 2 is lost; 3 and 4 come together.
+        let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4, 3, 3]), Arc::default());
+        let held = scheduled(Irregularity::default(), &logged, 0, 1);
+        assert_eq!(held[..10], [-7.0, -7.0, -7.0, 1.0, 1.0, 1.0, 1.0, 4.0, 5.0, 6.0]);
+    }
+
+    #[test]
+    fn jitter_comes_on_top_of_logged_delays() {
+        let logged = Schedule::new(Arc::from([10]), Arc::default());
+        let held = scheduled(Irregularity { jitter_s: 5e-3, loss: 0.0 }, &logged, 0, 1);
+        let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(30).collect();
+        assert!(ages.iter().all(|age| (10.0..=15.0).contains(age)) && ages.contains(&10.0), "within its bounds");
+        assert!(ages.iter().any(|&age| age >= 13.0));
     }
 
     #[test]

@@ -2,8 +2,10 @@
 //! which is the engine's to step.
 
 mod irregular;
+mod schedule;
 
 pub use irregular::Irregularity;
+pub use schedule::Schedule;
 
 use crate::lane::{Lane, Mask};
 use irregular::Irregular;
@@ -36,13 +38,20 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         Self { line: vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice(), next: 0, irregular: None }
     }
 
-    /// The same direction where samples come late, out of order or not at all, on ticks of `tick_s` (s): lane `i` by stream
-    /// `first_stream + i` of the seed.
+    /// The same direction where samples come late, out of order or not at all, by chance and by a timetable, on ticks of
+    /// `tick_s` (s): lane `i` by stream `first_stream + i` of the seed, where `random` is `(seed, first_stream)`.
     #[must_use]
-    pub fn irregular(mut self, irregularity: &Irregularity, tick_s: f64, initial: [L; N], random: (u64, u64)) -> Self {
+    pub fn irregular(
+        mut self,
+        irregularity: &Irregularity,
+        schedule: &Schedule,
+        tick_s: f64,
+        initial: [L; N],
+        random: (u64, u64),
+    ) -> Self {
         let ticks = self.line.len() as u64;
-        let link = || Box::new(Irregular::new(irregularity, (ticks, tick_s), initial, random));
-        self.irregular = (!irregularity.is_none()).then(link);
+        let link = || Box::new(Irregular::new((irregularity, schedule), (ticks, tick_s), initial, random));
+        self.irregular = (!irregularity.is_none() || !schedule.is_empty()).then(link);
         self
     }
 
@@ -50,6 +59,12 @@ impl<L: Lane, const N: usize> Delay<L, N> {
     #[must_use]
     pub fn is_immediate(&self) -> bool {
         self.line.is_empty() && self.irregular.is_none()
+    }
+
+    /// How many ticks a sample that arrives takes at most.
+    #[must_use]
+    pub fn longest_ticks(&self) -> u64 {
+        self.irregular.as_ref().map_or(self.line.len() as u64, |link| link.longest_ticks())
     }
 
     /// Sends a sample and gives the one that arrives.

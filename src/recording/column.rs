@@ -31,6 +31,11 @@ impl Column {
         Ok(Self { name: name.to_owned(), scale })
     }
 
+    /// A column of numbers in SI already.
+    pub(super) fn plain(name: &'static str) -> Self {
+        Self { name: name.to_owned(), scale: 1.0 }
+    }
+
     /// The name in the file's header, without surrounding spaces; never empty.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -1,10 +1,10 @@
-//! Opening a recording on disk.
+//! Opening a recording or a delay trace on disk.
 
 use std::fs::{File, FileType, Metadata};
 use std::path::Path;
 
 use super::error::{Place, Problem};
-use super::{Columns, Limits, Recording, RecordingError, read_csv};
+use super::{Columns, DelayRow, Limits, Recording, RecordingError, read_csv, read_delays};
 
 /// Reads the recording in the file `path`; see [`read_csv`].
 ///
@@ -12,6 +12,26 @@ use super::{Columns, Limits, Recording, RecordingError, read_csv};
 /// Those of [`read_csv`]; and, before anything is read, when the file is missing, may not be opened, is larger than
 /// [`Limits::max_bytes`], or is no regular file (reading a pipe or a device could wait or run for ever).
 pub fn open_csv(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
+    let (name, file) = open(path, limits)?;
+    read_csv(&name, file, columns, limits)
+}
+
+/// Reads the delay trace in the file `path`; see [`read_delays`].
+///
+/// # Errors
+/// Those of [`read_delays`]; and those of [`open_csv`] for what is no readable file.
+pub fn open_delays(
+    path: &Path,
+    limits: &Limits,
+    most_s: f64,
+    take: impl FnMut(&DelayRow),
+) -> Result<(), RecordingError> {
+    let (name, file) = open(path, limits)?;
+    read_delays(&name, file, limits, most_s, take)
+}
+
+/// A regular file of allowed size, with its name in messages.
+fn open(path: &Path, limits: &Limits) -> Result<(String, File), RecordingError> {
     let name = path.display().to_string();
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
@@ -19,7 +39,7 @@ pub fn open_csv(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recor
     check(&path.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
     let file = File::open(path).map_err(unreadable)?;
     check(&file.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
-    read_csv(&name, file, columns, limits)
+    Ok((name, file))
 }
 
 fn check(metadata: &Metadata, limits: &Limits) -> Result<(), Problem> {

@@ -31,13 +31,7 @@ pub(super) struct Layout {
 impl Layout {
     /// Finds the wanted columns among the header's fields.
     pub(super) fn locate<'a>(fields: impl Iterator<Item = &'a [u8]>, columns: &Columns) -> Result<Self, Problem> {
-        let names = fields
-            .map(|field| str::from_utf8(field).map(|name| trimmed(name).to_owned()))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|_| Problem::NotUtf8)?;
-        if names.iter().all(|name| name.parse::<f64>().is_ok()) {
-            return Err(Problem::NoHeader);
-        }
+        let names = names(fields)?;
         Ok(Self {
             time: find(&names, &columns.time)?,
             position: find(&names, &columns.position)?,
@@ -48,7 +42,17 @@ impl Layout {
     }
 }
 
-fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
+/// The header's names.
+pub(super) fn names<'a>(fields: impl Iterator<Item = &'a [u8]>) -> Result<Vec<String>, Problem> {
+    let names = fields
+        .map(|field| str::from_utf8(field).map(|name| trimmed(name).to_owned()))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|_| Problem::NotUtf8)?;
+    if names.iter().all(|name| name.parse::<f64>().is_ok()) { Err(Problem::NoHeader) } else { Ok(names) }
+}
+
+/// Where the column stands, counted from 0.
+pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
     let mut found = (0..names.len()).filter(|&index| names[index] == wanted);
     match (found.next(), found.count()) {

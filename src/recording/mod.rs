@@ -1,4 +1,4 @@
-//! Recordings of insertions, imported from CSV files.
+//! Recordings of insertions, imported from CSV files; and traces of a link's delays, read by the same means.
 //!
 //! A recording is what a rig logged: time, the needle's position, perhaps its velocity, and the force on it. Every
 //! lab names its columns differently and logs in its own units and sign, so the caller says which [`Column`] holds
@@ -25,6 +25,7 @@
 //! ```
 
 mod column;
+mod delays;
 mod error;
 mod file;
 mod guard;
@@ -35,10 +36,12 @@ mod number;
 mod read;
 mod resample;
 mod samples;
+mod table;
 
 pub use column::{Column, ColumnError, Columns};
+pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError};
-pub use file::open_csv;
+pub use file::{open_csv, open_delays};
 pub use in_vivo_like::{RUPTURES_S, in_vivo_like_csv};
 pub use limits::Limits;
 pub use read::read_csv;

@@ -1,16 +1,11 @@
 //! CSV text to samples.
 
-use std::io::{self, BufRead, BufReader, Read};
-
-use csv::ByteRecord;
+use std::io::Read;
 
 use super::error::{Place, Problem};
-use super::guard::{Guard, recover};
-use super::header::{Layout, separator};
-use super::number::number;
-use super::{Column, Columns, Limits, Recording, RecordingError};
-
-const BUFFER_BYTES: usize = 64 << 10;
+use super::header::Layout;
+use super::table::Rows;
+use super::{Columns, Limits, Recording, RecordingError};
 
 /// Reads a recording from CSV text in UTF-8; `source` names it in messages.
 ///
@@ -29,110 +24,13 @@ pub fn read_csv<R: Read>(
     columns: &Columns,
     limits: &Limits,
 ) -> Result<Recording, RecordingError> {
-    let guard = Guard::new(source, reader, limits.max_bytes);
-    let mut text = BufReader::with_capacity(BUFFER_BYTES, guard);
-    let (header, lines_before) = header_line(&mut text).map_err(|error| recover(source, error))?;
-    let mut rows = Rows {
-        source,
-        lines_before,
-        reader: csv::ReaderBuilder::new()
-            .delimiter(separator(&header))
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .buffer_capacity(BUFFER_BYTES)
-            .from_reader(header.as_slice().chain(text)),
-        record: ByteRecord::new(),
-    };
-    if !rows.advance()? {
-        return Err(Place::file(source).error(Problem::Empty));
-    }
-    let layout = Layout::locate(rows.record.iter(), columns).map_err(|problem| match problem {
-        Problem::NotUtf8 | Problem::NoHeader => rows.place().error(problem),
-        _ => Place::file(source).error(problem),
-    })?;
+    let (mut rows, layout) =
+        Rows::open(source, reader, limits.max_bytes, |header| Layout::locate(header.iter(), columns))?;
     let mut samples = Samples::new(columns, limits);
-    while rows.advance()? {
-        if !rows.is_blank() {
-            samples.push(&rows, &layout)?;
-        }
+    while rows.next()? {
+        samples.push(&rows, &layout)?;
     }
     samples.finish(source)
-}
-
-/// The first line that is neither blank nor a comment, without a byte order mark, and how many lines precede it.
-fn header_line(text: &mut impl BufRead) -> io::Result<(Vec<u8>, u64)> {
-    let mut line = Vec::new();
-    let mut lines_before = 0;
-    loop {
-        line.clear();
-        let ended = text.read_until(b'\n', &mut line)? == 0;
-        if lines_before == 0 && line.starts_with(b"\xef\xbb\xbf") {
-            line.drain(..3);
-        }
-        let content = line.trim_ascii_start();
-        if ended || !(content.is_empty() || content.starts_with(b"#")) {
-            return Ok((line, lines_before));
-        }
-        lines_before += 1;
-    }
-}
-
-/// The rows of the table, one at a time.
-struct Rows<'a, R> {
-    source: &'a str,
-    lines_before: u64,
-    reader: csv::Reader<R>,
-    record: ByteRecord,
-}
-
-impl<R: Read> Rows<'_, R> {
-    fn advance(&mut self) -> Result<bool, RecordingError> {
-        let advanced = self.reader.read_byte_record(&mut self.record);
-        advanced.map_err(|error| recover(self.source, error.into()))
-    }
-
-    /// Blank, or a comment behind spaces.
-    fn is_blank(&self) -> bool {
-        let text = self.record.as_slice();
-        let content = text.trim_ascii_start();
-        content.is_empty() || (content.len() < text.len() && content.starts_with(b"#"))
-    }
-
-    fn spans_lines(&self) -> bool {
-        self.record.as_slice().contains(&b'\n')
-    }
-
-    /// The line on which the row begins. The reader knows only how many lines it has consumed, this row's included (its
-    /// own count for a row starts before the comments and blank lines that precede it).
-    fn line(&self) -> u64 {
-        let text = self.record.as_slice();
-        let inside = text.iter().filter(|&&byte| byte == b'\n').count() as u64;
-        // A quote left open takes in the file's last line end, which then is not the row's.
-        let own = u64::from(!text.ends_with(b"\n"));
-        (self.lines_before + self.reader.position().line()).saturating_sub(inside + own)
-    }
-
-    fn place(&self) -> Place {
-        Place::file(self.source).at_line(self.line())
-    }
-
-    fn number(&self, index: usize, column: &Column) -> Result<f64, RecordingError> {
-        let field = self.record.get(index).unwrap_or_default();
-        number(field, column.scale()).map_err(|problem| self.place().in_column(column.name()).error(problem))
-    }
-
-    fn check_width(&self, expected: usize) -> Result<(), RecordingError> {
-        let found = self.record.len();
-        let surplus_is_blank = || self.record.iter().skip(expected).all(|field| field.trim_ascii().is_empty());
-        if found == expected || (found > expected && surplus_is_blank()) {
-            Ok(())
-        } else if self.spans_lines() {
-            Err(self.place().error(Problem::OpenQuote))
-        } else {
-            Err(self.place().error(Problem::RaggedRow { found, expected }))
-        }
-    }
 }
 
 /// The samples so far.
@@ -165,14 +63,8 @@ impl<'a> Samples<'a> {
             return Err(rows.place().error(Problem::TooManySamples { limit }));
         }
         rows.check_width(layout.width)?;
-        let time_s = rows.number(layout.time, &self.columns.time)?;
-        if let Some(&before_s) = self.time_s.last()
-            && time_s <= before_s
-        {
-            let before_line = self.lines.of(self.time_s.len() - 1);
-            let place = rows.place().in_column(self.columns.time.name());
-            return Err(place.error(not_increasing(before_line, before_s, time_s)));
-        }
+        let before = self.time_s.last().map(|&before_s| (before_s, self.lines.of(self.time_s.len() - 1)));
+        let time_s = rows.time(layout.time, &self.columns.time, before)?;
         self.position_m.push(rows.number(layout.position, &self.columns.position)?);
         if let (Some(index), Some(column)) = (layout.velocity, &self.columns.velocity) {
             self.velocity_m_per_s.push(rows.number(index, column)?);
@@ -205,15 +97,6 @@ impl<'a> Samples<'a> {
             limit_s,
             median_s: self.limits.max_gap_s.is_none().then_some(median_s),
         }))
-    }
-}
-
-fn not_increasing(before_line: u64, before_s: f64, after_s: f64) -> Problem {
-    if after_s == before_s {
-        let time_s = after_s;
-        Problem::TimeRepeats { before_line, time_s }
-    } else {
-        Problem::TimeBackwards { before_line, before_s, after_s }
     }
 }
 

@@ -217,6 +217,7 @@ impl Scenario {
         let forth = [at_master, zero, zero, zero, zero];
         let forth = Delay::new(self.forward.whole, forth).irregular(
             &self.irregularity,
+            &self.forward_schedule,
             tick_s,
             forth,
             (self.seed ^ FORWARD, first_stream),
@@ -224,6 +225,7 @@ impl Scenario {
         let back = [zero, at_slave, zero, zero, zero, zero];
         let back = Delay::new(self.backward.whole, back).irregular(
             &self.irregularity,
+            &self.backward_schedule,
             tick_s,
             back,
             (self.seed ^ BACKWARD, first_stream),

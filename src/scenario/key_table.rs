@@ -287,6 +287,20 @@ const UNLAYERED: &[Key] = &[
         "Probability that a sample is lost, either way; the receiver holds the last one.",
     ),
     key(
+        "channel.outages_s",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(vec![])),
+        "When the link is dead, in pairs, as in [2.0, 2.5]: what is sent from a begin to before its end never arrives.",
+    ),
+    key(
+        "channel.delays_file",
+        File,
+        Unset,
+        "A CSV file of logged delays, for forward_delay_s and backward_delay_s at 0: from each time_s on, counted from the \
+         run's start, what is sent takes as long as its columns of those names say, to the nearest tick; where one is empty \
+         or lost, it never arrives.",
+    ),
+    key(
         "channel.outage_s",
         Number(R::NON_NEGATIVE),
         number!(RECOVERY.outage_s),

@@ -123,13 +123,31 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
 }
 
 /// The key whose limit a recording exceeds.
-fn limiting_key(problem: &Problem) -> Option<&'static str> {
+pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
     match problem {
         Problem::TooLarge { .. } | Problem::TooManyBytes { .. } => Some("recording.max_bytes"),
         Problem::TooManySamples { .. } => Some("recording.max_samples"),
         Problem::Gap { .. } => Some("recording.max_gap_s"),
         _ => None,
     }
+}
+
+/// How much of a file is read.
+pub(super) fn file_limits(values: &Values) -> Result<Limits, ScenarioError> {
+    Ok(Limits {
+        max_bytes: values.whole("recording.max_bytes")?,
+        max_samples: usize::try_from(values.whole("recording.max_samples")?).unwrap_or(usize::MAX),
+        max_gap_s: None,
+    })
+}
+
+/// The content of a table of the binary's own that a key names.
+pub(super) fn carried(values: &Values, key: &str, name: &str) -> Result<&'static [u8], ScenarioError> {
+    builtin::content(name).ok_or_else(|| {
+        let known: Vec<_> = builtin::names().filter(|name| name.ends_with(".csv")).collect();
+        let message = format!("there is no recording {}", Source::Builtin(name.to_owned()).display());
+        values.error(key, message).remedy(format!("there are {}", known.join(", ")))
+    })
 }
 
 /// Reads the recording that values describe.
@@ -153,22 +171,13 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         velocity: velocity.then(|| column("velocity_m_per_s", velocity_sign)).transpose()?,
         force: column("force_n", values.number("recording.force_sign")?)?,
     };
-    let limits = Limits {
-        max_bytes: values.whole("recording.max_bytes")?,
-        max_samples: usize::try_from(values.whole("recording.max_samples")?).unwrap_or(usize::MAX),
-        max_gap_s: values.optional_number("recording.max_gap_s"),
-    };
+    let limits = Limits { max_gap_s: values.optional_number("recording.max_gap_s"), ..file_limits(values)? };
     let source = source.canonical();
     let read = match &source {
         Source::Disk(path) => open_csv(path, &columns, &limits),
-        Source::Builtin(name) => match builtin::content(name) {
-            Some(content) => read_csv(&source.display(), content, &columns, &limits),
-            None => {
-                let known: Vec<_> = builtin::names().filter(|name| name.ends_with(".csv")).collect();
-                let message = format!("there is no recording {}", source.display());
-                return Err(values.error("recording.file", message).remedy(format!("there are {}", known.join(", "))));
-            }
-        },
+        Source::Builtin(name) => {
+            read_csv(&source.display(), carried(values, "recording.file", name)?, &columns, &limits)
+        }
     };
     let recording = read.map_err(|error| {
         // A column that is not there is a matter of its key, if one was written.

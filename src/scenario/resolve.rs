@@ -5,12 +5,13 @@ use super::error::ScenarioError;
 use super::link::link_settings;
 use super::person::{reflex, tremor};
 use super::replay::{RecordingSpec, load_recording};
+use super::schedule::schedules;
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
-use crate::channel::{Irregularity, MOST_DELAY_TICKS};
+use crate::channel::{Irregularity, MOST_DELAY_TICKS, Schedule};
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
 use crate::operator::{MOST_POSITION_M, ReflexSettings, TremorSettings};
@@ -72,6 +73,10 @@ pub struct Scenario {
     pub backward: DelayTicks,
     /// What the link does besides.
     pub irregularity: Irregularity,
+    /// What samples from master to slave meet at known times.
+    pub forward_schedule: Schedule,
+    /// The same from slave to master.
+    pub backward_schedule: Schedule,
     /// The person.
     pub operator: OperatorSpec,
     /// How their hand trembles.
@@ -128,6 +133,7 @@ impl Scenario {
         let master = master(&mut values)?;
         let slave = slave(&values)?;
         let link = link_settings(&values, &master, &slave)?;
+        let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
         let waits_for_tick = timing == ControlTiming::Sampled || !link.is_the_papers();
         let scenario = Self {
             name: name(&values)?,
@@ -146,6 +152,8 @@ impl Scenario {
                 jitter_s: values.number("channel.jitter_s")?,
                 loss: values.number("channel.loss")?,
             },
+            forward_schedule,
+            backward_schedule,
             operator,
             tremor: tremor(&values)?,
             reflex: reflex(&values)?,

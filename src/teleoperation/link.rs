@@ -172,6 +172,7 @@ impl<L: Lane> Link<L> {
         passivity.validate()?;
         let (master_gains, slave_gains) = controller.gains(machines)?;
         let reference = L::splat(machines.position_scale * start_m);
+        let (forth_ticks, back_ticks) = (forward.longest_ticks(), backward.longest_ticks());
         let is_immediate = forward.is_immediate() && backward.is_immediate();
         let passivity = match passivity.scheme {
             Scheme::None => Passivity::None,
@@ -194,8 +195,9 @@ impl<L: Lane> Link<L> {
             gains: Gains::new(&master_gains, &slave_gains),
             master_accelerometer: accelerometer(),
             slave_accelerometer: accelerometer(),
-            positions: Receiver::new(recovery, recovery.speed_m_per_s, tick_s, reference),
-            forces: Receiver::new(&recovery.of_forces(), recovery.force_rate_n_per_s, tick_s, L::zero()),
+            positions: Receiver::new(recovery, recovery.speed_m_per_s, tick_s, reference).expecting_within(forth_ticks),
+            forces: Receiver::new(&recovery.of_forces(), recovery.force_rate_n_per_s, tick_s, L::zero())
+                .expecting_within(back_ticks),
             passivity,
             master_port: Port::at(L::splat(start_m)),
             slave_port: Port::at(reference),

@@ -64,8 +64,10 @@ impl RecoverySettings {
 pub(super) struct Receiver<L: Lane> {
     policy: Recovery,
     outage_ticks: L,
+    /// The tick from which on silence counts, even if nothing has come yet.
+    expected_tick: L,
     step: L,
-    /// Ticks since the last fresh sample; none count before the first.
+    /// Ticks since the last fresh sample; none count before the first, or before it is expected.
     silent: L,
     has_begun: L::Mask,
     is_lost: L::Mask,
@@ -88,6 +90,7 @@ impl<L: Lane> Receiver<L> {
         Self {
             policy: settings.policy,
             outage_ticks: L::splat(nearest_ticks(settings.outage_s, tick_s).max(1) as f64),
+            expected_tick: L::splat(f64::INFINITY),
             step: L::splat(speed * tick_s),
             silent: L::zero(),
             has_begun: nowhere,
@@ -102,11 +105,18 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
+    /// The same where the first sample is to come within `ticks`: a link that is dead from the start is an outage too, which
+    /// a receiver that waits for ever would end with a jump to wherever the other side has gone.
+    pub(super) fn expecting_within(mut self, ticks: u64) -> Self {
+        self.expected_tick = L::splat(ticks as f64);
+        self
+    }
+
     /// What to make of the target that the sample in hand stands for; `given_up` is what it is to run to once given up, if
     /// not to where it is.
     pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        self.has_begun = self.has_begun | is_fresh;
+        self.has_begun = self.has_begun | is_fresh | self.tick.ge(self.expected_tick);
         let silent = L::select(is_fresh | !self.has_begun, zero, self.silent + one);
         let is_out = silent.ge(self.outage_ticks);
         let begins = is_out & !self.is_lost;
@@ -154,6 +164,8 @@ impl<L: Lane> Receiver<L> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     const TICK_S: f64 = 1e-3;
@@ -200,6 +212,23 @@ mod tests {
     }
 
     #[test]
+    fn a_link_that_is_dead_from_the_start_ends_with_a_ramp_and_no_jump() {
+        let settings = RecoverySettings::DEFAULT;
+        let start = |expected_within| {
+            let receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.0);
+            let mut receiver = receiver.expecting_within(expected_within);
+            let out: Vec<f64> = (0..500).map(|tick| receiver.update(5e-3, tick >= 300, None)).collect();
+            (out, receiver.outages(0))
+        };
+        let (out, outages) = start(20);
+        assert!(out.windows(2).all(|pair| pair[1] - pair[0] <= 3e-5 + 1e-18) && out[499] == 5e-3, "{}", out[499]);
+        assert_eq!(outages, (1.0, 280.0, None));
+        // One that is as slow as that is not dead: what comes first is taken as it is.
+        let (out, outages) = start(300);
+        assert_eq!((out[300], outages), (5e-3, (0.0, 0.0, None)));
+    }
+
+    #[test]
     fn the_wait_for_the_first_sample_is_no_outage() {
         let settings = RecoverySettings { policy: Recovery::GiveUp, ..RecoverySettings::DEFAULT };
         let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.5);
@@ -208,5 +237,39 @@ mod tests {
         }
         assert_eq!(receiver.update(0.7, true, None), 0.7);
         assert_eq!(receiver.outages(0), (0.0, 0.0, None));
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_comes_and_goes_the_way_back_has_its_speed(
+            // How long the link is dead or alive, in turn, and where the hand goes meanwhile.
+            spells in prop::collection::vec((1_usize..300, -0.1..0.1f64), 2..12), fresh_share in 0.2..1.0f64,
+        ) {
+            let settings = RecoverySettings::DEFAULT;
+            let step = settings.speed_m_per_s * TICK_S;
+            let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.0).expecting_within(0);
+            let (mut hand, mut sample, mut out, mut silent, mut behind) = (0.0, 0.0, 0.0, 0_u64, false);
+            let mut luck = 0.0_f64;
+            for (index, (ticks, speed)) in spells.into_iter().enumerate() {
+                for _ in 0..ticks {
+                    hand += speed * TICK_S;
+                    // A sequence that is spread evenly: as good as chance here, and the same when a case is tried again.
+                    luck = (luck + 0.618_033_988_749_895).fract();
+                    let is_fresh = index % 2 == 1 && luck < fresh_share;
+                    sample = if is_fresh { hand } else { sample };
+                    silent = if is_fresh { 0 } else { silent + 1 };
+                    behind |= silent >= 100;
+                    let next = receiver.update(sample, is_fresh, None);
+                    if behind {
+                        prop_assert!((next - out).abs() <= step * (1.0 + 1e-12) + 1e-18, "{} to {}", out, next);
+                    } else {
+                        prop_assert_eq!(next, sample);
+                    }
+                    prop_assert!(silent < 100 || next == out, "it moves while nothing comes");
+                    behind &= next != sample || silent >= 100;
+                    out = next;
+                }
+            }
+        }
     }
 }

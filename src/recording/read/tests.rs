@@ -1,5 +1,7 @@
 //! What is read, and with which words the rest is refused.
 
+use std::io;
+
 use proptest::prelude::*;
 
 use super::super::fixtures::{columns, read, recording, refusal};

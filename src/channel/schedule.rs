@@ -1,0 +1,104 @@
+//! What samples meet at times that are known beforehand: outages, and delays that someone has logged.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::MOST_DELAY_TICKS;
+
+/// One direction's timetable, by the tick at which a sample is sent. The default one changes nothing.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Schedule {
+    delays: Arc<[u32]>,
+    outages: Arc<[Range<u64>]>,
+}
+
+impl Schedule {
+    /// The delay of a sample that never arrives.
+    pub const LOST: u32 = u32::MAX;
+
+    /// A timetable. `delays` has the whole ticks that the sample of each tick takes (more than [`MOST_DELAY_TICKS`] are cut
+    /// to it), or [`Schedule::LOST`]; the last holds on, and where there are none every sample takes the link's own delay.
+    /// What is sent in an outage is lost; outages ascend and do not overlap.
+    #[must_use]
+    pub fn new(delays: Arc<[u32]>, outages: Arc<[Range<u64>]>) -> Self {
+        Self { delays, outages }
+    }
+
+    /// Whether it changes nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.delays.is_empty() && self.outages.is_empty()
+    }
+
+    /// The longest that a sample takes in ticks, where one sent outside the timetable takes `own`.
+    pub(super) fn longest(&self, own: u64) -> u64 {
+        self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(own)
+    }
+}
+
+/// The ticks of a delay, if it has an end.
+fn arriving(delay: u32) -> Option<u64> {
+    (delay != Schedule::LOST).then(|| u64::from(delay).min(MOST_DELAY_TICKS))
+}
+
+/// A timetable that is gone through tick by tick.
+#[derive(Debug, Clone)]
+pub(super) struct Running {
+    schedule: Schedule,
+    /// The first outage that has not ended.
+    outage: usize,
+}
+
+impl Running {
+    pub(super) fn new(schedule: Schedule) -> Self {
+        Self { schedule, outage: 0 }
+    }
+
+    /// How many ticks the sample sent at `tick` takes, where the link's own delay is `own`; `None` if it is lost. Ticks
+    /// must not decrease from call to call.
+    pub(super) fn delay(&mut self, tick: u64, own: u64) -> Option<u64> {
+        let Schedule { delays, outages } = &self.schedule;
+        while outages.get(self.outage).is_some_and(|outage| outage.end <= tick) {
+            self.outage += 1;
+        }
+        if outages.get(self.outage).is_some_and(|outage| outage.start <= tick) {
+            return None;
+        }
+        delays.get(tick as usize).or(delays.last()).map_or(Some(own), |&delay| arriving(delay))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn delays(schedule: Schedule, ticks: u64) -> Vec<Option<u64>> {
+        let mut running = Running::new(schedule);
+        (0..ticks).map(|tick| running.delay(tick, 7)).collect()
+    }
+
+    #[test]
+    fn an_empty_one_changes_nothing() {
+        assert!(Schedule::default().is_empty());
+        assert_eq!(delays(Schedule::default(), 3), [Some(7); 3]);
+        assert_eq!(Schedule::default().longest(7), 7);
+    }
+
+    #[test]
+    fn an_outage_swallows_from_its_begin_to_before_its_end() {
+        // One after the other without a pause, an empty one, and one that outlasts the run.
+        let schedule = Schedule::new(Arc::default(), Arc::from([1..2, 2..3, 4..4, 5..99]));
+        assert_eq!(delays(schedule, 7), [Some(7), None, None, Some(7), Some(7), None, None]);
+    }
+
+    #[test]
+    fn logged_delays_replace_the_links_own_and_the_last_holds_on() {
+        let schedule = Schedule::new(Arc::from([3, Schedule::LOST, 0]), Arc::default());
+        assert_eq!(schedule.longest(7), 3);
+        assert_eq!(delays(schedule, 5), [Some(3), None, Some(0), Some(0), Some(0)]);
+        let schedule = Schedule::new(Arc::from([Schedule::LOST]), Arc::default());
+        assert_eq!((schedule.longest(7), delays(schedule, 2)), (7, vec![None; 2]));
+        let schedule = Schedule::new(Arc::from([u32::MAX - 1]), Arc::default());
+        assert_eq!(schedule.longest(7), MOST_DELAY_TICKS);
+    }
+}

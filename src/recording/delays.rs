@@ -1,0 +1,143 @@
+//! Delays that someone has logged, imported from CSV files.
+
+use std::io::Read;
+
+use super::error::{Place, Problem};
+use super::header::{find, names};
+use super::table::Rows;
+use super::{Column, Limits, RecordingError};
+
+/// What a delay trace calls a sample that has not arrived; an empty field says the same.
+const LOST: &str = "lost";
+
+/// A row of a delay trace: what holds from its time on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DelayRow {
+    /// Its time in s, from the run's start.
+    pub time_s: f64,
+    /// How long a sample sent from master to slave takes in s; `None` if it is lost.
+    pub forward_s: Option<f64>,
+    /// The same from slave to master.
+    pub backward_s: Option<f64>,
+}
+
+/// Reads a delay trace from CSV text with the columns `time_s`, `forward_delay_s` and `backward_delay_s`, and hands its rows
+/// to `take` one by one; none is kept. A delay that is empty, or the word `lost`, is a sample that was lost. For the rest
+/// the text may be as [`read_csv`](super::read_csv) takes it. Of `limits`, the longest gap is not asked for.
+///
+/// # Errors
+/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `most_s` (s). Rows before the error have been taken.
+pub fn read_delays<R: Read>(
+    source: &str,
+    reader: R,
+    limits: &Limits,
+    most_s: f64,
+    mut take: impl FnMut(&DelayRow),
+) -> Result<(), RecordingError> {
+    let columns = ["time_s", "forward_delay_s", "backward_delay_s"].map(Column::plain);
+    let (mut rows, (at, width)) = Rows::open(source, reader, limits.max_bytes, |header| {
+        let names = names(header.iter())?;
+        let [time, forward, backward] = &columns;
+        Ok(([find(&names, time)?, find(&names, forward)?, find(&names, backward)?], names.len()))
+    })?;
+    let mut before = None;
+    let mut count = 0;
+    while rows.next()? {
+        let limit = limits.max_samples;
+        if count >= limit {
+            return Err(rows.place().error(Problem::TooManySamples { limit }));
+        }
+        rows.check_width(width)?;
+        let time_s = rows.time(at[0], &columns[0], before)?;
+        let delay = |direction: usize| {
+            let (index, column) = (at[direction], &columns[direction]);
+            if rows.says_nothing(index, &[LOST]) {
+                return Ok(None);
+            }
+            let delay_s = rows.number(index, column)?;
+            if (0.0..=most_s).contains(&delay_s) {
+                return Ok(Some(delay_s));
+            }
+            Err(rows.place().in_column(column.name()).error(Problem::DelayOutOfRange { delay_s, most_s }))
+        };
+        take(&DelayRow { time_s, forward_s: delay(1)?, backward_s: delay(2)? });
+        before = Some((time_s, rows.line()));
+        count += 1;
+    }
+    if count < 2 {
+        return Err(Place::file(source).error(Problem::TooFewSamples(count)));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(table: impl AsRef<[u8]>) -> Result<Vec<DelayRow>, RecordingError> {
+        let mut rows = vec![];
+        read_delays("wifi.csv", table.as_ref(), &Limits::default(), 1.0, |row| rows.push(*row)).map(|()| rows)
+    }
+
+    fn refusal(rows: &str) -> String {
+        read(format!("time_s,forward_delay_s,backward_delay_s\n{rows}")).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn rows_are_handed_on_and_what_is_lost_is_told_apart() {
+        let table =
+            "# by hand\nbackward_delay_s;note;time_s;forward_delay_s\n0.02;x;-1;0.01\n;;0.5;lost\n\n \"lost\" ;y;2; \n";
+        let row = |time_s, forward_s, backward_s| DelayRow { time_s, forward_s, backward_s };
+        let expected = vec![row(-1.0, Some(0.01), Some(0.02)), row(0.5, None, None), row(2.0, None, None)];
+        assert_eq!(read(table).expect("a trace"), expected);
+    }
+
+    #[test]
+    fn what_is_no_delay_is_refused_where_it_stands() {
+        let at = |rows: &str| refusal(rows).split(';').next().unwrap_or_default().to_owned();
+        assert_eq!(
+            at("0,0.1,0.1\n1,-0.1,0\n"),
+            "wifi.csv line 3, column 'forward_delay_s': a delay of -0.1 s, must be from 0 to 1 s"
+        );
+        assert_eq!(
+            at("0,0.1,1.5\n"),
+            "wifi.csv line 2, column 'backward_delay_s': a delay of 1.5 s, must be from 0 to 1 s"
+        );
+        assert_eq!(at("0,gone,0\n"), "wifi.csv line 2, column 'forward_delay_s': 'gone' is not a number");
+        assert_eq!(at("0,0,NaN\n"), "wifi.csv line 2, column 'backward_delay_s': 'NaN' is not finite");
+        assert_eq!(at(",0,0\n"), "wifi.csv line 2, column 'time_s': the field is empty");
+        assert_eq!(at("lost,0,0\n"), "wifi.csv line 2, column 'time_s': 'lost' is not a number");
+        assert!(at("0,0,0\n1,0,0\n0.5,0,0\n").starts_with("wifi.csv line 4, column 'time_s': time runs backwards"));
+        assert!(
+            at("0,0,0\n0,0,0\n").starts_with("wifi.csv line 3, column 'time_s': time stands still at 0 s since line 2")
+        );
+        assert!(at("0,0\n").starts_with("wifi.csv line 2: the row has 2 fields, the header 3"));
+    }
+
+    #[test]
+    fn what_is_no_trace_is_refused() {
+        assert_eq!(refusal("0,0,0\n"), "wifi.csv: holds a single sample; at least two are needed");
+        assert_eq!(refusal(""), "wifi.csv: holds a header but no samples; at least two are needed");
+        assert!(read("").expect_err("empty").to_string().starts_with("wifi.csv: holds no data"));
+        assert!(
+            read("0,0,0\n1,0,0\n").expect_err("no header").to_string().starts_with("wifi.csv line 1: numbers where")
+        );
+        let named = read("time_s,forward_delay,backward_delay_s\n").expect_err("misspelt").to_string();
+        assert!(
+            named.contains("no column 'forward_delay_s'") && named.contains("did you mean 'forward_delay'?"),
+            "{named}"
+        );
+    }
+
+    #[test]
+    fn what_is_read_has_limits() {
+        let table = "time_s,forward_delay_s,backward_delay_s\n0,0,0\n1,0,0\n2,0,0\n";
+        let limited = |max_bytes, max_samples| {
+            let limits = Limits { max_bytes, max_samples, max_gap_s: None };
+            read_delays("wifi.csv", table.as_bytes(), &limits, 1.0, |_| ()).map_err(|error| error.to_string())
+        };
+        assert_eq!(limited(100, 3), Ok(()));
+        assert!(limited(100, 2).expect_err("rows").starts_with("wifi.csv line 4: more than 2 samples"));
+        assert!(limited(20, 3).expect_err("bytes").starts_with("wifi.csv: holds more than"));
+    }
+}

@@ -1,0 +1,164 @@
+//! CSV text to rows: what every kind of table shares.
+
+use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
+
+use csv::ByteRecord;
+
+use super::error::{Place, Problem};
+use super::guard::{Guard, recover};
+use super::header::separator;
+use super::number::{number, trimmed};
+use super::{Column, RecordingError};
+
+const BUFFER_BYTES: usize = 64 << 10;
+
+/// The first line that is neither blank nor a comment, without a byte order mark, and how many lines precede it.
+fn header_line(text: &mut impl BufRead) -> io::Result<(Vec<u8>, u64)> {
+    let mut line = Vec::new();
+    let mut lines_before = 0;
+    loop {
+        line.clear();
+        let ended = text.read_until(b'\n', &mut line)? == 0;
+        if lines_before == 0 && line.starts_with(b"\xef\xbb\xbf") {
+            line.drain(..3);
+        }
+        let content = line.trim_ascii_start();
+        if ended || !(content.is_empty() || content.starts_with(b"#")) {
+            return Ok((line, lines_before));
+        }
+        lines_before += 1;
+    }
+}
+
+/// The text of a table: its header line, then the rest.
+type Text<R> = Chain<Cursor<Vec<u8>>, BufReader<Guard<R>>>;
+
+/// The rows of a table, one at a time; the first is the header.
+pub(super) struct Rows<'a, R> {
+    source: &'a str,
+    lines_before: u64,
+    reader: csv::Reader<Text<R>>,
+    record: ByteRecord,
+}
+
+impl<'a, R: Read> Rows<'a, R> {
+    /// The table at its header, of which `locate` says where what is wanted stands. At most `max_bytes` are read.
+    pub(super) fn open<T>(
+        source: &'a str,
+        reader: R,
+        max_bytes: u64,
+        locate: impl FnOnce(&ByteRecord) -> Result<T, Problem>,
+    ) -> Result<(Self, T), RecordingError> {
+        let mut text = BufReader::with_capacity(BUFFER_BYTES, Guard::new(source, reader, max_bytes));
+        let (header, lines_before) = header_line(&mut text).map_err(|error| recover(source, error))?;
+        let mut rows = Self {
+            source,
+            lines_before,
+            reader: csv::ReaderBuilder::new()
+                .delimiter(separator(&header))
+                .has_headers(false)
+                .flexible(true)
+                .comment(Some(b'#'))
+                .buffer_capacity(BUFFER_BYTES)
+                .from_reader(Cursor::new(header).chain(text)),
+            record: ByteRecord::new(),
+        };
+        if !rows.advance()? {
+            return Err(Place::file(source).error(Problem::Empty));
+        }
+        let located = locate(&rows.record).map_err(|problem| match problem {
+            Problem::NotUtf8 | Problem::NoHeader => rows.place().error(problem),
+            _ => Place::file(source).error(problem),
+        })?;
+        Ok((rows, located))
+    }
+
+    fn advance(&mut self) -> Result<bool, RecordingError> {
+        let advanced = self.reader.read_byte_record(&mut self.record);
+        advanced.map_err(|error| recover(self.source, error.into()))
+    }
+
+    /// Goes on to the next row that is not blank; `false` after the last.
+    pub(super) fn next(&mut self) -> Result<bool, RecordingError> {
+        while self.advance()? {
+            if !self.is_blank() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Blank, or a comment behind spaces.
+    fn is_blank(&self) -> bool {
+        let text = self.record.as_slice();
+        let content = text.trim_ascii_start();
+        content.is_empty() || (content.len() < text.len() && content.starts_with(b"#"))
+    }
+
+    fn spans_lines(&self) -> bool {
+        self.record.as_slice().contains(&b'\n')
+    }
+
+    /// The line on which the row begins. The reader knows only how many lines it has consumed, this row's included (its
+    /// own count for a row starts before the comments and blank lines that precede it).
+    pub(super) fn line(&self) -> u64 {
+        let text = self.record.as_slice();
+        let inside = text.iter().filter(|&&byte| byte == b'\n').count() as u64;
+        // A quote left open takes in the file's last line end, which then is not the row's.
+        let own = u64::from(!text.ends_with(b"\n"));
+        (self.lines_before + self.reader.position().line()).saturating_sub(inside + own)
+    }
+
+    pub(super) fn place(&self) -> Place {
+        Place::file(self.source).at_line(self.line())
+    }
+
+    pub(super) fn number(&self, index: usize, column: &Column) -> Result<f64, RecordingError> {
+        let field = self.record.get(index).unwrap_or_default();
+        number(field, column.scale()).map_err(|problem| self.place().in_column(column.name()).error(problem))
+    }
+
+    /// The time of a row, which has to come after the one before, given with its line.
+    pub(super) fn time(
+        &self,
+        index: usize,
+        column: &Column,
+        before: Option<(f64, u64)>,
+    ) -> Result<f64, RecordingError> {
+        let time_s = self.number(index, column)?;
+        match before {
+            Some((before_s, before_line)) if time_s <= before_s => {
+                let place = self.place().in_column(column.name());
+                Err(place.error(not_increasing(before_line, before_s, time_s)))
+            }
+            _ => Ok(time_s),
+        }
+    }
+
+    /// Whether a field is empty, or one of `words`.
+    pub(super) fn says_nothing(&self, index: usize, words: &[&str]) -> bool {
+        let text = str::from_utf8(self.record.get(index).unwrap_or_default()).map(trimmed);
+        text.is_ok_and(|text| text.is_empty() || words.contains(&text))
+    }
+
+    pub(super) fn check_width(&self, expected: usize) -> Result<(), RecordingError> {
+        let found = self.record.len();
+        let surplus_is_blank = || self.record.iter().skip(expected).all(|field| field.trim_ascii().is_empty());
+        if found == expected || (found > expected && surplus_is_blank()) {
+            Ok(())
+        } else if self.spans_lines() {
+            Err(self.place().error(Problem::OpenQuote))
+        } else {
+            Err(self.place().error(Problem::RaggedRow { found, expected }))
+        }
+    }
+}
+
+fn not_increasing(before_line: u64, before_s: f64, after_s: f64) -> Problem {
+    if after_s == before_s {
+        let time_s = after_s;
+        Problem::TimeRepeats { before_line, time_s }
+    } else {
+        Problem::TimeBackwards { before_line, before_s, after_s }
+    }
+}

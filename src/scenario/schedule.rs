@@ -1,0 +1,181 @@
+//! From values to what the link does at known times: outages, and delays read from a file.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::document::Source;
+use super::error::ScenarioError;
+use super::replay::{carried, file_limits, limiting_key};
+use super::value::Value;
+use super::values::Values;
+use crate::channel::{MOST_DELAY_TICKS, Schedule};
+use crate::recording::{DelayRow, open_delays, read_delays};
+use crate::time::{TickGrid, nearest_ticks, whole_ticks};
+
+const OUTAGES: &str = "channel.outages_s";
+const FILE: &str = "channel.delays_file";
+
+/// The timetables from master to slave and back.
+pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
+    let outages = outages(values, grid.tick_s())?;
+    let [forward, backward] = delays(values, grid)?;
+    Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
+}
+
+/// The first tick that is not before a time in s.
+fn first_tick(time_s: f64, tick_s: f64) -> u64 {
+    whole_ticks(time_s, tick_s).unwrap_or((time_s / tick_s).ceil().max(0.0) as u64)
+}
+
+fn outages(values: &Values, tick_s: f64) -> Result<Arc<[Range<u64>]>, ScenarioError> {
+    let times_s = values.numbers(OUTAGES)?;
+    let refuse = |message: String, remedy: &str| Err(values.error(OUTAGES, message).remedy(remedy));
+    let (pairs, rest) = times_s.as_chunks::<2>();
+    if let [begin_s] = rest {
+        let message = format!("{OUTAGES} has {} numbers, and the outage at {begin_s} s no end", times_s.len());
+        return refuse(message, "write each outage as its begin and its end, as in [2.0, 2.5]");
+    }
+    if let Some(before) = times_s.iter().find(|&&time_s| time_s < 0.0) {
+        return refuse(format!("{OUTAGES} has {before}, must be at least 0"), "count from the run's start");
+    }
+    if let Some([begin_s, end_s]) = pairs.iter().find(|[begin_s, end_s]| end_s <= begin_s) {
+        return refuse(
+            format!("{OUTAGES} has an outage from {begin_s} to {end_s} s, must end after its begin"),
+            "write each outage as its begin and its end",
+        );
+    }
+    if let Some(two) = pairs.windows(2).find(|two| two[1][0] < two[0][1]) {
+        return refuse(
+            format!("{OUTAGES} has an outage from {} s after one to {} s, must ascend", two[1][0], two[0][1]),
+            "sort the outages, and join those that overlap",
+        );
+    }
+    Ok(pairs.iter().map(|pair| first_tick(pair[0], tick_s)..first_tick(pair[1], tick_s)).collect())
+}
+
+/// The delays of each tick's samples as rows of a trace come in.
+struct Filling {
+    tick_s: f64,
+    ticks: usize,
+    begin_s: Option<f64>,
+    /// What the last row says, which holds until the next.
+    holding: [u32; 2],
+    delays: [Vec<u32>; 2],
+}
+
+impl Filling {
+    fn new(grid: &TickGrid) -> Self {
+        let ticks = grid.ticks() as usize;
+        let room = || Vec::with_capacity(ticks);
+        Self { tick_s: grid.tick_s(), ticks, begin_s: None, holding: [0; 2], delays: [room(), room()] }
+    }
+
+    fn take(&mut self, row: &DelayRow) {
+        // The first row holds from the start.
+        if self.begin_s.is_some() {
+            self.hold_until(first_tick(row.time_s, self.tick_s));
+        }
+        self.begin_s.get_or_insert(row.time_s);
+        self.holding = [row.forward_s, row.backward_s].map(|delay_s| {
+            let ticks = delay_s.map(|delay_s| nearest_ticks(delay_s, self.tick_s));
+            // What comes after the run's end never comes: the link need not keep it.
+            let ticks = ticks.filter(|&ticks| ticks < self.ticks as u64);
+            ticks.and_then(|ticks| u32::try_from(ticks).ok()).unwrap_or(Schedule::LOST)
+        });
+    }
+
+    fn hold_until(&mut self, tick: u64) {
+        let length = self.ticks.min(usize::try_from(tick).unwrap_or(usize::MAX));
+        for (delays, holding) in self.delays.iter_mut().zip(self.holding) {
+            delays.resize(length.max(delays.len()), holding);
+        }
+    }
+}
+
+/// The whole ticks that each tick's samples take forth and back; none without a file.
+fn delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
+    let Some(source) = values.file(FILE) else { return Ok([Arc::default(), Arc::default()]) };
+    for key in ["channel.forward_delay_s", "channel.backward_delay_s"] {
+        let delay_s = values.number(key)?;
+        if delay_s != 0.0 {
+            let message = format!("{key} is {delay_s:?}, and {FILE} says how long samples take");
+            return Err(values.error(key, message).remedy(format!("leave out {key}, or {FILE}")));
+        }
+    }
+    let limits = file_limits(values)?;
+    let most_s = MOST_DELAY_TICKS as f64 * grid.tick_s();
+    let source = source.canonical();
+    let mut filling = Filling::new(grid);
+    let take = |row: &DelayRow| filling.take(row);
+    let read = match &source {
+        Source::Disk(path) => open_delays(path, &limits, most_s, take),
+        Source::Builtin(name) => read_delays(&source.display(), carried(values, FILE, name)?, &limits, most_s, take),
+    };
+    read.map_err(|error| {
+        let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(values.place(FILE));
+        ScenarioError::new(error.to_string()).at(place)
+    })?;
+    let end_s = grid.time_s(grid.ticks());
+    if let Some(begin_s) = filling.begin_s.filter(|&begin_s| begin_s >= end_s) {
+        let message = format!("the delays begin at {begin_s} s, after the run's end at {end_s} s");
+        return Err(values.error(FILE, message).remedy("count time_s from the run's start"));
+    }
+    filling.hold_until(grid.ticks());
+    values.derive_keeping_place(FILE, Value::Text(source.display()));
+    Ok(filling.delays.map(Arc::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filled(rows: &[(f64, Option<f64>)]) -> Vec<u32> {
+        let grid = TickGrid::new(1e-3, 0.01).expect("valid");
+        let mut filling = Filling::new(&grid);
+        for &(time_s, forward_s) in rows {
+            filling.take(&DelayRow { time_s, forward_s, backward_s: None });
+        }
+        filling.hold_until(grid.ticks());
+        let [forward, backward] = filling.delays;
+        assert_eq!(backward, [Schedule::LOST; 10]);
+        forward
+    }
+
+    #[test]
+    fn a_tick_takes_the_last_row_at_or_before_it() {
+        let rows = [(0.002, Some(0.001)), (0.004, Some(0.0024)), (0.0055, None), (0.008, Some(0.0026))];
+        let lost = Schedule::LOST;
+        assert_eq!(filled(&rows), [1, 1, 1, 1, 2, 2, lost, lost, 3, 3]);
+    }
+
+    #[test]
+    fn rows_outside_the_run_and_between_ticks_are_passed_over() {
+        let rows =
+            [(-1.0, Some(0.001)), (-0.5, Some(0.002)), (0.0031, Some(0.003)), (0.0039, Some(0.004)), (7.0, None)];
+        assert_eq!(filled(&rows), [2, 2, 2, 2, 4, 4, 4, 4, 4, 4]);
+    }
+
+    #[test]
+    fn what_comes_after_the_end_is_lost() {
+        assert_eq!(filled(&[(0.0, Some(0.009)), (0.005, Some(0.010))])[4..6], [9, Schedule::LOST]);
+    }
+
+    #[test]
+    fn an_outage_begins_and_ends_at_the_first_tick_not_before() {
+        let of = |list: &str| {
+            let settings = [format!("{OUTAGES}={list}")];
+            outages(&Values::from_settings("x", &settings).expect("numbers"), 1e-3).map_err(|error| error.to_string())
+        };
+        let ticks = of("[0.1, 0.3, 0.3, 0.3004, 0.69, 0.7001]").expect("good");
+        assert_eq!(*ticks, [100..300, 300..301, 690..701]);
+        for (list, reason) in [
+            ("[0.1]", "has 1 numbers, and the outage at 0.1 s no end"),
+            ("[-0.1, 0.3]", "has -0.1, must be at least 0"),
+            ("[0.3, 0.3]", "from 0.3 to 0.3 s, must end after its begin"),
+            ("[0.3, 0.4, 0.1, 0.2]", "an outage from 0.1 s after one to 0.4 s, must ascend"),
+        ] {
+            let message = of(list).expect_err(list);
+            assert!(message.contains(reason), "{message}");
+        }
+    }
+}
