@@ -1,5 +1,6 @@
 //! The estimator and the detector on a recording's own position, velocity and force.
 
+pub mod calibration;
 mod report;
 
 pub use report::{DetectedAlarm, DetectionReport, ResidualStatistics};

@@ -9,6 +9,9 @@ use crate::lane::Lane;
 pub enum DistanceKind {
     /// `s_k = e_k²` in N²: the paper's choice (4.4.3).
     SquaredResidual,
+    /// `s_k = e_k²` in N² where the force falls short of an expected resisting force (`e_k < 0 < ŷ_k`), else 0. A tissue
+    /// that stiffens faster than the estimator follows then neither adds to the decision nor disarms the detector.
+    SquaredDrop,
     /// Log-likelihood ratio of a mean shifted from 0 to `m_1` (eq. 22), dimensionless.
     MeanChange,
     /// Log-likelihood ratio of a variance grown from `σ_0²` to `σ_1²` (eq. 23), dimensionless.
@@ -21,14 +24,20 @@ pub enum DistanceKind {
 
 impl DistanceKind {
     /// Every kind.
-    pub const ALL: [Self; 5] =
-        [Self::SquaredResidual, Self::MeanChange, Self::VarianceChange, Self::ParameterChange, Self::ForceDerivative];
+    pub const ALL: [Self; 6] = [
+        Self::SquaredResidual,
+        Self::SquaredDrop,
+        Self::MeanChange,
+        Self::VarianceChange,
+        Self::ParameterChange,
+        Self::ForceDerivative,
+    ];
 
     /// The unit of the distance, of its threshold and its drift.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
-            Self::SquaredResidual | Self::ForceDerivative => "N²",
+            Self::SquaredResidual | Self::SquaredDrop | Self::ForceDerivative => "N²",
             Self::MeanChange | Self::VarianceChange => "1",
             Self::ParameterChange => "N/m",
         }
@@ -58,7 +67,7 @@ impl Hypotheses {
     pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
         let (quiet, changed) = (self.quiet_std_n.powi(2), self.rupture_std_n.powi(2));
         match kind {
-            DistanceKind::SquaredResidual | DistanceKind::ForceDerivative => {
+            DistanceKind::SquaredResidual | DistanceKind::SquaredDrop | DistanceKind::ForceDerivative => {
                 ((changed - quiet) / 2.0, (changed + quiet) / 2.0)
             }
             DistanceKind::MeanChange => (self.rupture_mean_n.powi(2) / (2.0 * quiet), 0.0),
@@ -140,15 +149,20 @@ impl<L: Lane> DistanceState<L> {
         if self.kind == DistanceKind::SquaredResidual {
             return evidence.residual_n * evidence.residual_n;
         }
-        self.update_other(evidence.residual_n, evidence.correction[0], evidence.force_n)
+        // By value: a reference would keep the evidence in memory for every sample.
+        self.update_other(evidence.residual_n, evidence.predicted_force_n, evidence.correction[0], evidence.force_n)
     }
 
     /// The kinds that are seldom chosen, apart from the tick's straight way.
     #[cold]
     #[inline(never)]
-    fn update_other(&mut self, e: L, stiffness_correction: L, force: L) -> L {
+    fn update_other(&mut self, e: L, predicted_force: L, stiffness_correction: L, force: L) -> L {
         match self.kind {
             DistanceKind::SquaredResidual => e * e,
+            DistanceKind::SquaredDrop => {
+                let falls_short = e.lt(L::zero()) & predicted_force.gt(L::zero());
+                L::select(falls_short, e * e, L::zero())
+            }
             DistanceKind::MeanChange => self.scale * e + self.offset,
             DistanceKind::VarianceChange => self.scale * (e * e) + self.offset,
             DistanceKind::ParameterChange => stiffness_correction.abs(),
@@ -171,6 +185,23 @@ mod tests {
 
     fn log_density(e: f64, mean: f64, std: f64) -> f64 {
         -(e - mean).powi(2) / (2.0 * std * std) - std.ln()
+    }
+
+    #[test]
+    fn a_drop_is_a_resisting_force_that_falls_short() {
+        let hypotheses = Hypotheses::default();
+        let distance = |residual: f64, predicted: f64| {
+            let kind = DistanceKind::SquaredDrop;
+            DistanceState::<f64>::new(&Distance { kind, hypotheses }).update(&Evidence {
+                force_n: predicted + residual,
+                predicted_force_n: predicted,
+                residual_n: residual,
+                correction: [0.0; 2],
+                velocity_m_per_s: 0.0,
+                in_contact: true,
+            })
+        };
+        assert_eq!([distance(-0.5, 2.0), distance(0.5, 2.0), distance(-0.5, -2.0)], [0.25, 0.0, 0.0]);
     }
 
     #[test]

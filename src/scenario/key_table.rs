@@ -66,7 +66,7 @@ pub const SECTIONS: [(&str, &str); 23] = [
 
 /// The distances by the words that scenarios use, in the order of [`crate::detection::DistanceKind::ALL`].
 pub const DISTANCES: &[&str] =
-    &["squared-residual", "mean-change", "variance-change", "parameter-change", "force-derivative"];
+    &["squared-residual", "squared-drop", "mean-change", "variance-change", "parameter-change", "force-derivative"];
 
 /// Every key, in the order in which they are written.
 pub const KEYS: &[Key] = &with_layers::<{ UNLAYERED.len() + LAYERED_COUNT }>(UNLAYERED);
@@ -641,7 +641,7 @@ const UNLAYERED: &[Key] = &[
         "detector.distance",
         Choice(DISTANCES),
         word!("squared-residual"),
-        "What is accumulated: e², eq. 22, eq. 23, the stiffness of eq. 26, or the derivative baseline.",
+        "What is accumulated: e², e² of drops alone, eq. 22, eq. 23, the stiffness of eq. 26, or the derivative baseline.",
     ),
     key(
         "detector.quiet_std_n",

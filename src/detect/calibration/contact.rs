@@ -1,0 +1,104 @@
+//! Where the tissue begins, told from a recording.
+
+use serde::Serialize;
+
+use super::spread::median;
+
+/// How the contact was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactRule {
+    /// It was given.
+    Given,
+    /// Below it the force is noise.
+    FirstForce,
+    /// The needle is loaded throughout: the line through force and position, drawn on to no force.
+    Extrapolated,
+    /// Force does not grow with position: the lowest position, so that every sample counts.
+    Lowest,
+}
+
+/// A force is noise below so many of its standard deviations, and at least below [`LEAST_FORCE_N`].
+const NOISE_STDS: f64 = 6.0;
+const LEAST_FORCE_N: f64 = 0.05;
+/// The share of samples, from the lowest position on, whose force may be more than noise before contact.
+const STRAY_SHARE: f64 = 0.02;
+/// The share of samples, and the fewest, that tell whether the lowest positions are free.
+const LOWEST_SHARE: usize = 20;
+const FEWEST_LOWEST: usize = 20;
+
+/// Where contact begins in m, and how that was found, from positions (m), forces (N) and the forces' noise (N).
+#[must_use]
+pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64, ContactRule) {
+    let mut samples: Vec<(f64, f64)> = position_m.iter().copied().zip(force_n.iter().copied()).collect();
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let Some(&(lowest_m, _)) = samples.first() else { return (0.0, ContactRule::Lowest) };
+    let free_below_n = (NOISE_STDS * noise_n).max(LEAST_FORCE_N);
+    let lowest = &samples[..samples.len().min((samples.len() / LOWEST_SHARE).max(FEWEST_LOWEST))];
+    let median_of = |part: fn(f64) -> f64| median(&lowest.iter().map(|sample| part(sample.1)).collect::<Vec<_>>());
+    if median_of(f64::abs).unwrap_or(0.0) < free_below_n {
+        let mut strays = 0.0;
+        let mut contact_m = lowest_m;
+        for (count, &(position_m, force_n)) in samples.iter().enumerate() {
+            strays += f64::from(u8::from(force_n.abs() >= free_below_n));
+            if strays < STRAY_SHARE * (count + 1) as f64 {
+                contact_m = position_m;
+            }
+        }
+        return (contact_m, ContactRule::FirstForce);
+    }
+    let loaded = median_of(|force| force).unwrap_or(0.0) > 0.0;
+    match no_force_at(&samples).filter(|_| loaded) {
+        Some(contact_m) => (contact_m.min(lowest_m), ContactRule::Extrapolated),
+        None => (lowest_m, ContactRule::Lowest),
+    }
+}
+
+/// Where the line through the samples (least squares of force on position) has no force; none unless force grows with
+/// position.
+fn no_force_at(samples: &[(f64, f64)]) -> Option<f64> {
+    let count = samples.len() as f64;
+    let mean = |part: fn(&(f64, f64)) -> f64| samples.iter().map(part).sum::<f64>() / count;
+    let (mean_m, mean_n) = (mean(|sample| sample.0), mean(|sample| sample.1));
+    let spread = samples.iter().map(|sample| (sample.0 - mean_m).powi(2)).sum::<f64>();
+    let together = samples.iter().map(|sample| (sample.0 - mean_m) * (sample.1 - mean_n)).sum::<f64>();
+    let stiffness = together / spread;
+    (stiffness > 0.0 && stiffness.is_finite()).then(|| mean_m - mean_n / stiffness)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(from_mm: i32, to_mm: i32, force: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let position: Vec<f64> = (100 * from_mm..100 * to_mm).map(|k| f64::from(k) * 1e-5).collect();
+        let force = position.iter().map(|&p| force(p)).collect();
+        (position, force)
+    }
+
+    #[test]
+    fn free_motion_before_a_spring_ends_where_the_spring_begins() {
+        let (position, force) = ramp(-5, 20, |p| 300.0 * (p - 4e-3).max(0.0));
+        let (contact_m, rule) = contact(&position, &force, 1e-3);
+        assert!((4e-3..4.5e-3).contains(&contact_m), "{contact_m}");
+        assert_eq!(rule, ContactRule::FirstForce);
+    }
+
+    #[test]
+    fn a_spring_that_is_never_left_is_drawn_on_to_no_force() {
+        let (position, force) = ramp(9, 11, |p| 3000.0 * (p - 6.3e-3));
+        let (contact_m, rule) = contact(&position, &force, 1e-3);
+        assert!((contact_m - 6.3e-3).abs() < 1e-9, "{contact_m}");
+        assert_eq!(rule, ContactRule::Extrapolated);
+    }
+
+    #[test]
+    fn a_force_that_does_not_grow_has_no_contact() {
+        let (position, force) = ramp(0, 5, |_| -0.4);
+        assert_eq!(contact(&position, &force, 1e-3), (0.0, ContactRule::Lowest));
+        let (position, force) = ramp(0, 5, |p| 2.0 - p);
+        assert_eq!(contact(&position, &force, 1e-3).1, ContactRule::Lowest);
+        assert_eq!(contact(&[], &[], 0.0).1, ContactRule::Lowest);
+        assert_eq!(contact(&[1e-3; 50], &[2.0; 50], 0.0).1, ContactRule::Lowest);
+    }
+}

@@ -1,0 +1,72 @@
+//! The samples that a calibration looks at, and what an estimator makes of them.
+
+use crate::detection::{Detector, DetectorSettings, Evidence};
+use crate::estimation::{Rls, RlsSettings};
+
+/// Evenly spaced samples.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Signal<'a> {
+    pub(super) interval_s: f64,
+    pub(super) position_m: &'a [f64],
+    pub(super) velocity_m_per_s: &'a [f64],
+    pub(super) force_n: &'a [f64],
+}
+
+impl Signal<'_> {
+    /// The whole number of samples in a time, at least `least`.
+    pub(super) fn samples_in(&self, time_s: f64, least: usize) -> usize {
+        ((time_s / self.interval_s) as usize).max(least)
+    }
+}
+
+/// What an estimator expects of each sample.
+#[derive(Debug, Clone)]
+pub(super) struct Residuals {
+    pub(super) residual_n: Vec<f64>,
+    pub(super) predicted_n: Vec<f64>,
+    pub(super) in_contact: Vec<bool>,
+}
+
+impl Residuals {
+    /// Runs an estimator over a signal.
+    pub(super) fn of(signal: &Signal<'_>, settings: &RlsSettings, contact_m: f64) -> Self {
+        let mut estimator = Rls::<f64>::new(settings);
+        let count = signal.force_n.len();
+        let mut residuals = Self {
+            residual_n: Vec::with_capacity(count),
+            predicted_n: Vec::with_capacity(count),
+            in_contact: Vec::with_capacity(count),
+        };
+        for sample in 0..count {
+            let depth_m = signal.position_m[sample] - contact_m;
+            let estimate = estimator.update(signal.force_n[sample], depth_m, signal.velocity_m_per_s[sample]);
+            residuals.residual_n.push(estimate.residual_n);
+            residuals.predicted_n.push(estimate.predicted_force_n);
+            residuals.in_contact.push(depth_m > 0.0);
+        }
+        residuals
+    }
+
+    /// What a sample adds to a decision on drops, in N².
+    pub(super) fn squared_drop(&self, sample: usize) -> f64 {
+        let residual = self.residual_n[sample];
+        if residual < 0.0 && self.predicted_n[sample] > 0.0 { residual * residual } else { 0.0 }
+    }
+
+    /// The samples at which a detector alarms.
+    pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
+        let mut detector = Detector::<f64>::new(settings, signal.interval_s);
+        let alarms = (0..self.residual_n.len()).filter(|&sample| {
+            let evidence = Evidence {
+                force_n: signal.force_n[sample],
+                predicted_force_n: self.predicted_n[sample],
+                residual_n: self.residual_n[sample],
+                correction: [0.0; 2],
+                velocity_m_per_s: signal.velocity_m_per_s[sample],
+                in_contact: self.in_contact[sample],
+            };
+            detector.update(&evidence).alarm
+        });
+        alarms.collect()
+    }
+}
