@@ -1,20 +1,69 @@
 //! `trocar detect`.
 
+mod error;
+mod files;
+mod inputs;
+mod labels;
+mod rows;
+mod source;
+mod stream;
+mod warnings;
+
+pub(super) use error::DetectError;
+
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, terminal};
-use crate::detect::{DetectionReport, detect};
+use super::{OutputArgs, ScenarioArgs};
+use crate::error::{non_negative, positive};
+use crate::metrics::RUPTURE_WINDOW_S;
 use crate::recording::Column;
-use crate::report::{Folder, detection_json, detection_pictures, detection_text, write_detection_csv};
-use crate::scenario::{DetectionSpec, ScenarioError, Source, Values};
 
-/// Run the estimator and the detector on a recording.
+/// Samples from standard input.
+const STREAM: &str = "-";
+
+/// Run the estimator and the detector on recordings or on a live stream.
 #[derive(Debug, Args)]
+#[command(after_long_help = MORE)]
 pub(super) struct DetectArgs {
-    /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file whose [recording] to use
-    #[arg(value_name = "RECORDING")]
-    recording: String,
+    /// CSV recordings, folders of them, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files whose [recording]
+    /// to use; or - for a live stream on standard input
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<String>,
+    #[command(flatten)]
+    columns: ColumnArgs,
+    /// Where the tissue begins, in m [default: 0]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    contact_m: Option<f64>,
+    /// A true rupture, in s after the first sample, to judge the alarms of a single recording by (repeatable)
+    #[arg(long = "rupture-s", value_name = "S", conflicts_with = "labels")]
+    ruptures_s: Vec<f64>,
+    /// True ruptures of many recordings: CSV with the columns file,time_s[,kind]
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
+    /// How late an alarm may be and still announce a rupture, in s
+    #[arg(long, value_name = "S", default_value_t = RUPTURE_WINDOW_S, allow_negative_numbers = true)]
+    window_s: f64,
+    /// Draw no figures, which take most of the time of many recordings
+    #[arg(long)]
+    no_figures: bool,
+    /// Live stream: time between two samples, in s [default: that between the first two]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    interval_s: Option<f64>,
+    /// Live stream: also print every Nth sample with its estimates
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    every: Option<u64>,
+    #[command(flatten)]
+    changes: ScenarioArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Which columns hold what.
+#[derive(Debug, Args)]
+struct ColumnArgs {
     /// Column with the time in s [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR]")]
     time: Option<Column>,
@@ -27,97 +76,97 @@ pub(super) struct DetectArgs {
     /// Column with the force on it in N [default: force_n]
     #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
     force: Option<Column>,
-    /// Where the tissue begins, in m [default: 0]
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    contact_m: Option<f64>,
-    /// A true rupture, in s after the first sample, to judge the alarms by (repeatable)
-    #[arg(long = "rupture-s", value_name = "S")]
-    ruptures_s: Vec<f64>,
-    #[command(flatten)]
-    changes: ScenarioArgs,
-    #[command(flatten)]
-    output: OutputArgs,
 }
+
+const MORE: &str = "\
+Many recordings:
+  trocar detect trials/ more/x.csv --labels labels.csv
+  A folder stands for its *.csv files, in the order of their names. They are read in parallel; tables, files and errors come
+  in the order given, whatever the number of threads. What cannot be read is reported and the others go on: exit code 2.
+  Each recording has a folder of its name in --out (a second x.csv has x-2) with detection.csv, detection.json, events.csv
+  and figures; beside them are detections.json, events.csv of all, timeline.png (phases, ruptures, alarms, a row per
+  recording) and, with labels, delays.png.
+
+Labels:
+  file,time_s,kind
+  x.csv,5.52,capsule
+  quiet.csv,,
+  A file is named as on the command line, or by its own name if that is one recording's only. Times are the recording's own,
+  in s, in any order; the kind may be left out. An empty time says that there is no rupture in the recording. A recording that
+  is not named is not judged. Without --labels, x.labels.csv beside x.csv serves: time_s[,kind], no row meaning no rupture.
+  An alarm announces at most one rupture and a rupture has at most one alarm, which comes at it or at most --window-s after
+  it; of all such pairings the one with the most pairs counts, then the one with the least delays. An alarm before its
+  rupture is false. A share or a rate of nothing is undefined: — in tables, null in JSON.
+
+Phases (from the positions alone): free above the contact; in contact insertion, hold or withdrawal by the mean speed over
+  0.1 s, above 1 mm/s, below, or above 1 mm/s backwards; what lasts less than 0.1 s belongs to what was before it.
+
+Live stream:
+  rig | trocar detect - --time t_s --position x_mm:1e-3 --force f_n --contact-m 0.012 --interval-s 0.001
+  A header line, then a line per sample; memory is constant, no file is written. Each alarm is a CSV row (with --json a line
+  of JSON) on standard output as soon as its sample has come; --every 100 adds every hundredth sample. A row that is
+  malformed, not finite or not later than the last one is skipped with a warning. Up to nine lost samples in a row are
+  interpolated; after a longer gap, or when the clock was set back, all begins anew. At the end of the input, on Ctrl-C and
+  on SIGTERM a summary goes to standard error (with --json, to standard output). Exit code 0 even if rows were skipped, as a
+  rig's hiccup is no mistake of the command's (the summary counts them); 2 if not one sample could be used. Without
+  --velocity, give the encoder's step: --set sensor.position_resolution_m=1e-5 (1 µm is assumed).
+
+Exit codes: 0 done, 1 the work failed, 2 the input is wrong.";
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
-    let source = Source::parse(&args.recording);
-    let settings = settings(args);
-    let is_scenario = args.recording.ends_with(".toml");
-    let mut values = if is_scenario {
-        Values::load(&source, &settings)?
-    } else {
-        Values::from_settings(&source.stem(), &settings).map_err(|error| plain(error, false))?
-    };
-    let spec = DetectionSpec::resolve(&mut values).map_err(|error| plain(error, is_scenario))?;
-    let name = values.name().to_owned();
-    let detection = detect(&spec)?;
-    let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
-    let json = detection_json(&name, &report, &values);
-
-    let mut folder = Folder::new(&args.output.out).folder(&name);
-    if is_scenario {
-        // Beside the run of the same scenario, whose summary and figures stay.
-        folder = folder.folder("detection");
+    non_negative("--window-s", args.window_s)?;
+    if let Some(interval_s) = args.interval_s {
+        positive("--interval-s", interval_s)?;
     }
-    let detector = &spec.detector;
-    let files = || -> Result<(), CliError> {
-        folder.stream("detection.csv", |out| write_detection_csv(&detection, out))?;
-        folder.write("detection.json", json.as_bytes())?;
-        Ok(())
-    };
-    let pictures = || {
-        let scale = (detector.cusum.threshold, detector.distance.kind.unit());
-        detection_pictures(&folder, &name, &detection, &report, scale)
-    };
-    let (files, pictures) = rayon::join(files, pictures);
-    files?;
-    pictures?;
-    if args.output.json {
-        terminal::print(&json)
-    } else if args.output.quiet {
-        Ok(())
-    } else {
-        let written = folder.path().display();
-        terminal::print(&format!("{}files: {written}\n", detection_text(&name, &report)))
+    if args.recordings.iter().any(|recording| recording == STREAM) {
+        if args.recordings.len() > 1 {
+            return Err(DetectError::StreamAmongOthers.into());
+        }
+        for (flag, given) in [("--labels", args.labels.is_some()), ("--rupture-s", !args.ruptures_s.is_empty())] {
+            if given {
+                return Err(DetectError::NotForStreams { flag }.into());
+            }
+        }
+        return stream::run(args);
     }
-}
-
-/// The flags as settings; those of --set come last and count.
-fn settings(args: &DetectArgs) -> Vec<String> {
-    let text = |text: &str| toml::Value::String(text.to_owned()).to_string();
-    let mut settings = vec![];
-    if !args.recording.ends_with(".toml") {
-        settings.push(format!("recording.file={}", text(&args.recording)));
-    }
-    let columns = [
-        ("time_s", &args.time, None),
-        ("position_m", &args.position, Some("position_sign")),
-        ("velocity_m_per_s", &args.velocity, Some("velocity_sign")),
-        ("force_n", &args.force, Some("force_sign")),
-    ];
-    for (quantity, column, sign) in columns {
-        let Some(column) = column else { continue };
-        settings.push(format!("recording.columns.{quantity}={}", text(column.name())));
-        let scale = if sign.is_some() { column.scale().abs() } else { column.scale() };
-        settings.push(format!("recording.scale.{quantity}={scale:?}"));
-        if let Some(sign) = sign {
-            settings.push(format!("recording.{sign}={}", column.scale().signum()));
+    for (flag, given) in [("--interval-s", args.interval_s.is_some()), ("--every", args.every.is_some())] {
+        if given {
+            return Err(DetectError::OnlyForStreams { flag }.into());
         }
     }
-    if let Some(contact_m) = args.contact_m {
-        settings.push(format!("estimator.contact_m={contact_m:?}"));
-    }
-    if !args.ruptures_s.is_empty() {
-        settings.push(format!("recording.ruptures_s={:?}", args.ruptures_s));
-    }
-    settings.extend(args.changes.settings.iter().cloned());
-    settings
+    files::run(args)
 }
 
-/// Without a scenario file, the place of an error is a flag, which the message names better than a made-up line.
-fn plain(mut error: ScenarioError, is_scenario: bool) -> ScenarioError {
-    if !is_scenario {
-        error.place = None;
+impl DetectArgs {
+    /// The flags as settings for a recording, or for none; those of --set come last and count.
+    fn settings(&self, recording: Option<&str>) -> Vec<String> {
+        let text = |text: &str| toml::Value::String(text.to_owned()).to_string();
+        let mut settings = vec![];
+        if let Some(recording) = recording.filter(|recording| !inputs::is_scenario(recording)) {
+            settings.push(format!("recording.file={}", text(recording)));
+        }
+        let columns = [
+            ("time_s", &self.columns.time, None),
+            ("position_m", &self.columns.position, Some("position_sign")),
+            ("velocity_m_per_s", &self.columns.velocity, Some("velocity_sign")),
+            ("force_n", &self.columns.force, Some("force_sign")),
+        ];
+        for (quantity, column, sign) in columns {
+            let Some(column) = column else { continue };
+            settings.push(format!("recording.columns.{quantity}={}", text(column.name())));
+            let scale = if sign.is_some() { column.scale().abs() } else { column.scale() };
+            settings.push(format!("recording.scale.{quantity}={scale:?}"));
+            if let Some(sign) = sign {
+                settings.push(format!("recording.{sign}={}", column.scale().signum()));
+            }
+        }
+        if let Some(contact_m) = self.contact_m {
+            settings.push(format!("estimator.contact_m={contact_m:?}"));
+        }
+        if !self.ruptures_s.is_empty() {
+            settings.push(format!("recording.ruptures_s={:?}", self.ruptures_s));
+        }
+        settings.extend(self.changes.settings.iter().cloned());
+        settings
     }
-    error
 }

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use thiserror::Error;
 
+use super::detect::DetectError;
 use crate::error::InvalidValue;
 use crate::report::{OutputError, PictureError, diagnostic};
 use crate::run::RunError;
@@ -30,6 +31,9 @@ pub(super) enum CliError {
         /// The file.
         path: String,
     },
+    /// A detection cannot be done as asked, or not all of it.
+    #[error(transparent)]
+    Detect(#[from] DetectError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -47,21 +51,38 @@ pub(super) enum CliError {
 impl CliError {
     /// Says what is wrong on standard error; gives the exit code.
     pub(super) fn report(&self) -> ExitCode {
+        self.show(None);
+        if self.is_input() { ExitCode::from(2) } else { ExitCode::FAILURE }
+    }
+
+    /// Says what is wrong on standard error, and with which file if the message does not name it.
+    pub(super) fn show(&self, file: Option<&str>) {
+        let named = |message: String| match file {
+            Some(file) if !message.contains(file) => format!("{file}: {message}"),
+            _ => message,
+        };
         match self {
             Self::Scenario(error) | Self::Run(RunError::Scenario(error)) => {
-                anstream::eprintln!("{}", diagnostic::scenario_error(error));
+                let mut error = error.clone();
+                if error.place.is_none() {
+                    error.message = named(error.message);
+                }
+                anstream::eprintln!("{}", diagnostic::scenario_error(&error));
             }
-            other => anstream::eprintln!("error: {other}"),
+            other => anstream::eprintln!("error: {}", named(other.to_string())),
         }
+    }
+
+    /// Whether what the user gave is at fault.
+    pub(super) fn is_input(&self) -> bool {
         match self {
             Self::Scenario(_)
             | Self::Setting(_)
             | Self::SameName { .. }
             | Self::Exists { .. }
-            | Self::Run(RunError::Scenario(_)) => ExitCode::from(2),
-            Self::Run(RunError::Integration { .. }) | Self::Output(_) | Self::Picture(_) | Self::Print(_) => {
-                ExitCode::FAILURE
-            }
+            | Self::Run(RunError::Scenario(_)) => true,
+            Self::Detect(error) => error.is_input(),
+            Self::Run(RunError::Integration { .. }) | Self::Output(_) | Self::Picture(_) | Self::Print(_) => false,
         }
     }
 }

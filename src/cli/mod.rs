@@ -50,7 +50,7 @@ enum Command {
     /// Prints the metrics side by side, and for the shipped pair the paper's facts beside ours. Each scenario is also run
     /// with 0.025 N of added noise, by its own detector and by the derivative that the paper compares with.
     Compare(compare::CompareArgs),
-    /// Run the estimator and the detector on a recording of your own
+    /// Run the estimator and the detector on recordings of your own, or on a live stream
     ///
     /// A column is given by its name in the file's header, with a factor that turns it into SI after a colon: a lever's
     /// angle becomes metres with xs_rad:0.075. A negative factor turns the sign: forces must be positive when they resist

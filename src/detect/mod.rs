@@ -1,13 +1,23 @@
-//! The estimator and the detector on a recording's own position, velocity and force.
+//! The estimator and the detector on a recording's own position, velocity and force, or on a live stream of them.
 
 pub mod calibration;
+mod chain;
+mod live;
+mod matching;
+mod phases;
 mod report;
+mod scores;
+mod statistics;
 
-pub use report::{DetectedAlarm, DetectionReport, ResidualStatistics};
+pub use chain::{ASSUMED_STEP_M, Chain, Reading, Step, VelocitySource};
+pub use live::{LiveDetector, LiveStep, LiveSummary, Oddity};
+pub use matching::{Match, match_alarms};
+pub use phases::{Phase, PhaseRule, Stretch};
+pub use report::{DetectedAlarm, DetectionReport, Label};
+pub use scores::{Scores, Tally};
+pub use statistics::{PhaseStatistics, ResidualStatistics};
 
-use crate::detection::{Detector, Evidence};
 use crate::error::InvalidValue;
-use crate::estimation::{Rls, VelocityFilter};
 use crate::recording::{Recording, ResampleError};
 use crate::scenario::DetectionSpec;
 
@@ -15,6 +25,8 @@ use crate::scenario::DetectionSpec;
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit, as in a trace")]
 pub struct Detection {
+    /// How far apart the samples are, in s.
+    pub interval_s: f64,
     pub time_s: Vec<f64>,
     pub position_m: Vec<f64>,
     pub velocity_m_per_s: Vec<f64>,
@@ -26,6 +38,8 @@ pub struct Detection {
     pub decision: Vec<f64>,
     /// Samples at which a rupture is announced.
     pub alarms: Vec<usize>,
+    /// Where the tissue begins, in m.
+    pub contact_m: f64,
     /// Whether the needle was ever below the contact.
     pub touched: bool,
 }
@@ -36,9 +50,6 @@ const EVEN_SHARE: f64 = 0.01;
 /// Smallest change of a recorded position that can be a step of its encoder or of its digits, in m.
 const LEAST_STEP_M: f64 = 1e-9;
 
-/// The step that is assumed of positions that never change, in m.
-const ASSUMED_STEP_M: f64 = 1e-6;
-
 /// Runs the estimator and the detector over a recording, sample by sample.
 ///
 /// Both take their samples to be evenly spaced: an uneven recording is resampled linearly at its median interval first.
@@ -48,20 +59,19 @@ const ASSUMED_STEP_M: f64 = 1e-6;
 /// # Errors
 /// [`InvalidValue`] for a setting out of range.
 pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
-    let Samples { time_s, position_m, velocity_m_per_s, force_n } = samples(&spec.recording.recording);
+    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n } = samples(&spec.recording.recording);
     let interval_s = spec.recording.recording.median_interval_s();
-    let velocity_m_per_s = match velocity_m_per_s {
-        Some(velocity) => velocity,
-        None => filtered_velocity(&position_m, interval_s, spec)?,
-    };
-    let mut estimator = Rls::<f64>::new(&spec.estimator);
-    let mut detector = Detector::<f64>::new(&spec.detector, interval_s);
+    let settings = spec.settings();
+    let filtered = || VelocitySource::Filtered { step_m: position_step_m(&position_m, settings.position_resolution_m) };
+    let velocity = measured.as_ref().map_or_else(filtered, |_| VelocitySource::Measured);
+    let mut chain = Chain::new(&settings, interval_s, velocity)?;
     let count = time_s.len();
     let room = || Vec::with_capacity(count);
     let mut detection = Detection {
+        interval_s,
         time_s,
         position_m,
-        velocity_m_per_s,
+        velocity_m_per_s: room(),
         measured_force_n: force_n,
         residual_n: room(),
         stiffness_n_per_m: room(),
@@ -69,28 +79,23 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         distance: room(),
         decision: room(),
         alarms: vec![],
+        contact_m: settings.contact_m,
         touched: false,
     };
     for sample in 0..count {
-        let force_n = detection.measured_force_n[sample];
-        let depth = detection.position_m[sample] - spec.contact_m;
-        detection.touched |= depth > 0.0;
-        let velocity = detection.velocity_m_per_s[sample];
-        let estimate = estimator.update(force_n, depth, velocity);
-        let decision = detector.update(&Evidence {
-            force_n,
-            predicted_force_n: estimate.predicted_force_n,
-            residual_n: estimate.residual_n,
-            correction: estimate.correction,
-            velocity_m_per_s: velocity,
-            in_contact: depth > 0.0,
+        let step = chain.step(&Reading {
+            position_m: detection.position_m[sample],
+            velocity_m_per_s: measured.as_ref().map_or(0.0, |velocity| velocity[sample]),
+            force_n: detection.measured_force_n[sample],
         });
-        detection.residual_n.push(estimate.residual_n);
-        detection.stiffness_n_per_m.push(estimate.stiffness_n_per_m);
-        detection.damping_n_s_per_m.push(estimate.damping_n_s_per_m);
-        detection.distance.push(decision.distance);
-        detection.decision.push(decision.decision);
-        if decision.alarm {
+        detection.touched |= step.depth_m > 0.0;
+        detection.velocity_m_per_s.push(step.velocity_m_per_s);
+        detection.residual_n.push(step.estimate.residual_n);
+        detection.stiffness_n_per_m.push(step.estimate.stiffness_n_per_m);
+        detection.damping_n_s_per_m.push(step.estimate.damping_n_s_per_m);
+        detection.distance.push(step.decision.distance);
+        detection.decision.push(step.decision.decision);
+        if step.decision.alarm {
             detection.alarms.push(sample);
         }
     }
@@ -129,12 +134,11 @@ fn samples(recording: &Recording) -> Samples {
     resample().unwrap_or_else(|_| as_recorded())
 }
 
-fn filtered_velocity(position_m: &[f64], interval_s: f64, spec: &DetectionSpec) -> Result<Vec<f64>, InvalidValue> {
+/// The step of an encoder's positions in m: as given, where it is above 0; else the smallest change between two samples.
+fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
+    if given_m > 0.0 {
+        return given_m;
+    }
     let steps = position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > LEAST_STEP_M);
-    let resolution_m = match spec.position_resolution_m {
-        given if given > 0.0 => given,
-        _ => steps.reduce(f64::min).unwrap_or(ASSUMED_STEP_M),
-    };
-    let mut filter = VelocityFilter::<f64>::new(interval_s, resolution_m, spec.acceleration_std_m_per_s2)?;
-    Ok(position_m.iter().map(|&position| filter.update(position)).collect())
+    steps.reduce(f64::min).unwrap_or(ASSUMED_STEP_M)
 }

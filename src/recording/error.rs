@@ -173,6 +173,14 @@ pub enum Problem {
         /// The column's scale.
         scale: f64,
     },
+    /// A number that no needle's sensor gives, in SI.
+    #[error("{value:e} in SI units, at most {most:e}; correct it, or the column's factor")]
+    TooGreat {
+        /// The number.
+        value: f64,
+        /// The largest.
+        most: f64,
+    },
     /// A sample earlier than the one before it.
     #[error(
         "time runs backwards, from {before_s} s on line {before_line} to {after_s} s; sort the rows by time, or keep one run per file"

@@ -4,7 +4,7 @@ use std::fs::{File, FileType, Metadata};
 use std::path::Path;
 
 use super::error::{Place, Problem};
-use super::{Columns, DelayRow, Limits, Recording, RecordingError, read_csv, read_delays};
+use super::{Columns, DelayRow, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels};
 
 /// Reads the recording in the file `path`; see [`read_csv`].
 ///
@@ -28,6 +28,15 @@ pub fn open_delays(
 ) -> Result<(), RecordingError> {
     let (name, file) = open(path, limits)?;
     read_delays(&name, file, limits, most_s, take)
+}
+
+/// Reads the labels in the file `path`; see [`read_labels`].
+///
+/// # Errors
+/// Those of [`read_labels`]; and those of [`open_csv`] for what is no readable file.
+pub fn open_labels(path: &Path, limits: &Limits, needs_file: bool) -> Result<Vec<LabelRow>, RecordingError> {
+    let (name, file) = open(path, limits)?;
+    read_labels(&name, file, limits, needs_file)
 }
 
 /// A regular file of allowed size, with its name in messages.

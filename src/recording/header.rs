@@ -20,6 +20,7 @@ pub(super) fn separator(header: &[u8]) -> u8 {
 }
 
 /// Where the wanted columns stand, counted from 0, and how many there are in all.
+#[derive(Debug)]
 pub(super) struct Layout {
     pub(super) time: usize,
     pub(super) position: usize,

@@ -141,6 +141,21 @@ impl<'a, R: Read> Rows<'a, R> {
         text.is_ok_and(|text| text.is_empty() || words.contains(&text))
     }
 
+    /// The text of a field, which has to have one.
+    pub(super) fn word(&self, index: usize, column: &Column) -> Result<String, RecordingError> {
+        let refuse = |problem| Err(self.place().in_column(column.name()).error(problem));
+        match str::from_utf8(self.record.get(index).unwrap_or_default()).map(trimmed) {
+            Ok("") => refuse(Problem::EmptyField),
+            Ok(text) => Ok(text.to_owned()),
+            Err(_) => refuse(Problem::NotUtf8),
+        }
+    }
+
+    /// Checks that another row may be kept after `kept`.
+    pub(super) fn check_room(&self, kept: usize, limit: usize) -> Result<(), RecordingError> {
+        if kept < limit { Ok(()) } else { Err(self.place().error(Problem::TooManySamples { limit })) }
+    }
+
     pub(super) fn check_width(&self, expected: usize) -> Result<(), RecordingError> {
         let found = self.record.len();
         let surplus_is_blank = || self.record.iter().skip(expected).all(|field| field.trim_ascii().is_empty());

@@ -41,9 +41,9 @@ pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: O
     render(&all)
 }
 
-/// `detection.json`: the alarms, the residual's statistics and the settings.
+/// What `detection.json` holds: the alarms, the statistics of the estimates, the scores and the settings.
 #[must_use]
-pub fn detection_json(name: &str, report: &DetectionReport, values: &Values) -> String {
+pub fn detection_object(name: &str, report: &DetectionReport, values: &Values) -> Json {
     let settings: serde_json::Map<String, Json> = ["estimator", "detector"]
         .into_iter()
         .map(|section| (section.to_owned(), values.section_json(section)))
@@ -56,11 +56,17 @@ pub fn detection_json(name: &str, report: &DetectionReport, values: &Values) -> 
     if let (Json::Object(all), Ok(Json::Object(report))) = (&mut all, serde_json::to_value(report)) {
         all.extend(report);
     }
-    render(&all)
+    all
+}
+
+/// A value as the JSON files hold it.
+#[must_use]
+pub fn to_json(value: &Json) -> String {
+    render(value)
 }
 
 /// Indented, with a final line end.
-fn render(value: &impl Serialize) -> String {
+pub(super) fn render(value: &impl Serialize) -> String {
     // Maps with text keys and numbers do not fail to serialise.
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
     text.push('\n');

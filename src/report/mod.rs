@@ -1,20 +1,24 @@
 //! What a run leaves for people and programs to read: tables, CSV, JSON, figures, errors. Only this floor draws or prints.
 
+mod detection;
+mod detections;
 pub mod diagnostic;
 pub mod figures;
 mod files;
 mod json;
+mod live;
 mod number;
 mod pictures;
 mod seeds;
 mod table;
 mod tables;
 
+pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection_csv};
+pub use detections::{DetectionEntry, detections_json, detections_text};
 pub use files::{Folder, OutputError, write_file};
-pub use json::{comparison_json, detection_json, summary_json};
-pub use pictures::{PictureError, comparison_pictures, detection_pictures, run_pictures};
+pub use json::{comparison_json, detection_object, summary_json, to_json};
+pub use live::live_text;
+pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};
 pub use seeds::{seeds_csv, seeds_text};
 pub use table::Table;
-pub use tables::{
-    comparison_csv, comparison_text, detection_text, facts_text, run_text, write_detection_csv, write_trace_csv,
-};
+pub use tables::{comparison_csv, comparison_text, facts_text, run_text, write_trace_csv};

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::figures::{self, EstimationView, Figure, FigureError, RunView};
+use super::figures::{self, EstimationView, Figure, FigureError, RunView, Shade, TimelineRow};
 use super::{Folder, OutputError};
-use crate::detect::{Detection, DetectionReport};
+use crate::detect::{Detection, DetectionReport, Phase};
 use crate::run::Run;
 
 /// Why the figures of a run are not there.
@@ -160,4 +160,46 @@ pub fn detection_pictures(
             alarm_times_s: &alarms_s,
         }),
     )
+}
+
+/// What a person with many recordings looks at first: `timeline`, a row per recording with its phases, ruptures and alarms (of
+/// the first [`MOST_ROWS`](figures::MOST_ROWS)); and `delays`, how late the alarms came, where any was matched to a label.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn detections_pictures(folder: &Folder, reports: &[(&str, &DetectionReport)]) -> Result<(), PictureError> {
+    if reports.is_empty() {
+        return Ok(());
+    }
+    let mut jobs: Vec<Job<'_>> = vec![(
+        "timeline",
+        Box::new(|| {
+            let shown = &reports[..reports.len().min(figures::MOST_ROWS)];
+            figures::timeline(&shown.iter().map(|(name, report)| timeline_row(name, report)).collect::<Vec<_>>())
+        }),
+    )];
+    let delays_s: Vec<f64> =
+        reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect();
+    if !delays_s.is_empty() {
+        jobs.push(("delays", Box::new(move || figures::delay_histogram(&delays_s))));
+    }
+    draw(folder, jobs)
+}
+
+fn timeline_row<'a>(name: &'a str, report: &DetectionReport) -> TimelineRow<'a> {
+    let shade = |phase| match phase {
+        Phase::Free => None,
+        Phase::Insertion => Some(Shade::Insertion),
+        Phase::Hold => Some(Shade::Hold),
+        Phase::Withdrawal => Some(Shade::Withdrawal),
+    };
+    let at = |sample: usize| sample as f64 * report.interval_s;
+    let stretches = report.stretches.iter();
+    TimelineRow {
+        name,
+        duration_s: report.duration_s,
+        shades: stretches.filter_map(|s| Some((at(s.samples.start), at(s.samples.end), shade(s.phase)?))).collect(),
+        rupture_times_s: report.labelled_ruptures_s.iter().map(|time| time - report.start_s).collect(),
+        alarm_times_s: report.alarms.iter().map(|alarm| alarm.time_s - report.start_s).collect(),
+    }
 }

@@ -6,7 +6,6 @@ use std::io::{self, Write};
 use super::Table;
 use super::number::{show, significant};
 use crate::compare::{Comparison, Fact, Row, Unit};
-use crate::detect::{Detection, DetectionReport};
 use crate::engine::{COLUMNS, Trace};
 use crate::metrics::Outcome;
 use crate::run::Run;
@@ -144,78 +143,6 @@ pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
             line.push(',');
         }
         writeln!(out, "{line}{mode}")?;
-    }
-    Ok(())
-}
-
-/// What a detection found, in words and a table.
-#[must_use]
-pub fn detection_text(name: &str, report: &DetectionReport) -> String {
-    let mut text = format!(
-        "{name}: {} samples over {} s, {} alarm{}\n\n",
-        report.samples,
-        significant(report.duration_s),
-        report.alarms.len(),
-        if report.alarms.len() == 1 { "" } else { "s" }
-    );
-    if !report.alarms.is_empty() {
-        let mut table = Table::new(["alarm", "time", "position", "force", "residual", "delay"]);
-        for (index, alarm) in report.alarms.iter().enumerate() {
-            table.row([
-                format!("{}", index + 1),
-                format!("{:.4} s", alarm.time_s),
-                show(Some(alarm.position_m), Unit::Metre),
-                show(Some(alarm.force_n), Unit::Newton),
-                show(Some(alarm.residual_n), Unit::Newton),
-                show(alarm.delay_s, Unit::Second),
-            ]);
-        }
-        let _ = writeln!(text, "{table}");
-    }
-    if !report.touched {
-        text.push_str(
-            "the needle never went below the contact: give it with --contact-m, or turn the position's sign\n\n",
-        );
-    }
-    let mut table = Table::new(["residual", "value"]);
-    let newton = |value| show(Some(value), Unit::Newton);
-    table.row(["mean".to_owned(), newton(report.residual.mean_n)]);
-    table.row(["standard deviation".to_owned(), newton(report.residual.std_n)]);
-    table.row(["robust standard deviation".to_owned(), newton(report.residual.robust_std_n)]);
-    table.row(["mean magnitude".to_owned(), newton(report.residual.mean_absolute_n)]);
-    table.row(["greatest magnitude".to_owned(), newton(report.residual.greatest_absolute_n)]);
-    let _ = write!(text, "{table}");
-    if let (Some(missed), Some(false_alarms)) = (report.missed_ruptures, report.false_alarms) {
-        let labels = report.labelled_ruptures_s.len();
-        let _ = writeln!(text, "\n{labels} labelled ruptures: {missed} missed, {false_alarms} false alarms");
-    }
-    text
-}
-
-/// `detection.csv`: the samples with their estimates and decisions.
-///
-/// # Errors
-/// Those of the writer.
-pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Result<()> {
-    let columns: [(&str, &[f64]); 9] = [
-        ("time_s", &detection.time_s),
-        ("position_m", &detection.position_m),
-        ("velocity_m_per_s", &detection.velocity_m_per_s),
-        ("measured_force_n", &detection.measured_force_n),
-        ("stiffness_n_per_m", &detection.stiffness_n_per_m),
-        ("damping_n_s_per_m", &detection.damping_n_s_per_m),
-        ("residual_n", &detection.residual_n),
-        ("distance", &detection.distance),
-        ("decision", &detection.decision),
-    ];
-    writeln!(out, "{}", columns.map(|(name, _)| name).join(","))?;
-    let mut buffer = ryu::Buffer::new();
-    for row in 0..detection.time_s.len() {
-        for (index, (_, column)) in columns.iter().enumerate() {
-            let separator = if index == 0 { "" } else { "," };
-            write!(out, "{separator}{}", buffer.format(column[row]))?;
-        }
-        writeln!(out)?;
     }
     Ok(())
 }

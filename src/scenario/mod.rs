@@ -26,7 +26,7 @@ pub use document::Source;
 pub use error::{Place, ScenarioError};
 pub use key_table::{DISTANCES, KEYS, SECTIONS};
 pub use keys::{Fallback, Key};
-pub use replay::{DetectionSpec, RecordingSpec};
+pub use replay::{DetectionSettings, DetectionSpec, RecordingSpec, recording_columns};
 pub use resolve::{DelayTicks, EngineKind, Scenario};
 pub use schema::json_schema;
 pub use specs::{OperatorSpec, TissueSpec};

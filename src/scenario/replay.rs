@@ -50,23 +50,67 @@ pub struct DetectionSpec {
     pub acceleration_std_m_per_s2: f64,
 }
 
-impl DetectionSpec {
-    /// Resolves the values that detection needs; derived ones are filled in.
+/// What detecting ruptures needs apart from the samples.
+#[derive(Debug, Clone)]
+pub struct DetectionSettings {
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// Where the tissue begins, in m.
+    pub contact_m: f64,
+    /// Step of the positions in m, for the velocity filter; 0: not known.
+    pub position_resolution_m: f64,
+    /// Acceleration that the velocity filter expects, in m/s².
+    pub acceleration_std_m_per_s2: f64,
+}
+
+impl DetectionSettings {
+    /// Resolves the values that detection needs apart from a recording; derived ones are filled in.
     ///
     /// # Errors
     /// As [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
-        let spec = Self {
+        let settings = Self {
             estimator: estimator(values)?,
             detector: detector(values)?,
             contact_m: values.number("estimator.contact_m")?,
             position_resolution_m: values.number("sensor.position_resolution_m")?,
             acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
-            recording: load_recording(values)?,
         };
-        spec.estimator.validate().map_err(|error| values.out_of_range(&error))?;
-        spec.detector.validate().map_err(|error| values.out_of_range(&error))?;
-        Ok(spec)
+        settings.estimator.validate().map_err(|error| values.out_of_range(&error))?;
+        settings.detector.validate().map_err(|error| values.out_of_range(&error))?;
+        Ok(settings)
+    }
+}
+
+impl DetectionSpec {
+    /// What it says apart from the samples.
+    #[must_use]
+    pub fn settings(&self) -> DetectionSettings {
+        DetectionSettings {
+            estimator: self.estimator,
+            detector: self.detector,
+            contact_m: self.contact_m,
+            position_resolution_m: self.position_resolution_m,
+            acceleration_std_m_per_s2: self.acceleration_std_m_per_s2,
+        }
+    }
+
+    /// Resolves the values that detection needs; derived ones are filled in.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`](super::Scenario::load).
+    pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
+        let settings = DetectionSettings::resolve(values)?;
+        Ok(Self {
+            recording: load_recording(values)?,
+            estimator: settings.estimator,
+            detector: settings.detector,
+            contact_m: settings.contact_m,
+            position_resolution_m: settings.position_resolution_m,
+            acceleration_std_m_per_s2: settings.acceleration_std_m_per_s2,
+        })
     }
 }
 
@@ -150,6 +194,33 @@ pub(super) fn carried(values: &Values, key: &str, name: &str) -> Result<&'static
     })
 }
 
+/// Where the values say that a recording's quantities are found, with the signs that they say.
+///
+/// # Errors
+/// As [`Scenario::load`](super::Scenario::load).
+pub fn recording_columns(values: &Values) -> Result<Columns, ScenarioError> {
+    let column = |quantity: &str, sign: f64| {
+        let scale = values.number(&format!("recording.scale.{quantity}"))? * sign;
+        let path = format!("recording.columns.{quantity}");
+        Column::new(values.text(&path)?, scale).map_err(|error| values.error(&path, error.to_string()))
+    };
+    let position_sign = values.number("recording.position_sign")?;
+    let velocity_sign = velocity_sign(values)?;
+    let velocity = values.is_given("recording.columns.velocity_m_per_s");
+    Ok(Columns {
+        time: column("time_s", 1.0)?,
+        position: column("position_m", position_sign)?,
+        velocity: velocity.then(|| column("velocity_m_per_s", velocity_sign)).transpose()?,
+        force: column("force_n", values.number("recording.force_sign")?)?,
+    })
+}
+
+/// The sign of velocities: as given, else that of positions.
+fn velocity_sign(values: &Values) -> Result<f64, ScenarioError> {
+    let position_sign = values.number("recording.position_sign")?;
+    Ok(values.optional_number("recording.velocity_sign").unwrap_or(position_sign))
+}
+
 /// Reads the recording that values describe.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file("recording.file") else {
@@ -157,20 +228,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
             .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
             .remedy("give recording.file, or other kinds of operator and tissue"));
     };
-    let column = |quantity: &str, sign: f64| {
-        let scale = values.number(&format!("recording.scale.{quantity}"))? * sign;
-        let path = format!("recording.columns.{quantity}");
-        Column::new(values.text(&path)?, scale).map_err(|error| values.error(&path, error.to_string()))
-    };
-    let position_sign = values.number("recording.position_sign")?;
-    let velocity_sign = values.optional_number("recording.velocity_sign").unwrap_or(position_sign);
-    let velocity = values.is_given("recording.columns.velocity_m_per_s");
-    let columns = Columns {
-        time: column("time_s", 1.0)?,
-        position: column("position_m", position_sign)?,
-        velocity: velocity.then(|| column("velocity_m_per_s", velocity_sign)).transpose()?,
-        force: column("force_n", values.number("recording.force_sign")?)?,
-    };
+    let columns = recording_columns(values)?;
     let limits = Limits { max_gap_s: values.optional_number("recording.max_gap_s"), ..file_limits(values)? };
     let source = source.canonical();
     let read = match &source {
@@ -189,6 +247,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
     check_magnitudes(values, &recording)?;
     let ruptures_s = values.numbers("recording.ruptures_s")?.to_vec();
     check_ruptures(values, &ruptures_s, recording.duration_s())?;
+    let velocity_sign = velocity_sign(values)?;
     values.derive_if_missing("recording.velocity_sign", Value::Number(velocity_sign));
     values.derive_keeping_place("recording.file", Value::Text(source.display()));
     Ok(RecordingSpec { recording, ruptures_s })

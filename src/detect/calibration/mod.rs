@@ -30,10 +30,10 @@ mod whiteness;
 pub use contact::ContactRule;
 pub use whiteness::{LAGS, Whiteness};
 
-use super::{Samples, filtered_velocity, samples};
+use super::{Samples, position_step_m, samples};
 use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
 use crate::error::{InvalidValue, positive, require};
-use crate::estimation::RlsSettings;
+use crate::estimation::{RlsSettings, VelocityFilter};
 use crate::scenario::DetectionSpec;
 use excursions::{excursions, is_rupture};
 use probe::Fall;
@@ -245,7 +245,11 @@ pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<C
     let interval_s = spec.recording.recording.median_interval_s();
     let velocity_m_per_s = match velocity_m_per_s {
         Some(velocity) => velocity,
-        None => filtered_velocity(&position_m, interval_s, spec)?,
+        None => {
+            let step_m = position_step_m(&position_m, spec.position_resolution_m);
+            let mut filter = VelocityFilter::<f64>::new(interval_s, step_m, spec.acceleration_std_m_per_s2)?;
+            position_m.iter().map(|&position| filter.update(position)).collect()
+        }
     };
     let count = ((request.first_s / interval_s).ceil() as usize).min(force_n.len());
     if count < FEWEST_SAMPLES {

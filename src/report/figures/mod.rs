@@ -9,6 +9,7 @@ mod canvas;
 mod comparison;
 mod dash;
 mod decision;
+mod delays;
 mod estimation;
 mod events;
 mod fonts;
@@ -21,13 +22,16 @@ mod parameters;
 mod residual;
 mod style;
 mod thin;
+mod timeline;
 
 pub use comparison::comparison;
 pub use decision::decision;
+pub use delays::delay_histogram;
 pub use estimation::estimation;
 pub use overlay::overlay;
 pub use parameters::parameters;
 pub use residual::residual_histogram;
+pub use timeline::{MOST_ROWS, Shade, TimelineRow, timeline};
 
 use plotters::drawing::DrawingAreaErrorKind;
 

@@ -1,0 +1,167 @@
+//! Detection in recordings, one or many.
+
+use rayon::prelude::*;
+use serde_json::Value as Json;
+
+use super::inputs::{Input, inputs, plain};
+use super::labels::{self, LabelRows};
+use super::{DetectArgs, DetectError};
+use crate::cli::error::CliError;
+use crate::cli::{progress, terminal};
+use crate::detect::{Detection, DetectionReport, Label, detect};
+use crate::report::{
+    DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
+    detections_pictures, detections_text, event_rows, to_json, write_detection_csv,
+};
+use crate::scenario::{DetectionSpec, Values};
+
+/// What was found in one recording.
+struct Found {
+    report: DetectionReport,
+    json: Json,
+}
+
+pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
+    let inputs = inputs(args)?;
+    if !args.ruptures_s.is_empty() && inputs.len() > 1 {
+        return Err(DetectError::RupturesOfMany { recordings: inputs.len() }.into());
+    }
+    let labels = labels::given(args, &inputs)?;
+    let work: Vec<_> = inputs.into_iter().zip(labels).collect();
+    let out = Folder::new(&args.output.out);
+    match <[_; 1]>::try_from(work) {
+        Ok([(input, labels)]) => alone(args, &out, input, labels),
+        Err(work) => many(args, &out, work),
+    }
+}
+
+fn alone(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
+    let folder = folder_of(out, &input);
+    let name = input.folder.clone();
+    let found = one(args, &folder, input, labels)?;
+    if args.output.json {
+        terminal::print(&to_json(&found.json))
+    } else if args.output.quiet {
+        Ok(())
+    } else {
+        let written = folder.path().display();
+        terminal::print(&format!("{}files: {written}\n", detection_text(&name, &found.report)))
+    }
+}
+
+fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), CliError> {
+    let bar = progress::bar(work.len(), args.output.quiet);
+    bar.set_message("detecting");
+    let of = |(input, labels): (Input, Option<LabelRows>)| {
+        let (file, name) = (input.given.clone(), input.folder.clone());
+        let found = one(args, &folder_of(out, &input), input, labels);
+        bar.inc(1);
+        (file, name, found)
+    };
+    // In the order given, whatever thread is first.
+    let outcomes: Vec<_> = work.into_par_iter().map(of).collect();
+    bar.finish_and_clear();
+
+    let (mut failed, mut input_at_fault) = (0, true);
+    let mut entries = vec![];
+    for (file, name, found) in outcomes {
+        let outcome = found.map(|found| (found.report, found.json)).map_err(|error| {
+            failed += 1;
+            input_at_fault &= error.is_input();
+            error.show(Some(&file));
+            error.to_string()
+        });
+        entries.push(DetectionEntry { file, name, outcome });
+    }
+    let json = detections_json(&entries);
+    write_joint(args, out, &entries, &json)?;
+    if args.output.json {
+        terminal::print(&json)?;
+    } else if !args.output.quiet {
+        terminal::print(&format!("{}files: {}\n", detections_text(&entries), out.path().display()))?;
+    }
+    if failed > 0 {
+        return Err(DetectError::Some { failed, recordings: entries.len(), input_at_fault }.into());
+    }
+    Ok(())
+}
+
+/// The files of all recordings together.
+fn write_joint(args: &DetectArgs, out: &Folder, entries: &[DetectionEntry], json: &str) -> Result<(), CliError> {
+    let reports: Vec<_> =
+        entries.iter().filter_map(|entry| entry.outcome.as_ref().ok().map(|(report, _)| (entry, report))).collect();
+    out.write("detections.json", json.as_bytes())?;
+    let mut events = format!("{EVENT_COLUMNS}\n");
+    events.extend(reports.iter().map(|(entry, report)| event_rows(&entry.file, report)));
+    out.write("events.csv", events.as_bytes())?;
+    if !args.no_figures {
+        let named: Vec<_> = reports.iter().map(|(entry, report)| (entry.name.as_str(), *report)).collect();
+        detections_pictures(out, &named)?;
+    }
+    Ok(())
+}
+
+fn folder_of(out: &Folder, input: &Input) -> Folder {
+    let folder = out.folder(&input.folder);
+    // Beside the run of the same scenario, whose summary and figures stay.
+    if input.is_scenario() { folder.folder("detection") } else { folder }
+}
+
+/// Detects in one recording and writes its files.
+fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Found, CliError> {
+    let is_scenario = input.is_scenario();
+    let Input { given, folder: name, values } = input;
+    let mut values = values?;
+    let spec = DetectionSpec::resolve(&mut values).map_err(|error| plain(error, is_scenario))?;
+    let detection = detect(&spec)?;
+    let labels = labels_of(&given, &spec, labels)?;
+    let report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
+    let json = detection_object(&name, &report, &values);
+    write(args, folder, &given, &spec, (&values, &detection, &report), &json)?;
+    Ok(Found { report, json })
+}
+
+/// The labels of a recording: those of `--labels`; else those of its scenario or of `--rupture-s`; else those of the file
+/// beside it.
+fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Result<Option<Vec<Label>>, CliError> {
+    let time_s = spec.recording.recording.time_s();
+    let from_s = time_s.first().copied().unwrap_or(0.0);
+    let to_s = time_s.last().copied().unwrap_or(0.0);
+    let own = &spec.recording.ruptures_s;
+    if rows.is_none() && !own.is_empty() {
+        return Ok(Some(own.iter().map(|rupture| Label { time_s: from_s + rupture, kind: None }).collect()));
+    }
+    let rows = match rows {
+        None => labels::beside(given)?,
+        rows => rows,
+    };
+    Ok(rows.map(|rows| rows.labels(from_s, to_s)).transpose()?)
+}
+
+fn write(
+    args: &DetectArgs,
+    folder: &Folder,
+    given: &str,
+    spec: &DetectionSpec,
+    (values, detection, report): (&Values, &Detection, &DetectionReport),
+    json: &Json,
+) -> Result<(), CliError> {
+    let detector = &spec.detector;
+    let files = || -> Result<(), CliError> {
+        folder.stream("detection.csv", |out| write_detection_csv(detection, out))?;
+        folder.write("detection.json", to_json(json).as_bytes())?;
+        folder.write("events.csv", format!("{EVENT_COLUMNS}\n{}", event_rows(given, report)).as_bytes())?;
+        Ok(())
+    };
+    if args.no_figures {
+        return files();
+    }
+    let pictures = || {
+        let scale = (detector.cusum.threshold, detector.distance.kind.unit());
+        detection_pictures(folder, values.name(), detection, report, scale)
+    };
+    let (files, pictures) = rayon::join(files, pictures);
+    files?;
+    pictures?;
+    Ok(())
+}

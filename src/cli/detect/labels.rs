@@ -1,0 +1,91 @@
+//! Labels from files, held against the recordings that they are of.
+
+use std::path::{Path, PathBuf};
+
+use super::error::LabelProblem;
+use super::inputs::{Input, SIDECAR_END};
+use super::{DetectArgs, DetectError};
+use crate::detect::Label;
+use crate::recording::{LabelRow, Limits, open_labels};
+
+/// The rows that a file of labels has for one recording.
+#[derive(Debug, Clone)]
+pub(super) struct LabelRows {
+    file: String,
+    rows: Vec<LabelRow>,
+}
+
+/// For each recording its rows of `--labels`; none where that does not name it.
+pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<LabelRows>>, DetectError> {
+    let mut own: Vec<Option<LabelRows>> = inputs.iter().map(|_| None).collect();
+    let Some(path) = &args.labels else { return Ok(own) };
+    let file = path.display().to_string();
+    let alone = inputs.len() == 1;
+    for row in open_labels(path, &Limits::default(), !alone)? {
+        let refuse = |problem| DetectError::Label { file: file.clone(), line: row.line, problem };
+        // A single recording's labels need not name it.
+        let index = row.file.as_deref().map_or(Ok(0), |name| named(name, inputs).map_err(refuse))?;
+        let own = own[index].get_or_insert_with(|| LabelRows { file: file.clone(), rows: vec![] });
+        own.rows.push(row);
+    }
+    // A file without a row says of a single recording what an empty time does.
+    if alone && own[0].is_none() {
+        own[0] = Some(LabelRows { file, rows: vec![] });
+    }
+    Ok(own)
+}
+
+/// Which recording a name means: as on the command line, or by its last part if only one has that.
+fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
+    let file = || name.to_owned();
+    let last = |given: &str| Path::new(given).file_name().is_some_and(|own| own.to_string_lossy() == name);
+    let builtin = |given: &str| given.strip_prefix("builtin:").is_some_and(|own| own == name);
+    let exact: Vec<usize> = (0..inputs.len()).filter(|&index| inputs[index].given == name).collect();
+    let alike = || (0..inputs.len()).filter(|&i| last(&inputs[i].given) || builtin(&inputs[i].given)).collect();
+    let found: Vec<usize> = if exact.is_empty() { alike() } else { exact };
+    match found.as_slice() {
+        [] => Err(LabelProblem::Unknown { file: file() }),
+        [index] => Ok(*index),
+        [first, second, ..] => {
+            let (first, second) = (inputs[*first].given.clone(), inputs[*second].given.clone());
+            Err(LabelProblem::Ambiguous { file: file(), first, second })
+        }
+    }
+}
+
+/// The rows of the file of labels beside a recording, if there is one.
+pub(super) fn beside(recording: &str) -> Result<Option<LabelRows>, DetectError> {
+    let Some(path) = sidecar(recording).filter(|path| path.exists()) else { return Ok(None) };
+    let rows = open_labels(&path, &Limits::default(), false)?;
+    Ok(Some(LabelRows { file: path.display().to_string(), rows }))
+}
+
+fn sidecar(recording: &str) -> Option<PathBuf> {
+    let stem = recording.strip_suffix(".csv").or_else(|| recording.strip_suffix(".CSV"))?;
+    (!recording.starts_with("builtin:")).then(|| PathBuf::from(format!("{stem}{SIDECAR_END}")))
+}
+
+impl LabelRows {
+    /// The labels in order of time, of a recording from `from_s` to `to_s` (s).
+    pub(super) fn labels(&self, from_s: f64, to_s: f64) -> Result<Vec<Label>, DetectError> {
+        let refuse = |line, problem| Err(DetectError::Label { file: self.file.clone(), line, problem });
+        let mut timed: Vec<(f64, &LabelRow)> = vec![];
+        for row in &self.rows {
+            let Some(time_s) = row.time_s else { continue };
+            if !(from_s..=to_s).contains(&time_s) {
+                return refuse(row.line, LabelProblem::Outside { time_s, from_s, to_s });
+            }
+            timed.push((time_s, row));
+        }
+        if let (Some(none), Some((_, other))) = (self.rows.iter().find(|row| row.time_s.is_none()), timed.first()) {
+            return refuse(none.line, LabelProblem::Contradiction { other_line: other.line });
+        }
+        // Rows at the same time stay in the order of their lines.
+        timed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some(pair) = timed.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            let (time_s, first_line) = (pair[0].0, pair[0].1.line);
+            return refuse(pair[1].1.line, LabelProblem::Twice { time_s, first_line });
+        }
+        Ok(timed.into_iter().map(|(time_s, row)| Label { time_s, kind: row.kind.clone() }).collect())
+    }
+}

@@ -1,0 +1,100 @@
+//! What a live stream says on standard output: a line per event, flushed at once.
+
+use std::io::{self, Write};
+
+use serde_json::json;
+
+use crate::detect::{LiveStep, LiveSummary};
+
+/// The columns of a row.
+const COLUMNS: &str = "event,time_s,sample,position_m,depth_m,velocity_m_per_s,force_n,residual_n,stiffness_n_per_m,damping_n_s_per_m,decision";
+
+/// How lines look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Format {
+    /// CSV rows below a header; the summary is for people, on standard error.
+    Csv,
+    /// An object of JSON per line, the last one the summary.
+    Json,
+}
+
+/// Writes rows, each flushed before the next sample is read.
+pub(super) struct RowWriter<W> {
+    out: W,
+    format: Format,
+    numbers: ryu::Buffer,
+    line: Vec<u8>,
+}
+
+impl<W: Write> RowWriter<W> {
+    /// Writes the header where the format has one, so that a reader sees at once that the stream has begun.
+    pub(super) fn begin(out: W, format: Format) -> io::Result<Self> {
+        let mut rows = Self { out, format, numbers: ryu::Buffer::new(), line: Vec::with_capacity(256) };
+        if format == Format::Csv {
+            rows.line.extend_from_slice(COLUMNS.as_bytes());
+            rows.end()?;
+        }
+        Ok(rows)
+    }
+
+    /// Writes a tick: an `alarm`, or a `sample` asked for.
+    pub(super) fn tick(&mut self, event: &str, tick: &LiveStep) -> io::Result<()> {
+        let (estimate, reading) = (&tick.step.estimate, &tick.reading);
+        let numbers = [
+            ("position_m", reading.position_m),
+            ("depth_m", tick.step.depth_m),
+            ("velocity_m_per_s", tick.step.velocity_m_per_s),
+            ("force_n", reading.force_n),
+            ("residual_n", estimate.residual_n),
+            ("stiffness_n_per_m", estimate.stiffness_n_per_m),
+            ("damping_n_s_per_m", estimate.damping_n_s_per_m),
+            ("decision", tick.step.decision.decision),
+        ];
+        self.line.clear();
+        let time_s = self.numbers.format(tick.time_s);
+        match self.format {
+            Format::Csv => write!(self.line, "{event},{time_s},{}", tick.sample)?,
+            Format::Json => {
+                write!(self.line, "{{\"event\":\"{event}\",\"time_s\":{time_s},\"sample\":{}", tick.sample)?;
+            }
+        }
+        for (name, value) in numbers {
+            let value = self.numbers.format(value);
+            match self.format {
+                Format::Csv => write!(self.line, ",{value}")?,
+                Format::Json => write!(self.line, ",\"{name}\":{value}")?,
+            }
+        }
+        if self.format == Format::Json {
+            self.line.push(b'}');
+        }
+        self.end()
+    }
+
+    /// Whether the summary is a row too.
+    pub(super) fn is_json(&self) -> bool {
+        self.format == Format::Json
+    }
+
+    /// Writes the summary where the format has one.
+    pub(super) fn summary(&mut self, summary: &LiveSummary, rows: u64, skipped: u64, ended: &str) -> io::Result<()> {
+        if self.format == Format::Csv {
+            return Ok(());
+        }
+        let mut all = json!({ "event": "summary", "ended": ended, "rows": rows, "skipped_rows": skipped });
+        if let (Some(all), Ok(serde_json::Value::Object(numbers))) =
+            (all.as_object_mut(), serde_json::to_value(summary))
+        {
+            all.extend(numbers);
+        }
+        self.line.clear();
+        self.line.extend_from_slice(all.to_string().as_bytes());
+        self.end()
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        self.line.push(b'\n');
+        self.out.write_all(&self.line)?;
+        self.out.flush()
+    }
+}

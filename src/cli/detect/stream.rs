@@ -1,0 +1,151 @@
+//! Detection in a live stream on standard input, in constant memory.
+
+use std::io::{self, ErrorKind};
+
+use super::inputs::plain;
+use super::rows::{Format, RowWriter};
+use super::source::{Event, Source};
+use super::warnings::Warnings;
+use super::{DetectArgs, DetectError};
+use crate::cli::error::CliError;
+use crate::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
+use crate::recording::{LiveLine, LiveTable, RecordingError};
+use crate::report::live_text;
+use crate::scenario::{DetectionSettings, Values, recording_columns};
+
+/// What messages call the stream.
+const NAME: &str = "standard input";
+
+pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
+    let mut values = Values::from_settings("stream", &args.settings(None)).map_err(|error| plain(error, false))?;
+    let settings = DetectionSettings::resolve(&mut values).map_err(|error| plain(error, false))?;
+    let columns = recording_columns(&values).map_err(|error| plain(error, false))?;
+    let warnings = Warnings::new(args.output.quiet);
+    let velocity = match (&columns.velocity, settings.position_resolution_m) {
+        (Some(_), _) => VelocitySource::Measured,
+        (None, step_m) if step_m > 0.0 => VelocitySource::Filtered { step_m },
+        (None, _) => {
+            warnings.note("no --velocity: filtered from positions, whose steps are taken to be 1 µm; give the encoder's with --set sensor.position_resolution_m");
+            VelocitySource::Filtered { step_m: ASSUMED_STEP_M }
+        }
+    };
+    let format = if args.output.json { Format::Json } else { Format::Csv };
+    let detector = LiveDetector::new(settings, args.interval_s, velocity)?;
+    let rows = match RowWriter::begin(io::stdout(), format) {
+        Ok(rows) => rows,
+        Err(error) => return closed(error),
+    };
+    let table = LiveTable::new(NAME, columns);
+    let mut session = Session { table, detector, rows, every: args.every, warnings, lines: 0, malformed: 0 };
+    let mut source = Source::open()?;
+    let ended = loop {
+        let outcome = match source.next() {
+            Event::Bytes(bytes) => session.take(bytes),
+            Event::End => break session.finish().map(|()| "end of input"),
+            Event::Stop => break Ok("signal"),
+            Event::Failed(error) => break Err(Ended::Failed(DetectError::Stream(error).into())),
+        };
+        if let Err(end) = outcome {
+            break Err(end);
+        }
+    };
+    match ended {
+        Ok(ended) => session.summarise(ended),
+        Err(Ended::Unread) => Ok(()),
+        Err(Ended::Failed(error)) => {
+            // What was found so far is not lost with the stream.
+            session.summarise("failure").and(Err(error))
+        }
+    }
+}
+
+/// Why nothing more is to be done.
+enum Ended {
+    /// Nobody reads what is written.
+    Unread,
+    Failed(CliError),
+}
+
+impl From<io::Error> for Ended {
+    fn from(error: io::Error) -> Self {
+        closed(error).map_or_else(Self::Failed, |()| Self::Unread)
+    }
+}
+
+/// A reader that has gone away, as `head` does, is no error.
+fn closed(error: io::Error) -> Result<(), CliError> {
+    if error.kind() == ErrorKind::BrokenPipe { Ok(()) } else { Err(CliError::Print(error)) }
+}
+
+struct Session {
+    table: LiveTable,
+    detector: LiveDetector,
+    rows: RowWriter<io::Stdout>,
+    every: Option<u64>,
+    warnings: Warnings,
+    /// Rows below the header.
+    lines: u64,
+    /// Of those, the ones that are no sample.
+    malformed: u64,
+}
+
+impl Session {
+    fn take(&mut self, mut bytes: &[u8]) -> Result<(), Ended> {
+        while let Some(line) = self.table.next(&mut bytes) {
+            self.line(line)?;
+        }
+        Ok(())
+    }
+
+    /// Takes a last line that nothing ended.
+    fn finish(&mut self) -> Result<(), Ended> {
+        self.table.finish().map_or(Ok(()), |line| self.line(line))
+    }
+
+    #[inline]
+    fn line(&mut self, line: Result<LiveLine, RecordingError>) -> Result<(), Ended> {
+        let sample = match line {
+            Ok(LiveLine::Sample(sample)) => sample,
+            Ok(LiveLine::Nothing) => return Ok(()),
+            Err(error) if !self.table.has_header() => return Err(Ended::Failed(DetectError::Table(error).into())),
+            Err(error) => {
+                self.lines += 1;
+                self.malformed += 1;
+                self.warnings.warn(|| format!("{error}; the row is skipped"));
+                return Ok(());
+            }
+        };
+        self.lines += 1;
+        let (rows, every) = (&mut self.rows, self.every);
+        let mut written = Ok(());
+        let emit = |tick: &LiveStep| {
+            if tick.step.decision.alarm && written.is_ok() {
+                written = rows.tick("alarm", tick);
+            }
+            if every.is_some_and(|every| tick.sample.is_multiple_of(every)) && written.is_ok() {
+                written = rows.tick("sample", tick);
+            }
+        };
+        let odd = self.detector.take(&sample, emit).map_err(|error| Ended::Failed(error.into()))?;
+        if let Some(odd) = odd {
+            let line = self.table.lines();
+            self.warnings.warn(|| format!("{NAME} line {line}: {}", super::warnings::words(&odd)));
+        }
+        Ok(written?)
+    }
+
+    /// Says what was found; one that found nothing to look at failed.
+    fn summarise(&mut self, ended: &str) -> Result<(), CliError> {
+        let summary: LiveSummary = self.detector.summary();
+        let skipped = self.malformed + summary.not_later;
+        self.warnings.flush();
+        self.rows.summary(&summary, self.lines, skipped, ended).or_else(closed)?;
+        if !self.rows.is_json() {
+            self.warnings.note(&live_text(&summary, self.lines, self.malformed, ended));
+        }
+        if summary.samples == 0 && ended == "end of input" {
+            return Err(DetectError::NoSample { rows: self.lines }.into());
+        }
+        Ok(())
+    }
+}

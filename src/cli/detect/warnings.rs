@@ -1,0 +1,73 @@
+//! Warnings on standard error that a bad stream cannot flood.
+
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use crate::detect::Oddity;
+
+/// Warnings a second at most.
+const MOST_PER_SECOND: u32 = 5;
+
+/// Writes warnings, a few each second; those between are counted.
+pub(super) struct Warnings {
+    quiet: bool,
+    since: Option<Instant>,
+    shown: u32,
+    held_back: u64,
+}
+
+impl Warnings {
+    pub(super) fn new(quiet: bool) -> Self {
+        Self { quiet, since: None, shown: 0, held_back: 0 }
+    }
+
+    /// Says something that is not held back.
+    pub(super) fn note(&self, text: &str) {
+        if !self.quiet {
+            // Nobody may listen there; the stream goes on.
+            let _ = writeln!(anstream::stderr(), "{text}");
+        }
+    }
+
+    /// Warns, unless there were many warnings in this second.
+    pub(super) fn warn(&mut self, text: impl FnOnce() -> String) {
+        if self.quiet {
+            return;
+        }
+        let now = Instant::now();
+        if self.since.is_none_or(|since| now.duration_since(since) >= Duration::from_secs(1)) {
+            self.since = Some(now);
+            self.shown = 0;
+            self.flush();
+        }
+        if self.shown < MOST_PER_SECOND {
+            self.shown += 1;
+            self.note(&format!("warning: {}", text()));
+        } else {
+            self.held_back += 1;
+        }
+    }
+
+    /// Says how many warnings were held back, if any.
+    pub(super) fn flush(&mut self) {
+        let held_back = std::mem::take(&mut self.held_back);
+        if held_back > 0 {
+            self.note(&format!("warning: {held_back} more like these"));
+        }
+    }
+}
+
+/// An oddity in words.
+pub(super) fn words(odd: &Oddity) -> String {
+    match odd {
+        Oddity::NotLater { last_s, time_s } => {
+            format!("time {time_s} s does not come after the last sample's, {last_s} s; the row is skipped")
+        }
+        Oddity::SetBack { last_s, time_s } => {
+            format!("the clock was set back from {last_s} s to {time_s} s; the detection begins anew")
+        }
+        Oddity::Gap { last_s, time_s } => {
+            format!("no sample from {last_s} s to {time_s} s; the detection begins anew")
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! How good a detection was, held against labels.
+
+use serde::Serialize;
+
+/// What is counted of a labelled recording, or of several.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tally {
+    /// Recordings.
+    pub recordings: usize,
+    /// Labelled ruptures.
+    pub ruptures: usize,
+    /// Alarms.
+    pub alarms: usize,
+    /// From each rupture that was found to its alarm, in s.
+    pub delays_s: Vec<f64>,
+    /// Recorded time, in s.
+    pub recorded_s: f64,
+    /// Of that in contact, in s.
+    pub contact_s: f64,
+}
+
+impl Tally {
+    /// Adds another one's counts.
+    pub fn add(&mut self, other: &Self) {
+        self.recordings += other.recordings;
+        self.ruptures += other.ruptures;
+        self.alarms += other.alarms;
+        self.delays_s.extend(&other.delays_s);
+        self.recorded_s += other.recorded_s;
+        self.contact_s += other.contact_s;
+    }
+}
+
+/// The scores that follow. What is not defined is none: the precision of no alarms, the recall of no ruptures, a rate per
+/// minute of no time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Scores {
+    /// Labelled recordings.
+    pub recordings: usize,
+    /// Labelled ruptures.
+    pub ruptures: usize,
+    /// Alarms.
+    pub alarms: usize,
+    /// Ruptures that an alarm announced.
+    pub found: usize,
+    /// Ruptures that none announced.
+    pub missed: usize,
+    /// Alarms that announced none.
+    pub false_alarms: usize,
+    /// Share of the alarms that announced a rupture.
+    pub precision: Option<f64>,
+    /// Share of the ruptures that were announced.
+    pub recall: Option<f64>,
+    /// Harmonic mean of the two, `2 found / (alarms + ruptures)`.
+    pub f1: Option<f64>,
+    /// Median delay, in s; of an even number the mean of the middle two.
+    pub median_delay_s: Option<f64>,
+    /// Least delay, in s.
+    pub least_delay_s: Option<f64>,
+    /// Greatest delay, in s.
+    pub greatest_delay_s: Option<f64>,
+    /// Recorded time, in s.
+    pub recorded_s: f64,
+    /// Of that in contact, in s.
+    pub contact_s: f64,
+    /// False alarms per minute of recorded time.
+    pub false_alarms_per_minute: Option<f64>,
+    /// False alarms per minute in contact. An alarm needs contact, so none lies outside of it.
+    pub false_alarms_per_contact_minute: Option<f64>,
+}
+
+impl Scores {
+    /// The scores of a tally.
+    #[must_use]
+    pub fn of(tally: &Tally) -> Self {
+        let found = tally.delays_s.len();
+        let false_alarms = tally.alarms.saturating_sub(found);
+        let share = |part: f64, whole: f64| (whole > 0.0).then(|| part / whole);
+        let mut delays_s = tally.delays_s.clone();
+        delays_s.sort_by(f64::total_cmp);
+        let middle = delays_s.len() / 2;
+        let median_delay_s = match delays_s.len() {
+            0 => None,
+            odd if odd % 2 == 1 => Some(delays_s[middle]),
+            _ => Some(0.5 * (delays_s[middle - 1] + delays_s[middle])),
+        };
+        Self {
+            recordings: tally.recordings,
+            ruptures: tally.ruptures,
+            alarms: tally.alarms,
+            found,
+            missed: tally.ruptures.saturating_sub(found),
+            false_alarms,
+            precision: share(found as f64, tally.alarms as f64),
+            recall: share(found as f64, tally.ruptures as f64),
+            f1: share(2.0 * found as f64, (tally.alarms + tally.ruptures) as f64),
+            median_delay_s,
+            least_delay_s: delays_s.first().copied(),
+            greatest_delay_s: delays_s.last().copied(),
+            recorded_s: tally.recorded_s,
+            contact_s: tally.contact_s,
+            false_alarms_per_minute: share(60.0 * false_alarms as f64, tally.recorded_s),
+            false_alarms_per_contact_minute: share(60.0 * false_alarms as f64, tally.contact_s),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scores_are_their_definitions() {
+        let mut tally = Tally {
+            recordings: 1,
+            ruptures: 4,
+            alarms: 5,
+            delays_s: vec![0.006, 0.002],
+            recorded_s: 30.0,
+            contact_s: 20.0,
+        };
+        let scores = Scores::of(&tally);
+        assert_eq!((scores.found, scores.missed, scores.false_alarms), (2, 2, 3));
+        assert_eq!((scores.precision, scores.recall, scores.f1), (Some(0.4), Some(0.5), Some(4.0 / 9.0)));
+        assert_eq!((scores.least_delay_s, scores.median_delay_s), (Some(0.002), Some(0.004)));
+        assert_eq!(scores.false_alarms_per_minute, Some(6.0));
+        assert_eq!(scores.false_alarms_per_contact_minute, Some(9.0));
+        tally.add(&Tally {
+            recordings: 1,
+            ruptures: 1,
+            alarms: 1,
+            delays_s: vec![0.03],
+            recorded_s: 30.0,
+            contact_s: 0.0,
+        });
+        let scores = Scores::of(&tally);
+        assert_eq!((scores.recordings, scores.found, scores.median_delay_s), (2, 3, Some(0.006)));
+        assert_eq!(scores.false_alarms_per_minute, Some(3.0));
+    }
+
+    #[test]
+    fn what_is_undefined_stays_so() {
+        let scores = Scores::of(&Tally::default());
+        assert_eq!((scores.precision, scores.recall, scores.f1, scores.median_delay_s), (None, None, None, None));
+        assert_eq!((scores.false_alarms_per_minute, scores.false_alarms_per_contact_minute), (None, None));
+        let silent = Scores::of(&Tally { ruptures: 2, recorded_s: 1.0, ..Tally::default() });
+        assert_eq!((silent.precision, silent.recall, silent.f1), (None, Some(0.0), Some(0.0)));
+        assert_eq!(silent.false_alarms_per_minute, Some(0.0), "none in a second is a rate");
+    }
+}

@@ -1,0 +1,184 @@
+//! The residual in numbers, over a whole recording and phase by phase.
+
+use serde::Serialize;
+
+use super::Detection;
+use super::phases::{Phase, Stretch};
+
+/// Makes the median absolute deviation of a Gaussian its standard deviation.
+const GAUSSIAN_MAD: f64 = 1.4826;
+
+/// The residual over the whole recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ResidualStatistics {
+    /// Mean, in N.
+    pub mean_n: f64,
+    /// Standard deviation, in N.
+    pub std_n: f64,
+    /// Mean of the magnitude, in N.
+    pub mean_absolute_n: f64,
+    /// Largest magnitude, in N.
+    pub greatest_absolute_n: f64,
+    /// 1.4826 times the median deviation from the median, in N: the spread that outliers do not move.
+    pub robust_std_n: f64,
+}
+
+impl ResidualStatistics {
+    /// The statistics of residuals in N; zeros of none.
+    pub(super) fn of(residual: &[f64]) -> Self {
+        let count = residual.len().max(1) as f64;
+        let mean_n = residual.iter().sum::<f64>() / count;
+        let variance = residual.iter().map(|e| (e - mean_n).powi(2)).sum::<f64>() / count;
+        let median = median_of(residual.to_vec());
+        let deviation = median_of(residual.iter().map(|e| (e - median).abs()).collect());
+        let mut magnitudes: Vec<f64> = residual.iter().map(|e| e.abs()).collect();
+        magnitudes.sort_by(f64::total_cmp);
+        Self {
+            mean_n,
+            std_n: variance.sqrt(),
+            mean_absolute_n: magnitudes.iter().sum::<f64>() / count,
+            greatest_absolute_n: magnitudes.last().copied().unwrap_or(0.0),
+            robust_std_n: GAUSSIAN_MAD * deviation,
+        }
+    }
+}
+
+/// The upper median; 0 of nothing.
+fn median_of(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The estimates of one phase, all its stretches taken together. What a phase that never was, or the needle outside of the
+/// tissue, does not define is none.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhaseStatistics {
+    /// Which phase.
+    pub phase: Phase,
+    /// In how many stretches.
+    pub stretches: usize,
+    /// In how many samples.
+    pub samples: usize,
+    /// How long it was in all, in s.
+    pub duration_s: f64,
+    /// Mean magnitude of the residual, in N.
+    pub mean_absolute_n: Option<f64>,
+    /// Standard deviation of the residual, in N.
+    pub std_n: Option<f64>,
+    /// 1.4826 times the residual's median deviation from its median, in N; none where files are pooled.
+    pub robust_std_n: Option<f64>,
+    /// Mean estimated stiffness in N/m; none for the needle outside of the tissue, where nothing is learnt.
+    pub mean_stiffness_n_per_m: Option<f64>,
+    /// Mean estimated damping in N·s/m; none as the stiffness.
+    pub mean_damping_n_s_per_m: Option<f64>,
+}
+
+impl PhaseStatistics {
+    /// The statistics of every phase, in the order of [`Phase::ALL`].
+    pub(super) fn all(detection: &Detection, stretches: &[Stretch]) -> Vec<Self> {
+        Phase::ALL.map(|phase| Self::of(detection, stretches, phase)).to_vec()
+    }
+
+    fn of(detection: &Detection, stretches: &[Stretch], phase: Phase) -> Self {
+        let own: Vec<&Stretch> = stretches.iter().filter(|stretch| stretch.phase == phase).collect();
+        let gather = |column: &[f64]| -> Vec<f64> {
+            own.iter().flat_map(|stretch| column[stretch.samples.clone()].iter().copied()).collect()
+        };
+        let residual = gather(&detection.residual_n);
+        let samples = residual.len();
+        let statistics = (samples > 0).then(|| ResidualStatistics::of(&residual));
+        let learns = samples > 0 && phase != Phase::Free;
+        let mean = |column: &[f64]| learns.then(|| gather(column).iter().sum::<f64>() / samples as f64);
+        Self {
+            phase,
+            stretches: own.len(),
+            samples,
+            duration_s: samples as f64 * detection.interval_s,
+            mean_absolute_n: statistics.map(|s| s.mean_absolute_n),
+            std_n: statistics.map(|s| s.std_n),
+            robust_std_n: statistics.map(|s| s.robust_std_n),
+            mean_stiffness_n_per_m: mean(&detection.stiffness_n_per_m),
+            mean_damping_n_s_per_m: mean(&detection.damping_n_s_per_m),
+        }
+    }
+
+    /// One phase over several recordings, every sample with the same weight. The spread is about each recording's own mean.
+    #[must_use]
+    pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
+        let own: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
+        let samples = own.iter().map(|s| s.samples).sum();
+        let weighted = |value: &dyn Fn(&Self) -> Option<f64>| {
+            let (sum, count) = own
+                .iter()
+                .filter_map(|s| value(s).map(|value| (value * s.samples as f64, s.samples)))
+                .fold((0.0, 0), |(sum, count), (value, samples)| (sum + value, count + samples));
+            (count > 0).then(|| sum / count as f64)
+        };
+        Self {
+            phase,
+            stretches: own.iter().map(|s| s.stretches).sum(),
+            samples,
+            duration_s: own.iter().map(|s| s.duration_s).sum(),
+            mean_absolute_n: weighted(&|s| s.mean_absolute_n),
+            std_n: weighted(&|s| s.std_n.map(|std_n| std_n * std_n)).map(f64::sqrt),
+            robust_std_n: None,
+            mean_stiffness_n_per_m: weighted(&|s| s.mean_stiffness_n_per_m),
+            mean_damping_n_s_per_m: weighted(&|s| s.mean_damping_n_s_per_m),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn detection(residual_n: Vec<f64>) -> Detection {
+        let count = residual_n.len();
+        let ramp = || (0..count).map(|k| k as f64).collect::<Vec<_>>();
+        Detection {
+            interval_s: 0.5,
+            time_s: ramp(),
+            position_m: ramp(),
+            velocity_m_per_s: ramp(),
+            measured_force_n: ramp(),
+            residual_n,
+            stiffness_n_per_m: ramp(),
+            damping_n_s_per_m: vec![2.0; count],
+            distance: ramp(),
+            decision: ramp(),
+            alarms: vec![],
+            contact_m: 0.0,
+            touched: true,
+        }
+    }
+
+    #[test]
+    fn a_phase_is_summed_over_its_stretches_and_nothing_else() {
+        let stretch = |phase, samples| Stretch { phase, samples };
+        let stretches = [
+            stretch(Phase::Free, 0..1),
+            stretch(Phase::Insertion, 1..3),
+            stretch(Phase::Hold, 3..4),
+            stretch(Phase::Insertion, 4..6),
+        ];
+        let all = PhaseStatistics::all(&detection(vec![9.0, 1.0, -1.0, 5.0, 3.0, -3.0]), &stretches);
+        let insertion = &all[1];
+        assert_eq!((insertion.stretches, insertion.samples, insertion.duration_s), (2, 4, 2.0));
+        assert_eq!((insertion.mean_absolute_n, insertion.std_n), (Some(2.0), Some(5.0_f64.sqrt())));
+        assert_eq!((insertion.mean_stiffness_n_per_m, insertion.mean_damping_n_s_per_m), (Some(3.0), Some(2.0)));
+        assert_eq!((all[0].mean_absolute_n, all[0].mean_stiffness_n_per_m), (Some(9.0), None), "nothing is learnt");
+        let never = &all[3];
+        assert_eq!((never.samples, never.std_n, never.robust_std_n), (0, None, None), "undefined, not 0");
+    }
+
+    #[test]
+    fn pooling_weighs_by_samples() {
+        let stretches = |samples| [Stretch { phase: Phase::Hold, samples }];
+        let one = PhaseStatistics::all(&detection(vec![1.0, -1.0]), &stretches(0..2));
+        let two = PhaseStatistics::all(&detection(vec![4.0, -4.0, 4.0, -4.0]), &stretches(0..4));
+        let both = PhaseStatistics::pooled(Phase::Hold, one.iter().chain(&two));
+        assert_eq!((both.samples, both.duration_s, both.mean_absolute_n), (6, 3.0, Some(3.0)));
+        assert_eq!(both.std_n, Some((66.0_f64 / 6.0).sqrt()));
+        assert_eq!(PhaseStatistics::pooled(Phase::Free, one.iter().chain(&two)).mean_absolute_n, None);
+    }
+}

@@ -1,0 +1,101 @@
+//! Ruptures that someone has labelled, imported from CSV files.
+
+use std::io::Read;
+
+use super::header::{find, names};
+use super::table::Rows;
+use super::{Column, Limits, RecordingError};
+
+/// A row of a file of labels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelRow {
+    /// The recording that is meant, as it was written; none where the file has no such column.
+    pub file: Option<String>,
+    /// When, in s; none says that the recording was looked at and has no rupture.
+    pub time_s: Option<f64>,
+    /// What kind of rupture; none where nothing was written.
+    pub kind: Option<String>,
+    /// The line on which it stands.
+    pub line: u64,
+}
+
+/// Reads labels from CSV text with the columns `file`, `time_s` and, where wanted, `kind`; `file` may be left out unless
+/// `needs_file`. For the rest the text may be as [`read_csv`](super::read_csv) takes it, in any order. A row with an empty
+/// time says that its recording has no rupture.
+///
+/// # Errors
+/// As [`read_csv`](super::read_csv), but a table without rows is one; for an empty field where a file is expected.
+pub fn read_labels<R: Read>(
+    source: &str,
+    reader: R,
+    limits: &Limits,
+    needs_file: bool,
+) -> Result<Vec<LabelRow>, RecordingError> {
+    let columns = ["file", "time_s", "kind"].map(Column::plain);
+    let (mut rows, (file, time, kind, width)) = Rows::open(source, reader, limits.max_bytes, |header| {
+        let names = names(header.iter())?;
+        let optional = |column: &Column| {
+            if names.iter().any(|name| name == column.name()) { find(&names, column).map(Some) } else { Ok(None) }
+        };
+        let file = if needs_file { Some(find(&names, &columns[0])?) } else { optional(&columns[0])? };
+        Ok((file, find(&names, &columns[1])?, optional(&columns[2])?, names.len()))
+    })?;
+    let mut labels = vec![];
+    while rows.next()? {
+        rows.check_room(labels.len(), limits.max_samples)?;
+        rows.check_width(width)?;
+        let time_s = if rows.says_nothing(time, &[]) { None } else { Some(rows.number(time, &columns[1])?) };
+        let file = file.map(|index| rows.word(index, &columns[0])).transpose()?;
+        let kind = match kind {
+            Some(index) if !rows.says_nothing(index, &[]) => Some(rows.word(index, &columns[2])?),
+            _ => None,
+        };
+        labels.push(LabelRow { file, time_s, kind, line: rows.line() });
+    }
+    Ok(labels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(table: &str, needs_file: bool) -> Result<Vec<LabelRow>, String> {
+        read_labels("l.csv", table.as_bytes(), &Limits::default(), needs_file).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn rows_are_handed_on_with_their_line() {
+        let rows = read("# by hand\nkind;time_s;file\nskin;1.5;a.csv\n;0.5;\"b.csv\"\n\n;;c.csv\n", true);
+        let row = |file: &str, time_s, kind: Option<&str>, line| LabelRow {
+            file: Some(file.into()),
+            time_s,
+            kind: kind.map(Into::into),
+            line,
+        };
+        let expected = vec![
+            row("a.csv", Some(1.5), Some("skin"), 3),
+            row("b.csv", Some(0.5), None, 4),
+            row("c.csv", None, None, 6),
+        ];
+        assert_eq!(rows, Ok(expected));
+        let alone = LabelRow { file: None, time_s: Some(-2.0), kind: None, line: 2 };
+        assert_eq!(read("time_s\n-2\n", false), Ok(vec![alone]));
+        assert_eq!(read("time_s\n", false), Ok(vec![]), "looked at, and nothing found");
+    }
+
+    #[test]
+    fn what_is_no_label_is_refused_where_it_stands() {
+        let refusal = |table: &str| read(table, true).expect_err("refused");
+        assert!(
+            refusal("file,time_s\na.csv,soon\n").starts_with("l.csv line 2, column 'time_s': 'soon' is not a number")
+        );
+        assert!(
+            refusal("file,time_s\na.csv,1\na.csv,NaN\n").starts_with("l.csv line 3, column 'time_s': 'NaN' is not fin")
+        );
+        assert!(refusal("file,time_s\n,1\n").starts_with("l.csv line 2, column 'file': the field is empty"));
+        assert!(refusal("file,time_s\na.csv,1,2\n").starts_with("l.csv line 2: the row has 3 fields, the header 2"));
+        assert!(refusal("time_s\n1\n").contains("no column 'file'"));
+        assert!(refusal("file,time\na,1\n").contains("did you mean 'time'?"));
+        assert!(refusal("").contains("holds no data"));
+    }
+}

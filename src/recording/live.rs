@@ -1,0 +1,307 @@
+//! Samples from a table that is still being written, line by line.
+
+use super::error::{Place, Problem};
+use super::header::{Layout, separator};
+use super::number::number;
+use super::{Columns, Limits, RecordingError};
+
+/// A sample of a live table, in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiveSample {
+    /// Time in s.
+    pub time_s: f64,
+    /// Position of the needle in m.
+    pub position_m: f64,
+    /// Velocity of the needle in m/s; 0 where no column has it.
+    pub velocity_m_per_s: f64,
+    /// Force on the needle in N.
+    pub force_n: f64,
+}
+
+/// What a line of a live table is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LiveLine {
+    /// Nothing: blank, a comment, or the header.
+    Nothing,
+    /// A sample.
+    Sample(LiveSample),
+}
+
+/// Largest position (m), velocity (m/s) and force (N) that is taken for a needle's: beyond, squares overflow.
+const MOST_MAGNITUDE: f64 = 1e6;
+
+/// Cuts a byte stream into lines, and lines into samples.
+///
+/// The text may be as [`read_csv`](super::read_csv) takes it, but a line is a row: a quoted field ends on its line. Memory
+/// is that of one line, at most [`Limits::MAX_LINE_BYTES`]. Nothing is asked here of the times but that they are numbers.
+#[derive(Debug)]
+pub struct LiveTable {
+    source: Box<str>,
+    columns: Columns,
+    layout: Option<(u8, Layout)>,
+    line: u64,
+    /// The beginning of a line whose end has not come yet.
+    open: Vec<u8>,
+    is_too_long: bool,
+    after_return: bool,
+    /// Where the fields of the line begin and end.
+    fields: Vec<(usize, usize)>,
+}
+
+impl LiveTable {
+    /// A table of which nothing has been read; `source` names it in messages.
+    #[must_use]
+    pub fn new(source: &str, columns: Columns) -> Self {
+        Self {
+            source: source.into(),
+            columns,
+            layout: None,
+            line: 0,
+            open: vec![],
+            is_too_long: false,
+            after_return: false,
+            fields: vec![],
+        }
+    }
+
+    /// Whether the header has come.
+    #[must_use]
+    pub fn has_header(&self) -> bool {
+        self.layout.is_some()
+    }
+
+    /// How many lines have come.
+    #[must_use]
+    pub fn lines(&self) -> u64 {
+        self.line
+    }
+
+    /// Takes the next line of `bytes`, which is cut off them: `None` once what is left has no end yet.
+    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Result<LiveLine, RecordingError>> {
+        if self.after_return {
+            let Some(&first) = bytes.first() else { return None };
+            self.after_return = false;
+            if first == b'\n' {
+                *bytes = &bytes[1..];
+            }
+        }
+        let Some(end) = bytes.iter().position(|&byte| byte == b'\n' || byte == b'\r') else {
+            self.keep(bytes);
+            *bytes = &[];
+            return None;
+        };
+        self.after_return = bytes[end] == b'\r';
+        let rest = &bytes[end + 1..];
+        let line = if self.open.is_empty() && !self.is_too_long {
+            let whole = &bytes[..end];
+            self.line(whole)
+        } else {
+            self.keep(&bytes[..end]);
+            self.end()
+        };
+        *bytes = rest;
+        Some(line)
+    }
+
+    /// Takes what is left of the last line, which nothing ended; `None` if nothing is.
+    pub fn finish(&mut self) -> Option<Result<LiveLine, RecordingError>> {
+        if self.open.is_empty() && !self.is_too_long { None } else { Some(self.end()) }
+    }
+
+    /// Keeps the beginning of a line.
+    fn keep(&mut self, bytes: &[u8]) {
+        self.is_too_long |= (self.open.len() + bytes.len()) as u64 > Limits::MAX_LINE_BYTES;
+        if self.is_too_long {
+            self.open.clear();
+        } else {
+            self.open.extend_from_slice(bytes);
+        }
+    }
+
+    /// The kept line, at its end.
+    fn end(&mut self) -> Result<LiveLine, RecordingError> {
+        if std::mem::take(&mut self.is_too_long) {
+            self.line += 1;
+            return Err(self.place().error(Problem::LineTooLong));
+        }
+        let mut whole = std::mem::take(&mut self.open);
+        let line = self.line(&whole);
+        whole.clear();
+        self.open = whole;
+        line
+    }
+
+    fn line(&mut self, line: &[u8]) -> Result<LiveLine, RecordingError> {
+        self.line += 1;
+        let line = if self.line == 1 { line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line) } else { line };
+        let content = line.trim_ascii_start();
+        if content.is_empty() || content.starts_with(b"#") {
+            return Ok(LiveLine::Nothing);
+        }
+        let Some((separator, layout)) = &self.layout else {
+            self.layout = Some(self.header(line)?);
+            return Ok(LiveLine::Nothing);
+        };
+        split(line, *separator, &mut self.fields);
+        let field = |index: usize| self.fields.get(index).map_or(&[][..], |&(from, to)| &line[from..to]);
+        if (0..self.fields.len()).all(|index| field(index).trim_ascii().is_empty()) {
+            return Ok(LiveLine::Nothing);
+        }
+        let (found, expected) = (self.fields.len(), layout.width);
+        if found < expected || (expected..found).any(|index| !field(index).trim_ascii().is_empty()) {
+            return Err(self.place().error(Problem::RaggedRow { found, expected }));
+        }
+        let read = |index: usize, column: &super::Column, most: f64| {
+            let value = number(field(index), column.scale())
+                .and_then(|value| if value.abs() <= most { Ok(value) } else { Err(Problem::TooGreat { value, most }) });
+            value.map_err(|problem| self.place().in_column(column.name()).error(problem))
+        };
+        let velocity = layout.velocity.zip(self.columns.velocity.as_ref());
+        Ok(LiveLine::Sample(LiveSample {
+            time_s: read(layout.time, &self.columns.time, f64::INFINITY)?,
+            position_m: read(layout.position, &self.columns.position, MOST_MAGNITUDE)?,
+            velocity_m_per_s: velocity.map_or(Ok(0.0), |(index, column)| read(index, column, MOST_MAGNITUDE))?,
+            force_n: read(layout.force, &self.columns.force, MOST_MAGNITUDE)?,
+        }))
+    }
+
+    fn header(&self, line: &[u8]) -> Result<(u8, Layout), RecordingError> {
+        let separator = separator(line);
+        let mut fields = vec![];
+        split(line, separator, &mut fields);
+        let layout = Layout::locate(fields.iter().map(|&(from, to)| &line[from..to]), &self.columns);
+        layout.map(|layout| (separator, layout)).map_err(|problem| self.place().error(problem))
+    }
+
+    fn place(&self) -> Place {
+        Place::file(&self.source).at_line(self.line)
+    }
+}
+
+/// Finds the fields of a line, between separators outside quotes.
+fn split(line: &[u8], separator: u8, fields: &mut Vec<(usize, usize)>) {
+    fields.clear();
+    let (mut from, mut quoted) = (0, false);
+    for (at, &byte) in line.iter().enumerate() {
+        quoted ^= byte == b'"';
+        if byte == separator && !quoted {
+            fields.push((from, at));
+            from = at + 1;
+        }
+    }
+    fields.push((from, line.len()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::columns;
+    use super::super::read_csv;
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Every sample of a text that comes in chunks of `step` bytes, and every refusal.
+    fn through(text: &[u8], step: usize) -> (Vec<[f64; 3]>, Vec<String>) {
+        let mut table = LiveTable::new("rig", columns());
+        let (mut samples, mut refusals) = (vec![], vec![]);
+        let mut take = |line: Result<LiveLine, RecordingError>| match line {
+            Ok(LiveLine::Nothing) => {}
+            Ok(LiveLine::Sample(s)) => samples.push([s.time_s, s.position_m, s.force_n]),
+            Err(error) => refusals.push(error.to_string()),
+        };
+        for mut chunk in text.chunks(step) {
+            while let Some(line) = table.next(&mut chunk) {
+                take(line);
+            }
+        }
+        if let Some(line) = table.finish() {
+            take(line);
+        }
+        (samples, refusals)
+    }
+
+    #[test]
+    fn tables_are_read_however_they_are_dressed_and_cut() {
+        let plain = vec![[0.0, 1.0, 2.0], [1.0, -3.0, 4e-3]];
+        for table in [
+            "t,x,f\n0,1,2\n1,-3,4e-3\n",
+            "t;x;f\n0;1;2\n1;-3;4e-3",
+            "\u{feff}t,x,f\r\n0,1,2\r\n1,-3,4e-3\r\n\r\n",
+            "t,x,f\r0,1,2\r1,-3,4e-3\r",
+            "# by hand\n\n  # twice\nt,x,f\n0,1,2\n# pause\n1,-3,4e-3\n   \n,,\n",
+            " \"t\" , x,f \n +0.0 , 1.,\"2\"\n\t1 ,-3,.4e-2\n",
+            "f,note,t,x\n2,a,0,1\n4e-3,\"b, c\",1,-3\n",
+            "t,x,t2,f,t2\n0,1,,2,\n1,-3,nan,4e-3,,\n",
+        ] {
+            for step in [1, 2, 3, 7, 1000] {
+                assert_eq!(through(table.as_bytes(), step), (plain.clone(), vec![]), "{table:?} by {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_bad_row_is_refused_with_its_line_and_the_next_one_read() {
+        let text = "t,x,f\n0,1,2\n1,abc,2\n2,NaN,2\n3,1\n4,1,2,3\n5,1e7,2\n6,,2\n7,\"1,2\n8,1,\0\n9,1,2\n";
+        let (samples, refusals) = through(text.as_bytes(), 5);
+        assert_eq!(samples, [[0.0, 1.0, 2.0], [9.0, 1.0, 2.0]]);
+        let places = [
+            "rig line 3, column 'x'",
+            "rig line 4, column 'x'",
+            "rig line 5:",
+            "rig line 6:",
+            "rig line 7, column 'x'",
+            "rig line 8, column 'x'",
+            "rig line 9:",
+            "rig line 10, column 'f'",
+        ];
+        assert_eq!(refusals.len(), places.len(), "{refusals:#?}");
+        for (refusal, place) in refusals.iter().zip(places) {
+            assert!(refusal.starts_with(place), "{refusal} at {place}");
+        }
+    }
+
+    #[test]
+    fn an_endless_line_is_dropped_and_not_kept() {
+        let mut table = LiveTable::new("rig", columns());
+        let junk = vec![b'7'; 1 << 16];
+        for mut chunk in std::iter::once(&b"t,x,f\n"[..]).chain(std::iter::repeat_n(&junk[..], 100)) {
+            while let Some(line) = table.next(&mut chunk) {
+                assert!(line.is_ok());
+            }
+            assert!(table.open.capacity() <= 2 << 20);
+        }
+        let mut rest = &b"\n0,1,2\n"[..];
+        let refusal = table.next(&mut rest).expect("a line").expect_err("too long").to_string();
+        assert!(refusal.starts_with("rig line 2: the line is longer"), "{refusal}");
+        assert!(matches!(table.next(&mut rest), Some(Ok(LiveLine::Sample(_)))));
+    }
+
+    #[test]
+    fn a_header_without_a_wanted_column_says_so() {
+        let (samples, refusals) = through(b"t,y,f\n", 100);
+        assert!(samples.is_empty() && refusals[0].contains("no column 'x'"), "{refusals:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn what_a_file_holds_a_stream_holds(
+            rows in prop::collection::vec((1_u32..50, -1e3..1e3, -1e3..1e3), 2..40),
+            step in 1_usize..200,
+        ) {
+            let mut text = String::from("t,x,f\n");
+            let mut ms = 0;
+            for (gap, x, f) in &rows {
+                ms += 45 + gap / 10;
+                text.push_str(&format!("{},{x},{f}\n", f64::from(ms) * 1e-3));
+            }
+            let file = read_csv("file", text.as_bytes(), &columns(), &Limits::default()).expect("a recording");
+            let (samples, refusals) = through(text.as_bytes(), step);
+            prop_assert!(refusals.is_empty());
+            for (index, sample) in samples.iter().enumerate() {
+                let [t, x, f] = *sample;
+                let own = (file.time_s()[index], file.position_m()[index], file.force_n()[index]);
+                prop_assert_eq!((t, x, f), own);
+            }
+            prop_assert_eq!(samples.len(), file.len());
+        }
+    }
+}

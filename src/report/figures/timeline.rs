@@ -1,0 +1,85 @@
+//! Many detections over one time axis: what the needle did, when layers gave way, when alarms came.
+
+use plotters::style::{Color, RGBAColor};
+
+use super::axis::{Axis, X_TICKS};
+use super::grid::{Entry, Grid, Row, Sample};
+use super::panel::{Events, Panel};
+use super::style::{BLUE, ORANGE, SKY};
+use super::{Figure, FigureError};
+
+/// Recordings that one figure can show; a page has an end.
+pub const MOST_ROWS: usize = 120;
+
+/// What a row shades.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shade {
+    /// The needle goes in.
+    Insertion,
+    /// It is held.
+    Hold,
+    /// It comes out.
+    Withdrawal,
+}
+
+impl Shade {
+    const ALL: [(Self, &'static str); 3] =
+        [(Self::Insertion, "insertion"), (Self::Hold, "hold"), (Self::Withdrawal, "withdrawal")];
+
+    fn color(self) -> RGBAColor {
+        match self {
+            Self::Insertion => SKY.mix(0.55),
+            Self::Hold => ORANGE.mix(0.25),
+            Self::Withdrawal => BLUE.mix(0.4),
+        }
+    }
+}
+
+/// One recording's events, in s after its first sample.
+#[derive(Clone, Debug)]
+pub struct TimelineRow<'a> {
+    /// The recording.
+    pub name: &'a str,
+    /// How long it is, s.
+    pub duration_s: f64,
+    /// From when to when the needle did what, in order.
+    pub shades: Vec<(f64, f64, Shade)>,
+    /// Labelled ruptures, s.
+    pub rupture_times_s: Vec<f64>,
+    /// Detections, s.
+    pub alarm_times_s: Vec<f64>,
+}
+
+/// A row per recording, at most [`MOST_ROWS`] of them: phases shaded, labelled ruptures and detections marked.
+///
+/// # Errors
+/// [`FigureError::Empty`] without a row.
+pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure, FigureError> {
+    if rows.is_empty() {
+        return Err(FigureError::Empty { figure: "timeline" });
+    }
+    let rows = &rows[..rows.len().min(MOST_ROWS)];
+    let longest_s = rows.iter().map(|row| row.duration_s).filter(|s| s.is_finite()).fold(0.0, f64::max);
+    let time = Axis::exact((0.0, longest_s), X_TICKS);
+    let mut blank = Axis::exact((0.0, 1.0), 1);
+    blank.ticks.clear();
+    let mut common: Vec<Entry> = vec![];
+    for (shade, name) in Shade::ALL {
+        if rows.iter().any(|row| row.shades.iter().any(|shown| shown.2 == shade)) {
+            common.push((Sample::Shade(shade.color()), name.to_owned()));
+        }
+    }
+    if rows.iter().any(|row| !row.rupture_times_s.is_empty()) {
+        common.push((Sample::Rupture, "labelled rupture".to_owned()));
+    }
+    if rows.iter().any(|row| !row.alarm_times_s.is_empty()) {
+        common.push((Sample::Alarm, "detection".to_owned()));
+    }
+    let panel = |row: &TimelineRow<'_>| {
+        let shades = row.shades.iter().map(|&(from, to, shade)| (from, to, shade.color())).collect();
+        let (ruptures, alarms) = (row.rupture_times_s.clone(), row.alarm_times_s.clone());
+        Panel { events: Events { shades, ruptures, alarms }, ..Panel::over_time(time.clone(), blank.clone(), "") }
+    };
+    let rows = rows.iter().map(|row| Row { title: Some(row.name), height: 64.0, panels: vec![panel(row)] }).collect();
+    Grid { legends: vec![], common, rows }.draw()
+}
