@@ -63,7 +63,7 @@ pub(super) struct DetectArgs {
 
 /// Which columns hold what.
 #[derive(Debug, Args)]
-struct ColumnArgs {
+pub(super) struct ColumnArgs {
     /// Column with the time in s [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR]")]
     time: Option<Column>,
@@ -137,19 +137,16 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     files::run(args)
 }
 
-impl DetectArgs {
-    /// The flags as settings for a recording, or for none; those of --set come last and count.
-    fn settings(&self, recording: Option<&str>) -> Vec<String> {
+impl ColumnArgs {
+    /// The flags as settings.
+    pub(super) fn settings(&self) -> Vec<String> {
         let text = |text: &str| toml::Value::String(text.to_owned()).to_string();
         let mut settings = vec![];
-        if let Some(recording) = recording.filter(|recording| !inputs::is_scenario(recording)) {
-            settings.push(format!("recording.file={}", text(recording)));
-        }
         let columns = [
-            ("time_s", &self.columns.time, None),
-            ("position_m", &self.columns.position, Some("position_sign")),
-            ("velocity_m_per_s", &self.columns.velocity, Some("velocity_sign")),
-            ("force_n", &self.columns.force, Some("force_sign")),
+            ("time_s", &self.time, None),
+            ("position_m", &self.position, Some("position_sign")),
+            ("velocity_m_per_s", &self.velocity, Some("velocity_sign")),
+            ("force_n", &self.force, Some("force_sign")),
         ];
         for (quantity, column, sign) in columns {
             let Some(column) = column else { continue };
@@ -160,6 +157,19 @@ impl DetectArgs {
                 settings.push(format!("recording.{sign}={}", column.scale().signum()));
             }
         }
+        settings
+    }
+}
+
+impl DetectArgs {
+    /// The flags as settings for a recording, or for none; those of --set come last and count.
+    fn settings(&self, recording: Option<&str>) -> Vec<String> {
+        let text = |text: &str| toml::Value::String(text.to_owned()).to_string();
+        let mut settings = vec![];
+        if let Some(recording) = recording.filter(|recording| !inputs::is_scenario(recording)) {
+            settings.push(format!("recording.file={}", text(recording)));
+        }
+        settings.extend(self.columns.settings());
         if let Some(contact_m) = self.contact_m {
             settings.push(format!("estimator.contact_m={contact_m:?}"));
         }

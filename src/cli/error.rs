@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use thiserror::Error;
 
 use super::detect::DetectError;
+use crate::detect::calibration::CalibrationError;
 use crate::error::InvalidValue;
 use crate::report::{OutputError, PictureError, diagnostic};
 use crate::run::RunError;
@@ -34,6 +35,9 @@ pub(super) enum CliError {
     /// A detection cannot be done as asked, or not all of it.
     #[error(transparent)]
     Detect(#[from] DetectError),
+    /// A recording cannot be calibrated on.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -80,6 +84,7 @@ impl CliError {
             | Self::Setting(_)
             | Self::SameName { .. }
             | Self::Exists { .. }
+            | Self::Calibration(_)
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
             Self::Run(RunError::Integration { .. }) | Self::Output(_) | Self::Picture(_) | Self::Print(_) => false,

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod calibrate;
 mod check;
 mod compare;
 mod detect;
@@ -56,6 +57,12 @@ enum Command {
     /// angle becomes metres with xs_rad:0.075. A negative factor turns the sign: forces must be positive when they resist
     /// insertion, positions must grow into the tissue. Uneven samples are resampled at their median interval.
     Detect(detect::DetectArgs),
+    /// Find settings of estimator and detector from the beginning of a recording
+    ///
+    /// Measures the force's noise, finds where contact begins and what is quiet, tests whether the residual is white and
+    /// Gaussian, and gives the dead zone, the estimator's memory, and drift and threshold for a wanted interval between false
+    /// alarms, as [estimator] and [detector] tables to paste into a scenario.
+    Calibrate(calibrate::CalibrateArgs),
     /// Write the in-vivo-like recording, or one of another seed
     ///
     /// A made insertion through two layers with the facts that the paper states of its own: CSV with time_s, position_m,
@@ -122,6 +129,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Detect(args) => detect::run(&args),
+        Command::Calibrate(args) => calibrate::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Scenarios => scenarios::run(),

@@ -1,5 +1,6 @@
 //! What a run leaves for people and programs to read: tables, CSV, JSON, figures, errors. Only this floor draws or prints.
 
+mod calibration;
 mod detection;
 mod detections;
 pub mod diagnostic;
@@ -13,6 +14,7 @@ mod seeds;
 mod table;
 mod tables;
 
+pub use calibration::{calibration_object, calibration_text, calibration_toml, run_lengths_text};
 pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection_csv};
 pub use detections::{DetectionEntry, detections_json, detections_text};
 pub use files::{Folder, OutputError, write_file};

@@ -216,8 +216,14 @@ impl Values {
     /// The values as a TOML document that resolves to themselves.
     #[must_use]
     pub fn to_toml(&self) -> String {
+        self.sections_toml(std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)))
+    }
+
+    /// The values of some sections as a TOML document; the section `""` holds the keys that stand in none.
+    #[must_use]
+    pub fn sections_toml<'a>(&self, sections: impl IntoIterator<Item = &'a str>) -> String {
         let mut text = String::new();
-        for section in std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)) {
+        for section in sections {
             let lines: Vec<String> = keys_of(section)
                 .filter_map(|key| {
                     let name = key.path.rsplit('.').next().unwrap_or(key.path);

@@ -12,9 +12,9 @@ pub enum ContactRule {
     Given,
     /// Below it the force is noise.
     FirstForce,
-    /// The needle is loaded throughout: the line through force and position, drawn on to no force.
+    /// The needle is loaded throughout: the line through force and position, up to the largest force, drawn on to no force.
     Extrapolated,
-    /// Force does not grow with position: the lowest position, so that every sample counts.
+    /// Force does not grow with position: 5 mm below the lowest one, where the estimator's gain is full.
     Lowest,
 }
 
@@ -26,6 +26,8 @@ const STRAY_SHARE: f64 = 0.02;
 /// The share of samples, and the fewest, that tell whether the lowest positions are free.
 const LOWEST_SHARE: usize = 20;
 const FEWEST_LOWEST: usize = 20;
+/// Without a contact every sample is to count, with the full gain that the estimator has some way below the contact.
+const BELOW_LOWEST_M: f64 = 5e-3;
 
 /// Where contact begins in m, and how that was found, from positions (m), forces (N) and the forces' noise (N).
 #[must_use]
@@ -48,9 +50,12 @@ pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64
         return (contact_m, ContactRule::FirstForce);
     }
     let loaded = median_of(|force| force).unwrap_or(0.0) > 0.0;
-    match no_force_at(&samples).filter(|_| loaded) {
+    // What lies beyond the largest force may have ruptured.
+    let largest = samples.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(lowest_m, |sample| sample.0);
+    let loading = &samples[..samples.partition_point(|sample| sample.0 <= largest)];
+    match no_force_at(loading).filter(|_| loaded) {
         Some(contact_m) => (contact_m.min(lowest_m), ContactRule::Extrapolated),
-        None => (lowest_m, ContactRule::Lowest),
+        None => (lowest_m - BELOW_LOWEST_M, ContactRule::Lowest),
     }
 }
 
@@ -93,9 +98,17 @@ mod tests {
     }
 
     #[test]
+    fn what_has_ruptured_does_not_bend_the_line() {
+        let (position, force) = ramp(9, 13, |p| if p < 0.01127 { 3000.0 * (p - 6.3e-3) } else { 0.01 });
+        let (contact_m, rule) = contact(&position, &force, 1e-3);
+        assert!((contact_m - 6.3e-3).abs() < 1e-9, "{contact_m}");
+        assert_eq!(rule, ContactRule::Extrapolated);
+    }
+
+    #[test]
     fn a_force_that_does_not_grow_has_no_contact() {
         let (position, force) = ramp(0, 5, |_| -0.4);
-        assert_eq!(contact(&position, &force, 1e-3), (0.0, ContactRule::Lowest));
+        assert_eq!(contact(&position, &force, 1e-3), (-5e-3, ContactRule::Lowest));
         let (position, force) = ramp(0, 5, |p| 2.0 - p);
         assert_eq!(contact(&position, &force, 1e-3).1, ContactRule::Lowest);
         assert_eq!(contact(&[], &[], 0.0).1, ContactRule::Lowest);

@@ -10,9 +10,10 @@ const CAP_THRESHOLDS: f64 = 20.0;
 const BEFORE_S: f64 = 20e-3;
 const AFTER_S: f64 = 100e-3;
 const MEDIAN_S: f64 = 5e-3;
-/// It takes at least this share of the force, and so many standard deviations of the noise, with it.
+/// It takes at least this share of the force, so many standard deviations of the noise and so many N with it.
 const LEAST_SHARE: f64 = 0.25;
 const NOISE_STDS: f64 = 10.0;
+const LEAST_DROP_N: f64 = 0.5;
 /// The needle has not been drawn back by more than this meanwhile, in m.
 const MOST_WITHDRAWAL_M: f64 = 0.2e-3;
 
@@ -63,7 +64,7 @@ pub(super) fn excursions(
     found
 }
 
-/// Whether the force fell for good at a sample, as no detector could know yet: by a quarter and well beyond the noise,
+/// Whether the force fell for good at a sample, as no detector could know yet: by a quarter, by half a newton and well beyond the noise,
 /// within 100 ms, while the needle was not drawn back.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
@@ -78,7 +79,7 @@ pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> 
     let (Some(before_n), Some((index, after_n))) = (median(before), lowest) else { return false };
     let then = (crossing + index * stride + width / 2).min(position_m.len() - 1);
     let withdrawn_m = position_m[crossing.saturating_sub(2)] - position_m[then];
-    let least_n = (LEAST_SHARE * before_n.abs()).max(NOISE_STDS * noise_n);
+    let least_n = (LEAST_SHARE * before_n.abs()).max(NOISE_STDS * noise_n).max(LEAST_DROP_N);
     before_n - after_n > least_n && withdrawn_m <= MOST_WITHDRAWAL_M
 }
 
@@ -102,7 +103,7 @@ mod tests {
     #[test]
     fn a_force_that_falls_while_the_needle_goes_on_is_a_rupture() {
         assert!(ruptures(1.0, 0.01, 0.02));
-        assert!(!ruptures(3.5, 0.01, 0.02), "an eighth of the force");
+        assert!(!ruptures(3.2, 0.01, 0.02), "a fifth of the force");
         assert!(!ruptures(1.0, -0.05, 0.02), "the needle is drawn back");
         assert!(!ruptures(1.0, 0.01, 0.5), "within the noise");
     }

@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
 /// Which samples of a symmetric noise add to the decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +36,58 @@ impl Tails {
             Self::Both => 1.0,
             Self::Lower => 0.5,
         }
+    }
+}
+
+impl Tails {
+    /// The name of the distance whose samples they are.
+    #[must_use]
+    pub fn distance(self) -> &'static str {
+        match self {
+            Self::Both => "squared-residual",
+            Self::Lower => "squared-drop",
+        }
+    }
+}
+
+/// A run length predicted and simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunLength {
+    /// Which samples add.
+    pub tails: Tails,
+    /// Drift, in variances.
+    pub drift: f64,
+    /// Threshold, in variances.
+    pub threshold: f64,
+    /// Average run length by the integral equation, in samples.
+    pub predicted: f64,
+    /// Average over simulated runs, in samples.
+    pub simulated: f64,
+    /// How many there were: the average is known to one over the root of that.
+    pub alarms: u64,
+}
+
+/// Runs that are simulated together, on one stream of random numbers.
+const RUNS_TOGETHER: u64 = 32;
+
+impl RunLength {
+    /// Predicts the run length of the threshold for a wanted one, and simulates `alarms` runs (a multiple of 32) in
+    /// parallel. `done` is called after every 32 of them.
+    #[must_use]
+    pub fn check(tails: Tails, drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
+        let threshold = threshold_for(tails, drift, wanted);
+        let chunks = alarms.div_ceil(RUNS_TOGETHER);
+        let samples: u64 = (0..chunks)
+            .into_par_iter()
+            .map(|seed| {
+                let samples = simulate(tails, drift, threshold, RUNS_TOGETHER, seed);
+                done();
+                samples
+            })
+            .sum();
+        let alarms = chunks * RUNS_TOGETHER;
+        let predicted = average_run_length(tails, drift, threshold);
+        Self { tails, drift, threshold, predicted, simulated: samples as f64 / alarms as f64, alarms }
     }
 }
 

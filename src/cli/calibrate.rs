@@ -1,0 +1,194 @@
+//! `trocar calibrate`.
+
+use clap::Args;
+
+use super::detect::ColumnArgs;
+use super::error::CliError;
+use super::{OutputArgs, ScenarioArgs, progress, terminal};
+use crate::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
+use crate::detect::{Detection, DetectionReport, detect};
+use crate::report::{
+    Folder, calibration_object, calibration_text, calibration_toml, detection_pictures, run_lengths_text, to_json,
+};
+use crate::scenario::{DetectionSpec, ScenarioError, Source, Values};
+
+/// Find settings of estimator and detector from the beginning of a recording.
+#[derive(Debug, Args)]
+#[command(after_long_help = MORE)]
+pub(super) struct CalibrateArgs {
+    /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file whose [recording] to use
+    #[arg(value_name = "RECORDING", required_unless_present = "run_lengths")]
+    recording: Option<String>,
+    #[command(flatten)]
+    columns: ColumnArgs,
+    /// Where the tissue begins, in m [default: found]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    contact_m: Option<f64>,
+    /// A true rupture, in s after the first sample, to be left out of what is quiet (repeatable)
+    #[arg(long = "rupture-s", value_name = "S")]
+    ruptures_s: Vec<f64>,
+    /// How much of the recording to look at, from its beginning, in s
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().first_s, allow_negative_numbers = true)]
+    first_s: f64,
+    /// The quiet segment, in s after the first sample, as in 1.5,4 [default: found]
+    #[arg(long, value_name = "FROM,TO", value_parser = segment, allow_hyphen_values = true)]
+    quiet_s: Option<(f64, f64)>,
+    /// Wanted time between false alarms, in s
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().false_alarm_s, allow_negative_numbers = true)]
+    false_alarm_s: f64,
+    /// Time in which the slowest rupture takes half of the force, in s
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().slowest_rupture_s, allow_negative_numbers = true)]
+    slowest_rupture_s: f64,
+    /// Time in which the fastest harmless change takes half of the force, in s
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().fastest_harmless_s, allow_negative_numbers = true)]
+    fastest_harmless_s: f64,
+    /// Variance of a rupture's residual over the quiet one's; the drift follows from it
+    #[arg(long, value_name = "RATIO", default_value_t = CalibrationRequest::default().variance_ratio, allow_negative_numbers = true)]
+    variance_ratio: f64,
+    /// Instead of a calibration, print predicted beside simulated run lengths from 1e3 to 1e7 samples
+    #[arg(long, conflicts_with = "recording")]
+    run_lengths: bool,
+    #[command(flatten)]
+    changes: ScenarioArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+const MORE: &str = "\
+How it is done:
+  noise      second differences of the force; the dead zone is twice it
+  contact    where the force rises out of its noise, or where the line through force and position has none
+  quiet      blocks of 0.1 s in contact without a rupture; nine tenths of them are no louder than sigma_0
+  drift      where the likelihood ratio of eq. 23 changes sign, for a variance grown a hundredfold (--variance-ratio)
+  threshold  average run length to a false alarm (Page's integral equation) as wanted, and at least twice the largest
+             harmless excursion that the segment shows
+  memory     slow ruptures and fast harmless changes are put into the recording; the memory that best tells them apart
+
+Files, in a folder of the recording's name in --out: calibrated.toml, which `trocar detect` and --settings take;
+calibration.json; figures of the whole recording with these settings.
+
+Examples:
+  trocar calibrate force.csv --time t_s --position x_mm:1e-3 --force f_n
+  trocar detect out/force/calibrated.toml
+  trocar detect others/ --settings out/force/calibrated.toml --time t_s --position x_mm:1e-3 --force f_n";
+
+/// Run lengths that are checked, and how many runs each.
+const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 1024), (1e7, 1024)];
+
+fn segment(text: &str) -> Result<(f64, f64), String> {
+    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("{part:?} is no number"));
+    let (from, to) = text.split_once(',').ok_or("must be two times in s, as in 1.5,4")?;
+    Ok((number(from)?, number(to)?))
+}
+
+pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
+    let Some(recording) = &args.recording else { return run_lengths(args) };
+    let source = Source::parse(recording);
+    let settings = settings(args, recording);
+    let is_scenario = is_scenario(recording);
+    let mut values = if is_scenario {
+        Values::load(&source, &settings)?
+    } else {
+        Values::from_settings(&source.stem(), &settings).map_err(|error| plain(error, false))?
+    };
+    let keeps_contact = values.place("estimator.contact_m").is_some();
+    let spec = DetectionSpec::resolve(&mut values).map_err(|error| plain(error, is_scenario))?;
+    let request = CalibrationRequest {
+        first_s: args.first_s,
+        quiet_s: args.quiet_s,
+        keeps_contact,
+        false_alarm_s: args.false_alarm_s,
+        slowest_rupture_s: args.slowest_rupture_s,
+        fastest_harmless_s: args.fastest_harmless_s,
+        variance_ratio: args.variance_ratio,
+    };
+    let calibration = calibrate(&spec, &request)?;
+    let chosen = calibration.settings();
+    let calibrated =
+        DetectionSpec { estimator: chosen.estimator, detector: chosen.detector, contact_m: chosen.contact_m, ..spec };
+    let detection = detect(&calibrated)?;
+    let report = DetectionReport::of(&detection, &calibrated.recording.ruptures_s);
+    let folder = Folder::new(&args.output.out).folder(values.name());
+    write(&folder, &values, &calibration, (&calibrated, &detection, &report))?;
+    if args.output.json {
+        terminal::print(&to_json(&calibration_object(values.name(), &calibration)))
+    } else if args.output.quiet {
+        Ok(())
+    } else {
+        let (text, alarms) = (calibration_text(values.name(), &calibration), alarms_text(&report));
+        terminal::print(&format!("{text}\n{alarms}\nfiles: {}\n", folder.path().display()))
+    }
+}
+
+/// What the settings find in the whole recording.
+fn alarms_text(report: &DetectionReport) -> String {
+    let times: Vec<String> = report.alarms.iter().map(|alarm| format!("{:.4} s", alarm.time_s)).collect();
+    match times.len() {
+        0 => "with these settings: no alarm in the whole recording".into(),
+        1 => format!("with these settings: one alarm in the whole recording, at {}", times[0]),
+        count => format!("with these settings: {count} alarms in the whole recording, at {}", times.join(", ")),
+    }
+}
+
+fn write(
+    folder: &Folder,
+    values: &Values,
+    calibration: &Calibration,
+    (spec, detection, report): (&DetectionSpec, &Detection, &DetectionReport),
+) -> Result<(), CliError> {
+    let name = values.name();
+    let own = values.sections_toml(["", "recording", "recording.columns", "recording.scale", "sensor"]);
+    let looked_at_s = calibration.looked_at_s;
+    let heading = format!("# Calibrated on the first {looked_at_s:.3} s by trocar {}.\n", env!("CARGO_PKG_VERSION"));
+    folder.write("calibrated.toml", format!("{heading}{own}\n{}", calibration_toml(calibration)).as_bytes())?;
+    folder.write("calibration.json", to_json(&calibration_object(name, calibration)).as_bytes())?;
+    let scale = (spec.detector.cusum.threshold, spec.detector.distance.kind.unit());
+    Ok(detection_pictures(folder, name, detection, report, scale)?)
+}
+
+fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {
+    let request = CalibrationRequest { variance_ratio: args.variance_ratio, ..CalibrationRequest::default() };
+    request.validate()?;
+    let drift = request.drift();
+    let wanted = || [Tails::Both, Tails::Lower].into_iter().flat_map(|tails| RUN_LENGTHS.map(|length| (tails, length)));
+    let bar = progress::bar(
+        wanted().map(|(_, (length, alarms))| (length * alarms as f64 / 1e6) as usize).sum(),
+        args.output.quiet,
+    );
+    bar.set_message("simulating, million samples");
+    let check = |(tails, (length, alarms)): (Tails, (f64, u64))| {
+        RunLength::check(tails, drift, length, alarms, || bar.inc((length * 32.0 / 1e6) as u64))
+    };
+    let lengths: Vec<RunLength> = wanted().map(check).collect();
+    bar.finish_and_clear();
+    if args.output.quiet { Ok(()) } else { terminal::print(&run_lengths_text(&lengths)) }
+}
+
+/// The flags as settings; those of --set come last and count.
+fn settings(args: &CalibrateArgs, recording: &str) -> Vec<String> {
+    let mut settings = vec![];
+    if !is_scenario(recording) {
+        settings.push(format!("recording.file={}", toml::Value::String(recording.to_owned())));
+    }
+    settings.extend(args.columns.settings());
+    if let Some(contact_m) = args.contact_m {
+        settings.push(format!("estimator.contact_m={contact_m:?}"));
+    }
+    if !args.ruptures_s.is_empty() {
+        settings.push(format!("recording.ruptures_s={:?}", args.ruptures_s));
+    }
+    settings.extend(args.changes.settings.iter().cloned());
+    settings
+}
+
+fn is_scenario(recording: &str) -> bool {
+    recording.ends_with(".toml")
+}
+
+/// Without a scenario file, the place of an error is a flag, which the message names better than a made-up line.
+fn plain(mut error: ScenarioError, is_scenario: bool) -> ScenarioError {
+    if !is_scenario {
+        error.place = None;
+    }
+    error
+}
