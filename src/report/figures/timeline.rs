@@ -5,7 +5,7 @@ use plotters::style::{Color, RGBAColor};
 use super::axis::{Axis, X_TICKS};
 use super::grid::{Entry, Grid, Row, Sample};
 use super::panel::{Events, Panel};
-use super::style::{BLUE, ORANGE, SKY};
+use super::style::{ORANGE, PURPLE, SKY};
 use super::{Figure, FigureError};
 
 /// Recordings that one figure can show; a page has an end.
@@ -30,7 +30,7 @@ impl Shade {
         match self {
             Self::Insertion => SKY.mix(0.55),
             Self::Hold => ORANGE.mix(0.25),
-            Self::Withdrawal => BLUE.mix(0.4),
+            Self::Withdrawal => PURPLE.mix(0.55),
         }
     }
 }
