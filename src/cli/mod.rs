@@ -55,7 +55,7 @@ enum Command {
     /// A column is given by its name in the file's header, with a factor that turns it into SI after a colon: a lever's
     /// angle becomes metres with xs_rad:0.075. A negative factor turns the sign: forces must be positive when they resist
     /// insertion, positions must grow into the tissue. Uneven samples are resampled at their median interval.
-    Detect(detect::DetectArgs),
+    Detect(Box<detect::DetectArgs>),
     /// Write the in-vivo-like recording, or one of another seed
     ///
     /// A made insertion through two layers with the facts that the paper states of its own: CSV with time_s, position_m,
