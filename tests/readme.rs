@@ -55,6 +55,32 @@ fn detect_prints_what_the_readme_shows() {
     assert_eq!(trocar(folder.path(), &arguments), blocks("text")[1]);
 }
 
+/// Runs a line of a session in a folder, commands joined by `|`; gives what the last one prints.
+fn session(folder: &Path, line: &str) -> String {
+    line.split(" | ").fold(String::new(), |input, command| {
+        let arguments = command.trim().strip_prefix("trocar ").expect("a command").split_whitespace();
+        let mut trocar = Command::cargo_bin("trocar").expect("built");
+        let assert = trocar.current_dir(folder).args(arguments).write_stdin(input).assert().success();
+        String::from_utf8(assert.get_output().stdout.clone()).expect("text")
+    })
+}
+
+#[test]
+fn sessions_print_what_the_readme_shows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("trials")).expect("made");
+    std::fs::write(folder.path().join("labels.csv"), &blocks("csv")[0]).expect("written");
+    let sessions = blocks("console");
+    assert_eq!(sessions.len(), 2);
+    for shown in sessions {
+        let mut printed = String::new();
+        for line in shown.lines().filter_map(|line| line.strip_prefix("$ ")) {
+            printed.push_str(&format!("$ {line}\n{}", session(folder.path(), line)));
+        }
+        assert_eq!(printed, shown);
+    }
+}
+
 #[test]
 fn the_studies_over_seeds_print_what_the_readme_shows() {
     for index in [2, 3] {

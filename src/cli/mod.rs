@@ -56,13 +56,13 @@ enum Command {
     /// A column is given by its name in the file's header, with a factor that turns it into SI after a colon: a lever's
     /// angle becomes metres with xs_rad:0.075. A negative factor turns the sign: forces must be positive when they resist
     /// insertion, positions must grow into the tissue. Uneven samples are resampled at their median interval.
-    Detect(detect::DetectArgs),
+    Detect(Box<detect::DetectArgs>),
     /// Find settings of estimator and detector from the beginning of a recording
     ///
     /// Measures the force's noise, finds where contact begins and what is quiet, tests whether the residual is white and
     /// Gaussian, and gives the dead zone, the estimator's memory, and drift and threshold for a wanted interval between false
     /// alarms, as [estimator] and [detector] tables to paste into a scenario.
-    Calibrate(calibrate::CalibrateArgs),
+    Calibrate(Box<calibrate::CalibrateArgs>),
     /// Write the in-vivo-like recording, or one of another seed
     ///
     /// A made insertion through two layers with the facts that the paper states of its own: CSV with time_s, position_m,

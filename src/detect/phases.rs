@@ -86,8 +86,9 @@ impl PhaseRule {
     }
 
     fn phase_at(&self, position_m: &[f64], sample: usize, half: usize, interval_s: f64, contact_m: f64) -> Phase {
-        // Not `<=`: a position that is no number is in no tissue.
-        if !(position_m[sample] > contact_m) {
+        // A position that is no number is in no tissue.
+        let is_in_contact = position_m[sample] > contact_m;
+        if !is_in_contact {
             return Phase::Free;
         }
         let (from, to) = (sample.saturating_sub(half), sample.saturating_add(half).min(position_m.len() - 1));

@@ -79,7 +79,7 @@ impl LiveTable {
     /// Takes the next line of `bytes`, which is cut off them: `None` once what is left has no end yet.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Result<LiveLine, RecordingError>> {
         if self.after_return {
-            let Some(&first) = bytes.first() else { return None };
+            let &first = bytes.first()?;
             self.after_return = false;
             if first == b'\n' {
                 *bytes = &bytes[1..];

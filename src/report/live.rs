@@ -10,8 +10,9 @@ pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) 
     let plural = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let seconds = |value: f64| format!("{} s", significant(value));
     let newton = |value| show(value, Unit::Newton);
+    let apart = summary.interval_s.map_or(String::new(), |s| format!(" {} apart", show(Some(s), Unit::Second)));
     format!(
-        "{} over {} ({} in contact), {}; ended by {ended}\nresidual: mean |e| {}, σ {}, greatest {}\n{}: {malformed} \
+        "{}{apart} over {} ({} in contact), {}; ended by {ended}\nresidual: mean |e| {}, σ {}, greatest {}\n{}: {malformed} \
          malformed and {} not later skipped, {} interpolated, {} uneven, {}",
         plural(summary.samples, "sample"),
         seconds(summary.duration_s),

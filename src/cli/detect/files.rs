@@ -1,5 +1,7 @@
 //! Detection in recordings, one or many.
 
+use std::path::Path;
+
 use rayon::prelude::*;
 use serde_json::Value as Json;
 
@@ -22,6 +24,10 @@ struct Found {
 }
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
+    if is_collection(args) {
+        // A flag that is wrong is wrong once, not once for each recording.
+        Values::from_settings("recording", &args.settings(None)).map_err(|error| plain(error, false))?;
+    }
     let inputs = inputs(args)?;
     if !args.ruptures_s.is_empty() && inputs.len() > 1 {
         return Err(DetectError::RupturesOfMany { recordings: inputs.len() }.into());
@@ -29,10 +35,15 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let labels = labels::given(args, &inputs)?;
     let work: Vec<_> = inputs.into_iter().zip(labels).collect();
     let out = Folder::new(&args.output.out);
-    match <[_; 1]>::try_from(work) {
-        Ok([(input, labels)]) => alone(args, &out, input, labels),
-        Err(work) => many(args, &out, work),
+    if is_collection(args) {
+        return many(args, &out, work);
     }
+    work.into_iter().try_for_each(|(input, labels)| alone(args, &out, input, labels))
+}
+
+/// Whether tables and JSON are those of many: a folder is many, whatever it holds.
+fn is_collection(args: &DetectArgs) -> bool {
+    args.recordings.len() > 1 || args.recordings.iter().any(|recording| Path::new(recording).is_dir())
 }
 
 fn alone(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {

@@ -13,6 +13,9 @@ use crate::recording::{LiveLine, LiveTable, RecordingError};
 use crate::report::live_text;
 use crate::scenario::{DetectionSettings, Values, recording_columns};
 
+/// How a stream ends by itself.
+const END: &str = "end of input";
+
 /// What messages call the stream.
 const NAME: &str = "standard input";
 
@@ -41,7 +44,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let ended = loop {
         let outcome = match source.next() {
             Event::Bytes(bytes) => session.take(bytes),
-            Event::End => break session.finish().map(|()| "end of input"),
+            Event::End => break session.finish().map(|()| END),
             Event::Stop => break Ok("signal"),
             Event::Failed(error) => break Err(Ended::Failed(DetectError::Stream(error).into())),
         };
@@ -52,10 +55,9 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     match ended {
         Ok(ended) => session.summarise(ended),
         Err(Ended::Unread) => Ok(()),
-        Err(Ended::Failed(error)) => {
-            // What was found so far is not lost with the stream.
-            session.summarise("failure").and(Err(error))
-        }
+        // What was found so far is not lost with the stream.
+        Err(Ended::Failed(error)) if session.lines > 0 => session.summarise("failure").and(Err(error)),
+        Err(Ended::Failed(error)) => Err(error),
     }
 }
 
@@ -111,7 +113,11 @@ impl Session {
             Err(error) => {
                 self.lines += 1;
                 self.malformed += 1;
-                self.warnings.warn(|| format!("{error}; the row is skipped"));
+                // Without the remedy: nobody can correct a row that a rig has written.
+                self.warnings.warn(|| {
+                    let error = error.to_string();
+                    format!("{}; the row is skipped", error.split("; ").next().unwrap_or(&error))
+                });
                 return Ok(());
             }
         };
@@ -139,12 +145,12 @@ impl Session {
         let summary: LiveSummary = self.detector.summary();
         let skipped = self.malformed + summary.not_later;
         self.warnings.flush();
+        if summary.samples == 0 && ended == END {
+            return Err(DetectError::NoSample { rows: self.lines }.into());
+        }
         self.rows.summary(&summary, self.lines, skipped, ended).or_else(closed)?;
         if !self.rows.is_json() {
             self.warnings.note(&live_text(&summary, self.lines, self.malformed, ended));
-        }
-        if summary.samples == 0 && ended == "end of input" {
-            return Err(DetectError::NoSample { rows: self.lines }.into());
         }
         Ok(())
     }

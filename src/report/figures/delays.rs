@@ -20,7 +20,9 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure, FigureError> {
     delays_ms.sort_by(f64::total_cmp);
     let Some(&greatest) = delays_ms.last() else { return Err(FigureError::Empty { figure: "delays" }) };
     let (counts, bin) = bins(&delays_ms, greatest);
-    let most = counts.iter().copied().max().unwrap_or(1) as f64;
+    let most = counts.iter().copied().max().unwrap_or(1);
+    // Detections are whole.
+    let count_axis = Axis::from_zero(most as f64, Y_TICKS.min(most));
     let shade = SKY.mix(0.75);
     let mut outline = vec![(0.0, 0.0)];
     for (index, &count) in counts.iter().enumerate() {
@@ -43,7 +45,7 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure, FigureError> {
     let upper = Panel {
         fills: vec![(outline, shade)],
         x_caption: "Delay (ms)",
-        ..Panel::over_time(axis.clone(), Axis::from_zero(most, Y_TICKS), "Detections")
+        ..Panel::over_time(axis.clone(), count_axis, "Detections")
     };
     let lower = Panel {
         traces: vec![super::panel::Trace { x: &x, y: &y, scale: 1.0, stroke: MAIN }],

@@ -5,7 +5,7 @@ use plotters::style::{Color, RGBAColor};
 use super::axis::{Axis, X_TICKS};
 use super::grid::{Entry, Grid, Row, Sample};
 use super::panel::{Events, Panel};
-use super::style::{BLUE, ORANGE, SKY};
+use super::style::{ORANGE, PURPLE, SKY};
 use super::{Figure, FigureError};
 
 /// Recordings that one figure can show; a page has an end.
@@ -30,7 +30,7 @@ impl Shade {
         match self {
             Self::Insertion => SKY.mix(0.55),
             Self::Hold => ORANGE.mix(0.25),
-            Self::Withdrawal => BLUE.mix(0.4),
+            Self::Withdrawal => PURPLE.mix(0.55),
         }
     }
 }
@@ -82,4 +82,35 @@ pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure, FigureError> {
     };
     let rows = rows.iter().map(|row| Row { title: Some(row.name), height: 64.0, panels: vec![panel(row)] }).collect();
     Grid { legends: vec![], common, rows }.draw()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(name: &str, duration_s: f64) -> TimelineRow<'_> {
+        TimelineRow {
+            name,
+            duration_s,
+            shades: vec![(0.0, 1.0, Shade::Insertion), (1.0, 2.0, Shade::Withdrawal)],
+            rupture_times_s: vec![0.5, f64::NAN],
+            alarm_times_s: vec![0.51, 1e300],
+        }
+    }
+
+    #[test]
+    fn every_recording_has_its_row_and_the_legend_names_what_is_there() {
+        let figure = timeline(&[row("first", 2.0), row("second", 0.0), row("third", f64::NAN)]).expect("drawn");
+        for text in ["first", "second", "third", "insertion", "withdrawal", "labelled rupture", "detection"] {
+            assert!(figure.svg.contains(text), "{text}");
+        }
+        assert!(!figure.svg.contains("hold") && !figure.svg.contains("NaN"));
+    }
+
+    #[test]
+    fn a_page_has_an_end() {
+        let rows: Vec<_> = (0..MOST_ROWS + 50).map(|_| row("x", 2.0)).collect();
+        assert_eq!(timeline(&rows).expect("drawn"), timeline(&rows[..MOST_ROWS]).expect("drawn"));
+        assert!(matches!(timeline(&[]), Err(FigureError::Empty { .. })));
+    }
 }
