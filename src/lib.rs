@@ -81,3 +81,8 @@ pub mod teleoperation;
 pub mod time;
 #[cfg(feature = "std")]
 pub mod tissue;
+
+/// The README's Rust runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -40,7 +40,7 @@ impl Held {
             self.is_held = false;
             self.gap = self.value - reading;
         }
-        self.gap -= self.gap.clamp(-self.step, self.step);
+        self.gap -= self.gap.max(-self.step).min(self.step);
         self.value = reading + self.gap;
         self.value
     }
