@@ -3,8 +3,8 @@
 //! Everything inside the tick is written once over [`Lane`]. The operations are those that give the same bits on every
 //! machine: no fused multiply-add, no reassociation, no transcendental function.
 
-use std::fmt::Debug;
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use core::fmt::Debug;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// A truth value for each lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {
@@ -135,7 +135,15 @@ impl Lane for f64 {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.sqrt()
+        // Both round correctly, so that they agree to the last bit.
+        #[cfg(feature = "std")]
+        {
+            self.sqrt()
+        }
+        #[cfg(not(feature = "std"))]
+        {
+            libm::sqrt(self)
+        }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

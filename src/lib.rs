@@ -17,11 +17,15 @@
 //! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints) |
 //! | 6 | [`run`], [`compare`], [`detect`] |
 //! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers) |
-//! | 4 | [`engine`] (one tick, N ticks, observers) |
+//! | 4 | [`engine`] (one tick, N ticks, observers), [`rig`] (one step of a real controller) |
 //! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
 //! | 2 | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`estimation`], [`detection`], [`recording`]: siblings never import each other |
 //! | 1 | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | 0 | [`time`], [`lane`], [`error`] |
+//!
+//! Without the default feature `std` there are [`rig`] and what it is made of ([`augmentation`], [`detection`],
+//! [`estimation`], [`time`], [`lane`], [`error`]), the same source, for machines that have neither an operating system nor
+//! an allocator.
 //!
 //! # A run in Rust
 //! ```
@@ -36,25 +40,49 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
 pub mod augmentation;
+#[cfg(feature = "std")]
 pub mod channel;
+#[cfg(feature = "std")]
 pub mod cli;
+#[cfg(feature = "std")]
 pub mod compare;
+#[cfg(feature = "std")]
 pub mod detect;
 pub mod detection;
+#[cfg(feature = "std")]
 pub mod engine;
 pub mod error;
 pub mod estimation;
 pub mod lane;
+#[cfg(feature = "std")]
 pub mod lti;
+#[cfg(feature = "std")]
 pub mod metrics;
+#[cfg(feature = "std")]
 pub mod operator;
+#[cfg(feature = "std")]
 pub mod plant;
+#[cfg(feature = "std")]
 pub mod recording;
+#[cfg(feature = "std")]
 pub mod report;
+pub mod rig;
+#[cfg(feature = "std")]
 pub mod run;
+#[cfg(feature = "std")]
 pub mod scenario;
+#[cfg(feature = "std")]
 pub mod sensor;
+#[cfg(feature = "std")]
 pub mod teleoperation;
 pub mod time;
+#[cfg(feature = "std")]
 pub mod tissue;
+
+/// The README's Rust runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -26,10 +26,10 @@ impl TickGrid {
     pub fn new(tick_s: f64, duration_s: f64) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", tick_s)?;
         positive("simulation.duration_s", duration_s)?;
-        let ticks = (duration_s / tick_s).round();
+        let ticks = libm::round(duration_s / tick_s);
         require("simulation.duration_s", duration_s, ticks >= 1.0, "at least one tick")?;
         require("simulation.duration_s", duration_s, ticks <= MOST_TICKS, "at most 1e9 ticks")?;
-        let rate = (1.0 / tick_s).round();
+        let rate = libm::round(1.0 / tick_s);
         Ok(Self { tick_s, ticks: ticks as u64, rate_hz: (1.0 / rate == tick_s).then_some(rate) })
     }
 
@@ -56,14 +56,14 @@ impl TickGrid {
 /// The number of ticks nearest to `duration_s` (at least 0).
 #[must_use]
 pub fn nearest_ticks(duration_s: f64, tick_s: f64) -> u64 {
-    (duration_s / tick_s).round().max(0.0) as u64
+    libm::round(duration_s / tick_s).max(0.0) as u64
 }
 
 /// The number of ticks in `duration_s` if that is a whole number, to within a millionth of a tick; `None` otherwise.
 #[must_use]
 pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Option<u64> {
     let ticks = duration_s / tick_s;
-    let whole = ticks.round();
+    let whole = libm::round(ticks);
     ((ticks - whole).abs() <= WHOLE_TICK_TOLERANCE && (0.0..=MOST_TICKS).contains(&whole)).then_some(whole as u64)
 }
 

@@ -1,10 +1,11 @@
-//! Nothing is allocated from a run's first tick to its last.
+//! Nothing is allocated from a run's first tick to its last, nor by a rig's controller.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use trocar::engine::{Engine, Sides};
 use trocar::metrics::MetricsObserver;
+use trocar::rig::{HapticController, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
 
 /// The system's allocator, counting what this thread asks of it.
@@ -62,4 +63,26 @@ fn a_run_with_metrics_allocates_nothing() {
     let saturating = scenario("15_saturating_master");
     let engine = saturating.limited_engine::<f64>(0).expect("builds");
     assert_eq!(allocations(&saturating, engine), 0);
+}
+
+#[test]
+fn a_step_of_the_rig_allocates_nothing() {
+    let velocity = VelocitySource::Filtered { resolution_m: 1e-6, acceleration_std_m_per_s2: 1.0 };
+    let mut events = 0;
+    let before = COUNT.with(Cell::get);
+    let mut controller = HapticController::new(&Settings { velocity, ..Settings::default() }).expect("valid");
+    // In, with a rupture every two seconds, and a sample in four hundred missing.
+    for k in 0..20_000_u32 {
+        let depth = 1e-5 * f64::from(k % 2000);
+        let sample = Sample {
+            master_position_m: depth,
+            slave_position_m: depth,
+            slave_velocity_m_per_s: f64::NAN,
+            force_n: if k % 2000 < 1500 { 300.0 * depth } else { 1.0 },
+        };
+        let command = controller.step(if k % 400 == 50 { &Sample::MISSING } else { &sample });
+        events += u32::from(command.alarm_taken);
+    }
+    assert_eq!(COUNT.with(Cell::get), before);
+    assert!(events > 0, "steps of every kind");
 }

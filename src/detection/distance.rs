@@ -65,12 +65,12 @@ impl Hypotheses {
     /// own drift.
     #[must_use]
     pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
-        let (quiet, changed) = (self.quiet_std_n.powi(2), self.rupture_std_n.powi(2));
+        let (quiet, changed) = (square(self.quiet_std_n), square(self.rupture_std_n));
         match kind {
             DistanceKind::SquaredResidual | DistanceKind::SquaredDrop | DistanceKind::ForceDerivative => {
                 ((changed - quiet) / 2.0, (changed + quiet) / 2.0)
             }
-            DistanceKind::MeanChange => (self.rupture_mean_n.powi(2) / (2.0 * quiet), 0.0),
+            DistanceKind::MeanChange => (square(self.rupture_mean_n) / (2.0 * quiet), 0.0),
             DistanceKind::VarianceChange => {
                 (libm::log(self.quiet_std_n / self.rupture_std_n) + (changed / quiet - 1.0) / 2.0, 0.0)
             }
@@ -127,9 +127,9 @@ pub(super) struct DistanceState<L> {
 impl<L: Lane> DistanceState<L> {
     pub(super) fn new(distance: &Distance) -> Self {
         let h = &distance.hypotheses;
-        let (quiet, changed) = (h.quiet_std_n.powi(2), h.rupture_std_n.powi(2));
+        let (quiet, changed) = (square(h.quiet_std_n), square(h.rupture_std_n));
         let (scale, offset) = match distance.kind {
-            DistanceKind::MeanChange => (h.rupture_mean_n / quiet, -h.rupture_mean_n.powi(2) / (2.0 * quiet)),
+            DistanceKind::MeanChange => (h.rupture_mean_n / quiet, -square(h.rupture_mean_n) / (2.0 * quiet)),
             DistanceKind::VarianceChange => {
                 ((1.0 / quiet - 1.0 / changed) / 2.0, libm::log(h.quiet_std_n / h.rupture_std_n))
             }
@@ -177,6 +177,11 @@ impl<L: Lane> DistanceState<L> {
             }
         }
     }
+}
+
+/// `x²`; `powi` is not in `core`.
+fn square(x: f64) -> f64 {
+    x * x
 }
 
 #[cfg(test)]

@@ -3,6 +3,12 @@
 use crate::error::{InvalidValue, non_negative, positive, require};
 use crate::lane::{Lane, Mask};
 
+/// `F_0 α_0` above which rounding is watched: below, the eigenvalues of `F` are never further apart than this.
+const WELL_CONDITIONED: f64 = 1e4;
+
+/// Least share of `F₀₀ F₁₁` that the determinant of `F` may be where rounding is watched.
+const LEAST_DETERMINANT: f64 = 1e-12;
+
 /// How the estimator weighs, ignores and forgets.
 ///
 /// # Choosing the gain
@@ -103,11 +109,19 @@ pub struct Estimate<L> {
 /// ```
 /// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. The dead zone scales the corrections; scaling `F`
 /// itself, as the text after eq. 15 can be read, would end all adaptation at the first small error.
+///
+/// # How long `F` stays positive definite
+/// With `0 <= δ <= 1` an update adds at most `δ α φφᵀ` to `F⁻¹`, so that `tr(F⁻¹) <= x < α_0` between two restorations:
+/// the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. Where
+/// `F_0 α_0 <= 10⁴` (the default: 102), that takes over 10¹¹ corrections without a restoration. With a longer memory `F`
+/// can lose its sign, so that there each correction checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁` and restores `F_0` otherwise.
 #[derive(Debug, Clone)]
 pub struct Rls<L> {
     initial_gain: L,
     initial_information: L,
     reset_threshold: L,
+    /// Whether rounding could take the sign of `F` before it is restored.
+    is_watched: bool,
     normalisation: L,
     /// What of the velocity is in the regressor: all or nothing.
     velocity_share: L,
@@ -134,6 +148,7 @@ impl<L: Lane> Rls<L> {
             initial_gain: L::splat(settings.initial_gain),
             initial_information: L::splat(information),
             reset_threshold: L::splat(settings.reset_threshold),
+            is_watched: settings.initial_gain * settings.reset_threshold > WELL_CONDITIONED,
             normalisation: L::splat(settings.normalisation),
             velocity_share: L::splat(match settings.parameters {
                 Parameters::StiffnessAndDamping => 1.0,
@@ -194,9 +209,33 @@ impl<L: Lane> Rls<L> {
         self.parameters = [self.parameters[0] + correction[0], self.parameters[1] + correction[1]];
         self.gain = [f00 - share * (q0 * q0), f01 - share * (q0 * q1), f11 - share * (q1 * q1)];
         self.information = self.information + delta * (squared_regressor / inverse_weight);
-        let restore = self.information.ge(self.reset_threshold);
+        let mut restore = self.information.ge(self.reset_threshold);
+        if self.is_watched {
+            restore = restore | !self.is_definite();
+        }
         self.restore(restore);
         correction
+    }
+
+    /// Whether `F` is positive definite by more than rounding.
+    #[cold]
+    #[inline(never)]
+    fn is_definite(&self) -> L::Mask {
+        let [f00, f01, f11] = self.gain;
+        let product = f00 * f11;
+        (product - f01 * f01).gt(L::splat(LEAST_DETERMINANT) * product)
+    }
+
+    /// Takes note that a sample is missing: the next one is met as the first in contact is, and nothing is learnt from it.
+    pub fn skip(&mut self) {
+        self.regressor = [L::zero(); 2];
+        self.expected = L::zero();
+    }
+
+    /// The gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁).
+    #[must_use]
+    pub fn gain(&self) -> [L; 3] {
+        self.gain
     }
 
     /// `F = F_0`, `x = tr(F_0⁻¹)` where the mask holds.
@@ -297,6 +336,61 @@ mod tests {
             assert_eq!((a.residual_n, a.stiffness_n_per_m), (b.residual_n, b.stiffness_n_per_m));
             assert_eq!(a.damping_n_s_per_m, 0.0);
         }
+    }
+
+    /// The least and the greatest eigenvalue of the gain.
+    fn eigenvalues(rls: &Rls<f64>) -> [f64; 2] {
+        let [f00, f01, f11] = rls.gain();
+        let greater = f64::midpoint(f00, f11) + f64::midpoint(f00, -f11).hypot(f01);
+        [(f00 * f11 - f01 * f01) / greater, greater]
+    }
+
+    #[test]
+    fn the_gain_keeps_to_its_bounds() {
+        let settings = RlsSettings { dead_zone_n: 0.0, ..RlsSettings::default() };
+        let mut rls = Rls::<f64>::new(&settings);
+        for k in 0..100_000 {
+            let (p, v) = insertion(k % 3000);
+            rls.update(if k % 2 == 0 { 5.0 } else { -5.0 }, p, v);
+            let [least, greatest] = eigenvalues(&rls);
+            assert!(least > (1.0 - 1e-9) / settings.reset_threshold, "{least}");
+            assert!(greatest <= (1.0 + 1e-12) * settings.initial_gain, "{greatest}");
+        }
+    }
+
+    /// Without the check, `F` loses its sign after a thousand of these samples.
+    #[test]
+    fn rounding_does_not_take_the_sign_of_the_gain() {
+        let settings = RlsSettings {
+            initial_gain: 1e12,
+            reset_threshold: 1e12,
+            dead_zone_n: 0.0,
+            normalisation: 0.0,
+            parameters: Parameters::default(),
+        };
+        let mut rls = Rls::<f64>::new(&settings);
+        for k in 0..200_000 {
+            let depth = 1.0 + 1e-9 * f64::from(k).sin();
+            let estimate = rls.update(if k % 2 == 0 { 5.0 } else { -5.0 }, depth, 1.0);
+            let [f00, f01, f11] = rls.gain();
+            assert!(f00 > 0.0 && f11 > 0.0 && f01 * f01 < f00 * f11, "at {k}: {f00:e} {f01:e} {f11:e}");
+            assert!(estimate.stiffness_n_per_m.is_finite() && f00.max(f11) <= 1e12);
+        }
+    }
+
+    #[test]
+    fn a_missing_sample_teaches_nothing() {
+        let mut rls = Rls::<f64>::new(&RlsSettings::default());
+        for k in 0..1000 {
+            let (p, v) = insertion(k);
+            rls.update(350.0 * p + 12.0 * v, p, v);
+        }
+        let (gain, before) = (rls.gain(), rls.update(3.0, 0.01, 0.0));
+        rls.skip();
+        let after = rls.update(300.0, 0.01, 0.0);
+        assert_eq!((after.predicted_force_n, after.correction), (0.0, [0.0; 2]));
+        assert_eq!(after.stiffness_n_per_m, before.stiffness_n_per_m);
+        assert_ne!(gain, [0.0; 3]);
     }
 
     #[test]

@@ -56,13 +56,20 @@ impl<L: Lane> VelocityFilter<L> {
         self.velocity_m_per_s = self.velocity_m_per_s + self.gain[1] * innovation;
         self.velocity_m_per_s
     }
+
+    /// Takes up again after readings that are missing: from the position (m), with the velocity (m/s) from before.
+    pub fn resume(&mut self, position_m: L) -> L {
+        self.started = true;
+        self.position_m = position_m;
+        self.velocity_m_per_s
+    }
 }
 
 /// The steady Kalman gain for a reading variance `r` (m²), in closed form (Kalata 1984): with the tracking index
 /// `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`, `T l₁ = 2 (2 - l₀) - 4 √(1 - l₀) = 2 (1 - ρ)²`.
 fn steady_gain(tick_s: f64, r: f64, acceleration: f64) -> [f64; 2] {
-    let index = acceleration * tick_s * tick_s / r.sqrt();
-    let rho = (4.0 + index - (8.0 * index + index * index).sqrt()) / 4.0;
+    let index = acceleration * tick_s * tick_s / libm::sqrt(r);
+    let rho = (4.0 + index - libm::sqrt(8.0 * index + index * index)) / 4.0;
     [1.0 - rho * rho, 2.0 * (1.0 - rho) * (1.0 - rho) / tick_s]
 }
 

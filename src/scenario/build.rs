@@ -254,7 +254,7 @@ impl Scenario {
     }
 
     /// Where the person begins, in m; both sides begin there at rest.
-    fn start_m(&self) -> f64 {
+    pub(super) fn start_m(&self) -> f64 {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),
             OperatorSpec::Ramp { start_m, .. } => *start_m,

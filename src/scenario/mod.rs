@@ -12,6 +12,7 @@ mod link;
 mod person;
 mod replay;
 mod resolve;
+mod rig;
 mod schedule;
 mod schema;
 mod settings;

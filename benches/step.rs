@@ -1,0 +1,80 @@
+//! What a step of the rig's controller costs, on the signals of the shipped insertion.
+//!
+//! The table gives the best and the median of many passes over the insertion in ns a step, without the clock: `augmented` with its
+//! events, `classical` without their effect, `motionless` with a noise that has the estimator correct at most samples.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use trocar::rig::{HapticController, Sample, Settings};
+use trocar::scenario::{Scenario, Source};
+
+const PASSES: usize = 300;
+
+/// A shipped scenario's controller and the samples that its run gives.
+fn replay(name: &str) -> (HapticController, Vec<Sample>) {
+    let scenario = Scenario::load(&Source::Builtin(name.into()), &[]).expect("loads");
+    let controller = HapticController::new(&scenario.rig_settings()).expect("valid");
+    let trace = trocar::run::run(scenario).expect("runs").trace;
+    let sample = |k: usize| Sample {
+        master_position_m: trace.master_position_m[k],
+        slave_position_m: trace.slave_position_m[k],
+        slave_velocity_m_per_s: trace.slave_velocity_m_per_s[k],
+        force_n: trace.measured_force_n[k],
+    };
+    (controller, (0..trace.len()).map(sample).collect())
+}
+
+/// A needle that rests in the tissue, its force shaken by ±0.1 N.
+fn motionless() -> (HapticController, Vec<Sample>) {
+    let shaken = |k: u32| 5.0 + 0.1 * f64::from(k).sin();
+    let sample =
+        |k| Sample { master_position_m: 0.02, slave_position_m: 0.02, slave_velocity_m_per_s: 0.0, force_n: shaken(k) };
+    let controller = HapticController::new(&Settings { start_m: 0.02, ..Settings::default() }).expect("valid");
+    (controller, (0..15_000).map(sample).collect())
+}
+
+fn cases() -> [(&'static str, (HapticController, Vec<Sample>)); 3] {
+    [("classical", replay("classical.toml")), ("augmented", replay("augmented.toml")), ("motionless", motionless())]
+}
+
+/// Every command is looked at, so that none of it is left out.
+fn pass(controller: &mut HapticController, samples: &[Sample]) {
+    for sample in samples {
+        black_box(controller.step(black_box(sample)));
+    }
+}
+
+fn table(_: &mut Criterion) {
+    println!("{:<14}{:>10}{:>10}", "ns per step", "best", "median");
+    for (name, (controller, samples)) in cases() {
+        let time_ns = |_| {
+            let mut controller = controller.clone();
+            let start = Instant::now();
+            pass(&mut controller, &samples);
+            1e9 * start.elapsed().as_secs_f64() / samples.len() as f64
+        };
+        let mut times: Vec<f64> = (0..PASSES).map(time_ns).collect();
+        times.sort_by(f64::total_cmp);
+        println!("{name:<14}{:>10.2}{:>10.2}", times[0], times[PASSES / 2]);
+    }
+}
+
+fn steps(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("step");
+    for (name, (controller, samples)) in cases() {
+        group.throughput(Throughput::Elements(samples.len() as u64));
+        group.bench_function(name, |bencher| {
+            bencher.iter_batched_ref(
+                || controller.clone(),
+                |controller| pass(controller, &samples),
+                criterion::BatchSize::SmallInput,
+            );
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, table, steps);
+criterion_main!(benches);

@@ -1,0 +1,284 @@
+//! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` a tick.
+//!
+//! It is the source that the simulator runs, in the simulator's order (steps 3 to 6 of [`crate::engine`]'s tick, without a
+//! link's delay): on the same samples it gives the same commands, to the last bit. It takes no allocator, no operating
+//! system and no standard library, and does the same work at every good sample but those of an event.
+//!
+//! ```
+//! use trocar::rig::{HapticController, Sample, Settings};
+//!
+//! let mut controller = HapticController::new(&Settings { contact_m: 0.012, ..Settings::default() })?;
+//! // At each tick of the rig, 1 ms apart:
+//! let command = controller.step(&Sample {
+//!     master_position_m: 0.015,
+//!     slave_position_m: 0.0149,
+//!     slave_velocity_m_per_s: 0.01,
+//!     force_n: 1.2,
+//! });
+//! // To the slave's position controller and to the master's force controller.
+//! assert_eq!((command.slave_reference_m, command.master_force_n), (0.015, 1.2));
+//! assert!(!command.alarm && !command.faults.any());
+//! # Ok::<(), trocar::error::InvalidValue>(())
+//! ```
+//!
+//! # Samples that cannot be
+//! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel. At such a tick
+//! - the channel's last good value stands in for it (before the first, a rig at rest at [`Settings::start_m`], without force);
+//! - estimator and detector see nothing: no alarm is raised, nothing is learnt, and no correction spans the gap. The detector
+//!   takes the gap for a loss of contact and listens again after [`ArmingSettings::settle_s`](crate::detection::ArmingSettings)
+//!   of quiet contact: a rupture within that time is missed;
+//! - the supervisor's clocks go on, so that an event ends when it should;
+//! - [`Command::faults`] names the channels, and [`Command::faulty_samples`] counts the bad samples on end.
+//!
+//! When good samples come again, the slave's reference runs to the hand's, and the fed-back force to the measured one, no
+//! faster than [`Limits::recovery_speed_m_per_s`] and [`Limits::recovery_force_rate_n_per_s`]. What holds for ever is not
+//! safe for ever: how many bad samples a rig bears before it cuts its motors is its builder's to decide.
+
+mod held;
+mod sample;
+mod settings;
+
+pub use sample::{Command, Faults, Sample};
+pub use settings::{Limits, Settings, VelocitySource};
+
+use crate::augmentation::{Mode, Situation, Supervisor};
+use crate::detection::{Decision, Detector, Evidence};
+use crate::error::InvalidValue;
+use crate::estimation::{Estimate, Rls, VelocityFilter};
+use crate::lane::Lane;
+use held::Held;
+
+/// What estimator and detector made of a sample.
+struct Insight {
+    estimate: Estimate<f64>,
+    decision: Decision<f64>,
+}
+
+/// The haptic controller of a rig.
+#[derive(Debug, Clone)]
+pub struct HapticController {
+    estimator: Rls<f64>,
+    detector: Detector<f64>,
+    supervisor: Supervisor<f64>,
+    velocity_filter: Option<VelocityFilter<f64>>,
+    contact_m: f64,
+    position_scale: f64,
+    force_scale: f64,
+    limits: Limits,
+    tick: u64,
+    /// What the supervisor was last told, in which bad values find their stand-ins.
+    hand_m: Held,
+    force_n: Held,
+    slave_m: f64,
+    velocity_m_per_s: f64,
+    /// `K` and `B`.
+    parameters: [f64; 2],
+    faulty_samples: u32,
+    /// Whether the last sample was bad, or what was held has not come back to what is read.
+    is_disturbed: bool,
+}
+
+impl HapticController {
+    /// A controller in teleoperation that knows nothing yet.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn new(settings: &Settings) -> Result<Self, InvalidValue> {
+        settings.validate()?;
+        let Settings { tick_s, start_m, limits, .. } = *settings;
+        let velocity_filter = match settings.velocity {
+            VelocitySource::Measured => None,
+            VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 } => {
+                Some(VelocityFilter::new(tick_s, resolution_m, acceleration_std_m_per_s2)?)
+            }
+        };
+        let reference_m = settings.position_scale * start_m;
+        let threshold = settings.detector.cusum.threshold;
+        Ok(Self {
+            estimator: Rls::new(&settings.estimator),
+            detector: Detector::new(&settings.detector, tick_s),
+            supervisor: Supervisor::new(&settings.augmentation, threshold, tick_s, reference_m),
+            velocity_filter,
+            contact_m: settings.contact_m,
+            position_scale: settings.position_scale,
+            force_scale: settings.force_scale,
+            limits,
+            tick: 0,
+            hand_m: Held::at(reference_m, limits.recovery_speed_m_per_s * tick_s),
+            force_n: Held::at(0.0, limits.recovery_force_rate_n_per_s * tick_s),
+            slave_m: reference_m,
+            velocity_m_per_s: 0.0,
+            parameters: [0.0; 2],
+            faulty_samples: 0,
+            is_disturbed: false,
+        })
+    }
+
+    /// Takes the sample of a tick and gives its command. Samples are [`Settings::tick_s`] apart; a tick without one takes
+    /// [`Sample::MISSING`].
+    ///
+    /// Whatever the sample holds, every number of the command is finite.
+    #[inline]
+    pub fn step(&mut self, sample: &Sample) -> Command {
+        let faults = self.faults(sample);
+        if faults.any() | self.is_disturbed {
+            return self.step_disturbed(sample, faults);
+        }
+        self.slave_m = sample.slave_position_m;
+        self.velocity_m_per_s = match &mut self.velocity_filter {
+            Some(filter) => filter.update(sample.slave_position_m),
+            None => sample.slave_velocity_m_per_s,
+        };
+        let seen = self.estimate_and_detect(sample.force_n);
+        self.parameters = [seen.estimate.stiffness_n_per_m, seen.estimate.damping_n_s_per_m];
+        let hand_m = self.hand_m.pass(self.position_scale * sample.master_position_m);
+        let force_n = self.force_n.pass(self.force_scale * sample.force_n);
+        self.command(&seen, hand_m, force_n, faults)
+    }
+
+    /// How many samples have been taken.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.tick
+    }
+
+    /// The estimator's gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
+    #[must_use]
+    pub fn estimator_gain(&self) -> [f64; 3] {
+        self.estimator.gain()
+    }
+
+    #[inline(always)]
+    fn faults(&self, sample: &Sample) -> Faults {
+        let Limits { position_m, velocity_m_per_s, force_n, .. } = self.limits;
+        // NaN is beyond every limit.
+        let is_beyond = |value: f64, limit: f64| !value.abs().le(limit);
+        Faults {
+            master_position: is_beyond(sample.master_position_m, position_m),
+            slave_position: is_beyond(sample.slave_position_m, position_m),
+            slave_velocity: is_beyond(sample.slave_velocity_m_per_s, velocity_m_per_s) & self.velocity_filter.is_none(),
+            force: is_beyond(sample.force_n, force_n),
+        }
+    }
+
+    /// The estimator's and the detector's part, on the slave's position and velocity as they are known.
+    #[inline(always)]
+    fn estimate_and_detect(&mut self, force_n: f64) -> Insight {
+        let depth_m = self.slave_m - self.contact_m;
+        let estimate = self.estimator.update(force_n, depth_m, self.velocity_m_per_s);
+        let decision = self.detector.update(&Evidence {
+            force_n,
+            predicted_force_n: estimate.predicted_force_n,
+            residual_n: estimate.residual_n,
+            correction: estimate.correction,
+            velocity_m_per_s: self.velocity_m_per_s,
+            in_contact: depth_m > 0.0,
+        });
+        Insight { estimate, decision }
+    }
+
+    /// The supervisor's part, and the end of the tick.
+    #[inline(always)]
+    fn command(&mut self, seen: &Insight, hand_m: f64, force_n: f64, faults: Faults) -> Command {
+        let Insight { estimate, decision } = seen;
+        let command = self.supervisor.update(&Situation {
+            tick: self.tick,
+            alarm: decision.alarm,
+            decision: decision.decision,
+            hand_m,
+            slave_m: self.slave_m,
+            force_n,
+        });
+        self.tick += 1;
+        Command {
+            slave_reference_m: command.slave_reference_m,
+            master_force_n: command.feedback_force_n,
+            allowed_force_step_n: command.allowed_step_n,
+            mode: mode_of(command.mode),
+            alarm: decision.alarm,
+            alarm_taken: command.alarm_taken,
+            stiffness_n_per_m: estimate.stiffness_n_per_m,
+            damping_n_s_per_m: estimate.damping_n_s_per_m,
+            predicted_force_n: estimate.predicted_force_n,
+            residual_n: estimate.residual_n,
+            distance: decision.distance,
+            decision: decision.decision,
+            slave_velocity_m_per_s: self.velocity_m_per_s,
+            faults,
+            faulty_samples: self.faulty_samples,
+        }
+    }
+
+    /// A tick whose sample is bad, follows a bad one, or finds what was held on its way back.
+    #[cold]
+    #[inline(never)]
+    fn step_disturbed(&mut self, sample: &Sample, faults: Faults) -> Command {
+        let follows_a_bad_one = self.faulty_samples > 0;
+        self.faulty_samples = if faults.any() { self.faulty_samples.saturating_add(1) } else { 0 };
+
+        if !faults.slave_position {
+            self.slave_m = sample.slave_position_m;
+            self.velocity_m_per_s = match &mut self.velocity_filter {
+                Some(filter) if follows_a_bad_one => filter.resume(sample.slave_position_m),
+                Some(filter) => filter.update(sample.slave_position_m),
+                None if faults.slave_velocity => self.velocity_m_per_s,
+                None => sample.slave_velocity_m_per_s,
+            };
+        }
+        let seen = if faults.any() || follows_a_bad_one {
+            self.see_nothing(sample, faults)
+        } else {
+            self.estimate_and_detect(sample.force_n)
+        };
+        self.parameters = [seen.estimate.stiffness_n_per_m, seen.estimate.damping_n_s_per_m];
+
+        let hand_m = match faults.master_position {
+            true => self.hand_m.hold(),
+            false => self.hand_m.lead_back(self.position_scale * sample.master_position_m),
+        };
+        let force_n = match faults.force {
+            true => self.force_n.hold(),
+            false => self.force_n.lead_back(self.force_scale * sample.force_n),
+        };
+        self.is_disturbed = faults.any() || !(self.hand_m.is_back() && self.force_n.is_back());
+        self.command(&seen, hand_m, force_n, faults)
+    }
+
+    /// What is made of a sample that is bad or follows a bad one: no residual, no correction, no alarm.
+    ///
+    /// The good sample after a bad one has no prediction to be held against; its regressor is the next one's.
+    fn see_nothing(&mut self, sample: &Sample, faults: Faults) -> Insight {
+        self.estimator.skip();
+        if !faults.any() {
+            self.estimator.update(sample.force_n, self.slave_m - self.contact_m, self.velocity_m_per_s);
+        }
+        let decision = self.detector.update(&Evidence {
+            force_n: if faults.force { 0.0 } else { sample.force_n },
+            predicted_force_n: 0.0,
+            residual_n: 0.0,
+            correction: [0.0; 2],
+            velocity_m_per_s: self.velocity_m_per_s,
+            in_contact: false,
+        });
+        Insight {
+            estimate: Estimate {
+                predicted_force_n: 0.0,
+                residual_n: 0.0,
+                correction: [0.0; 2],
+                stiffness_n_per_m: self.parameters[0],
+                damping_n_s_per_m: self.parameters[1],
+            },
+            decision: Decision { alarm: false, ..decision },
+        }
+    }
+}
+
+fn mode_of(code: f64) -> Mode {
+    if code < 0.5 {
+        Mode::Teleoperation
+    } else if code < 1.5 {
+        Mode::Augmented
+    } else {
+        Mode::Reengaging
+    }
+}

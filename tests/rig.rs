@@ -1,0 +1,219 @@
+//! The rig's controller: the simulator's own commands on the simulator's own samples, and its policy on bad ones.
+
+use trocar::augmentation::Mode;
+use trocar::engine::{Observer, Signals};
+use trocar::lane::Lane;
+use trocar::rig::{Command, HapticController, Limits, Sample, Settings, VelocitySource};
+use trocar::scenario::{Scenario, Source};
+
+/// Keeps each tick's signals.
+#[derive(Default)]
+struct Tape(Vec<Signals<f64>>);
+
+impl Observer<f64> for Tape {
+    fn observe(&mut self, signals: &Signals<f64>) {
+        self.0.push(*signals);
+    }
+}
+
+fn scenario(name: &str, settings: &[&str]) -> Scenario {
+    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let settings: Vec<String> = settings.iter().map(|text| (*text).to_owned()).collect();
+    Scenario::load(&Source::parse(&path), &settings).expect("loads")
+}
+
+fn tape(scenario: &Scenario) -> Vec<Signals<f64>> {
+    let mut tape = Tape::default();
+    scenario.build().expect("builds").run(&mut tape).expect("runs");
+    tape.0
+}
+
+/// What the sensors gave of a tick's signals.
+fn sample(signals: &Signals<f64>, resolution_m: f64) -> Sample {
+    let read = |position: f64| {
+        if resolution_m > 0.0 { position.round_to(resolution_m, 1.0 / resolution_m) } else { position }
+    };
+    Sample {
+        master_position_m: signals.master_position_m,
+        slave_position_m: read(signals.slave_position_m),
+        slave_velocity_m_per_s: signals.slave_velocity_m_per_s,
+        force_n: signals.measured_force_n,
+    }
+}
+
+fn bits(numbers: [f64; 9]) -> [u64; 9] {
+    numbers.map(f64::to_bits)
+}
+
+/// Replays a run through the controller and holds each command against the tick's; gives how many events there were.
+fn replay(name: &str, settings: &[&str]) -> usize {
+    let scenario = scenario(name, settings);
+    let mut controller = HapticController::new(&scenario.rig_settings()).expect("valid");
+    let mut events = 0;
+    for signals in tape(&scenario) {
+        let command = controller.step(&sample(&signals, scenario.sensor.position_resolution_m));
+        let ours = [
+            command.slave_reference_m,
+            command.master_force_n,
+            command.allowed_force_step_n,
+            command.mode.code(),
+            command.stiffness_n_per_m,
+            command.damping_n_s_per_m,
+            command.residual_n,
+            command.distance,
+            command.decision,
+        ];
+        let theirs = [
+            signals.slave_reference_m,
+            signals.feedback_force_n,
+            signals.allowed_force_step_n,
+            signals.mode,
+            signals.stiffness_n_per_m,
+            signals.damping_n_s_per_m,
+            signals.residual_n,
+            signals.distance,
+            signals.decision,
+        ];
+        assert_eq!(bits(ours), bits(theirs), "{name} {settings:?} at tick {}: {ours:?} {theirs:?}", signals.tick);
+        assert_eq!((command.alarm, command.alarm_taken), (signals.alarm, signals.alarm_taken));
+        assert!(!command.faults.any());
+        events += usize::from(command.alarm_taken);
+    }
+    events
+}
+
+#[test]
+fn on_the_same_samples_the_commands_are_the_simulators_to_the_last_bit() {
+    assert_eq!(replay("classical", &[]), 2);
+    assert_eq!(replay("augmented", &[]), 2);
+    assert_eq!(replay("augmented", &["augmentation.reengage=clutch", "augmentation.force_law=amplify"]), 2);
+    assert_eq!(replay("augmented", &["augmentation.reengage=snap", "augmentation.freeze=reference"]), 2);
+    assert_eq!(replay("augmented", &["scaling.force=0.7", "scaling.position=1.3", "sensor.force_noise_std_n=0.02"]), 2);
+    for distance in ["mean-change", "variance-change", "parameter-change", "force-derivative"] {
+        replay("augmented", &[&format!("detector.distance={distance}")]);
+    }
+    assert!(replay("01_augmented", &[]) > 0);
+    assert!(replay("real_augmented", &[]) > 0);
+}
+
+#[test]
+fn with_an_encoder_the_velocity_is_filtered_as_the_simulator_does() {
+    assert!(replay("augmented", &["sensor.position_resolution_m=1e-5"]) > 0);
+}
+
+/// A needle that goes in at 10 mm/s into 300 N/m, at tick `k`.
+fn insertion(k: u64) -> Sample {
+    let depth = 1e-5 * k as f64;
+    Sample {
+        master_position_m: depth,
+        slave_position_m: depth,
+        slave_velocity_m_per_s: 0.01,
+        force_n: 300.0 * depth + 0.1,
+    }
+}
+
+fn controller() -> HapticController {
+    HapticController::new(&Settings::default()).expect("valid")
+}
+
+#[test]
+fn a_bad_force_holds_the_force_and_leaves_the_slave_to_the_hand() {
+    let mut controller = controller();
+    let before = (0..1000).map(|k| controller.step(&insertion(k))).last().expect("a command");
+    for (bad, k) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e4, -1e300].into_iter().zip(1000..) {
+        let command = controller.step(&Sample { force_n: bad, ..insertion(k) });
+        assert_eq!(command.slave_reference_m, insertion(k).master_position_m);
+        assert_eq!(command.master_force_n, before.master_force_n);
+        assert_eq!((command.stiffness_n_per_m, command.residual_n), (before.stiffness_n_per_m, 0.0));
+        assert!(command.faults.force && !command.faults.master_position && !command.alarm);
+        assert_eq!(u64::from(command.faulty_samples), k - 999);
+    }
+    let after = controller.step(&insertion(1005));
+    assert_eq!((after.faults.any(), after.faulty_samples, after.residual_n), (false, 0, 0.0));
+    let next = controller.step(&insertion(1006));
+    assert!(next.residual_n.abs() < 0.05 && next.predicted_force_n > 2.0, "{next:?}");
+    assert_eq!(next.master_force_n, insertion(1006).force_n);
+}
+
+#[test]
+fn a_bad_position_holds_the_reference_which_then_runs_to_the_hand() {
+    let mut controller = controller();
+    let limits = Limits::default();
+    let mut last = (0..1000).map(|k| controller.step(&insertion(k))).last().expect("a command");
+    for k in 1000..1500 {
+        let command = controller.step(&Sample { master_position_m: f64::NAN, ..insertion(k) });
+        assert_eq!(command.slave_reference_m, last.slave_reference_m);
+        last = command;
+    }
+    // 5.02 mm behind, closing in at 30 mm/s on a hand that stands: 167.3 ms.
+    let resting = Sample { slave_velocity_m_per_s: 0.0, ..insertion(1501) };
+    let mut ticks = 0;
+    while last.slave_reference_m != resting.master_position_m {
+        let command = controller.step(&resting);
+        let step = command.slave_reference_m - last.slave_reference_m;
+        assert!(step > 0.0 && step <= 1e-3 * limits.recovery_speed_m_per_s + 1e-15, "{step}");
+        (last, ticks) = (command, ticks + 1);
+    }
+    assert_eq!(ticks, 168);
+}
+
+#[test]
+fn a_gap_raises_no_alarm_and_the_detector_listens_again() {
+    let mut controller = controller();
+    let drop = |k: u64, by_n: f64| Sample { force_n: insertion(k).force_n - by_n, ..insertion(k) };
+    let mut alarms = vec![];
+    let mut take = |k: u64, sample: Sample| {
+        if controller.step(&sample).alarm {
+            alarms.push(k);
+        }
+    };
+    (0..1000).for_each(|k| take(k, insertion(k)));
+    // The force falls while nothing is read: it is not seen.
+    (1000..1200).for_each(|k| take(k, Sample::MISSING));
+    (1200..1600).for_each(|k| take(k, drop(k, 1.0)));
+    // It falls again in sight.
+    (1600..1700).for_each(|k| take(k, drop(k, 2.0)));
+    assert_eq!(alarms, [1600]);
+}
+
+#[test]
+fn an_event_ends_though_nothing_is_read() {
+    let mut controller = controller();
+    for k in 0..1000 {
+        controller.step(&insertion(k));
+    }
+    let drop = controller.step(&Sample { force_n: 1.0, ..insertion(1000) });
+    assert_eq!((drop.alarm_taken, drop.mode), (true, Mode::Augmented));
+    let commands: Vec<Command> = (0..2000).map(|_| controller.step(&Sample::MISSING)).collect();
+    assert_eq!(commands[400].mode, Mode::Augmented);
+    assert_eq!(commands[1999].mode, Mode::Teleoperation);
+    assert!(commands.iter().all(|command| command.slave_reference_m.is_finite() && command.master_force_n.is_finite()));
+}
+
+#[test]
+fn before_the_first_good_sample_the_rig_is_at_rest() {
+    let mut controller = HapticController::new(&Settings { start_m: 0.04, ..Settings::default() }).expect("valid");
+    let command = controller.step(&Sample::MISSING);
+    assert_eq!((command.slave_reference_m, command.master_force_n, command.faulty_samples), (0.04, 0.0, 1));
+}
+
+#[test]
+fn a_velocity_that_is_not_read_cannot_be_bad() {
+    let velocity = VelocitySource::Filtered { resolution_m: 1e-6, acceleration_std_m_per_s2: 1.0 };
+    let mut controller = HapticController::new(&Settings { velocity, ..Settings::default() }).expect("valid");
+    let mut last = 0.0;
+    for k in 0..2000 {
+        let command = controller.step(&Sample { slave_velocity_m_per_s: f64::NAN, ..insertion(k) });
+        assert!(!command.faults.any());
+        last = command.slave_velocity_m_per_s;
+    }
+    assert!((last - 0.01).abs() < 1e-6, "{last}");
+    // A gap of 2 mm throws neither the filter nor the estimate.
+    for k in 2000..2200 {
+        controller.step(&Sample { slave_position_m: f64::NAN, ..insertion(k) });
+    }
+    for k in 2200..2300 {
+        let command = controller.step(&insertion(k));
+        assert!((command.slave_velocity_m_per_s - 0.01).abs() < 1e-4, "{command:?}");
+    }
+}
