@@ -6,7 +6,7 @@ pub use report::{DetectedAlarm, DetectionReport, ResidualStatistics};
 
 use crate::detection::{Detector, Evidence};
 use crate::error::InvalidValue;
-use crate::estimation::{Rls, VelocityFilter};
+use crate::estimation::{Estimator, VelocityFilter};
 use crate::recording::{Recording, ResampleError};
 use crate::scenario::DetectionSpec;
 
@@ -23,6 +23,8 @@ pub struct Detection {
     pub damping_n_s_per_m: Vec<f64>,
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
+    /// What the estimator estimates besides: the column's name, and its values.
+    pub further: Option<(&'static str, Vec<f64>)>,
     /// Samples at which a rupture is announced.
     pub alarms: Vec<usize>,
     /// Whether the needle was ever below the contact.
@@ -53,7 +55,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         Some(velocity) => velocity,
         None => filtered_velocity(&position_m, interval_s, spec)?,
     };
-    let mut estimator = Rls::<f64>::new(&spec.estimator);
+    let mut estimator = Estimator::<f64>::new(&spec.estimator);
     let mut detector = Detector::<f64>::new(&spec.detector, interval_s);
     let count = time_s.len();
     let room = || Vec::with_capacity(count);
@@ -67,6 +69,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         damping_n_s_per_m: room(),
         distance: room(),
         decision: room(),
+        further: spec.estimator.parameters.further_column().map(|name| (name, room())),
         alarms: vec![],
         touched: false,
     };
@@ -81,12 +84,16 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
             predicted_force_n: estimate.predicted_force_n,
             residual_n: estimate.residual_n,
             correction: estimate.correction,
+            depth_m: depth,
             velocity_m_per_s: velocity,
             in_contact: depth > 0.0,
         });
         detection.residual_n.push(estimate.residual_n);
         detection.stiffness_n_per_m.push(estimate.stiffness_n_per_m);
         detection.damping_n_s_per_m.push(estimate.damping_n_s_per_m);
+        if let Some((_, further)) = &mut detection.further {
+            further.push(estimate.further);
+        }
         detection.distance.push(decision.distance);
         detection.decision.push(decision.decision);
         if decision.alarm {

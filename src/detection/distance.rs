@@ -182,6 +182,7 @@ mod tests {
                 predicted_force_n: 0.0,
                 residual_n: e,
                 correction: [0.0; 2],
+                depth_m: 0.02,
                 velocity_m_per_s: 0.0,
                 in_contact: true,
             };

@@ -4,7 +4,7 @@ mod arming;
 mod cusum;
 mod distance;
 
-pub use arming::ArmingSettings;
+pub use arming::{ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distance::{Distance, DistanceKind, Hypotheses};
 
@@ -69,6 +69,8 @@ pub struct Evidence<L: Lane> {
     pub residual_n: L,
     /// `H_k` of eq. 25: stiffness (N/m) and damping (N·s/m).
     pub correction: [L; 2],
+    /// Depth of the needle below the contact in m.
+    pub depth_m: L,
     /// Velocity of the needle in m/s, positive into the tissue.
     pub velocity_m_per_s: L,
     /// Whether the needle touches the tissue.
@@ -128,6 +130,7 @@ mod tests {
             predicted_force_n: 5.0,
             residual_n: residual,
             correction: [0.0; 2],
+            depth_m: 0.02,
             velocity_m_per_s: velocity,
             in_contact: true,
         }

@@ -128,12 +128,13 @@ pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// `trace.csv`: the columns of [`COLUMNS`], floats in the shortest form that reads back the same.
+/// `trace.csv`: the columns of [`COLUMNS`], then what the estimator estimates besides, floats in the shortest form that reads back the same.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "{}", COLUMNS.join(","))?;
+    let further = trace.further.as_ref();
+    writeln!(out, "{}{}", COLUMNS.join(","), further.map_or(String::new(), |(name, _)| format!(",{name}")))?;
     let numbers = trace.numbers();
     let mut buffer = ryu::Buffer::new();
     let mut line = String::with_capacity(400);
@@ -143,7 +144,10 @@ pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
             line.push_str(buffer.format(column[row]));
             line.push(',');
         }
-        writeln!(out, "{line}{mode}")?;
+        match further {
+            None => writeln!(out, "{line}{mode}")?,
+            Some((_, column)) => writeln!(out, "{line}{mode},{}", buffer.format(column[row]))?,
+        }
     }
     Ok(())
 }
@@ -208,7 +212,9 @@ pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Re
         ("distance", &detection.distance),
         ("decision", &detection.decision),
     ];
-    writeln!(out, "{}", columns.map(|(name, _)| name).join(","))?;
+    let mut columns = columns.to_vec();
+    columns.extend(detection.further.iter().map(|(name, column)| (*name, column.as_slice())));
+    writeln!(out, "{}", columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(","))?;
     let mut buffer = ryu::Buffer::new();
     for row in 0..detection.time_s.len() {
         for (index, (_, column)) in columns.iter().enumerate() {
