@@ -24,14 +24,15 @@ const ESTIMATORS: [(&str, &[&str]); 6] = [
 ];
 
 /// A gate's name and its settings.
-const GATES: [(&str, &[&str]); 8] = [
+const GATES: [(&str, &[&str]); 9] = [
     ("none", &["detector.drop_only=false", "detector.motion=any"]),
     ("`drop_only`", &["detector.motion=any"]),
     ("`motion = \"not-withdrawn\"`", &["detector.drop_only=false"]),
     ("`motion = \"inserting\"`", &["detector.drop_only=false", "detector.motion=inserting"]),
     ("both, the default", &[]),
     ("and `motion = \"inserting\"`", &["detector.motion=inserting"]),
-    ("and `minimum_depth_m = 0.005`", &["detector.minimum_depth_m=0.005"]),
+    ("and `settle_s = 0`", &["detector.settle_s=0.0"]),
+    ("and `settle_s = 0`, `minimum_depth_m = 0.003`", &["detector.settle_s=0.0", "detector.minimum_depth_m=0.003"]),
     ("and `parameters = \"least-residual\"`", &["estimator.parameters=least-residual"]),
 ];
 
@@ -77,8 +78,9 @@ pub fn estimators() -> String {
 
 /// The gates by what they let through, over [`SEEDS`] seeds.
 pub fn gates() -> String {
-    const DATA: [(&str, &str, &[&str]); 4] = [
+    const DATA: [(&str, &str, &[&str]); 5] = [
         ("classical", "in-vivo-like recording", &[NOISE]),
+        ("real_classical", "real hand, virtual layer", &[NOISE]),
         ("01_through_the_skin", "`01_through_the_skin`", &[]),
         ("02_direct_access", "`02_direct_access`", &[]),
         ("04_fast_stab", "`04_fast_stab`", &["augmentation.enabled=false"]),

@@ -165,6 +165,46 @@ mod tests {
         assert!(alarms(&[-0.5; 50], -0.03).is_empty());
     }
 
+    /// Whether a drop of 15 N is announced, at a depth and a velocity.
+    fn announces(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
+        let settings = DetectorSettings { arming, ..DetectorSettings::default() };
+        let mut detector = Detector::new(&settings, 1e-3);
+        for _ in 0..1000 {
+            detector.update(&evidence(0.01, 0.01));
+        }
+        detector.update(&Evidence { depth_m, ..evidence(-15.0, velocity) }).alarm
+    }
+
+    #[test]
+    fn a_drop_counts_during_the_motion_that_was_asked_for() {
+        let of = |motion| {
+            let arming = ArmingSettings { motion, ..ArmingSettings::default() };
+            [-0.03, -0.001, 0.0, 0.0009, 0.0011].map(|velocity| announces(arming, 0.02, velocity))
+        };
+        assert_eq!(of(Motion::Any), [true; 5]);
+        assert_eq!(of(Motion::NotWithdrawn), [false, true, true, true, true]);
+        assert_eq!(of(Motion::Inserting), [false, false, false, false, true]);
+    }
+
+    #[test]
+    fn a_drop_counts_from_the_minimum_depth_on() {
+        let arming = ArmingSettings { minimum_depth_m: 0.005, ..ArmingSettings::default() };
+        assert_eq!(
+            [0.001, 0.0049, 0.005, 0.02].map(|depth| announces(arming, depth, 0.01)),
+            [false, false, true, true]
+        );
+    }
+
+    #[test]
+    fn gates_below_0_are_refused() {
+        let of = |arming: ArmingSettings| arming.validate().expect_err("below 0").name;
+        let minimum_depth_m = -1e-3;
+        assert_eq!(of(ArmingSettings { minimum_depth_m, ..ArmingSettings::default() }), "detector.minimum_depth_m");
+        let insertion_speed_m_per_s = f64::NAN;
+        let settings = ArmingSettings { insertion_speed_m_per_s, ..ArmingSettings::default() };
+        assert_eq!(of(settings), "detector.insertion_speed_m_per_s");
+    }
+
     #[test]
     fn the_paper_tuning_follows_from_its_variances() {
         let settings = DetectorSettings::default();

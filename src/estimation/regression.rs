@@ -156,8 +156,11 @@ mod tests {
     #[test]
     fn the_gain_stays_within_its_bounds_without_excitation() {
         for factor in [0.0, 0.5, 0.9, 0.999, crate::estimation::MOST_FORGETTING_FACTOR] {
-            let settings =
-                RlsSettings { forgetting: Forgetting::Exponential { factor }, dead_zone_n: 0.0, ..RlsSettings::default() };
+            let settings = RlsSettings {
+                forgetting: Forgetting::Exponential { factor },
+                dead_zone_n: 0.0,
+                ..RlsSettings::default()
+            };
             let least = 1.0 / (1.0 / settings.initial_gain + 1.0 / (settings.normalisation * (1.0 - factor)));
             let mut regression = Regression::<f64, 3>::new(&settings);
             let mut state = 7;

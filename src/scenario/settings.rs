@@ -5,7 +5,7 @@ use super::key_table::{DISTANCES, PARAMETERS};
 use super::value::Value;
 use super::values::Values;
 use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Freeze, Reengage};
-use crate::detection::{ArmingSettings, Motion, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
+use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses, Motion};
 use crate::estimation::{Forgetting, FrictionShape, Parameters, RlsSettings};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, Grip, MasterParameters, SlaveParameters,
