@@ -24,15 +24,14 @@ const ESTIMATORS: [(&str, &[&str]); 6] = [
 ];
 
 /// A gate's name and its settings.
-const GATES: [(&str, &[&str]); 9] = [
+const GATES: [(&str, &[&str]); 8] = [
     ("none", &["detector.drop_only=false", "detector.motion=any"]),
     ("`drop_only`", &["detector.motion=any"]),
     ("`motion = \"not-withdrawn\"`", &["detector.drop_only=false"]),
     ("`motion = \"inserting\"`", &["detector.drop_only=false", "detector.motion=inserting"]),
     ("both, the default", &[]),
     ("and `motion = \"inserting\"`", &["detector.motion=inserting"]),
-    ("and `settle_s = 0`", &["detector.settle_s=0.0"]),
-    ("and `settle_s = 0`, `minimum_depth_m = 0.003`", &["detector.settle_s=0.0", "detector.minimum_depth_m=0.003"]),
+    ("and `minimum_depth_m = 0.003`", &["detector.minimum_depth_m=0.003"]),
     ("and `parameters = \"least-residual\"`", &["estimator.parameters=least-residual"]),
 ];
 

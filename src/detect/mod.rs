@@ -2,7 +2,7 @@
 
 mod report;
 
-pub use report::{DetectedAlarm, DetectionReport, ResidualStatistics};
+pub use report::{DetectedAlarm, DetectionReport, FurtherEstimate, ResidualStatistics};
 
 use crate::detection::{Detector, Evidence};
 use crate::error::InvalidValue;

@@ -37,6 +37,26 @@ pub struct ResidualStatistics {
     pub robust_std_n: f64,
 }
 
+/// What was estimated besides stiffness and damping, over a whole run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FurtherEstimate {
+    /// Its column, with its unit.
+    pub column: &'static str,
+    /// The upper median.
+    pub median: f64,
+    /// The last value.
+    pub last: f64,
+}
+
+impl FurtherEstimate {
+    /// Sums a column up; none where there is none, or nothing in it.
+    #[must_use]
+    pub fn of(further: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
+        let (column, values) = further.as_ref()?;
+        Some(Self { column, median: median_of(values.clone()), last: *values.last()? })
+    }
+}
+
 /// What came out of a detection.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DetectionReport {
@@ -56,6 +76,9 @@ pub struct DetectionReport {
     pub false_alarms: Option<usize>,
     /// The residual's statistics.
     pub residual: ResidualStatistics,
+    /// What was estimated besides stiffness and damping, if anything was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub further_estimate: Option<FurtherEstimate>,
 }
 
 impl DetectionReport {
@@ -97,6 +120,7 @@ impl DetectionReport {
             alarms,
             labelled_ruptures_s,
             residual: statistics(&detection.residual_n),
+            further_estimate: FurtherEstimate::of(&detection.further),
         }
     }
 }
