@@ -85,12 +85,12 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
 
     #[cfg(test)]
     pub(super) fn gain(&self) -> [[L; N]; N] {
-        std::array::from_fn(|i| self.solve(std::array::from_fn(|j| L::splat(if i == j { 1.0 } else { 0.0 }))))
+        core::array::from_fn(|i| self.solve(core::array::from_fn(|j| L::splat(if i == j { 1.0 } else { 0.0 }))))
     }
 }
 
 /// `φᵀ F φ`, the share of an error that a correction of weight 1 takes before the weighting.
 #[cfg(test)]
 pub(super) fn form<L: Lane, const N: usize>(gain: [[L; N]; N], regressor: [L; N]) -> L {
-    dot(std::array::from_fn(|i| dot(gain[i], regressor)), regressor)
+    dot(core::array::from_fn(|i| dot(gain[i], regressor)), regressor)
 }

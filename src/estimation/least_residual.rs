@@ -35,7 +35,7 @@ impl<L: Lane> LeastResidual<L> {
         Estimate {
             predicted_force_n: chosen(with.predicted_force_n, without.predicted_force_n),
             residual_n: chosen(with.residual_n, without.residual_n),
-            correction: std::array::from_fn(|i| chosen(with.correction[i], without.correction[i])),
+            correction: core::array::from_fn(|i| chosen(with.correction[i], without.correction[i])),
             stiffness_n_per_m: without.stiffness_n_per_m,
             damping_n_s_per_m: without.damping_n_s_per_m,
             further: with.further,

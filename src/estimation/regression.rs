@@ -89,8 +89,8 @@ impl<L: Lane, const N: usize> Regression<L, N> {
                 memory.learn(self.regressor, delta, inverse_weight)
             }
         };
-        let correction: [L; N] = std::array::from_fn(|i| share * (direction[i] * residual));
-        self.parameters = std::array::from_fn(|i| self.parameters[i] + correction[i]);
+        let correction: [L; N] = core::array::from_fn(|i| share * (direction[i] * residual));
+        self.parameters = core::array::from_fn(|i| self.parameters[i] + correction[i]);
         correction
     }
 
@@ -146,7 +146,7 @@ mod tests {
     fn range(gain: [[f64; 3]; 3], state: &mut u64) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         for _ in 0..200 {
-            let u: [f64; 3] = std::array::from_fn(|_| noise(state));
+            let u: [f64; 3] = core::array::from_fn(|_| noise(state));
             let form = crate::estimation::forgetting::form(gain, u) / dot(u, u);
             range = (range.0.min(form), range.1.max(form));
         }

@@ -29,7 +29,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
             initial_gain: L::splat(gain),
             initial_information: L::splat(initial),
             reset_threshold: L::splat(threshold),
-            gain: std::array::from_fn(|i| std::array::from_fn(|j| L::splat(if i == j { gain } else { 0.0 }))),
+            gain: core::array::from_fn(|i| core::array::from_fn(|j| L::splat(if i == j { gain } else { 0.0 }))),
             information: L::splat(initial),
         }
     }
@@ -38,7 +38,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     /// error that goes to each parameter.
     #[inline(always)]
     pub(super) fn learn(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
-        let direction: [L; N] = std::array::from_fn(|i| dot(self.gain[i], regressor));
+        let direction: [L; N] = core::array::from_fn(|i| dot(self.gain[i], regressor));
         let share = delta * (L::splat(1.0) / (inverse_weight + dot(regressor, direction)));
         self.information = self.information + delta * (squared / inverse_weight);
         let restore = self.information.ge(self.reset_threshold);

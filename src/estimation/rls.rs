@@ -34,7 +34,7 @@ pub struct RlsSettings {
     pub friction: FrictionShape,
 }
 
-/// What is estimated.
+/// What is estimated: the first two by [`Rls`], all of them by [`super::Estimator`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Parameters {
     /// `K` and `B`: `φ = (p, v)` (eq. 8).
