@@ -22,8 +22,12 @@ const LAYERED: &str = "01_through_the_skin";
 const MOST_TIMED: usize = 300;
 
 fn scenario(name: &str) -> Scenario {
+    scenario_with(name, &[])
+}
+
+fn scenario_with(name: &str, settings: &[String]) -> Scenario {
     let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    Scenario::load(&Source::parse(&path), &[]).expect("loads")
+    Scenario::load(&Source::parse(&path), settings).expect("loads")
 }
 
 fn steps() -> (MasterStep, SlaveStep) {
@@ -114,6 +118,20 @@ fn table(_: &mut Criterion) {
             elapsed_s(|| engine.run(&mut ()).expect("runs"))
         });
         row(&format!("bare/{name}"), bare);
+    }
+    for (name, key) in [
+        ("exponential forgetting", "forgetting=exponential"),
+        ("with friction", "parameters=stiffness-damping-friction"),
+        ("least residual", "parameters=least-residual"),
+        ("Hunt-Crossley", "parameters=hunt-crossley"),
+    ] {
+        let scenario = scenario_with("classical", &[format!("estimator.{key}")]);
+        let engine = scenario.exact_engine::<f64>(0).expect("builds");
+        let with_metrics = time_ns(scenario.grid.ticks(), || {
+            let (mut engine, mut observer) = (engine.clone(), MetricsObserver::new(scenario.grid, 4));
+            elapsed_s(|| full(&mut engine, &mut observer))
+        });
+        row(name, with_metrics);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Two scenarios side by side give the bits of each alone, over every kind of link.
+//! Two scenarios side by side give the bits of each alone, over every kind of link and with every estimator.
 
 mod support;
 
@@ -21,6 +21,7 @@ impl Seen {
             s.measured_force_n,
             s.feedback_force_n,
             s.residual_n,
+            s.further,
             s.decision,
             s.mode,
             s.allowed_force_step_n,
@@ -56,6 +57,10 @@ fn a_lane_gives_the_bits_of_a_single_run() {
         &["controller.kind=local-force"],
         &["controller.kind=position-position", "slave.compliance_m_per_n=7.7e-4"],
         &["controller.kind=four-channel", "controller.slave_force_gain=0.5"],
+        &["estimator.parameters=stiffness-damping-friction", "detector.motion=inserting"],
+        &["estimator.parameters=hunt-crossley", "detector.minimum_depth_m=0.01"],
+        &["estimator.parameters=least-residual", "estimator.forgetting=exponential"],
+        &["estimator.forgetting=exponential", "estimator.forgetting_factor=0.99"],
         &[late[0], late[1], rough[0], rough[1], rough[2]],
         &[late[0], late[1], rough[0], rough[1], rough[2], "channel.recovery=hold"],
         &[late[0], late[1], rough[0], rough[1], "channel.outage_s=0.009", "channel.recovery=give-up"],

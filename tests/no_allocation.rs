@@ -49,8 +49,24 @@ fn allocations<S: Sides<f64>>(scenario: &Scenario, mut engine: Engine<f64, S>) -
 }
 
 fn scenario(name: &str) -> Scenario {
+    scenario_with(name, &[])
+}
+
+fn scenario_with(name: &str, settings: &[String]) -> Scenario {
     let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    Scenario::load(&Source::parse(&path), &[]).expect("loads")
+    Scenario::load(&Source::parse(&path), settings).expect("loads")
+}
+
+#[test]
+fn no_estimator_allocates() {
+    for parameters in ["stiffness", "stiffness-damping-friction", "hunt-crossley", "least-residual"] {
+        for forgetting in ["resetting", "exponential"] {
+            let settings = [format!("estimator.parameters={parameters}"), format!("estimator.forgetting={forgetting}")];
+            let scenario = scenario_with("01_through_the_skin", &settings);
+            let engine = scenario.exact_engine::<f64>(0).expect("builds");
+            assert_eq!(allocations(&scenario, engine), 0, "{settings:?}");
+        }
+    }
 }
 
 #[test]

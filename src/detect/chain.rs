@@ -2,7 +2,7 @@
 
 use crate::detection::{Decision, Detector, Evidence};
 use crate::error::{InvalidValue, positive};
-use crate::estimation::{Estimate, Rls, VelocityFilter};
+use crate::estimation::{Estimate, Estimator, VelocityFilter};
 use crate::scenario::DetectionSettings;
 
 /// The step that is assumed of positions of which nothing else is known, in m.
@@ -49,7 +49,7 @@ pub struct Step {
 pub struct Chain {
     contact_m: f64,
     filter: Option<VelocityFilter<f64>>,
-    estimator: Rls<f64>,
+    estimator: Estimator<f64>,
     detector: Detector<f64>,
 }
 
@@ -68,7 +68,7 @@ impl Chain {
         Ok(Self {
             contact_m: settings.contact_m,
             filter,
-            estimator: Rls::new(&settings.estimator),
+            estimator: Estimator::new(&settings.estimator),
             detector: Detector::new(&settings.detector, interval_s),
         })
     }
@@ -85,6 +85,7 @@ impl Chain {
             predicted_force_n: estimate.predicted_force_n,
             residual_n: estimate.residual_n,
             correction: estimate.correction,
+            depth_m,
             velocity_m_per_s: velocity,
             in_contact: depth_m > 0.0,
         });

@@ -13,7 +13,7 @@ pub use chain::{ASSUMED_STEP_M, Chain, Reading, Step, VelocitySource};
 pub use live::{LiveDetector, LiveStep, LiveSummary, Oddity};
 pub use matching::{Match, match_alarms};
 pub use phases::{Phase, PhaseRule, Stretch};
-pub use report::{DetectedAlarm, DetectionReport, Label};
+pub use report::{DetectedAlarm, DetectionReport, FurtherEstimate, Label};
 pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
 
@@ -36,6 +36,8 @@ pub struct Detection {
     pub damping_n_s_per_m: Vec<f64>,
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
+    /// What the estimator estimates besides: the column's name, and its values.
+    pub further: Option<(&'static str, Vec<f64>)>,
     /// Samples at which a rupture is announced.
     pub alarms: Vec<usize>,
     /// Where the tissue begins, in m.
@@ -78,6 +80,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         damping_n_s_per_m: room(),
         distance: room(),
         decision: room(),
+        further: spec.estimator.parameters.further_column().map(|name| (name, room())),
         alarms: vec![],
         contact_m: settings.contact_m,
         touched: false,
@@ -93,6 +96,9 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         detection.residual_n.push(step.estimate.residual_n);
         detection.stiffness_n_per_m.push(step.estimate.stiffness_n_per_m);
         detection.damping_n_s_per_m.push(step.estimate.damping_n_s_per_m);
+        if let Some((_, further)) = &mut detection.further {
+            further.push(step.estimate.further);
+        }
         detection.distance.push(step.decision.distance);
         detection.decision.push(step.decision.decision);
         if step.decision.alarm {

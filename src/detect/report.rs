@@ -6,7 +6,7 @@ use super::Detection;
 use super::matching::match_alarms;
 use super::phases::{PhaseRule, Stretch};
 use super::scores::{Scores, Tally};
-use super::statistics::{PhaseStatistics, ResidualStatistics};
+use super::statistics::{PhaseStatistics, ResidualStatistics, median_of};
 use crate::metrics::RUPTURE_WINDOW_S;
 
 /// An alarm.
@@ -37,6 +37,26 @@ pub struct Label {
     pub time_s: f64,
     /// What kind of rupture, where that was written.
     pub kind: Option<String>,
+}
+
+/// What was estimated besides stiffness and damping, over a whole run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FurtherEstimate {
+    /// Its column, with its unit.
+    pub column: &'static str,
+    /// The upper median.
+    pub median: f64,
+    /// The last value.
+    pub last: f64,
+}
+
+impl FurtherEstimate {
+    /// Sums a column up; none where there is none, or nothing in it.
+    #[must_use]
+    pub fn of(further: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
+        let (column, values) = further.as_ref()?;
+        Some(Self { column, median: median_of(values.clone()), last: *values.last()? })
+    }
 }
 
 /// What came out of a detection.
@@ -78,6 +98,9 @@ pub struct DetectionReport {
     /// What the scores are of.
     #[serde(skip)]
     pub tally: Option<Tally>,
+    /// What was estimated besides stiffness and damping, if anything was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub further_estimate: Option<FurtherEstimate>,
 }
 
 impl DetectionReport {
@@ -143,6 +166,7 @@ impl DetectionReport {
             phases: PhaseStatistics::all(detection, &stretches),
             stretches,
             tally,
+            further_estimate: FurtherEstimate::of(&detection.further),
         }
     }
 

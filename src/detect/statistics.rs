@@ -44,7 +44,7 @@ impl ResidualStatistics {
 }
 
 /// The upper median; 0 of nothing.
-fn median_of(mut values: Vec<f64>) -> f64 {
+pub(super) fn median_of(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
@@ -146,6 +146,7 @@ mod tests {
             damping_n_s_per_m: vec![2.0; count],
             distance: ramp(),
             decision: ramp(),
+            further: None,
             alarms: vec![],
             contact_m: 0.0,
             touched: true,

@@ -10,7 +10,8 @@ use crate::time::nearest_ticks;
 /// A CUSUM alone announces the first touch, the estimator's own convergence, and every other large error. It is armed
 /// only once the needle has been in contact, with `g` at or below the threshold, for `settle_s` on end; any crossing
 /// ends that quiet. What crosses while armed is a rupture if it looks like one: the force falls *short* of an expected
-/// *resisting* force (`drop_only`), and the needle is not being withdrawn. The price: a rupture within `settle_s`
+/// *resisting* force (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough
+/// (`minimum_depth_m`). What these gates turn away ends the quiet all the same. The price: a rupture within `settle_s`
 /// after any crossing, be it of another rupture or of a spike, is not announced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmingSettings {
@@ -18,8 +19,26 @@ pub struct ArmingSettings {
     pub settle_s: f64,
     /// Whether only a force below an expected resisting force counts.
     pub drop_only: bool,
-    /// Speed of withdrawal in m/s, at least 0, above which nothing counts.
+    /// During which motion of the needle it counts.
+    pub motion: Motion,
+    /// Speed of withdrawal in m/s, at least 0, above which nothing counts, for [`Motion::NotWithdrawn`].
     pub withdrawal_speed_m_per_s: f64,
+    /// Speed of insertion in m/s, at least 0, from which on it counts, for [`Motion::Inserting`].
+    pub insertion_speed_m_per_s: f64,
+    /// Depth below the contact in m, at least 0, from which on it counts.
+    pub minimum_depth_m: f64,
+}
+
+/// During which motion a crossing counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Motion {
+    /// Any.
+    Any,
+    /// Not while the needle is withdrawn: it may rest, and yield a little.
+    #[default]
+    NotWithdrawn,
+    /// Only while it goes in.
+    Inserting,
 }
 
 impl ArmingSettings {
@@ -30,13 +49,22 @@ impl ArmingSettings {
     pub fn validate(&self) -> Result<(), InvalidValue> {
         non_negative("detector.settle_s", self.settle_s)?;
         non_negative("detector.withdrawal_speed_m_per_s", self.withdrawal_speed_m_per_s)?;
+        non_negative("detector.insertion_speed_m_per_s", self.insertion_speed_m_per_s)?;
+        non_negative("detector.minimum_depth_m", self.minimum_depth_m)?;
         Ok(())
     }
 }
 
 impl Default for ArmingSettings {
     fn default() -> Self {
-        Self { settle_s: 0.1, drop_only: true, withdrawal_speed_m_per_s: 5e-3 }
+        Self {
+            settle_s: 0.1,
+            drop_only: true,
+            motion: Motion::default(),
+            withdrawal_speed_m_per_s: 5e-3,
+            insertion_speed_m_per_s: 1e-3,
+            minimum_depth_m: 0.0,
+        }
     }
 }
 
@@ -47,6 +75,7 @@ pub(super) struct Arming<L> {
     quiet_ticks: L,
     drop_only: bool,
     slowest_velocity: L,
+    minimum_depth: L,
 }
 
 impl<L: Lane> Arming<L> {
@@ -55,7 +84,12 @@ impl<L: Lane> Arming<L> {
             settle_ticks: L::splat(nearest_ticks(settings.settle_s, tick_s) as f64),
             quiet_ticks: L::zero(),
             drop_only: settings.drop_only,
-            slowest_velocity: L::splat(-settings.withdrawal_speed_m_per_s),
+            slowest_velocity: L::splat(match settings.motion {
+                Motion::Any => f64::NEG_INFINITY,
+                Motion::NotWithdrawn => -settings.withdrawal_speed_m_per_s,
+                Motion::Inserting => settings.insertion_speed_m_per_s,
+            }),
+            minimum_depth: L::splat(settings.minimum_depth_m),
         }
     }
 
@@ -72,7 +106,8 @@ impl<L: Lane> Arming<L> {
         self.quiet_ticks = L::select(above, zero, quiet_ticks);
         let armed = quiet_before.ge(self.settle_ticks);
         let inserting = evidence.velocity_m_per_s.ge(self.slowest_velocity);
-        let crossing = armed & above & evidence.in_contact & inserting;
+        let deep = evidence.depth_m.ge(self.minimum_depth);
+        let crossing = armed & above & evidence.in_contact & inserting & deep;
         if self.drop_only {
             crossing & evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero)
         } else {

@@ -202,6 +202,7 @@ mod tests {
                 predicted_force_n: predicted,
                 residual_n: residual,
                 correction: [0.0; 2],
+                depth_m: 0.01,
                 velocity_m_per_s: 0.0,
                 in_contact: true,
             })
@@ -218,6 +219,7 @@ mod tests {
                 predicted_force_n: 0.0,
                 residual_n: e,
                 correction: [0.0; 2],
+                depth_m: 0.02,
                 velocity_m_per_s: 0.0,
                 in_contact: true,
             };

@@ -4,7 +4,7 @@ mod arming;
 mod cusum;
 mod distance;
 
-pub use arming::ArmingSettings;
+pub use arming::{ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distance::{Distance, DistanceKind, Hypotheses};
 
@@ -69,6 +69,8 @@ pub struct Evidence<L: Lane> {
     pub residual_n: L,
     /// `H_k` of eq. 25: stiffness (N/m) and damping (N·s/m).
     pub correction: [L; 2],
+    /// Depth of the needle below the contact in m.
+    pub depth_m: L,
     /// Velocity of the needle in m/s, positive into the tissue.
     pub velocity_m_per_s: L,
     /// Whether the needle touches the tissue.
@@ -128,6 +130,7 @@ mod tests {
             predicted_force_n: 5.0,
             residual_n: residual,
             correction: [0.0; 2],
+            depth_m: 0.02,
             velocity_m_per_s: velocity,
             in_contact: true,
         }
@@ -160,6 +163,46 @@ mod tests {
     fn a_rise_and_a_withdrawal_are_not_ruptures() {
         assert!(alarms(&[0.5; 50], 0.01).is_empty());
         assert!(alarms(&[-0.5; 50], -0.03).is_empty());
+    }
+
+    /// Whether a drop of 15 N is announced, at a depth and a velocity.
+    fn announces(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
+        let settings = DetectorSettings { arming, ..DetectorSettings::default() };
+        let mut detector = Detector::new(&settings, 1e-3);
+        for _ in 0..1000 {
+            detector.update(&evidence(0.01, 0.01));
+        }
+        detector.update(&Evidence { depth_m, ..evidence(-15.0, velocity) }).alarm
+    }
+
+    #[test]
+    fn a_drop_counts_during_the_motion_that_was_asked_for() {
+        let of = |motion| {
+            let arming = ArmingSettings { motion, ..ArmingSettings::default() };
+            [-0.03, -0.001, 0.0, 0.0009, 0.0011].map(|velocity| announces(arming, 0.02, velocity))
+        };
+        assert_eq!(of(Motion::Any), [true; 5]);
+        assert_eq!(of(Motion::NotWithdrawn), [false, true, true, true, true]);
+        assert_eq!(of(Motion::Inserting), [false, false, false, false, true]);
+    }
+
+    #[test]
+    fn a_drop_counts_from_the_minimum_depth_on() {
+        let arming = ArmingSettings { minimum_depth_m: 0.005, ..ArmingSettings::default() };
+        assert_eq!(
+            [0.001, 0.0049, 0.005, 0.02].map(|depth| announces(arming, depth, 0.01)),
+            [false, false, true, true]
+        );
+    }
+
+    #[test]
+    fn gates_below_0_are_refused() {
+        let of = |arming: ArmingSettings| arming.validate().expect_err("below 0").name;
+        let minimum_depth_m = -1e-3;
+        assert_eq!(of(ArmingSettings { minimum_depth_m, ..ArmingSettings::default() }), "detector.minimum_depth_m");
+        let insertion_speed_m_per_s = f64::NAN;
+        let settings = ArmingSettings { insertion_speed_m_per_s, ..ArmingSettings::default() };
+        assert_eq!(of(settings), "detector.insertion_speed_m_per_s");
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub use trace::{COLUMNS, Trace};
 
 use crate::augmentation::{Command, Situation, SlaveCommand, Supervisor};
 use crate::detection::{Detector, Evidence};
-use crate::estimation::{Rls, VelocityFilter};
+use crate::estimation::{Estimator, VelocityFilter};
 use crate::lane::Lane;
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
@@ -59,7 +59,7 @@ pub struct Engine<L: Lane, S> {
     /// Where the estimator takes the tissue to begin, in m.
     pub contact_m: L,
     /// The estimator.
-    pub estimator: Rls<L>,
+    pub estimator: Estimator<L>,
     /// The detector.
     pub detector: Detector<L>,
     /// The supervisor.
@@ -155,9 +155,13 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         }
     }
 
-    /// Whether positions and the fed-back force arrive at once and as they are: no encoder, no filter, no delay.
+    /// Whether positions and the fed-back force arrive at once and as they are: no encoder, no filter, no delay. The
+    /// estimator has to be the paper's, too: the others are compiled into the way that is not straight.
     fn passes_positions_on(&self) -> bool {
-        self.sensor.reads_position_exactly() && self.velocity_filter.is_none() && self.link.is_direct()
+        self.sensor.reads_position_exactly()
+            && self.velocity_filter.is_none()
+            && self.link.is_direct()
+            && self.estimator.is_the_papers()
     }
 
     /// The run, compiled apart for positions that are `DIRECT`ly passed on and forces read `EXACT`ly, so that its ticks need not
@@ -220,12 +224,17 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             }
         }
         let depth = measured_position - self.contact_m;
-        let estimate = self.estimator.update(measured_force, depth, measured_velocity);
+        let estimate = if DIRECT {
+            self.estimator.update_papers(measured_force, depth, measured_velocity)
+        } else {
+            self.estimator.update(measured_force, depth, measured_velocity)
+        };
         let decision = self.detector.update(&Evidence {
             force_n: measured_force,
             predicted_force_n: estimate.predicted_force_n,
             residual_n: estimate.residual_n,
             correction: estimate.correction,
+            depth_m: depth,
             velocity_m_per_s: measured_velocity,
             in_contact: depth.gt(L::zero()),
         });
@@ -271,6 +280,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             feedback_force_n: feedback_force,
             stiffness_n_per_m: estimate.stiffness_n_per_m,
             damping_n_s_per_m: estimate.damping_n_s_per_m,
+            further: estimate.further,
             residual_n: estimate.residual_n,
             distance: decision.distance,
             decision: decision.decision,

@@ -45,6 +45,8 @@ pub struct Trace {
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
     pub mode: Vec<u8>,
+    /// What the estimator estimates besides: the column's name, and its values.
+    pub further: Option<(&'static str, Vec<f64>)>,
     grid: TickGrid,
 }
 
@@ -71,8 +73,16 @@ impl Trace {
             distance: room(),
             decision: room(),
             mode: Vec::with_capacity(grid.ticks() as usize),
+            further: None,
             grid,
         }
+    }
+
+    /// The same trace with one more column, of a name, for what the estimator estimates besides.
+    #[must_use]
+    pub fn with_further(mut self, column: Option<&'static str>) -> Self {
+        self.further = column.map(|name| (name, Vec::with_capacity(self.grid.ticks() as usize)));
+        self
     }
 
     /// How many ticks it holds.
@@ -130,5 +140,8 @@ impl Observer<f64> for Trace {
         self.distance.push(s.distance);
         self.decision.push(s.decision);
         self.mode.push(s.mode as u8);
+        if let Some((_, further)) = &mut self.further {
+            further.push(s.further);
+        }
     }
 }

@@ -1,9 +1,21 @@
-//! Online estimation from samples: the tissue's stiffness and damping, and the velocity from quantised positions.
+//! Online estimation from samples: the tissue's stiffness and damping, with friction or a power where wanted, and the
+//! velocity from quantised positions.
 //!
 //! Nothing here knows the tissue: positions, velocities and forces come in as a sensor gives them.
 
+mod estimator;
+mod forgetting;
+mod friction;
+mod hunt_crossley;
+mod least_residual;
+mod linear;
+mod regression;
+mod resetting;
 mod rls;
+mod settings;
 mod velocity;
 
+pub use estimator::Estimator;
 pub use rls::{Estimate, Parameters, Rls, RlsSettings};
+pub use settings::{Forgetting, FrictionShape, MOST_FORGETTING_FACTOR};
 pub use velocity::VelocityFilter;

@@ -1,5 +1,6 @@
 //! Recursive least squares with normalisation, dead zone and covariance resetting (eq. 12-18).
 
+use super::settings::{Forgetting, FrictionShape};
 use crate::error::{InvalidValue, non_negative, positive, require};
 use crate::lane::{Lane, Mask};
 
@@ -33,9 +34,13 @@ pub struct RlsSettings {
     pub normalisation: f64,
     /// Which parameters there are.
     pub parameters: Parameters,
+    /// How what was learnt is given up.
+    pub forgetting: Forgetting,
+    /// How the regressor of friction turns with the velocity.
+    pub friction: FrictionShape,
 }
 
-/// What is estimated.
+/// What is estimated: the first two by [`Rls`], all of them by [`super::Estimator`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Parameters {
     /// `K` and `B`: `φ = (p, v)` (eq. 8).
@@ -43,6 +48,33 @@ pub enum Parameters {
     StiffnessAndDamping,
     /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` stays 0.
     Stiffness,
+    /// `K`, `B` and a friction force: what the paper leaves for the future (its conclusion).
+    StiffnessDampingFriction,
+    /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
+    HuntCrossley,
+    /// Both with friction and without, and of each sample the smaller of the two errors.
+    LeastResidual,
+}
+
+impl Parameters {
+    /// Every choice.
+    pub const ALL: [Self; 5] = [
+        Self::StiffnessAndDamping,
+        Self::Stiffness,
+        Self::StiffnessDampingFriction,
+        Self::HuntCrossley,
+        Self::LeastResidual,
+    ];
+
+    /// What is estimated besides stiffness and damping, as a column's name with its unit.
+    #[must_use]
+    pub fn further_column(self) -> Option<&'static str> {
+        match self {
+            Self::StiffnessAndDamping | Self::Stiffness => None,
+            Self::StiffnessDampingFriction | Self::LeastResidual => Some("friction_n"),
+            Self::HuntCrossley => Some("power"),
+        }
+    }
 }
 
 impl RlsSettings {
@@ -53,7 +85,15 @@ impl RlsSettings {
         let normalisation = 1.0 / (full_gain_depth_m * full_gain_depth_m);
         let initial_gain = gain_ratio * normalisation;
         let reset_threshold = 2.0 / initial_gain + memory_updates / normalisation;
-        Self { initial_gain, reset_threshold, dead_zone_n, normalisation, parameters: Parameters::default() }
+        Self {
+            initial_gain,
+            reset_threshold,
+            dead_zone_n,
+            normalisation,
+            parameters: Parameters::default(),
+            forgetting: Forgetting::default(),
+            friction: FrictionShape::default(),
+        }
     }
 
     /// Checks the ranges that the fields state.
@@ -71,7 +111,8 @@ impl RlsSettings {
         )?;
         non_negative("estimator.dead_zone_n", self.dead_zone_n)?;
         non_negative("estimator.normalisation", self.normalisation)?;
-        Ok(())
+        self.forgetting.validate()?;
+        self.friction.validate()
     }
 }
 
@@ -94,6 +135,8 @@ pub struct Estimate<L> {
     pub stiffness_n_per_m: L,
     /// `B_k` in N·s/m.
     pub damping_n_s_per_m: L,
+    /// What [`Parameters::further_column`] names, in its unit; 0 where it names nothing.
+    pub further: L,
 }
 
 /// The Kelvin-Voigt parameters `θ = (K, B)` of the force `y = K p + B v`, tracked sample by sample.
@@ -150,10 +193,7 @@ impl<L: Lane> Rls<L> {
             reset_threshold: L::splat(settings.reset_threshold),
             is_watched: settings.initial_gain * settings.reset_threshold > WELL_CONDITIONED,
             normalisation: L::splat(settings.normalisation),
-            velocity_share: L::splat(match settings.parameters {
-                Parameters::StiffnessAndDamping => 1.0,
-                Parameters::Stiffness => 0.0,
-            }),
+            velocity_share: L::splat(if settings.parameters == Parameters::Stiffness { 0.0 } else { 1.0 }),
             dead_zone: L::splat(if without_dead_zone { -1.0 } else { settings.dead_zone_n }),
             dead_zone_slope: L::splat(if without_dead_zone { 0.0 } else { 1.0 / settings.dead_zone_n }),
             dead_zone_offset: L::splat(if without_dead_zone { 1.0 } else { -1.0 }),
@@ -188,6 +228,7 @@ impl<L: Lane> Rls<L> {
             correction,
             stiffness_n_per_m: self.parameters[0],
             damping_n_s_per_m: self.parameters[1],
+            further: zero,
         }
     }
 
@@ -366,7 +407,7 @@ mod tests {
             reset_threshold: 1e12,
             dead_zone_n: 0.0,
             normalisation: 0.0,
-            parameters: Parameters::default(),
+            ..RlsSettings::default()
         };
         let mut rls = Rls::<f64>::new(&settings);
         for k in 0..200_000 {

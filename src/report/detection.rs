@@ -226,7 +226,9 @@ pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Re
         ("distance", &detection.distance),
         ("decision", &detection.decision),
     ];
-    writeln!(out, "{}", columns.map(|(name, _)| name).join(","))?;
+    let mut columns = columns.to_vec();
+    columns.extend(detection.further.iter().map(|(name, column)| (*name, column.as_slice())));
+    writeln!(out, "{}", columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(","))?;
     let mut buffer = ryu::Buffer::new();
     for row in 0..detection.time_s.len() {
         for (index, (_, column)) in columns.iter().enumerate() {

@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use crate::compare::{Comparison, Fact, SeedStudy};
-use crate::detect::DetectionReport;
+use crate::detect::{DetectionReport, FurtherEstimate};
 use crate::run::Run;
 use crate::scenario::Values;
 
@@ -15,13 +15,17 @@ pub fn summary_json(run: &Run) -> String {
 }
 
 fn summary(run: &Run) -> Json {
-    json!({
+    let mut all = json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "scenario": run.scenario.name,
         "seed": run.scenario.seed,
         "tick_s": run.scenario.grid.tick_s(),
         "metrics": run.metrics,
-    })
+    });
+    if let (Json::Object(all), Some(further)) = (&mut all, FurtherEstimate::of(&run.trace.further)) {
+        all.insert("further_estimate".into(), json!(further));
+    }
+    all
 }
 
 /// `comparison.json`: the summaries, the table, the detection in noise, for the shipped pair the paper's facts, and the

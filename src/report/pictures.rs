@@ -73,6 +73,7 @@ impl<'a> Borrowed<'a> {
             residual_n: &trace.residual_n,
             stiffness_n_per_m: &trace.stiffness_n_per_m,
             damping_n_s_per_m: &trace.damping_n_s_per_m,
+            further: lent(&trace.further),
             decision: &trace.decision,
             threshold: detector.cusum.threshold,
             decision_unit: shown_unit(detector.distance.kind.unit()),
@@ -80,6 +81,10 @@ impl<'a> Borrowed<'a> {
             alarm_times_s: &self.alarms_s,
         }
     }
+}
+
+fn lent<'a>(further: &'a Option<(&'static str, Vec<f64>)>) -> Option<(&'static str, &'a [f64])> {
+    further.as_ref().map(|(name, column)| (*name, column.as_slice()))
 }
 
 fn shown_unit(unit: &'static str) -> &'static str {
@@ -153,6 +158,7 @@ pub fn detection_pictures(
             residual_n: &detection.residual_n,
             stiffness_n_per_m: &detection.stiffness_n_per_m,
             damping_n_s_per_m: &detection.damping_n_s_per_m,
+            further: lent(&detection.further),
             decision: &detection.decision,
             threshold,
             decision_unit: shown_unit(unit),

@@ -127,12 +127,13 @@ pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// `trace.csv`: the columns of [`COLUMNS`], floats in the shortest form that reads back the same.
+/// `trace.csv`: the columns of [`COLUMNS`], then what the estimator estimates besides, floats in the shortest form that reads back the same.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "{}", COLUMNS.join(","))?;
+    let further = trace.further.as_ref();
+    writeln!(out, "{}{}", COLUMNS.join(","), further.map_or(String::new(), |(name, _)| format!(",{name}")))?;
     let numbers = trace.numbers();
     let mut buffer = ryu::Buffer::new();
     let mut line = String::with_capacity(400);
@@ -142,7 +143,10 @@ pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
             line.push_str(buffer.format(column[row]));
             line.push(',');
         }
-        writeln!(out, "{line}{mode}")?;
+        match further {
+            None => writeln!(out, "{line}{mode}")?,
+            Some((_, column)) => writeln!(out, "{line}{mode},{}", buffer.format(column[row]))?,
+        }
     }
     Ok(())
 }

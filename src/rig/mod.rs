@@ -1,4 +1,4 @@
-//! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` a tick.
+//! Rls, detector and supervisor for a real controller: one `step(sample) -> command` a tick.
 //!
 //! It is the source that the simulator runs, in the simulator's order (steps 3 to 6 of [`crate::engine`]'s tick, without a
 //! link's delay): on the same samples it gives the same commands, to the last bit. It takes no allocator, no operating
@@ -171,6 +171,7 @@ impl HapticController {
             predicted_force_n: estimate.predicted_force_n,
             residual_n: estimate.residual_n,
             correction: estimate.correction,
+            depth_m,
             velocity_m_per_s: self.velocity_m_per_s,
             in_contact: depth_m > 0.0,
         });
@@ -257,6 +258,7 @@ impl HapticController {
             predicted_force_n: 0.0,
             residual_n: 0.0,
             correction: [0.0; 2],
+            depth_m: 0.0,
             velocity_m_per_s: self.velocity_m_per_s,
             in_contact: false,
         });
@@ -267,6 +269,7 @@ impl HapticController {
                 correction: [0.0; 2],
                 stiffness_n_per_m: self.parameters[0],
                 damping_n_s_per_m: self.parameters[1],
+                further: 0.0,
             },
             decision: Decision { alarm: false, ..decision },
         }

@@ -3,7 +3,7 @@
 use crate::augmentation::{AugmentationSettings, ForceLaw};
 use crate::detection::DetectorSettings;
 use crate::error::{InvalidValue, finite, positive, require};
-use crate::estimation::{RlsSettings, VelocityFilter};
+use crate::estimation::{Estimator, RlsSettings, VelocityFilter};
 
 /// Least and greatest magnitude of a setting that the tick divides by or multiplies with. Within these no product of the
 /// tick leaves the range of a 64-bit float, nor turns 0: chosen here, far beyond any rig.
@@ -116,6 +116,9 @@ impl Settings {
             VelocityFilter::<f64>::new(self.tick_s, resolution_m, acceleration_std_m_per_s2)?;
         }
         self.estimator.validate()?;
+        let is_the_papers = Estimator::<f64>::new(&self.estimator).is_the_papers();
+        let papers = "stiffness or stiffness-and-damping with resetting: a rig runs no other estimator";
+        require("estimator.parameters", 0.0, is_the_papers, papers)?;
         moderate("estimator.initial_gain", self.estimator.initial_gain)?;
         moderate_or_zero("estimator.dead_zone_n", self.estimator.dead_zone_n)?;
         moderate_or_zero("estimator.normalisation", self.estimator.normalisation)?;

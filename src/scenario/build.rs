@@ -8,7 +8,7 @@ use crate::channel::Delay;
 use crate::detection::Detector;
 use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer, SplitSides};
 use crate::error::InvalidValue;
-use crate::estimation::{Rls, VelocityFilter};
+use crate::estimation::{Estimator, VelocityFilter};
 use crate::lane::Lane;
 use crate::operator::{Motion, Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
@@ -198,7 +198,7 @@ impl Scenario {
             sensor: Sensor::new(&self.sensor, tick_s, self.seed, first_stream),
             velocity_filter,
             contact_m: L::splat(self.contact_m),
-            estimator: Rls::new(&self.estimator),
+            estimator: Estimator::new(&self.estimator),
             detector: Detector::new(&self.detector, tick_s),
             supervisor: Supervisor::new(
                 &self.augmentation,

@@ -7,6 +7,7 @@ use super::layer_keys::{LAYERED_COUNT, with_layers, within};
 use super::value::{Kind, Range, Value};
 use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
 use crate::detection::{ArmingSettings, Hypotheses};
+use crate::estimation::{Forgetting, FrictionShape, MOST_FORGETTING_FACTOR};
 use crate::operator::TremorSettings;
 use crate::plant::{MasterParameters, SlaveParameters};
 use crate::recording::Limits;
@@ -67,6 +68,10 @@ pub const SECTIONS: [(&str, &str); 23] = [
 /// The distances by the words that scenarios use, in the order of [`crate::detection::DistanceKind::ALL`].
 pub const DISTANCES: &[&str] =
     &["squared-residual", "squared-drop", "mean-change", "variance-change", "parameter-change", "force-derivative"];
+
+/// What is estimated, by the words that scenarios use, in the order of [`crate::estimation::Parameters::ALL`].
+pub const PARAMETERS: &[&str] =
+    &["stiffness-and-damping", "stiffness", "stiffness-damping-friction", "hunt-crossley", "least-residual"];
 
 /// Every key, in the order in which they are written.
 pub const KEYS: &[Key] = &with_layers::<{ UNLAYERED.len() + LAYERED_COUNT }>(UNLAYERED);
@@ -607,9 +612,34 @@ const UNLAYERED: &[Key] = &[
     // estimator
     key(
         "estimator.parameters",
-        Choice(&["stiffness-and-damping", "stiffness"]),
+        Choice(PARAMETERS),
         word!("stiffness-and-damping"),
-        "K and B, or K alone, as the paper tries in 3.2.1.",
+        "K and B; K alone, as the paper tries in 3.2.1; with friction; mu, lambda and n of eq. 2; or with and without \
+         friction, the smaller error counting.",
+    ),
+    key(
+        "estimator.friction_speed_m_per_s",
+        Number(R::POSITIVE),
+        number!(FrictionShape::DEFAULT.speed_m_per_s),
+        "Speed at which half of the friction acts.",
+    ),
+    key(
+        "estimator.friction_length_m",
+        Number(R::POSITIVE),
+        number!(FrictionShape::DEFAULT.length_m),
+        "Depth at which as much of an error is put down to the stiffness as to friction.",
+    ),
+    key(
+        "estimator.forgetting",
+        Choice(&["resetting", "exponential"]),
+        word!("resetting"),
+        "Restore the whole gain at reset_threshold (eq. 17), or forget a little with each correction.",
+    ),
+    key(
+        "estimator.forgetting_factor",
+        Number(R::stated(0.0, MOST_FORGETTING_FACTOR, "from 0 to 0.99999, a memory of 1e5 corrections")),
+        number!(Forgetting::DEFAULT_FACTOR),
+        "How much everything older counts after a correction, for exponential.",
     ),
     key(
         "estimator.normalisation",
@@ -693,10 +723,28 @@ const UNLAYERED: &[Key] = &[
         "Whether only a force below an expected resisting force counts.",
     ),
     key(
+        "detector.motion",
+        Choice(&["any", "not-withdrawn", "inserting"]),
+        word!("not-withdrawn"),
+        "During which motion of the needle a drop counts.",
+    ),
+    key(
         "detector.withdrawal_speed_m_per_s",
         Number(R::NON_NEGATIVE),
         number!(ArmingSettings::default().withdrawal_speed_m_per_s),
-        "Nothing counts while the needle is withdrawn faster than this.",
+        "Nothing counts while the needle is withdrawn faster than this (not-withdrawn).",
+    ),
+    key(
+        "detector.insertion_speed_m_per_s",
+        Number(R::NON_NEGATIVE),
+        number!(ArmingSettings::default().insertion_speed_m_per_s),
+        "Nothing counts while the needle goes in more slowly than this (inserting).",
+    ),
+    key(
+        "detector.minimum_depth_m",
+        Number(R::NON_NEGATIVE),
+        number!(ArmingSettings::default().minimum_depth_m),
+        "Nothing counts less deep below estimator.contact_m than this.",
     ),
     // augmentation
     key(

@@ -1,12 +1,12 @@
 //! From values to the parameters of the machines and the settings of sensor, estimator, detector and supervisor.
 
 use super::error::ScenarioError;
-use super::key_table::DISTANCES;
+use super::key_table::{DISTANCES, PARAMETERS};
 use super::value::Value;
 use super::values::Values;
 use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Freeze, Reengage};
-use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
-use crate::estimation::{Parameters, RlsSettings};
+use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses, Motion};
+use crate::estimation::{Forgetting, FrictionShape, Parameters, RlsSettings};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, Grip, MasterParameters, SlaveParameters,
 };
@@ -131,11 +131,24 @@ pub(super) fn estimator(values: &mut Values) -> Result<RlsSettings, ScenarioErro
     values.derive_if_missing("estimator.initial_gain", Value::Number(initial_gain));
     values.derive_if_missing("estimator.reset_threshold", Value::Number(reset_threshold));
     let dead_zone_n = values.number("estimator.dead_zone_n")?;
-    let parameters = match values.text("estimator.parameters")? {
-        "stiffness" => Parameters::Stiffness,
-        _ => Parameters::StiffnessAndDamping,
+    let word = values.text("estimator.parameters")?;
+    let index = PARAMETERS.iter().position(|known| *known == word).unwrap_or(0);
+    let forgetting = match values.text("estimator.forgetting")? {
+        "exponential" => Forgetting::Exponential { factor: values.number("estimator.forgetting_factor")? },
+        _ => Forgetting::Resetting,
     };
-    Ok(RlsSettings { initial_gain, reset_threshold, dead_zone_n, normalisation, parameters })
+    Ok(RlsSettings {
+        initial_gain,
+        reset_threshold,
+        dead_zone_n,
+        normalisation,
+        parameters: Parameters::ALL[index],
+        forgetting,
+        friction: FrictionShape {
+            speed_m_per_s: values.number("estimator.friction_speed_m_per_s")?,
+            length_m: values.number("estimator.friction_length_m")?,
+        },
+    })
 }
 
 /// The detector's settings.
@@ -163,7 +176,14 @@ pub(super) fn detector(values: &mut Values) -> Result<DetectorSettings, Scenario
         arming: ArmingSettings {
             settle_s: values.number("detector.settle_s")?,
             drop_only: values.flag("detector.drop_only")?,
+            motion: match values.text("detector.motion")? {
+                "any" => Motion::Any,
+                "inserting" => Motion::Inserting,
+                _ => Motion::NotWithdrawn,
+            },
             withdrawal_speed_m_per_s: values.number("detector.withdrawal_speed_m_per_s")?,
+            insertion_speed_m_per_s: values.number("detector.insertion_speed_m_per_s")?,
+            minimum_depth_m: values.number("detector.minimum_depth_m")?,
         },
     })
 }

@@ -10,7 +10,7 @@ use trocar::augmentation::{AugmentationSettings, Supervisor};
 use trocar::channel::Delay;
 use trocar::detection::{Detector, DetectorSettings};
 use trocar::engine::{Engine, Sides};
-use trocar::estimation::{Rls, RlsSettings};
+use trocar::estimation::{Estimator, RlsSettings};
 use trocar::operator::{Motion, Operator, Ramp};
 use trocar::sensor::{Sensor, SensorSettings};
 use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
@@ -87,7 +87,7 @@ impl ClosedLoop {
             sensor: Sensor::new(&SensorSettings::default(), tick_s, 0, 0),
             velocity_filter: None,
             contact_m: 0.0,
-            estimator: Rls::new(&RlsSettings::default()),
+            estimator: Estimator::new(&RlsSettings::default()),
             detector: Detector::new(&DetectorSettings::default(), tick_s),
             supervisor: Supervisor::new(&supervisor, 1.98e-2, tick_s, 0.0),
             link: self.link(tick_s),

@@ -182,10 +182,10 @@ impl<'a> Bench<'a> {
     /// Where the residual is quiet, and how quiet, but no quieter than `least_n`.
     fn quiet_of(&self, residuals: Residuals, least_n: f64) -> Quiet {
         let count = residuals.residual_n.len();
-        let first = residuals.in_contact.iter().position(|&touches| touches).unwrap_or(count);
+        let first = residuals.depth_m.iter().position(|&depth_m| depth_m > 0.0).unwrap_or(count);
         let settled = first + self.signal.samples_in(ArmingSettings::default().settle_s, 1);
         let mut usable: Vec<bool> =
-            residuals.in_contact.iter().enumerate().map(|(sample, &touches)| touches && sample >= settled).collect();
+            residuals.depth_m.iter().enumerate().map(|(sample, &depth_m)| depth_m > 0.0 && sample >= settled).collect();
         if let Some(range) = &self.quiet {
             usable.iter_mut().enumerate().for_each(|(sample, usable)| *usable = range.contains(&sample));
             let std_n = root_mean_square(&residuals.residual_n[range.clone()]).max(least_n);

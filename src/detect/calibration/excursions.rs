@@ -55,7 +55,7 @@ pub(super) fn excursions(
             excursion.crossing.get_or_insert(sample);
         }
         let inserting = signal.velocity_m_per_s[sample] >= -withdrawal_m_per_s;
-        if added > 0.0 && decision > excursion.peak && residuals.in_contact[sample] && inserting {
+        if added > 0.0 && decision > excursion.peak && residuals.depth_m[sample] > 0.0 && inserting {
             (excursion.peak, excursion.peak_at) = (decision, sample);
         }
     }
@@ -112,7 +112,7 @@ mod tests {
     fn an_excursion_runs_from_zero_to_zero() {
         let residual_n = vec![0.0, -1.0, -1.0, 0.0, 0.5, 0.0, 0.0, -2.0];
         let count = residual_n.len();
-        let residuals = Residuals { residual_n, predicted_n: vec![3.0; count], in_contact: vec![true; count] };
+        let residuals = Residuals { residual_n, predicted_n: vec![3.0; count], depth_m: vec![0.01; count] };
         let still = vec![0.0; count];
         let signal = Signal { interval_s: 1e-3, position_m: &still, velocity_m_per_s: &still, force_n: &still };
         // Decision: 0, 0.6, 1.2, 0.8, 0.4, 0, 0, 3.6.

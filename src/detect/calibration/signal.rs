@@ -1,7 +1,7 @@
 //! The samples that a calibration looks at, and what an estimator makes of them.
 
 use crate::detection::{Detector, DetectorSettings, Evidence};
-use crate::estimation::{Rls, RlsSettings};
+use crate::estimation::{Estimator, RlsSettings};
 
 /// Evenly spaced samples.
 #[derive(Debug, Clone, Copy)]
@@ -24,25 +24,25 @@ impl Signal<'_> {
 pub(super) struct Residuals {
     pub(super) residual_n: Vec<f64>,
     pub(super) predicted_n: Vec<f64>,
-    pub(super) in_contact: Vec<bool>,
+    pub(super) depth_m: Vec<f64>,
 }
 
 impl Residuals {
     /// Runs an estimator over a signal.
     pub(super) fn of(signal: &Signal<'_>, settings: &RlsSettings, contact_m: f64) -> Self {
-        let mut estimator = Rls::<f64>::new(settings);
+        let mut estimator = Estimator::<f64>::new(settings);
         let count = signal.force_n.len();
         let mut residuals = Self {
             residual_n: Vec::with_capacity(count),
             predicted_n: Vec::with_capacity(count),
-            in_contact: Vec::with_capacity(count),
+            depth_m: Vec::with_capacity(count),
         };
         for sample in 0..count {
             let depth_m = signal.position_m[sample] - contact_m;
             let estimate = estimator.update(signal.force_n[sample], depth_m, signal.velocity_m_per_s[sample]);
             residuals.residual_n.push(estimate.residual_n);
             residuals.predicted_n.push(estimate.predicted_force_n);
-            residuals.in_contact.push(depth_m > 0.0);
+            residuals.depth_m.push(depth_m);
         }
         residuals
     }
@@ -62,8 +62,9 @@ impl Residuals {
                 predicted_force_n: self.predicted_n[sample],
                 residual_n: self.residual_n[sample],
                 correction: [0.0; 2],
+                depth_m: self.depth_m[sample],
                 velocity_m_per_s: signal.velocity_m_per_s[sample],
-                in_contact: self.in_contact[sample],
+                in_contact: self.depth_m[sample] > 0.0,
             };
             detector.update(&evidence).alarm
         });

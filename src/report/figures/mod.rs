@@ -78,6 +78,8 @@ pub struct EstimationView<'a> {
     pub stiffness_n_per_m: &'a [f64],
     /// Estimated damping, N·s/m.
     pub damping_n_s_per_m: &'a [f64],
+    /// What is estimated besides: the name of its column, and its values.
+    pub further: Option<(&'static str, &'a [f64])>,
     /// Decision function of the detector, in `decision_unit`.
     pub decision: &'a [f64],
     /// The decision function's threshold γ, in `decision_unit`.
@@ -160,6 +162,7 @@ impl EstimationView<'_> {
             ("stiffness_n_per_m", self.stiffness_n_per_m.len()),
             ("damping_n_s_per_m", self.damping_n_s_per_m.len()),
             ("decision", self.decision.len()),
+            self.further.map_or(("further", self.time_s.len()), |(name, column)| (name, column.len())),
         ];
         check(figure, self.name, self.time_s.len(), &columns)
     }

@@ -9,7 +9,7 @@ use super::{EstimationView, Figure, FigureError, events};
 /// Share of the samples the axes hold; the first estimates after contact may be enormous.
 const SHOWN: f64 = 0.995;
 
-/// Estimated stiffness (above) and damping (below). The axes span the quantiles from 0.5 % to 99.5 %; what lies beyond is cut off.
+/// Estimated stiffness, damping below, and what is estimated besides below that. The axes span the quantiles from 0.5 % to 99.5 %; what lies beyond is cut off.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -27,10 +27,10 @@ pub fn parameters(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
         };
         Row { title: None, height: 360.0, panels: vec![panel] }
     };
-    Grid {
-        legends: Vec::new(),
-        common: events::entries(&[&marked], window),
-        rows: vec![row((view.stiffness_n_per_m, "Stiffness (N/m)")), row((view.damping_n_s_per_m, "Damping (N·s/m)"))],
-    }
-    .draw()
+    let mut rows =
+        vec![row((view.stiffness_n_per_m, "Stiffness (N/m)")), row((view.damping_n_s_per_m, "Damping (N·s/m)"))];
+    rows.extend(
+        view.further.map(|(name, column)| row((column, if name == "power" { "Power" } else { "Friction (N)" }))),
+    );
+    Grid { legends: Vec::new(), common: events::entries(&[&marked], window), rows }.draw()
 }

@@ -1,0 +1,50 @@
+//! Friction as a third regressor: what the paper leaves for the future.
+
+use super::regression::Regression;
+use super::rls::{Estimate, RlsSettings};
+use crate::lane::Lane;
+
+/// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, the sign of the velocity made smooth.
+///
+/// A sign would turn with every bit of noise about standstill, where dry friction takes any value between its two signs;
+/// `s` passes through 0 there, and is a division where `tanh` would be a transcendental function. The regressor is
+/// `ℓ s(v)`, so that its size is that of a depth and the one gain `F_0` and weighting `β` serve all three.
+///
+/// While the needle goes in at an even speed `s` hardly changes and friction is an offset, which [`super::Rls`] does not
+/// have; it is told from the stiffness only by depths that differ, and from damping by speeds that differ.
+#[derive(Debug, Clone)]
+pub(super) struct Friction<L> {
+    regression: Regression<L, 3>,
+    length: L,
+    speed: L,
+}
+
+impl<L: Lane> Friction<L> {
+    pub(super) fn new(settings: &RlsSettings) -> Self {
+        Self {
+            regression: Regression::new(settings),
+            length: L::splat(settings.friction.length_m),
+            speed: L::splat(settings.friction.speed_m_per_s),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+        let zero = L::zero();
+        let lesson = self.regression.judge(force_n);
+        let sign = velocity_m_per_s / (velocity_m_per_s.abs() + self.speed);
+        let contact = depth_m.gt(zero);
+        let regressor = [depth_m, velocity_m_per_s, self.length * sign];
+        self.regression.expect(regressor.map(|value| L::select(contact, value, zero)));
+        let [stiffness, damping, friction] = self.regression.parameters();
+        let [stiffness_change, damping_change, _] = lesson.correction;
+        Estimate {
+            predicted_force_n: lesson.predicted_force_n,
+            residual_n: lesson.residual_n,
+            correction: [stiffness_change, damping_change],
+            stiffness_n_per_m: stiffness,
+            damping_n_s_per_m: damping,
+            further: self.length * friction,
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Two models at once, and of each sample the smaller error.
+
+use super::friction::Friction;
+use super::linear::Linear;
+use super::rls::{Estimate, RlsSettings};
+use crate::lane::Lane;
+
+/// The models with friction and without, each learning from every sample; the error of a sample is the smaller of theirs.
+///
+/// What neither model foresees is a rupture; what one of them foresees is none, such as a turn of the needle's motion that
+/// friction explains, or a force that the third parameter has overfitted. The price is a delay: a rupture counts for what
+/// the better model misses. An interacting multiple model (Blom and Bar-Shalom 1988) would weigh the two by their
+/// likelihoods, which takes a noise level, a transition matrix and exponentials; no source was found for detection of
+/// ruptures, and the minimum, which takes none of them, is chosen here.
+///
+/// Stiffness and damping are those of the model without friction, so that they do not jump from one model to the other; the
+/// friction is the other's.
+#[derive(Debug, Clone)]
+pub(super) struct LeastResidual<L> {
+    without: Linear<L>,
+    with: Friction<L>,
+}
+
+impl<L: Lane> LeastResidual<L> {
+    pub(super) fn new(settings: &RlsSettings) -> Self {
+        Self { without: Linear::new(settings), with: Friction::new(settings) }
+    }
+
+    #[inline(always)]
+    pub(super) fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+        let without = self.without.update(force_n, depth_m, velocity_m_per_s);
+        let with = self.with.update(force_n, depth_m, velocity_m_per_s);
+        let friction_is_better = with.residual_n.abs().lt(without.residual_n.abs());
+        let chosen = |with: L, without: L| L::select(friction_is_better, with, without);
+        Estimate {
+            predicted_force_n: chosen(with.predicted_force_n, without.predicted_force_n),
+            residual_n: chosen(with.residual_n, without.residual_n),
+            correction: core::array::from_fn(|i| chosen(with.correction[i], without.correction[i])),
+            stiffness_n_per_m: without.stiffness_n_per_m,
+            damping_n_s_per_m: without.damping_n_s_per_m,
+            further: with.further,
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Stiffness and damping, or stiffness alone, with any way to forget.
+
+use super::regression::Regression;
+use super::rls::{Estimate, Parameters, RlsSettings};
+use crate::lane::Lane;
+
+/// `y = K p + B v` in contact (eq. 8).
+#[derive(Debug, Clone)]
+pub(super) struct Linear<L> {
+    regression: Regression<L, 2>,
+    velocity_share: L,
+}
+
+impl<L: Lane> Linear<L> {
+    pub(super) fn new(settings: &RlsSettings) -> Self {
+        let velocity_share = if settings.parameters == Parameters::Stiffness { 0.0 } else { 1.0 };
+        Self { regression: Regression::new(settings), velocity_share: L::splat(velocity_share) }
+    }
+
+    #[inline(always)]
+    pub(super) fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+        let zero = L::zero();
+        let lesson = self.regression.judge(force_n);
+        let contact = depth_m.gt(zero);
+        let velocity = self.velocity_share * velocity_m_per_s;
+        self.regression.expect([L::select(contact, depth_m, zero), L::select(contact, velocity, zero)]);
+        let [stiffness, damping] = self.regression.parameters();
+        Estimate {
+            predicted_force_n: lesson.predicted_force_n,
+            residual_n: lesson.residual_n,
+            correction: lesson.correction,
+            stiffness_n_per_m: stiffness,
+            damping_n_s_per_m: damping,
+            further: zero,
+        }
+    }
+}

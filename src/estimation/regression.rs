@@ -1,0 +1,203 @@
+//! Recursive least squares over any number of regressors (eq. 7, 12-18).
+
+use super::forgetting::Exponential;
+use super::resetting::{Resetting, dot};
+use super::rls::RlsSettings;
+use super::settings::Forgetting;
+use crate::lane::{Lane, Mask};
+
+/// The parameters `θ` of a force `y = φᵀθ`: what [`super::Rls`] does for `(p, v)`, to the last bit, for any `φ` and with a
+/// choice of how to forget.
+#[derive(Debug, Clone)]
+pub(super) struct Regression<L, const N: usize> {
+    normalisation: L,
+    /// `N_0`; below 0 without a dead zone, so that every error is outside of it.
+    dead_zone: L,
+    dead_zone_slope: L,
+    dead_zone_offset: L,
+    memory: Memory<L, N>,
+    parameters: [L; N],
+    regressor: [L; N],
+    /// `φᵀθ`, the force that the next sample is expected to show.
+    expected: L,
+}
+
+#[derive(Debug, Clone)]
+enum Memory<L, const N: usize> {
+    Resetting(Resetting<L, N>),
+    Exponential(Exponential<L, N>),
+}
+
+/// What one sample said.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lesson<L, const N: usize> {
+    /// `φᵀθ` before the sample, in N.
+    pub(super) predicted_force_n: L,
+    /// What the sample differs by, in N.
+    pub(super) residual_n: L,
+    /// The change of `θ`.
+    pub(super) correction: [L; N],
+}
+
+impl<L: Lane, const N: usize> Regression<L, N> {
+    pub(super) fn new(settings: &RlsSettings) -> Self {
+        let without_dead_zone = settings.dead_zone_n == 0.0;
+        Self {
+            normalisation: L::splat(settings.normalisation),
+            dead_zone: L::splat(if without_dead_zone { -1.0 } else { settings.dead_zone_n }),
+            dead_zone_slope: L::splat(if without_dead_zone { 0.0 } else { 1.0 / settings.dead_zone_n }),
+            dead_zone_offset: L::splat(if without_dead_zone { 1.0 } else { -1.0 }),
+            memory: match settings.forgetting {
+                Forgetting::Resetting => Memory::Resetting(Resetting::new(settings)),
+                Forgetting::Exponential { factor } => Memory::Exponential(Exponential::new(settings, factor)),
+            },
+            parameters: [L::zero(); N],
+            regressor: [L::zero(); N],
+            expected: L::zero(),
+        }
+    }
+
+    /// Learns from a force in N.
+    #[inline(always)]
+    pub(super) fn judge(&mut self, force_n: L) -> Lesson<L, N> {
+        let predicted_force_n = self.expected;
+        let residual_n = force_n - predicted_force_n;
+        let outside = residual_n.abs().gt(self.dead_zone);
+        let correction = if outside.any() { self.correct(outside, residual_n) } else { [L::zero(); N] };
+        Lesson { predicted_force_n, residual_n, correction }
+    }
+
+    /// Takes the regressor of the next force; a regressor of 0, as without contact, teaches nothing.
+    #[inline(always)]
+    pub(super) fn expect(&mut self, regressor: [L; N]) {
+        self.regressor = regressor;
+        self.expected = dot(regressor, self.parameters);
+    }
+
+    #[inline(always)]
+    fn correct(&mut self, outside: L::Mask, residual: L) -> [L; N] {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let ramp = (residual.abs() * self.dead_zone_slope + self.dead_zone_offset).clamp(zero, one);
+        let delta = L::select(outside, ramp, zero);
+        let squared = dot(self.regressor, self.regressor);
+        let inverse_weight = one + self.normalisation * squared;
+        let (direction, share) = match &mut self.memory {
+            Memory::Resetting(memory) => memory.learn(self.regressor, delta, squared, inverse_weight),
+            // Without a regressor there is nothing to replace what would be forgotten.
+            Memory::Exponential(memory) => {
+                let delta = L::select(squared.gt(zero), delta, zero);
+                memory.learn(self.regressor, delta, inverse_weight)
+            }
+        };
+        let correction: [L; N] = core::array::from_fn(|i| share * (direction[i] * residual));
+        self.parameters = core::array::from_fn(|i| self.parameters[i] + correction[i]);
+        correction
+    }
+
+    /// `θ`.
+    #[inline(always)]
+    pub(super) fn parameters(&self) -> [L; N] {
+        self.parameters
+    }
+
+    /// `φ` of the force that comes next.
+    #[inline(always)]
+    pub(super) fn regressor(&self) -> [L; N] {
+        self.regressor
+    }
+
+    #[cfg(test)]
+    pub(super) fn gain(&self) -> [[L; N]; N] {
+        match &self.memory {
+            Memory::Resetting(memory) => memory.gain(),
+            Memory::Exponential(memory) => memory.gain(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimation::Rls;
+
+    /// A pseudo-random number from -1 to 1.
+    fn noise(state: &mut u64) -> f64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    #[test]
+    fn with_two_regressors_it_is_the_papers_to_the_last_bit() {
+        let settings = RlsSettings::default();
+        let (mut rls, mut regression) = (Rls::<f64>::new(&settings), Regression::<f64, 2>::new(&settings));
+        let mut state = 1;
+        for k in 0..5000 {
+            let (p, v) = (0.01 + 0.015 * (1e-2 * f64::from(k)).sin(), 0.05 * noise(&mut state));
+            let force = 200.0 * p.max(0.0) + noise(&mut state);
+            let estimate = rls.update(force, p, v);
+            let lesson = regression.judge(force);
+            regression.expect(if p > 0.0 { [p, v] } else { [0.0; 2] });
+            assert_eq!((estimate.residual_n, estimate.correction), (lesson.residual_n, lesson.correction), "{k}");
+            assert_eq!([estimate.stiffness_n_per_m, estimate.damping_n_s_per_m], regression.parameters());
+        }
+    }
+
+    /// Least and greatest value of `uᵀFu` over unit vectors `u` of a fan of directions.
+    fn range(gain: [[f64; 3]; 3], state: &mut u64) -> (f64, f64) {
+        let mut range = (f64::INFINITY, 0.0_f64);
+        for _ in 0..200 {
+            let u: [f64; 3] = core::array::from_fn(|_| noise(state));
+            let form = crate::estimation::forgetting::form(gain, u) / dot(u, u);
+            range = (range.0.min(form), range.1.max(form));
+        }
+        range
+    }
+
+    #[test]
+    fn the_gain_stays_within_its_bounds_without_excitation() {
+        for factor in [0.0, 0.5, 0.9, 0.999, crate::estimation::MOST_FORGETTING_FACTOR] {
+            let settings = RlsSettings {
+                forgetting: Forgetting::Exponential { factor },
+                dead_zone_n: 0.0,
+                ..RlsSettings::default()
+            };
+            let least = 1.0 / (1.0 / settings.initial_gain + 1.0 / (settings.normalisation * (1.0 - factor)));
+            let mut regression = Regression::<f64, 3>::new(&settings);
+            let mut state = 7;
+            for k in 0..200_000 {
+                regression.judge(noise(&mut state));
+                // A needle that is held still, but for a short push now and then.
+                let pushed = if k % 50_000 < 20 { 1e-3 * noise(&mut state) } else { 0.0 };
+                regression.expect([0.02 + pushed, 3.0 * pushed, 1e-3 * f64::from(pushed > 0.0)]);
+                if k % 10_000 == 0 || k == 199_999 {
+                    let gain = regression.gain();
+                    let (low, high) = range(gain, &mut state);
+                    let slack = 1e-6;
+                    assert!(low >= least * (1.0 - slack), "{factor} at {k}: {low} below {least}");
+                    assert!(high <= settings.initial_gain * (1.0 + slack), "{factor} at {k}: {high}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_excited_is_forgotten_back_to_the_initial_gain() {
+        let forgetting = Forgetting::Exponential { factor: 0.9 };
+        let settings = RlsSettings { forgetting, dead_zone_n: 0.0, ..RlsSettings::default() };
+        let mut regression = Regression::<f64, 2>::new(&settings);
+        let mut learn = |regressor: [f64; 2], times: u32| {
+            for _ in 0..times {
+                regression.expect(regressor);
+                regression.judge(1.0);
+            }
+            regression.gain()
+        };
+        let seen = learn([0.01, 0.01], 300);
+        assert!(seen[0][0] < 0.6 * settings.initial_gain && seen[0][1] < 0.0, "{seen:?}");
+        let held = learn([0.01, 0.0], 300);
+        assert!((held[1][1] / settings.initial_gain - 1.0).abs() < 1e-9, "{held:?}");
+        // F = 1 / (1/F_0 + (α φ²)/(1-λ)), with α φ² = 1/β but for the 1 beside it.
+        let expected = 1.0 / (1.0 / settings.initial_gain + 0.01_f64.powi(2) / (1.0 + 1e6 * 1e-4) / 0.1);
+        assert!((held[0][0] / expected - 1.0).abs() < 1e-9, "{held:?} {expected}");
+    }
+}

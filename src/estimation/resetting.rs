@@ -1,0 +1,72 @@
+//! The gain that is restored as a whole (eq. 13, 17, 18), for any number of parameters.
+
+use super::rls::RlsSettings;
+use crate::lane::Lane;
+
+/// ```text
+/// F_k = F_{k-1} - δ F_{k-1} φ φᵀ F_{k-1} / (1/α + φᵀ F_{k-1} φ)   (13, 15)
+/// x_k = x_{k-1} + δ α φᵀφ                                          (18)
+/// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                          (17)
+/// ```
+/// `F` stays symmetric, as one triangle is computed, and positive definite: what is taken off is at most
+/// `F φ φᵀ F / (φᵀ F φ)`.
+#[derive(Debug, Clone)]
+pub(super) struct Resetting<L, const N: usize> {
+    initial_gain: L,
+    initial_information: L,
+    reset_threshold: L,
+    gain: [[L; N]; N],
+    information: L,
+}
+
+impl<L: Lane, const N: usize> Resetting<L, N> {
+    pub(super) fn new(settings: &RlsSettings) -> Self {
+        let gain = settings.initial_gain;
+        let initial = N as f64 / gain;
+        // As much is learnt between two restorations as with the two parameters that the threshold is given for.
+        let threshold = settings.reset_threshold + (initial - 2.0 / gain);
+        Self {
+            initial_gain: L::splat(gain),
+            initial_information: L::splat(initial),
+            reset_threshold: L::splat(threshold),
+            gain: core::array::from_fn(|i| core::array::from_fn(|j| L::splat(if i == j { gain } else { 0.0 }))),
+            information: L::splat(initial),
+        }
+    }
+
+    /// Learns from a regressor `φ` with the weight `δ` and `1/α`; gives `F φ` and the factor that makes it the share of an
+    /// error that goes to each parameter.
+    #[inline(always)]
+    pub(super) fn learn(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
+        let direction: [L; N] = core::array::from_fn(|i| dot(self.gain[i], regressor));
+        let share = delta * (L::splat(1.0) / (inverse_weight + dot(regressor, direction)));
+        self.information = self.information + delta * (squared / inverse_weight);
+        let restore = self.information.ge(self.reset_threshold);
+        for i in 0..N {
+            for j in i..N {
+                let learnt = self.gain[i][j] - share * (direction[i] * direction[j]);
+                let initial = if i == j { self.initial_gain } else { L::zero() };
+                let gain = L::select(restore, initial, learnt);
+                self.gain[i][j] = gain;
+                self.gain[j][i] = gain;
+            }
+        }
+        self.information = L::select(restore, self.initial_information, self.information);
+        (direction, share)
+    }
+
+    #[cfg(test)]
+    pub(super) fn gain(&self) -> [[L; N]; N] {
+        self.gain
+    }
+}
+
+/// `aᵀb`, summed from the first component on.
+#[inline(always)]
+pub(super) fn dot<L: Lane, const N: usize>(a: [L; N], b: [L; N]) -> L {
+    let mut sum = a[0] * b[0];
+    for i in 1..N {
+        sum = sum + a[i] * b[i];
+    }
+    sum
+}
