@@ -276,3 +276,36 @@ fn without_figures_there_are_none() {
     let drawn = desk.files("out").keys().filter(|path| path.extension().is_some_and(|end| end == "png")).count();
     assert_eq!(drawn, 0);
 }
+
+#[test]
+fn degenerate_recordings_raise_no_alarm_and_no_number_that_is_none() {
+    let desk = Desk::new();
+    let table = |row: &dyn Fn(f64) -> [f64; 2], samples: u32| {
+        let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
+        for k in 0..samples {
+            let t = f64::from(k) * TICK_S;
+            let [position, force] = row(t);
+            text.push_str(&format!("{t:.3},{position},0,{force}\n"));
+        }
+        text
+    };
+    desk.file("d/zeros.csv", table(&|_| [0.0, 0.0], 2000))
+        .file("d/constant.csv", table(&|_| [0.02, 5.0], 2000))
+        .file("d/motionless.csv", table(&|t| [0.02, if t < 1.0 { 5.0 } else { 4.99 }], 2000))
+        .file("d/no_contact.csv", table(&|t| [-0.02, (9.0 * t).sin()], 2000))
+        .file("d/two_samples.csv", table(&|t| [0.01 + t, 1.0], 2));
+    for velocity in [&VELOCITY[..], &[]] {
+        let arguments = [&["detect", "d", "--json"], velocity].concat();
+        let all = json(&desk.good(&arguments));
+        for recording in all["recordings"].as_array().expect("a list") {
+            assert_eq!(recording["alarms"], serde_json::json!([]), "{recording}");
+            let residual = recording["residual"].as_object().expect("statistics");
+            assert!(residual.values().all(Json::is_number), "{recording}");
+            let samples = desk.text(&format!("out/{}/detection.csv", recording["folder"].as_str().expect("a name")));
+            let numbers = samples.lines().skip(1).flat_map(|line| line.split(',').map(str::parse::<f64>));
+            assert!(numbers.into_iter().all(|number| number.is_ok_and(f64::is_finite)));
+        }
+    }
+    desk.file("d/one_sample.csv", table(&|_| [0.0, 0.0], 1));
+    desk.refused(&["detect", "d/one_sample.csv"], &["a single sample"]);
+}
