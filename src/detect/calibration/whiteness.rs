@@ -35,7 +35,9 @@ impl Whiteness {
         let centred: Vec<f64> = residual.iter().map(|e| e - mean).collect();
         let moment = |power: i32| centred.iter().map(|e| e.powi(power)).sum::<f64>() / count;
         let variance = moment(2);
-        if residual.len() < 5 * LAGS || variance <= 0.0 || variance.is_nan() {
+        // What is left of a constant after taking off its mean is rounding.
+        let varies = variance > (1e-12 * mean).powi(2);
+        if residual.len() < 5 * LAGS || !varies {
             return None;
         }
         let correlation = |lag: usize| {
