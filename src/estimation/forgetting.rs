@@ -65,10 +65,11 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         for k in 0..N {
             let pivot = (rows[k][k] + self.assumed).max(self.assumed);
             inverse_pivots[k] = L::splat(1.0) / pivot;
+            let above = rows[k];
             for i in k + 1..N {
-                let factor = rows[k][i] * inverse_pivots[k];
-                for j in i..N {
-                    rows[i][j] = rows[i][j] - factor * rows[k][j];
+                let factor = above[i] * inverse_pivots[k];
+                for (value, above) in rows[i].iter_mut().zip(above).skip(i) {
+                    *value = *value - factor * above;
                 }
                 x[i] = x[i] - factor * x[k];
             }
