@@ -6,7 +6,7 @@ use super::keys::{Fallback, Key};
 use super::layer_keys::{LAYERED_COUNT, with_layers, within};
 use super::value::{Kind, Range, Value};
 use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
-use crate::detection::{ArmingSettings, Hypotheses};
+use crate::detection::{ArmingSettings, Hypotheses, WINDOW_SAMPLES};
 use crate::operator::TremorSettings;
 use crate::plant::{MasterParameters, SlaveParameters};
 use crate::recording::Limits;
@@ -65,8 +65,15 @@ pub const SECTIONS: [(&str, &str); 23] = [
 ];
 
 /// The distances by the words that scenarios use, in the order of [`crate::detection::DistanceKind::ALL`].
-pub const DISTANCES: &[&str] =
-    &["squared-residual", "mean-change", "variance-change", "parameter-change", "force-derivative"];
+pub const DISTANCES: &[&str] = &[
+    "squared-residual",
+    "mean-change",
+    "variance-change",
+    "parameter-change",
+    "force-derivative",
+    "likelihood-ratio",
+    "page-hinkley",
+];
 
 /// Every key, in the order in which they are written.
 pub const KEYS: &[Key] = &with_layers::<{ UNLAYERED.len() + LAYERED_COUNT }>(UNLAYERED);
@@ -641,7 +648,7 @@ const UNLAYERED: &[Key] = &[
         "detector.distance",
         Choice(DISTANCES),
         word!("squared-residual"),
-        "What is accumulated: e², eq. 22, eq. 23, the stiffness of eq. 26, or the derivative baseline.",
+        "What is decided by: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative baseline, GLR or Page-Hinkley.",
     ),
     key(
         "detector.quiet_std_n",
@@ -666,6 +673,12 @@ const UNLAYERED: &[Key] = &[
         Number(R::POSITIVE),
         number!(Hypotheses::default().stiffness_change_n_per_m),
         "Correction of the stiffness that a rupture causes, for eq. 26.",
+    ),
+    key(
+        "detector.window_samples",
+        Whole(1),
+        Fallback::Value(|| Value::Whole(WINDOW_SAMPLES as u64)),
+        "How many samples the likelihood ratio looks back over, at most 64.",
     ),
     key(
         "detector.threshold",
