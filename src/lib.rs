@@ -15,7 +15,7 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints) |
-//! | 6 | [`run`], [`compare`], [`detect`] |
+//! | 6 | [`run`], [`compare`], [`detect`], [`roc`] |
 //! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers) |
 //! | 4 | [`engine`] (one tick, N ticks, observers) |
 //! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
@@ -52,6 +52,7 @@ pub mod operator;
 pub mod plant;
 pub mod recording;
 pub mod report;
+pub mod roc;
 pub mod run;
 pub mod scenario;
 pub mod sensor;

@@ -42,7 +42,7 @@ pub use column::{Column, ColumnError, Columns};
 pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError};
 pub use file::{open_csv, open_delays};
-pub use in_vivo_like::{RUPTURES_S, in_vivo_like_csv};
+pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_like_variant_csv};
 pub use limits::Limits;
 pub use read::read_csv;
 pub use resample::{ResampleError, Resampled};
