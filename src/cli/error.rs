@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::error::InvalidValue;
 use crate::report::{OutputError, PictureError, diagnostic};
+use crate::roc::RocError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
 
@@ -24,12 +25,24 @@ pub(super) enum CliError {
         /// The name.
         name: String,
     },
+    /// What varies the made insertion was given beside other signals.
+    #[error("--drop-n, --sharpness-s and --depth-m vary the made insertion; leave them or the other signals out")]
+    OnlyMade,
+    /// Ctrl-C was pressed.
+    #[error("interrupted: {}", .kept.as_deref().unwrap_or("nothing was written"))]
+    Interrupted {
+        /// What there is all the same.
+        kept: Option<String>,
+    },
     /// A file is there already.
     #[error("{path} is there already; give another path, or --force to replace it")]
     Exists {
         /// The file.
         path: String,
     },
+    /// Signals cannot be judged together.
+    #[error(transparent)]
+    Roc(RocError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -44,6 +57,17 @@ pub(super) enum CliError {
     Print(std::io::Error),
 }
 
+impl From<RocError> for CliError {
+    fn from(error: RocError) -> Self {
+        match error {
+            RocError::Scenario(error) => Self::Scenario(error),
+            RocError::Setting(error) => Self::Setting(error),
+            RocError::Run(error) => Self::Run(error),
+            different @ RocError::DifferentDetectors { .. } => Self::Roc(different),
+        }
+    }
+}
+
 impl CliError {
     /// Says what is wrong on standard error; gives the exit code.
     pub(super) fn report(&self) -> ExitCode {
@@ -54,9 +78,12 @@ impl CliError {
             other => anstream::eprintln!("error: {other}"),
         }
         match self {
+            Self::Interrupted { .. } => ExitCode::from(super::interrupt::EXIT_CODE),
             Self::Scenario(_)
             | Self::Setting(_)
+            | Self::OnlyMade
             | Self::SameName { .. }
+            | Self::Roc(_)
             | Self::Exists { .. }
             | Self::Run(RunError::Scenario(_)) => ExitCode::from(2),
             Self::Run(RunError::Integration { .. }) | Self::Output(_) | Self::Picture(_) | Self::Print(_) => {

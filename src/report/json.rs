@@ -60,7 +60,7 @@ pub fn detection_json(name: &str, report: &DetectionReport, values: &Values) -> 
 }
 
 /// Indented, with a final line end.
-fn render(value: &impl Serialize) -> String {
+pub(super) fn render(value: &impl Serialize) -> String {
     // Maps with text keys and numbers do not fail to serialise.
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
     text.push('\n');

@@ -6,6 +6,7 @@ mod files;
 mod json;
 mod number;
 mod pictures;
+mod roc;
 mod seeds;
 mod table;
 mod tables;
@@ -13,6 +14,7 @@ mod tables;
 pub use files::{Folder, OutputError, write_file};
 pub use json::{comparison_json, detection_json, summary_json};
 pub use pictures::{PictureError, comparison_pictures, detection_pictures, run_pictures};
+pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use seeds::{seeds_csv, seeds_text};
 pub use table::Table;
 pub use tables::{

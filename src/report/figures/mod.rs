@@ -6,6 +6,7 @@
 
 mod axis;
 mod canvas;
+mod characteristic;
 mod comparison;
 mod dash;
 mod decision;
@@ -22,6 +23,7 @@ mod residual;
 mod style;
 mod thin;
 
+pub use characteristic::{CharacteristicView, characteristic};
 pub use comparison::comparison;
 pub use decision::decision;
 pub use estimation::estimation;
