@@ -39,7 +39,7 @@ pub(super) struct RocArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DISTANCES))]
     detectors: Vec<String>,
     /// How many thresholds each has, from a hundredth to a hundred times its own
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
     thresholds: u64,
     /// How late an alarm may be to count as a detection, in s
     #[arg(long, value_name = "S", default_value = "0.010", value_parser = within)]

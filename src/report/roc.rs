@@ -84,7 +84,7 @@ fn by_condition(roc: &Characteristics) -> Table {
     let mut table = Table::new(std::iter::once("condition".to_owned()).chain(detectors));
     for condition in &roc.conditions {
         let of = |curve: &Curve| match curve.at_own_threshold() {
-            Some(point) => format!("{}, {}", point.detection.map_or("—".into(), percent), rate(point)),
+            Some(point) => format!("{}, {}", point.detection.map_or("—".into(), percent), short_rate(point)),
             None => "—".into(),
         };
         table.row(std::iter::once(named(condition)).chain(condition.curves.iter().map(of)));
@@ -133,10 +133,23 @@ fn delay(point: &Point) -> String {
     format!("{} [{}, {}] ms", ms(median), ms(low), ms(high))
 }
 
+/// As many digits as a rate is known to.
+fn short(rate: f64) -> String {
+    if rate >= 100.0 { format!("{rate:.0}") } else { format!("{rate:.2}") }
+}
+
+/// False alarms an hour; a bound where none was seen.
+fn short_rate(point: &Point) -> String {
+    match (point.false_alarms_per_minute, point.false_alarms_per_minute_interval) {
+        (Some(rate), _) => format!("{}/h", short(60.0 * rate)),
+        (None, Some((_, high))) => format!("< {}/h", short(60.0 * high)),
+        (None, None) => "—".into(),
+    }
+}
+
 /// False alarms an hour with their interval; a bound where none was seen.
 fn rate(point: &Point) -> String {
     let Some((low, high)) = point.false_alarms_per_minute_interval else { return "—".into() };
-    let short = |rate: f64| if rate >= 100.0 { format!("{rate:.0}") } else { format!("{rate:.2}") };
     match point.false_alarms_per_minute {
         None => format!("< {}/h", short(60.0 * high)),
         Some(rate) => format!("{} [{}, {}]/h", short(60.0 * rate), short(60.0 * low), short(60.0 * high)),
@@ -203,7 +216,7 @@ pub fn roc_json(roc: &Characteristics, seeds: u64) -> String {
     }))
 }
 
-/// The figure `roc`: the curves of all conditions together.
+/// The figure `roc`: what each detector can do at best with at most so many false alarms, over all conditions together.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -211,11 +224,14 @@ pub fn roc_picture(folder: &Folder, roc: &Characteristics) -> Result<(), Picture
     let views: Vec<CharacteristicView<'_>> = roc
         .all
         .iter()
-        .map(|curve| CharacteristicView {
-            name: curve.detector,
-            false_alarms_per_minute: curve.points.iter().map(|p| p.false_alarms_per_minute.unwrap_or(0.0)).collect(),
-            detection: curve.points.iter().map(|p| p.detection.unwrap_or(f64::NAN)).collect(),
-            delay_median_s: curve.points.iter().map(|p| p.delay_median_s.unwrap_or(f64::NAN)).collect(),
+        .map(|curve| {
+            let front = curve.front();
+            CharacteristicView {
+                name: curve.detector,
+                false_alarms_per_minute: front.iter().map(|p| p.false_alarms_per_minute.unwrap_or(0.0)).collect(),
+                detection: front.iter().map(|p| p.detection.unwrap_or(f64::NAN)).collect(),
+                delay_median_s: front.iter().map(|p| p.delay_median_s.unwrap_or(f64::NAN)).collect(),
+            }
         })
         .collect();
     let hours = roc.all.first().and_then(|curve| curve.points.first()).map_or(0.0, |point| point.hours);

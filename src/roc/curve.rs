@@ -101,6 +101,23 @@ impl Curve {
         self.points.iter().find(|point| point.threshold == self.own_threshold)
     }
 
+    /// The points that no other threshold betters: from the fewest false alarms on, each the one that detects most with at most
+    /// so many, and sooner where as many are detected. What a threshold too low to ever fall quiet does is not among them.
+    #[must_use]
+    pub fn front(&self) -> Vec<&Point> {
+        let mut points: Vec<&Point> = self.points.iter().collect();
+        let later = |point: &Point| point.delay_median_s.unwrap_or(f64::INFINITY);
+        let better = |a: &Point, b: &Point| b.detected.cmp(&a.detected).then(later(a).total_cmp(&later(b)));
+        points.sort_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(better(a, b)));
+        let mut front: Vec<&Point> = vec![];
+        for point in points {
+            if front.last().is_none_or(|last| better(point, last).is_lt()) {
+                front.push(point);
+            }
+        }
+        front
+    }
+
     /// The point with the fewest false alarms that still detects a share of the ruptures; none if none does.
     #[must_use]
     pub fn at_detection(&self, share: f64) -> Option<&Point> {
@@ -148,6 +165,8 @@ mod tests {
         let points = vec![of(1.0, 100, 7), of(2.0, 99, 1), of(3.0, 98, 1), of(4.0, 80, 0)];
         let curve = Curve { detector: "squared-residual", unit: "N²", own_threshold: 3.0, drift: 1.0, points };
         let threshold = |point: Option<&Point>| point.map(|point| point.threshold);
+        let front: Vec<f64> = curve.front().iter().map(|point| point.threshold).collect();
+        assert_eq!(front, [4.0, 2.0, 1.0]);
         assert_eq!(threshold(curve.at_own_threshold()), Some(3.0));
         assert_eq!(threshold(curve.at_detection(0.995)), Some(1.0));
         assert_eq!(threshold(curve.at_detection(0.98)), Some(2.0));

@@ -9,7 +9,7 @@ use super::{Figure, FigureError};
 /// A seventh line beside those of runs.
 const SEVENTH: Stroke = Stroke { color: SKY, width: 6.0, dashes: &[10.0, 16.0] };
 
-/// A detector's points, in the order of its thresholds, borrowed column by column; all columns are equally long.
+/// A detector's points, those with fewer false alarms first; all columns are equally long.
 #[derive(Clone, Debug)]
 pub struct CharacteristicView<'a> {
     /// The name its line carries.
@@ -42,28 +42,30 @@ pub fn characteristic(views: &[CharacteristicView<'_>], least_per_minute: f64) -
     let x_axis = Axis::log10((floor, 1.5 * highest));
     let places: Vec<Vec<f64>> = views
         .iter()
-        .map(|view| view.false_alarms_per_minute.iter().map(|rate| x_axis.place(rate.max(floor))).collect())
+        .map(|view| {
+            let places: Vec<f64> =
+                view.false_alarms_per_minute.iter().map(|rate| x_axis.place(rate.max(floor))).collect();
+            // Each place twice, where the step begins and ends, but for the first; the last step leads to the edge.
+            places
+                .iter()
+                .skip(1)
+                .flat_map(|place| [*place; 2])
+                .fold(places.first().copied().into_iter().collect(), push)
+        })
+        .map(|places: Vec<f64>| push(places, x_axis.high))
         .collect();
     let delays = views.iter().flat_map(|view| view.delay_median_s.iter().copied());
     let longest = delays.filter(|delay| delay.is_finite()).fold(0.0, f64::max);
-    let strokes: Vec<Stroke> = RUNS.iter().copied().chain([SEVENTH]).collect();
-    let panel = |y: Axis, y_caption, columns: Vec<_>, scale: f64| {
-        let lines = columns.into_iter().zip(&places).zip(strokes.iter().cycle());
-        let mut traces: Vec<Trace<'_>> = lines.map(|((y, x), stroke)| Trace { x, y, scale, stroke: *stroke }).collect();
-        // Thin lines over wide ones show both where detectors agree.
-        traces.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
-        Panel {
-            x_caption: "False alarms per minute (left edge: none seen)",
-            traces,
-            ..Panel::over_time(x_axis.clone(), y, y_caption)
-        }
+    let panel = |y: Axis, y_caption, traces| Panel {
+        x_caption: "At most so many false alarms per minute (left edge: none seen)",
+        traces,
+        ..Panel::over_time(x_axis.clone(), y, y_caption)
     };
-    let found = views.iter().map(|view| view.detection.as_slice()).collect();
-    let late = views.iter().map(|view| view.delay_median_s.as_slice()).collect();
-    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", found, 100.0);
-    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", late, 1e3);
-    let names =
-        views.iter().zip(strokes.iter().cycle()).map(|(view, line)| (Sample::Line(*line), view.name.to_owned()));
+    let found: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.detection)).collect();
+    let late: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.delay_median_s)).collect();
+    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", lines(&places, &found, 100.0));
+    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", lines(&places, &late, 1e3));
+    let names = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
     Grid {
         legends: vec![names.collect()],
         common: vec![],
@@ -75,6 +77,29 @@ pub fn characteristic(views: &[CharacteristicView<'_>], least_per_minute: f64) -
     .draw()
 }
 
+/// A line for each detector, in their order, and again from the first.
+fn strokes() -> impl Iterator<Item = Stroke> {
+    RUNS.into_iter().chain([SEVENTH]).cycle()
+}
+
+fn lines<'a>(places: &'a [Vec<f64>], columns: &'a [Vec<f64>], scale: f64) -> Vec<Trace<'a>> {
+    let line = |((x, y), stroke): ((&'a Vec<f64>, &'a Vec<f64>), Stroke)| Trace { x, y, scale, stroke };
+    let mut traces: Vec<Trace<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
+    // Thin lines over wide ones show both where detectors agree.
+    traces.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
+    traces
+}
+
+/// The values of steps: each holds from its place to the next one.
+fn twice(values: &[f64]) -> Vec<f64> {
+    values.iter().flat_map(|value| [*value; 2]).collect()
+}
+
+fn push(mut values: Vec<f64>, value: f64) -> Vec<f64> {
+    values.push(value);
+    values
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,9 +107,9 @@ mod tests {
     fn view(name: &str, shift: f64) -> CharacteristicView<'_> {
         CharacteristicView {
             name,
-            false_alarms_per_minute: vec![1e3, 1.0, 1e-2, 0.0],
-            detection: vec![1.0, 0.9 - shift, 0.5, f64::NAN],
-            delay_median_s: vec![2e-3, 4e-3, f64::NAN, f64::NAN],
+            false_alarms_per_minute: vec![0.0, 1e-2, 1.0, 1e3],
+            detection: vec![f64::NAN, 0.5, 0.9 - shift, 1.0],
+            delay_median_s: vec![f64::NAN, f64::NAN, 4e-3, 2e-3],
         }
     }
 
