@@ -155,12 +155,13 @@ fn own(roc: &Characteristics, detector: usize) -> &Point {
 
 #[test]
 fn the_defaults_keep_the_bar_that_the_derivative_never_reaches() {
-    let roc = judged(&study(&[DistanceKind::SquaredResidual, DistanceKind::ForceDerivative], 0.025, 200, 8));
+    let roc = judged(&study(&[DistanceKind::SquaredResidual, DistanceKind::ForceDerivative], 0.025, 1000, 8));
     let paper = own(&roc, 0);
-    assert_eq!(paper.cases, 200);
+    assert_eq!(paper.cases, 1000);
     assert!(paper.detection_of_each.iter().all(|share| *share >= 0.995), "{:?}", paper.detection_of_each);
-    // In less than an hour of quiet: one would be too many.
-    assert!(paper.hours > 0.85 && paper.false_alarms == 0, "{} in {} h", paper.false_alarms, paper.hours);
+    // Below one an hour, and that beyond chance: three in 4.4 h would have an upper end above it, as would one.
+    let (_, most_per_minute) = paper.false_alarms_per_minute_interval.expect("listened");
+    assert!(60.0 * most_per_minute < 1.0, "{} in {} h", paper.false_alarms, paper.hours);
     assert_eq!(roc.all[1].at_detection(0.995), None);
     let most = roc.all[1].points.iter().filter_map(|point| point.detection).fold(0.0, f64::max);
     assert!(most < 0.7, "{most}");
