@@ -24,16 +24,16 @@ pub(super) struct RocArgs {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     seeds: u64,
     /// Standard deviations of the white noise that is added to the force; 0.025 N are the paper's 6.25e-4 N²
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.025", value_parser = noise)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.025", allow_negative_numbers = true, value_parser = noise)]
     noise_std_n: Vec<f64>,
     /// Forces that each rupture of the made insertion releases; 1 N is hard to see, the shipped ones release 5.3 and 3.2 N
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = drop)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = drop)]
     drop_n: Vec<f64>,
     /// Time constants of the fall of force in the made insertion; the shorter, the sharper; 0.045 s are shipped
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = sharpness)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = sharpness)]
     sharpness_s: Vec<f64>,
     /// Depths of the made insertion's first rupture; the way is scaled, the forces stay; 0.02705 m are shipped
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = depth)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = depth)]
     depth_m: Vec<f64>,
     /// Which detectors to judge, by their detector.distance; all when not given
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DISTANCES))]
@@ -42,7 +42,7 @@ pub(super) struct RocArgs {
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
     thresholds: u64,
     /// How late an alarm may be to count as a detection, in s
-    #[arg(long, value_name = "S", default_value = "0.010", value_parser = within)]
+    #[arg(long, value_name = "S", default_value = "0.010", allow_negative_numbers = true, value_parser = within)]
     within_s: f64,
     #[command(flatten)]
     changes: ScenarioArgs,
