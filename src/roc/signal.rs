@@ -15,7 +15,7 @@ use crate::run::observe;
 use crate::scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
 /// The stream of a seed that the added noise is drawn from: not the one that the made recording has its own from.
-const NOISE_STREAM: u64 = 0x6e6f_6973_65;
+const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
 /// The seed of the made recordings, which is that of the shipped one.
 const MADE_SEED: u64 = 1;
