@@ -15,7 +15,7 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints) |
-//! | 6 | [`run`], [`compare`], [`detect`] |
+//! | 6 | [`run`], [`compare`], [`detect`], [`roc`] |
 //! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers) |
 //! | 4 | [`engine`] (one tick, N ticks, observers), [`rig`] (one step of a real controller) |
 //! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
@@ -70,6 +70,8 @@ pub mod recording;
 #[cfg(feature = "std")]
 pub mod report;
 pub mod rig;
+#[cfg(feature = "std")]
+pub mod roc;
 #[cfg(feature = "std")]
 pub mod run;
 #[cfg(feature = "std")]

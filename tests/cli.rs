@@ -413,3 +413,56 @@ fn scenarios_that_cannot_be_realised_say_why() {
         desk.refused(&["run", skin, "--set", "operator.reflex=stop", "--set", setting], &phrases);
     }
 }
+
+#[test]
+fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
+    let desk = Desk::new();
+    let few = ["roc", "--seeds", "2", "--thresholds", "4", "--detectors", "squared-residual,page-hinkley", "--json"];
+    let json: serde_json::Value = serde_json::from_str(&desk.good(&few)).expect("JSON");
+    assert_eq!(json["characteristics"]["cases"], 2);
+    // None was seen in half a minute: that is no 0.
+    assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
+    let left = files(&desk.path("out"));
+    let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
+    assert_eq!(names, ["roc.csv", "roc.json", "roc.png", "roc.svg"]);
+    let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");
+    // A heading, and for both detectors four thresholds: of all conditions, and of the one that there is.
+    assert_eq!(csv.lines().count(), 1 + 2 * 2 * 4);
+    let columns = csv.lines().next().expect("a heading").split(',').count();
+    assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
+    desk.refused(&["roc", "--drop-n", "-1"], &["0.01"]);
+    desk.refused(&["roc", "--detectors", "squared"], &["squared-residual"]);
+    desk.refused(&["roc", "--drop-n", "1", "builtin:real_classical.toml"], &["made insertion"]);
+    desk.refused(&["roc", "nowhere.csv"], &["nowhere.csv"]);
+    let step = ["roc", "builtin:01_through_the_skin.toml", "--set", "sensor.position_resolution_m=1e-5"];
+    desk.refused(&step, &["position_resolution_m=0"]);
+    let window = ["roc", "--seeds", "1", "--set", "detector.window_samples=65"];
+    desk.refused(&window, &["detector.window_samples is 65", "64"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_roc_says_what_it_kept() {
+    let desk = Desk::new();
+    let child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("trocar"))
+        .current_dir(desk.0.path())
+        .args(["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("started");
+    // Until it surely listens, and has begun.
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");
+    assert!(kill.success());
+    let output = child.wait_with_output().expect("ended");
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    if said.contains("nothing was written") {
+        assert!(files(desk.0.path()).is_empty());
+    } else {
+        assert!(said.contains("of 1000000 cases are in out"), "{said}");
+        assert!(String::from_utf8(output.stdout).expect("text").starts_with("stopped after"));
+        assert_eq!(files(&desk.path("out")).len(), 4);
+    }
+}

@@ -26,6 +26,7 @@ const ROOMS: [(&str, u8); 24] = [
     ("run", 6),
     ("compare", 6),
     ("detect", 6),
+    ("roc", 6),
     ("report", 7),
     ("cli", 7),
     ("main", 8),

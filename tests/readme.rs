@@ -105,6 +105,19 @@ fn the_pictures_are_what_their_commands_draw() {
 }
 
 #[test]
+fn roc_prints_and_draws_what_the_readme_shows() {
+    let commands: Vec<String> = blocks("sh").into_iter().filter(|block| block.starts_with("trocar roc")).collect();
+    let arguments = |index: usize| commands[index].trim().strip_prefix("trocar ").expect("a command").to_owned();
+    let folder = tempfile::tempdir().expect("a folder");
+    let printed = trocar(folder.path(), &arguments(0));
+    assert!(blocks("text").contains(&printed), "paste into README.md:\n{printed}");
+    trocar(folder.path(), &arguments(1));
+    let drawn = std::fs::read(folder.path().join("out/roc.png")).expect("drawn");
+    let shown = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/roc.png")).expect("shown");
+    assert!(drawn == shown, "copy out/roc.png to scenarios/roc.png");
+}
+
+#[test]
 fn the_command_of_the_architectures_runs() {
     let folder = tempfile::tempdir().expect("a folder");
     let printed = trocar(folder.path(), blocks("sh")[5].trim().strip_prefix("trocar ").expect("a command"));

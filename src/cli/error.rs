@@ -8,6 +8,7 @@ use super::detect::DetectError;
 use crate::detect::calibration::CalibrationError;
 use crate::error::InvalidValue;
 use crate::report::{OutputError, PictureError, diagnostic};
+use crate::roc::RocError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
 
@@ -26,6 +27,15 @@ pub(super) enum CliError {
         /// The name.
         name: String,
     },
+    /// What varies the made insertion was given beside other signals.
+    #[error("--drop-n, --sharpness-s and --depth-m vary the made insertion; leave them or the other signals out")]
+    OnlyMade,
+    /// Ctrl-C was pressed.
+    #[error("interrupted: {}", .kept.as_deref().unwrap_or("nothing was written"))]
+    Interrupted {
+        /// What there is all the same.
+        kept: Option<String>,
+    },
     /// A file is there already.
     #[error("{path} is there already; give another path, or --force to replace it")]
     Exists {
@@ -38,6 +48,9 @@ pub(super) enum CliError {
     /// A recording cannot be calibrated on.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
+    /// Signals cannot be judged together.
+    #[error(transparent)]
+    Roc(RocError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -52,11 +65,26 @@ pub(super) enum CliError {
     Print(std::io::Error),
 }
 
+impl From<RocError> for CliError {
+    fn from(error: RocError) -> Self {
+        match error {
+            RocError::Scenario(error) => Self::Scenario(error),
+            RocError::Setting(error) => Self::Setting(error),
+            RocError::Run(error) => Self::Run(error),
+            different @ RocError::DifferentDetectors { .. } => Self::Roc(different),
+        }
+    }
+}
+
 impl CliError {
     /// Says what is wrong on standard error; gives the exit code.
     pub(super) fn report(&self) -> ExitCode {
         self.show(None);
-        if self.is_input() { ExitCode::from(2) } else { ExitCode::FAILURE }
+        match self {
+            Self::Interrupted { .. } => ExitCode::from(super::interrupt::EXIT_CODE),
+            input if input.is_input() => ExitCode::from(2),
+            _ => ExitCode::FAILURE,
+        }
     }
 
     /// Says what is wrong on standard error, and with which file if the message does not name it.
@@ -82,12 +110,18 @@ impl CliError {
         match self {
             Self::Scenario(_)
             | Self::Setting(_)
+            | Self::OnlyMade
             | Self::SameName { .. }
+            | Self::Roc(_)
             | Self::Exists { .. }
             | Self::Calibration(_)
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
-            Self::Run(RunError::Integration { .. }) | Self::Output(_) | Self::Picture(_) | Self::Print(_) => false,
+            Self::Interrupted { .. }
+            | Self::Run(RunError::Integration { .. })
+            | Self::Output(_)
+            | Self::Picture(_)
+            | Self::Print(_) => false,
         }
     }
 }

@@ -55,6 +55,18 @@ impl<L: Lane> Cusum<L> {
         (self.value, self.value.gt(self.threshold))
     }
 
+    /// Takes a decision that does not add up: `g_k = min(max(s_k - ν, 0), cap)`.
+    #[inline(always)]
+    pub(super) fn hold(&mut self, distance: L) -> (L, L::Mask) {
+        self.value = (distance - self.drift).clamp(L::zero(), self.cap);
+        (self.value, self.value.gt(self.threshold))
+    }
+
+    /// The same with a threshold and a cap for each lane.
+    pub(super) fn set_thresholds(&mut self, threshold: L, cap: L) {
+        (self.threshold, self.cap) = (threshold, cap);
+    }
+
     /// Starts again from 0 where the mask holds.
     #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {

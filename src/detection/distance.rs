@@ -1,6 +1,9 @@
-//! The distance `s_k`: how unlike the hypothesis "nothing happened" a sample is (eq. 22, 23, 26 and the paper's choices).
+//! The distance `s_k`: how unlike the hypothesis "nothing happened" a sample is (eq. 22, 23, 26, the paper's choices and two
+//! textbook tests).
 
 use super::Evidence;
+use super::likelihood_ratio::{LikelihoodRatio, MOST_WINDOW_SAMPLES};
+use super::page_hinkley::PageHinkley;
 use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
 
@@ -20,26 +23,46 @@ pub enum DistanceKind {
     ParameterChange,
     /// `(y_k - y_{k-1})²` in N²: the direct filtering that the paper compares with (4.1).
     ForceDerivative,
+    /// Log-likelihood ratio of a mean shifted by an unknown size within the last samples, dimensionless: it is what is
+    /// compared with the threshold, and not accumulated (Willsky and Jones 1976).
+    LikelihoodRatio,
+    /// What the residual lies beyond its running mean, in N: accumulated, the Page-Hinkley test (Hinkley 1971).
+    PageHinkley,
 }
 
 impl DistanceKind {
     /// Every kind.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::SquaredResidual,
         Self::SquaredDrop,
         Self::MeanChange,
         Self::VarianceChange,
         Self::ParameterChange,
         Self::ForceDerivative,
+        Self::LikelihoodRatio,
+        Self::PageHinkley,
     ];
+
+    /// Whether the distance adds up (eq. 27); one that looks back by itself does not.
+    #[must_use]
+    pub fn accumulates(self) -> bool {
+        self != Self::LikelihoodRatio
+    }
+
+    /// Whether only a mean shifted the way of `m_1` is seen.
+    #[must_use]
+    pub fn is_one_sided(self) -> bool {
+        matches!(self, Self::MeanChange | Self::PageHinkley)
+    }
 
     /// The unit of the distance, of its threshold and its drift.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
             Self::SquaredResidual | Self::SquaredDrop | Self::ForceDerivative => "N²",
-            Self::MeanChange | Self::VarianceChange => "1",
+            Self::MeanChange | Self::VarianceChange | Self::LikelihoodRatio => "1",
             Self::ParameterChange => "N/m",
+            Self::PageHinkley => "N",
         }
     }
 }
@@ -70,11 +93,15 @@ impl Hypotheses {
             DistanceKind::SquaredResidual | DistanceKind::SquaredDrop | DistanceKind::ForceDerivative => {
                 ((changed - quiet) / 2.0, (changed + quiet) / 2.0)
             }
-            DistanceKind::MeanChange => (square(self.rupture_mean_n) / (2.0 * quiet), 0.0),
+            DistanceKind::MeanChange | DistanceKind::LikelihoodRatio => {
+                (square(self.rupture_mean_n) / (2.0 * quiet), 0.0)
+            }
             DistanceKind::VarianceChange => {
                 (libm::log(self.quiet_std_n / self.rupture_std_n) + (changed / quiet - 1.0) / 2.0, 0.0)
             }
             DistanceKind::ParameterChange => (self.stiffness_change_n_per_m / 2.0, self.stiffness_change_n_per_m / 2.0),
+            // Half of the smallest shift that is to be found is Hinkley's drift.
+            DistanceKind::PageHinkley => (self.rupture_mean_n.abs() / 2.0, self.rupture_mean_n.abs() / 2.0),
         }
     }
 
@@ -107,6 +134,25 @@ pub struct Distance {
     pub kind: DistanceKind,
     /// What it compares.
     pub hypotheses: Hypotheses,
+    /// How many samples the likelihood ratio looks back over, 1 to [`MOST_WINDOW_SAMPLES`]; the others have no window.
+    pub window_samples: usize,
+}
+
+/// The window that a likelihood ratio has unless told otherwise: what the estimator's default memory is in updates, after
+/// which it has learnt the change and the residual no longer shows it (chosen here).
+pub const WINDOW_SAMPLES: usize = 10;
+
+impl Distance {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first one out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.hypotheses.validate()?;
+        let holds = (1..=MOST_WINDOW_SAMPLES).contains(&self.window_samples);
+        require("detector.window_samples", self.window_samples as f64, holds, "a whole number from 1 to 64")?;
+        Ok(())
+    }
 }
 
 /// A distance at work.
@@ -122,6 +168,8 @@ pub(super) struct DistanceState<L> {
     offset: L,
     last_force: L,
     started: bool,
+    page_hinkley: PageHinkley<L>,
+    likelihood_ratio: LikelihoodRatio<L>,
 }
 
 impl<L: Lane> DistanceState<L> {
@@ -141,31 +189,34 @@ impl<L: Lane> DistanceState<L> {
             offset: L::splat(offset),
             last_force: L::zero(),
             started: false,
+            page_hinkley: PageHinkley::new(h.rupture_mean_n),
+            likelihood_ratio: LikelihoodRatio::new(distance.window_samples, h.quiet_std_n),
         }
+    }
+
+    /// Whether it is the plain `e_k²`, which needs no state.
+    #[inline(always)]
+    pub(super) fn is_squared_residual(&self) -> bool {
+        self.kind == DistanceKind::SquaredResidual
     }
 
     #[inline(always)]
-    pub(super) fn update(&mut self, evidence: &Evidence<L>) -> L {
-        if self.kind == DistanceKind::SquaredResidual {
-            return evidence.residual_n * evidence.residual_n;
-        }
-        // By value: a reference would keep the evidence in memory for every sample.
-        self.update_other(evidence.residual_n, evidence.predicted_force_n, evidence.correction[0], evidence.force_n)
+    pub(super) fn accumulates(&self) -> bool {
+        self.kind.accumulates()
     }
 
-    /// The kinds that are seldom chosen, apart from the tick's straight way.
-    #[cold]
-    #[inline(never)]
-    fn update_other(&mut self, e: L, predicted_force: L, stiffness_correction: L, force: L) -> L {
+    /// The distance of any kind.
+    pub(super) fn update(&mut self, evidence: &Evidence<L>) -> L {
+        let (e, force) = (evidence.residual_n, evidence.force_n);
         match self.kind {
             DistanceKind::SquaredResidual => e * e,
             DistanceKind::SquaredDrop => {
-                let falls_short = e.lt(L::zero()) & predicted_force.gt(L::zero());
+                let falls_short = e.lt(L::zero()) & evidence.predicted_force_n.gt(L::zero());
                 L::select(falls_short, e * e, L::zero())
             }
             DistanceKind::MeanChange => self.scale * e + self.offset,
             DistanceKind::VarianceChange => self.scale * (e * e) + self.offset,
-            DistanceKind::ParameterChange => stiffness_correction.abs(),
+            DistanceKind::ParameterChange => evidence.correction[0].abs(),
             DistanceKind::ForceDerivative => {
                 if !self.started {
                     self.started = true;
@@ -175,6 +226,17 @@ impl<L: Lane> DistanceState<L> {
                 self.last_force = force;
                 change * change
             }
+            DistanceKind::LikelihoodRatio => self.likelihood_ratio.update(e),
+            DistanceKind::PageHinkley => self.page_hinkley.update(e),
+        }
+    }
+
+    /// Starts what looks back again where the mask holds.
+    pub(super) fn reset(&mut self, mask: L::Mask) {
+        match self.kind {
+            DistanceKind::LikelihoodRatio => self.likelihood_ratio.reset(mask),
+            DistanceKind::PageHinkley => self.page_hinkley.reset(mask),
+            _ => {}
         }
     }
 }
@@ -197,7 +259,7 @@ mod tests {
         let hypotheses = Hypotheses::default();
         let distance = |residual: f64, predicted: f64| {
             let kind = DistanceKind::SquaredDrop;
-            DistanceState::<f64>::new(&Distance { kind, hypotheses }).update(&Evidence {
+            DistanceState::<f64>::new(&Distance { kind, hypotheses, window_samples: 1 }).update(&Evidence {
                 force_n: predicted + residual,
                 predicted_force_n: predicted,
                 residual_n: residual,
@@ -223,7 +285,8 @@ mod tests {
                 velocity_m_per_s: 0.0,
                 in_contact: true,
             };
-            let distance = |kind| DistanceState::<f64>::new(&Distance { kind, hypotheses }).update(&evidence);
+            let distance =
+                |kind| DistanceState::<f64>::new(&Distance { kind, hypotheses, window_samples: 1 }).update(&evidence);
             let mean = log_density(e, -0.2, 0.02) - log_density(e, 0.0, 0.02);
             let variance = log_density(e, 0.0, 0.2) - log_density(e, 0.0, 0.02);
             assert!((distance(DistanceKind::MeanChange) - mean).abs() < 1e-9);

@@ -3,10 +3,13 @@
 mod arming;
 mod cusum;
 mod distance;
+mod likelihood_ratio;
+mod page_hinkley;
 
 pub use arming::{ArmingSettings, Motion};
 pub use cusum::CusumSettings;
-pub use distance::{Distance, DistanceKind, Hypotheses};
+pub use distance::{Distance, DistanceKind, Hypotheses, WINDOW_SAMPLES};
+pub use likelihood_ratio::MOST_WINDOW_SAMPLES;
 
 use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};
@@ -32,7 +35,7 @@ impl DetectorSettings {
     pub fn for_kind(kind: DistanceKind, hypotheses: Hypotheses) -> Self {
         let (threshold, drift) = hypotheses.tuning(kind);
         Self {
-            distance: Distance { kind, hypotheses },
+            distance: Distance { kind, hypotheses, window_samples: WINDOW_SAMPLES },
             cusum: CusumSettings { threshold, drift, cap: 10.0 * threshold },
             arming: ArmingSettings::default(),
         }
@@ -43,9 +46,9 @@ impl DetectorSettings {
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
-        self.distance.hypotheses.validate()?;
+        self.distance.validate()?;
         let mean_n = self.distance.hypotheses.rupture_mean_n;
-        let deaf = self.distance.kind == DistanceKind::MeanChange && self.arming.drop_only && mean_n > 0.0;
+        let deaf = self.distance.kind.is_one_sided() && self.arming.drop_only && mean_n > 0.0;
         require("detector.rupture_mean_n", mean_n, !deaf, "below 0, as detector.drop_only looks for drops")?;
         self.cusum.validate()?;
         self.arming.validate()
@@ -107,16 +110,44 @@ impl<L: Lane> Detector<L> {
         }
     }
 
+    /// The same detector with a threshold and a cap for each lane, in the unit of the distance, each cap above its
+    /// threshold: a ladder of detectors on the same samples.
+    #[must_use]
+    pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
+        self.cusum.set_thresholds(threshold, cap);
+        self
+    }
+
     /// Takes one sample's evidence.
     #[inline(always)]
     pub fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
-        let distance = self.distance.update(evidence);
-        let (decision, above) = self.cusum.update(distance);
+        let (distance, (decision, above)) = if self.distance.is_squared_residual() {
+            let distance = evidence.residual_n * evidence.residual_n;
+            (distance, self.cusum.update(distance))
+        } else {
+            self.decide_otherwise(evidence)
+        };
         let alarm = self.arming.update(above, evidence);
         if alarm.any() {
-            self.cusum.reset(alarm);
+            self.start_again(alarm);
         }
         Decision { distance, decision, alarm }
+    }
+
+    /// The kinds of distance that are seldom chosen, apart from the tick's straight way.
+    #[cold]
+    #[inline(never)]
+    fn decide_otherwise(&mut self, evidence: &Evidence<L>) -> (L, (L, L::Mask)) {
+        let distance = self.distance.update(evidence);
+        let decided = if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
+        (distance, decided)
+    }
+
+    /// Forgets what led to an alarm.
+    #[inline(never)]
+    fn start_again(&mut self, alarm: L::Mask) {
+        self.cusum.reset(alarm);
+        self.distance.reset(alarm);
     }
 }
 
@@ -210,6 +241,26 @@ mod tests {
         let settings = DetectorSettings::default();
         assert!((settings.cusum.threshold - 1.98e-2).abs() < 1e-12);
         assert!((settings.cusum.drift - 2.02e-2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_likelihood_ratio_finds_a_lasting_drop_that_no_single_sample_shows() {
+        let settings = DetectorSettings::for_kind(DistanceKind::LikelihoodRatio, Hypotheses::default());
+        let mut detector = Detector::new(&settings, 1e-3);
+        assert!((0..1000).all(|_| !detector.update(&evidence(0.0, 0.01)).alarm));
+        // n e² / (2 σ_0²) > 50 at e = -0.08 N: above 6.25 samples.
+        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.08, 0.01)).alarm).collect();
+        assert_eq!(alarms, [7]);
+    }
+
+    #[test]
+    fn page_hinkley_takes_a_constant_offset_for_quiet() {
+        let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
+        let mut detector = Detector::new(&settings, 1e-3);
+        assert!((0..1000).all(|_| !detector.update(&evidence(-0.5, 0.01)).alarm));
+        // 0.16 - 0.1 N a sample, less what the mean has moved: above 0.1 N at the second.
+        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.66, 0.01)).alarm).collect();
+        assert_eq!(alarms, [2]);
     }
 
     #[test]

@@ -42,6 +42,9 @@ const WAY: [(f64, f64); 15] = [
     (17.0, -6.0),
 ];
 
+/// Where the way is at the first rupture, in m.
+const RUPTURE_DEPTH_M: f64 = 27.05e-3;
+
 /// A layer: it loads as a power of its compression, ruptures, falls fast and relaxes slowly.
 struct Layer {
     /// Where the needle meets it, in m.
@@ -89,6 +92,33 @@ const PRESLIDING_M: f64 = 2.6e-3;
 /// Time constant with which friction relaxes, in s: most of it is gone when the hand has held still for two seconds.
 const FRICTION_RELAXATION_S: f64 = 1.2;
 
+/// How a made insertion differs from the shipped one; what is `None` stays as it is there.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct InVivoLikeVariant {
+    /// Force that each rupture releases at once, in N, above 0 (shipped: 5.32 and 3.2; some more relaxes slowly).
+    pub drop_n: Option<f64>,
+    /// Time constant of each fall, in s, above 0 (shipped: 0.045).
+    pub fall_s: Option<f64>,
+    /// Depth of the first rupture in m, above 0 (shipped: 0.02705). The whole way is scaled with it and the forces stay.
+    pub depth_m: Option<f64>,
+}
+
+impl InVivoLikeVariant {
+    /// What every length is multiplied by.
+    fn scale(&self) -> f64 {
+        self.depth_m.map_or(1.0, |depth_m| depth_m / RUPTURE_DEPTH_M)
+    }
+
+    fn layers(&self) -> [Layer; 2] {
+        LAYERS.map(|layer| Layer {
+            from_m: layer.from_m * self.scale(),
+            rupture_n: self.drop_n.map_or(layer.rupture_n, |drop_n| drop_n / (1.0 - layer.residual)),
+            fall_s: self.fall_s.unwrap_or(layer.fall_s),
+            ..layer
+        })
+    }
+}
+
 impl Layer {
     /// Force at time `t` (s), position `p` and position at the rupture `p_rupture` (m).
     fn force_n(&self, t: f64, p: f64, p_rupture: f64) -> f64 {
@@ -106,10 +136,19 @@ impl Layer {
 /// they resist insertion. The same seed gives the same bytes.
 #[must_use]
 pub fn in_vivo_like_csv(seed: u64) -> String {
+    in_vivo_like_variant_csv(seed, &InVivoLikeVariant::default())
+}
+
+/// The same insertion with other ruptures, as [`in_vivo_like_csv`] writes it; the ruptures stay at [`RUPTURES_S`].
+#[must_use]
+pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> String {
+    let scale = variant.scale();
+    let layers = variant.layers();
+    let way = WAY.map(|(t, y)| (t, scale * y));
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let slopes = monotone_slopes(&WAY);
-    let at = |t: f64| hermite(&WAY, &slopes, t);
-    let rupture_m = LAYERS.map(|layer| at(layer.rupture_s).0);
+    let slopes = monotone_slopes(&way);
+    let at = |t: f64| hermite(&way, &slopes, t);
+    let rupture_m = RUPTURES_S.map(|rupture_s| at(rupture_s).0);
     let mut text = String::with_capacity(SAMPLES as usize * 40);
     text.push_str("time_s,position_m,velocity_m_per_s,force_n\n");
     let mut friction = 0.0;
@@ -120,10 +159,10 @@ pub fn in_vivo_like_csv(seed: u64) -> String {
         let step = p - last;
         last = p;
         // Dahl: the share of full friction follows the travel and turns round over the presliding distance; it relaxes.
-        friction +=
-            step / PRESLIDING_M * (1.0 - friction * step.signum()) - friction / (RATE_HZ * FRICTION_RELAXATION_S);
-        let shaft = FRICTION_N_PER_M * (p - FRICTION_FROM_M).max(0.0) * friction;
-        let layers: f64 = LAYERS.iter().zip(rupture_m).map(|(layer, p_rupture)| layer.force_n(t, p, p_rupture)).sum();
+        friction += step / (scale * PRESLIDING_M) * (1.0 - friction * step.signum())
+            - friction / (RATE_HZ * FRICTION_RELAXATION_S);
+        let shaft = FRICTION_N_PER_M / scale * (p - scale * FRICTION_FROM_M).max(0.0) * friction;
+        let layers: f64 = layers.iter().zip(rupture_m).map(|(layer, p_rupture)| layer.force_n(t, p, p_rupture)).sum();
         let noise: f64 = StandardNormal.sample(&mut rng);
         let force = layers + shaft + NOISE_STD_N * noise;
         // Writing to a string does not fail.
@@ -171,6 +210,26 @@ mod tests {
         let shipped = include_str!("../../scenarios/recordings/in_vivo_like.csv");
         assert!(in_vivo_like_csv(1) == shipped, "run `trocar record --out scenarios/recordings/in_vivo_like.csv`");
         assert!(in_vivo_like_csv(2) != shipped);
+    }
+
+    #[test]
+    fn a_variant_releases_what_it_is_told_where_and_as_fast_as_it_is_told() {
+        let rows = |variant: &InVivoLikeVariant| -> Vec<Vec<f64>> {
+            let text = in_vivo_like_variant_csv(1, variant);
+            text.lines()
+                .skip(1)
+                .map(|row| row.split(',').map(|cell| cell.parse().expect("a number")).collect())
+                .collect()
+        };
+        let variant = InVivoLikeVariant { drop_n: Some(2.0), fall_s: Some(0.01), depth_m: Some(0.01) };
+        let (varied, shipped) = (rows(&variant), rows(&InVivoLikeVariant::default()));
+        assert!((varied[5520][1] - 0.01).abs() < 1e-8);
+        let fall = |from: usize, to: usize| varied[from][3] - varied[to][3];
+        // Ten time constants on, the relaxing share of 6 % has lost 1 - exp(-0.1/0.12) of its 0.128 N too.
+        assert!((fall(5520, 5620) - 2.0 - 0.072).abs() < 0.05, "{}", fall(5520, 5620));
+        assert!((fall(5520, 5530) - 2.0 * (1.0 - libm::exp(-1.0))).abs() < 0.06, "{}", fall(5520, 5530));
+        // Friction alone is left on the way out, and keeps its force.
+        assert!((varied[14_600][3] - shipped[14_600][3]).abs() < 0.05);
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub use column::{Column, ColumnError, Columns};
 pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError};
 pub use file::{open_csv, open_delays, open_labels};
-pub use in_vivo_like::{RUPTURES_S, in_vivo_like_csv};
+pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_like_variant_csv};
 pub use labels::{LabelRow, read_labels};
 pub use limits::Limits;
 pub use live::{LiveLine, LiveSample, LiveTable};

@@ -6,7 +6,7 @@ use super::keys::{Fallback, Key};
 use super::layer_keys::{LAYERED_COUNT, with_layers, within};
 use super::value::{Kind, Range, Value};
 use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
-use crate::detection::{ArmingSettings, Hypotheses};
+use crate::detection::{ArmingSettings, Hypotheses, WINDOW_SAMPLES};
 use crate::estimation::{Forgetting, FrictionShape, MOST_FORGETTING_FACTOR};
 use crate::operator::TremorSettings;
 use crate::plant::{MasterParameters, SlaveParameters};
@@ -66,8 +66,16 @@ pub const SECTIONS: [(&str, &str); 23] = [
 ];
 
 /// The distances by the words that scenarios use, in the order of [`crate::detection::DistanceKind::ALL`].
-pub const DISTANCES: &[&str] =
-    &["squared-residual", "squared-drop", "mean-change", "variance-change", "parameter-change", "force-derivative"];
+pub const DISTANCES: &[&str] = &[
+    "squared-residual",
+    "squared-drop",
+    "mean-change",
+    "variance-change",
+    "parameter-change",
+    "force-derivative",
+    "likelihood-ratio",
+    "page-hinkley",
+];
 
 /// What is estimated, by the words that scenarios use, in the order of [`crate::estimation::Parameters::ALL`].
 pub const PARAMETERS: &[&str] =
@@ -671,7 +679,7 @@ const UNLAYERED: &[Key] = &[
         "detector.distance",
         Choice(DISTANCES),
         word!("squared-residual"),
-        "What is accumulated: e², e² of drops alone, eq. 22, eq. 23, the stiffness of eq. 26, or the derivative baseline.",
+        "What decides: e², e² of drops, eq. 22, 23, the stiffness of eq. 26, the derivative, GLR or Page-Hinkley.",
     ),
     key(
         "detector.quiet_std_n",
@@ -696,6 +704,12 @@ const UNLAYERED: &[Key] = &[
         Number(R::POSITIVE),
         number!(Hypotheses::default().stiffness_change_n_per_m),
         "Correction of the stiffness that a rupture causes, for eq. 26.",
+    ),
+    key(
+        "detector.window_samples",
+        Whole(1),
+        Fallback::Value(|| Value::Whole(WINDOW_SAMPLES as u64)),
+        "How many samples the likelihood ratio looks back over, at most 64.",
     ),
     key(
         "detector.threshold",

@@ -171,7 +171,7 @@ pub(super) fn detector(values: &mut Values) -> Result<DetectorSettings, Scenario
     values.derive_if_missing("detector.drift", Value::Number(drift));
     values.derive_if_missing("detector.cap", Value::Number(cap));
     Ok(DetectorSettings {
-        distance: Distance { kind, hypotheses },
+        distance: Distance { kind, hypotheses, window_samples: values.whole("detector.window_samples")? as usize },
         cusum: CusumSettings { threshold, drift, cap },
         arming: ArmingSettings {
             settle_s: values.number("detector.settle_s")?,

@@ -7,7 +7,7 @@ use super::run_length::{Tails, average_run_length, threshold_for};
 use super::signal::{Residuals, Signal};
 use super::spread::{least_step, median, noise_std, quantile, root_mean_square};
 use super::{Calibration, CalibrationError, CalibrationRequest, Candidate, FEWEST_SAMPLES, Whiteness};
-use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses};
+use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, DistanceKind, Hypotheses};
 use crate::estimation::RlsSettings;
 use crate::scenario::DetectionSpec;
 
@@ -161,9 +161,9 @@ impl<'a> Bench<'a> {
             ..Hypotheses::default()
         };
         let detector = DetectorSettings {
-            distance: Distance { kind: DistanceKind::SquaredDrop, hypotheses },
             cusum: CusumSettings { threshold, drift, cap: CAP_THRESHOLDS * threshold },
             arming: ArmingSettings { withdrawal_speed_m_per_s: self.withdrawal_m_per_s, ..ArmingSettings::default() },
+            ..DetectorSettings::for_kind(DistanceKind::SquaredDrop, hypotheses)
         };
         let candidate = Candidate {
             memory_updates,

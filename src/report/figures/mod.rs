@@ -6,6 +6,7 @@
 
 mod axis;
 mod canvas;
+mod characteristic;
 mod comparison;
 mod dash;
 mod decision;
@@ -24,6 +25,7 @@ mod style;
 mod thin;
 mod timeline;
 
+pub use characteristic::{CharacteristicView, characteristic};
 pub use comparison::comparison;
 pub use decision::decision;
 pub use delays::delay_histogram;

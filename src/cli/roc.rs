@@ -1,0 +1,166 @@
+//! `trocar roc`.
+
+use clap::Args;
+
+use super::error::CliError;
+use super::{OutputArgs, ScenarioArgs, interrupt, progress, terminal};
+use crate::detection::DistanceKind;
+use crate::recording::InVivoLikeVariant;
+use crate::report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
+use crate::roc::{Signal, Study};
+use crate::scenario::{DISTANCES, DetectionSpec, Scenario, Source, Values};
+
+/// The scenario whose recording is judged when none is named.
+const SHIPPED: &str = "builtin:classical.toml";
+
+/// Judge detectors over many noises.
+#[derive(Debug, Args)]
+pub(super) struct RocArgs {
+    /// Scenario files, whose [recording] is judged, or whose closed loop where they have none; or CSV recordings. With none,
+    /// the shipped in-vivo-like insertion
+    #[arg(value_name = "SCENARIO|RECORDING")]
+    signals: Vec<String>,
+    /// How many seeds of noise each condition has; with more, rarer false alarms are seen
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    seeds: u64,
+    /// Standard deviations of the white noise that is added to the force; 0.025 N are the paper's 6.25e-4 N²
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.025", allow_negative_numbers = true, value_parser = noise)]
+    noise_std_n: Vec<f64>,
+    /// Forces that each rupture of the made insertion releases; 1 N is hard to see, the shipped ones release 5.3 and 3.2 N
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = drop)]
+    drop_n: Vec<f64>,
+    /// Time constants of the fall of force in the made insertion; the shorter, the sharper; 0.045 s are shipped
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = sharpness)]
+    sharpness_s: Vec<f64>,
+    /// Depths of the made insertion's first rupture; the way is scaled, the forces stay; 0.02705 m are shipped
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = depth)]
+    depth_m: Vec<f64>,
+    /// Which detectors to judge, by their detector.distance; all when not given
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DISTANCES))]
+    detectors: Vec<String>,
+    /// How many thresholds each has, from a hundredth to a hundred times its own
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    thresholds: u64,
+    /// How late an alarm may be to count as a detection, in s
+    #[arg(long, value_name = "S", default_value = "0.010", allow_negative_numbers = true, value_parser = within)]
+    within_s: f64,
+    #[command(flatten)]
+    changes: ScenarioArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
+    let study = Study {
+        signals: signals(args)?,
+        noise_std_n: args.noise_std_n.clone(),
+        seeds: args.seeds,
+        thresholds: args.thresholds as usize,
+        within_s: args.within_s,
+    };
+    let conditions = study.signals.len() * study.noise_std_n.len();
+    let cases = usize::try_from(args.seeds).unwrap_or(usize::MAX).saturating_mul(conditions);
+    let bar = progress::rated_bar(cases, args.output.quiet);
+    bar.set_message("cases");
+    let roc = study.run(interrupt::listen(), || bar.inc(1));
+    bar.finish_and_clear();
+    let roc = roc?;
+    if roc.cases == 0 {
+        return Err(CliError::Interrupted { kept: None });
+    }
+    let json = roc_json(&roc, args.seeds);
+    let folder = Folder::new(&args.output.out);
+    folder.write("roc.csv", roc_csv(&roc).as_bytes())?;
+    folder.write("roc.json", json.as_bytes())?;
+    roc_picture(&folder, &roc)?;
+    if args.output.json {
+        terminal::print(&json)?;
+    } else if !args.output.quiet {
+        let out = args.output.out.display();
+        terminal::print(&format!("{}\nfigure: {out}/roc.png; every point: {out}/roc.csv\n", roc_text(&roc)))?;
+    }
+    if roc.cases < roc.cases_planned {
+        let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path().display());
+        return Err(CliError::Interrupted { kept: Some(kept) });
+    }
+    Ok(())
+}
+
+/// The signals that were asked for; all of them are loaded before any is judged.
+fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
+    let kinds: Vec<DistanceKind> = DistanceKind::ALL
+        .into_iter()
+        .zip(DISTANCES)
+        .filter(|(_, word)| args.detectors.is_empty() || args.detectors.iter().any(|wanted| wanted == *word))
+        .map(|(kind, _)| kind)
+        .collect();
+    let varied = !(args.drop_n.is_empty() && args.sharpness_s.is_empty() && args.depth_m.is_empty());
+    if !args.signals.is_empty() {
+        if varied {
+            return Err(CliError::OnlyMade);
+        }
+        return args.signals.iter().map(|path| signal(path, &args.changes.settings, &kinds)).collect();
+    }
+    let mut values = Values::load(&Source::parse(SHIPPED), &args.changes.settings)?;
+    let spec = DetectionSpec::resolve(&mut values)?;
+    if !varied {
+        return Ok(vec![Signal::recorded("in_vivo_like".into(), &spec, &kinds)?]);
+    }
+    let mut signals = vec![];
+    for drop_n in optional(&args.drop_n) {
+        for fall_s in optional(&args.sharpness_s) {
+            for depth_m in optional(&args.depth_m) {
+                signals.push(Signal::made(&spec, InVivoLikeVariant { drop_n, fall_s, depth_m }, &kinds)?);
+            }
+        }
+    }
+    Ok(signals)
+}
+
+/// A file's recording, or its closed loop where it has none.
+fn signal(path: &str, settings: &[String], kinds: &[DistanceKind]) -> Result<Signal, CliError> {
+    let source = Source::parse(path);
+    if !path.ends_with(".toml") {
+        let file = format!("recording.file={}", toml::Value::String(path.to_owned()));
+        let settings: Vec<String> = std::iter::once(file).chain(settings.iter().cloned()).collect();
+        let mut values = Values::from_settings(&source.stem(), &settings)?;
+        let spec = DetectionSpec::resolve(&mut values)?;
+        return Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?);
+    }
+    let mut values = Values::load(&source, settings)?;
+    if !values.is_given("recording.file") {
+        return Ok(Signal::closed_loop(Scenario::load(&source, settings)?, kinds)?);
+    }
+    let spec = DetectionSpec::resolve(&mut values)?;
+    Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?)
+}
+
+/// The values of a list, or one that stands for none.
+fn optional(list: &[f64]) -> Vec<Option<f64>> {
+    if list.is_empty() { vec![None] } else { list.iter().copied().map(Some).collect() }
+}
+
+fn between(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
+    let value: f64 = text.trim().parse().map_err(|_| format!("{text:?} is no number"))?;
+    if (low..=high).contains(&value) { Ok(value) } else { Err(format!("must be from {low} to {high} {unit}")) }
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    between(text, 0.0, 100.0, "N")
+}
+
+fn drop(text: &str) -> Result<f64, String> {
+    between(text, 0.01, 1000.0, "N")
+}
+
+fn sharpness(text: &str) -> Result<f64, String> {
+    between(text, 1e-4, 10.0, "s")
+}
+
+fn depth(text: &str) -> Result<f64, String> {
+    between(text, 1e-3, 1.0, "m")
+}
+
+fn within(text: &str) -> Result<f64, String> {
+    between(text, 0.0, crate::metrics::RUPTURE_WINDOW_S, "s")
+}

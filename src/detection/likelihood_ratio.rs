@@ -1,0 +1,113 @@
+//! The generalised likelihood ratio of a shifted mean over the last samples.
+
+use crate::lane::Lane;
+
+/// Most samples that a window may hold: it lies within the detector, which allocates nothing.
+pub const MOST_WINDOW_SAMPLES: usize = 64;
+
+/// The log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window.
+///
+/// ```text
+/// T_k = max over n = 1 … N of (e_{k-n+1} + … + e_k)² / (2 σ_0² n)
+/// ```
+/// dimensionless. The size that maximises the likelihood is the mean of the `n` samples; what is left is the maximum over
+/// the time of the shift. The ratio is that of Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2;
+/// the window, which bounds the work of a sample, is Willsky and Jones's, *IEEE Transactions on Automatic Control* 21
+/// (1976). Rises and falls count alike: which of them is a rupture is the arming's matter.
+///
+/// It presumes neither a size nor a drift; the price is `N` steps a sample where a CUSUM takes one.
+#[derive(Debug, Clone)]
+pub(super) struct LikelihoodRatio<L> {
+    /// The last samples in a ring, 0 where there was none: a sum that reaches back to those is a smaller ratio.
+    window: [L; MOST_WINDOW_SAMPLES],
+    /// `1 / (2 σ_0² n)` for a sum of `n` samples, from `n = 1` on.
+    weight: [L; MOST_WINDOW_SAMPLES],
+    samples: usize,
+    newest: usize,
+}
+
+impl<L: Lane> LikelihoodRatio<L> {
+    /// Over `samples` of them, kept within 1 and [`MOST_WINDOW_SAMPLES`], with `σ_0` in N.
+    pub(super) fn new(samples: usize, quiet_std_n: f64) -> Self {
+        let weight = |n: usize| L::splat(1.0 / (2.0 * quiet_std_n * quiet_std_n * (n + 1) as f64));
+        Self {
+            window: [L::zero(); MOST_WINDOW_SAMPLES],
+            weight: core::array::from_fn(weight),
+            samples: samples.clamp(1, MOST_WINDOW_SAMPLES),
+            newest: 0,
+        }
+    }
+
+    /// Takes a residual in N; gives `T_k`.
+    pub(super) fn update(&mut self, residual: L) -> L {
+        self.newest = if self.newest + 1 < self.samples { self.newest + 1 } else { 0 };
+        self.window[self.newest] = residual;
+        let (recent, older) = self.window[..self.samples].split_at(self.newest + 1);
+        let backwards = recent.iter().rev().chain(older.iter().rev());
+        let (mut sum, mut ratio) = (L::zero(), L::zero());
+        for (&sample, &weight) in backwards.zip(&self.weight) {
+            sum = sum + sample;
+            // In this order a sum that is no number is passed over.
+            ratio = (sum * sum * weight).max(ratio);
+        }
+        ratio
+    }
+
+    /// Forgets the window where the mask holds.
+    pub(super) fn reset(&mut self, mask: L::Mask) {
+        for sample in &mut self.window {
+            *sample = L::select(mask, L::zero(), *sample);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The definition, written out over all of what was seen.
+    fn by_definition(seen: &[f64], samples: usize, std: f64) -> f64 {
+        let ratio = |n: usize| {
+            let last = &seen[seen.len() - n..];
+            let mean = last.iter().sum::<f64>() / n as f64;
+            let log_likelihood = |m: f64| last.iter().map(|e| -(e - m).powi(2) / (2.0 * std * std)).sum::<f64>();
+            log_likelihood(mean) - log_likelihood(0.0)
+        };
+        (1..=samples.min(seen.len())).map(ratio).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn it_is_the_greatest_log_likelihood_ratio_over_size_and_time() {
+        let residuals: Vec<f64> = (0..300).map(|k| 0.1 * f64::from(k * k % 17) / 17.0 - 0.04).collect();
+        for samples in [1, 2, 10, MOST_WINDOW_SAMPLES] {
+            let mut ratio = LikelihoodRatio::<f64>::new(samples, 0.02);
+            for k in 0..residuals.len() {
+                let expected = by_definition(&residuals[..=k], samples, 0.02);
+                let got = ratio.update(residuals[k]);
+                assert!((got - expected).abs() < 1e-9 * expected.max(1.0), "{samples}, {k}: {got} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn after_a_reset_it_is_as_new() {
+        let (mut used, mut new) = (LikelihoodRatio::<f64>::new(5, 0.02), LikelihoodRatio::<f64>::new(5, 0.02));
+        for k in 0..7 {
+            used.update(f64::from(k));
+        }
+        used.reset(true);
+        for k in 0..12 {
+            assert_eq!(used.update(0.01 * f64::from(k)), new.update(0.01 * f64::from(k)), "{k}");
+        }
+    }
+
+    #[test]
+    fn a_sample_that_is_no_number_is_forgotten_with_its_window() {
+        let mut ratio = LikelihoodRatio::<f64>::new(3, 0.02);
+        assert_eq!(ratio.update(f64::NAN), 0.0);
+        for _ in 0..3 {
+            assert!(ratio.update(0.02).is_finite());
+        }
+        assert!((ratio.update(0.02) - 1.5).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,81 @@
+//! The increments of the Page-Hinkley test.
+
+use crate::lane::{Lane, Mask};
+
+/// How far a residual lies beyond the mean of all since the start or the last alarm, towards a rupture:
+///
+/// ```text
+/// ē_k = ē_{k-1} + (e_k - ē_{k-1}) / k
+/// s_k = ± (e_k - ē_k)
+/// ```
+/// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 with the drift `ν` it is the Page-Hinkley test: the sum of
+/// `s_i - ν` less its own smallest value so far (Page, *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean
+/// before the change is found, not presumed to be 0, so that a constant error of the model does not add up.
+///
+/// The price: after a long quiet the mean moves slowly, and an offset that comes then is taken for a change.
+#[derive(Debug, Clone)]
+pub(super) struct PageHinkley<L> {
+    towards: L,
+    mean: L,
+    samples: L,
+}
+
+impl<L: Lane> PageHinkley<L> {
+    /// Towards the sign of `m_1` (N).
+    pub(super) fn new(rupture_mean_n: f64) -> Self {
+        Self { towards: L::splat(rupture_mean_n.signum()), mean: L::zero(), samples: L::zero() }
+    }
+
+    /// Takes a residual in N; gives `s_k` in N. One that is no number, or infinite, teaches nothing and says nothing.
+    pub(super) fn update(&mut self, residual: L) -> L {
+        let finite = residual.abs().le(L::splat(f64::MAX));
+        let residual = L::select(finite, residual, self.mean);
+        self.samples = self.samples + L::select(finite, L::splat(1.0), L::zero());
+        self.mean = self.mean + (residual - self.mean) / self.samples.max(L::splat(1.0));
+        self.towards * (residual - self.mean)
+    }
+
+    /// Starts again where the mask holds.
+    pub(super) fn reset(&mut self, mask: L::Mask) {
+        if mask.any() {
+            self.mean = L::select(mask, L::zero(), self.mean);
+            self.samples = L::select(mask, L::zero(), self.samples);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn accumulated_it_is_the_sum_less_its_smallest_value() {
+        let residuals: Vec<f64> =
+            (0..400).map(|k| 0.3 - 0.2 * f64::from(k * k % 13) / 13.0 - f64::from(k / 300)).collect();
+        let drift = 0.05;
+        let mut test = PageHinkley::<f64>::new(-0.2);
+        let (mut accumulated, mut sum, mut least) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for k in 0..residuals.len() {
+            accumulated = (accumulated + (test.update(residuals[k]) - drift)).max(0.0);
+            let mean = residuals[..=k].iter().sum::<f64>() / (k + 1) as f64;
+            sum += mean - residuals[k] - drift;
+            least = least.min(sum);
+            assert!((accumulated - (sum - least)).abs() < 1e-9, "{k}");
+        }
+        assert!(accumulated > 10.0, "the shift at 300 was seen: {accumulated}");
+    }
+
+    #[test]
+    fn a_constant_offset_says_nothing() {
+        let mut test = PageHinkley::<f64>::new(-0.2);
+        assert!((0..1000).all(|_| test.update(-3.0) == 0.0));
+    }
+
+    #[test]
+    fn what_is_no_number_is_passed_over() {
+        let mut test = PageHinkley::<f64>::new(-0.2);
+        test.update(1.0);
+        assert_eq!((test.update(f64::NAN), test.update(f64::INFINITY)), (0.0, 0.0));
+        assert_eq!(test.update(0.0), 0.5);
+    }
+}

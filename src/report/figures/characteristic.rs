@@ -1,0 +1,133 @@
+//! Detection probability and delay against false alarms, a line per detector.
+
+use super::axis::{Axis, Y_TICKS};
+use super::grid::{Grid, Row, Sample};
+use super::panel::{Panel, Trace};
+use super::style::{RUNS, SKY, Stroke};
+use super::{Figure, FigureError};
+
+/// A seventh line beside those of runs.
+const SEVENTH: Stroke = Stroke { color: SKY, width: 6.0, dashes: &[10.0, 16.0] };
+
+/// A detector's points, those with fewer false alarms first; all columns are equally long.
+#[derive(Clone, Debug)]
+pub struct CharacteristicView<'a> {
+    /// The name its line carries.
+    pub name: &'a str,
+    /// False alarms a minute; 0 where none was seen, which is drawn on the left edge.
+    pub false_alarms_per_minute: Vec<f64>,
+    /// Share of the ruptures that was detected, 0 to 1; NaN where undefined.
+    pub detection: Vec<f64>,
+    /// Median delay in s; NaN where undefined.
+    pub delay_median_s: Vec<f64>,
+}
+
+/// Share of ruptures detected (above) and median delay (below) against false alarms a minute, on a logarithmic axis.
+///
+/// `least_per_minute` is the rate of a single false alarm in all that was listened to: the left edge is half of it.
+///
+/// # Errors
+/// [`FigureError::Empty`] without detectors or points, [`FigureError::Length`] for columns of unequal lengths.
+pub fn characteristic(views: &[CharacteristicView<'_>], least_per_minute: f64) -> Result<Figure, FigureError> {
+    for view in views {
+        let columns = [("detection", view.detection.len()), ("delay_median_s", view.delay_median_s.len())];
+        super::check("characteristic", view.name, view.false_alarms_per_minute.len(), &columns)?;
+    }
+    if views.is_empty() {
+        return Err(FigureError::Empty { figure: "characteristic" });
+    }
+    let floor = 0.5 * least_per_minute;
+    let rates = || views.iter().flat_map(|view| view.false_alarms_per_minute.iter().copied());
+    let highest = rates().filter(|rate| rate.is_finite()).fold(10.0 * floor, f64::max);
+    let x_axis = Axis::log10((floor, 1.5 * highest));
+    let places: Vec<Vec<f64>> = views
+        .iter()
+        .map(|view| {
+            let places: Vec<f64> =
+                view.false_alarms_per_minute.iter().map(|rate| x_axis.place(rate.max(floor))).collect();
+            // Each place twice, where the step begins and ends, but for the first; the last step leads to the edge.
+            places
+                .iter()
+                .skip(1)
+                .flat_map(|place| [*place; 2])
+                .fold(places.first().copied().into_iter().collect(), push)
+        })
+        .map(|places: Vec<f64>| push(places, x_axis.high))
+        .collect();
+    let delays = views.iter().flat_map(|view| view.delay_median_s.iter().copied());
+    let longest = delays.filter(|delay| delay.is_finite()).fold(0.0, f64::max);
+    let panel = |y: Axis, y_caption, traces| Panel {
+        x_caption: "At most so many false alarms per minute (left edge: none seen)",
+        traces,
+        ..Panel::over_time(x_axis.clone(), y, y_caption)
+    };
+    let found: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.detection)).collect();
+    let late: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.delay_median_s)).collect();
+    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", lines(&places, &found, 100.0));
+    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", lines(&places, &late, 1e3));
+    let names = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
+    Grid {
+        legends: vec![names.collect()],
+        common: vec![],
+        rows: vec![
+            Row { title: None, height: 520.0, panels: vec![detection] },
+            Row { title: None, height: 360.0, panels: vec![delay] },
+        ],
+    }
+    .draw()
+}
+
+/// A line for each detector, in their order, and again from the first.
+fn strokes() -> impl Iterator<Item = Stroke> {
+    RUNS.into_iter().chain([SEVENTH]).cycle()
+}
+
+fn lines<'a>(places: &'a [Vec<f64>], columns: &'a [Vec<f64>], scale: f64) -> Vec<Trace<'a>> {
+    let line = |((x, y), stroke): ((&'a Vec<f64>, &'a Vec<f64>), Stroke)| Trace { x, y, scale, stroke };
+    let mut traces: Vec<Trace<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
+    // Thin lines over wide ones show both where detectors agree.
+    traces.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
+    traces
+}
+
+/// The values of steps: each holds from its place to the next one.
+fn twice(values: &[f64]) -> Vec<f64> {
+    values.iter().flat_map(|value| [*value; 2]).collect()
+}
+
+fn push(mut values: Vec<f64>, value: f64) -> Vec<f64> {
+    values.push(value);
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(name: &str, shift: f64) -> CharacteristicView<'_> {
+        CharacteristicView {
+            name,
+            false_alarms_per_minute: vec![0.0, 1e-2, 1.0, 1e3],
+            detection: vec![f64::NAN, 0.5, 0.9 - shift, 1.0],
+            delay_median_s: vec![f64::NAN, f64::NAN, 4e-3, 2e-3],
+        }
+    }
+
+    #[test]
+    fn seven_detectors_have_seven_lines() {
+        let views: Vec<_> = ["a", "b", "c", "d", "e", "f", "g"].iter().map(|name| view(name, 0.0)).collect();
+        let figure = characteristic(&views, 1e-3).expect("a figure");
+        for name in ["a", "b", "c", "d", "e", "f", "g"] {
+            assert!(figure.svg.contains(&format!("\n{name}\n")), "{name}");
+        }
+        assert!(figure.svg.contains("Median delay (ms)"));
+        assert!(!RUNS.contains(&SEVENTH));
+    }
+
+    #[test]
+    fn nothing_to_draw_is_said() {
+        assert!(matches!(characteristic(&[], 1e-3), Err(FigureError::Empty { .. })));
+        let short = CharacteristicView { detection: vec![1.0], ..view("a", 0.0) };
+        assert!(matches!(characteristic(&[short], 1e-3), Err(FigureError::Length { .. })));
+    }
+}

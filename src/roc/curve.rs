@@ -1,0 +1,176 @@
+//! From counts to probabilities, rates and delays with their intervals.
+
+use serde::Serialize;
+
+use super::interval::{poisson, wilson};
+use super::tally::Tally;
+
+/// What a detector is worth at one threshold. Intervals hold 95 %.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Point {
+    /// γ, in the unit of the distance.
+    pub threshold: f64,
+    /// How many cases were judged.
+    pub cases: u64,
+    /// Those with every rupture in time and nothing else.
+    pub clean_cases: u64,
+    /// How many ruptures there were in them.
+    pub ruptures: u64,
+    /// How many were announced in time.
+    pub detected: u64,
+    /// The share of each of a case's ruptures, in their order, that was announced in time.
+    pub detection_of_each: Vec<f64>,
+    /// How many were announced too late.
+    pub late: u64,
+    /// The share that was announced in time; none without ruptures.
+    pub detection: Option<f64>,
+    /// Its interval (Wilson).
+    pub detection_interval: Option<(f64, f64)>,
+    /// The median delay in s of what was announced, late or not; none where nothing was.
+    pub delay_median_s: Option<f64>,
+    /// The delay in s that 5 % did not exceed.
+    pub delay_5_s: Option<f64>,
+    /// The delay in s that 95 % did not exceed.
+    pub delay_95_s: Option<f64>,
+    /// Alarms that announce no rupture.
+    pub false_alarms: u64,
+    /// How long was listened to outside of the windows after ruptures, in h.
+    pub hours: f64,
+    /// False alarms a minute; none where none was seen, as then only a bound is known, and none of no time.
+    pub false_alarms_per_minute: Option<f64>,
+    /// The interval of their rate a minute (exact, Poisson); where none was seen, from 0 to its one-sided bound.
+    pub false_alarms_per_minute_interval: Option<(f64, f64)>,
+}
+
+impl Point {
+    /// From counts of samples `tick_s` apart.
+    #[must_use]
+    pub fn of(threshold: f64, tally: &Tally, tick_s: f64) -> Self {
+        let ruptures = tally.ruptures.iter().sum();
+        let detected = tally.detected.iter().sum();
+        let minutes = tally.quiet_samples as f64 * tick_s / 60.0;
+        let listened = minutes > 0.0;
+        let (low, high) = poisson(tally.false_alarms);
+        let shares = tally.ruptures.iter().zip(&tally.detected);
+        Self {
+            threshold,
+            cases: tally.cases,
+            clean_cases: tally.clean_cases,
+            ruptures,
+            detected,
+            detection_of_each: shares.filter(|(all, _)| **all > 0).map(|(all, of)| *of as f64 / *all as f64).collect(),
+            late: tally.late,
+            detection: (ruptures > 0).then(|| detected as f64 / ruptures as f64),
+            detection_interval: wilson(detected, ruptures),
+            delay_median_s: tally.delay_quantile_s(0.5),
+            delay_5_s: tally.delay_quantile_s(0.05),
+            delay_95_s: tally.delay_quantile_s(0.95),
+            false_alarms: tally.false_alarms,
+            hours: minutes / 60.0,
+            false_alarms_per_minute: (listened && tally.false_alarms > 0).then(|| tally.false_alarms as f64 / minutes),
+            false_alarms_per_minute_interval: listened.then(|| (low / minutes, high / minutes)),
+        }
+    }
+
+    /// False alarms an hour, where 0 stands for none seen.
+    #[must_use]
+    pub fn false_alarms_per_hour(&self) -> f64 {
+        60.0 * self.false_alarms_per_minute.unwrap_or(0.0)
+    }
+}
+
+/// A detector over its thresholds, ascending.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Curve {
+    /// The distance, by the word that scenarios use.
+    pub detector: &'static str,
+    /// The unit of its threshold.
+    pub unit: &'static str,
+    /// The threshold that it has by its settings, in that unit.
+    pub own_threshold: f64,
+    /// Its drift, in that unit.
+    pub drift: f64,
+    /// What it is worth at each.
+    pub points: Vec<Point>,
+}
+
+impl Curve {
+    /// The point at the settings' own threshold; none if that is not among them.
+    #[must_use]
+    pub fn at_own_threshold(&self) -> Option<&Point> {
+        self.points.iter().find(|point| point.threshold == self.own_threshold)
+    }
+
+    /// The points that no other threshold betters: from the fewest false alarms on, each the one that detects most with at most
+    /// so many, and sooner where as many are detected. What a threshold too low to ever fall quiet does is not among them.
+    #[must_use]
+    pub fn front(&self) -> Vec<&Point> {
+        let mut points: Vec<&Point> = self.points.iter().collect();
+        let later = |point: &Point| point.delay_median_s.unwrap_or(f64::INFINITY);
+        let better = |a: &Point, b: &Point| b.detected.cmp(&a.detected).then(later(a).total_cmp(&later(b)));
+        points.sort_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(better(a, b)));
+        let mut front: Vec<&Point> = vec![];
+        for point in points {
+            if front.last().is_none_or(|last| better(point, last).is_lt()) {
+                front.push(point);
+            }
+        }
+        front
+    }
+
+    /// The point with the fewest false alarms that still detects a share of the ruptures; none if none does.
+    #[must_use]
+    pub fn at_detection(&self, share: f64) -> Option<&Point> {
+        let reaching = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
+        reaching.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
+    }
+
+    /// The point that detects most with at most so many false alarms an hour; none if every threshold has more.
+    #[must_use]
+    pub fn at_false_alarms_per_hour(&self, rate: f64) -> Option<&Point> {
+        let rare = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);
+        rare.max_by(|a, b| a.detected.cmp(&b.detected).then(b.false_alarms.cmp(&a.false_alarms)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tally(detected: u64, false_alarms: u64) -> Tally {
+        Tally {
+            cases: 100,
+            ruptures: vec![100],
+            detected: vec![detected],
+            false_alarms,
+            quiet_samples: 3_600_000,
+            ..Tally::default()
+        }
+    }
+
+    #[test]
+    fn what_was_not_seen_is_bounded_and_not_zero() {
+        let point = Point::of(1.0, &tally(0, 0), 1e-3);
+        assert_eq!((point.false_alarms_per_minute, point.delay_median_s, point.hours), (None, None, 1.0));
+        let (low, high) = point.false_alarms_per_minute_interval.expect("an hour");
+        assert_eq!(low, 0.0);
+        assert!((60.0 * high - 2.9957).abs() < 1e-3, "three an hour: {high}");
+        let nothing = Point::of(1.0, &Tally::default(), 1e-3);
+        assert_eq!((nothing.detection, nothing.false_alarms_per_minute_interval), (None, None));
+    }
+
+    #[test]
+    fn operating_points_are_the_best_that_keep_their_condition() {
+        let of = |threshold, detected, false_alarms| Point::of(threshold, &tally(detected, false_alarms), 1e-3);
+        let points = vec![of(1.0, 100, 7), of(2.0, 99, 1), of(3.0, 98, 1), of(4.0, 80, 0)];
+        let curve = Curve { detector: "squared-residual", unit: "N²", own_threshold: 3.0, drift: 1.0, points };
+        let threshold = |point: Option<&Point>| point.map(|point| point.threshold);
+        let front: Vec<f64> = curve.front().iter().map(|point| point.threshold).collect();
+        assert_eq!(front, [4.0, 2.0, 1.0]);
+        assert_eq!(threshold(curve.at_own_threshold()), Some(3.0));
+        assert_eq!(threshold(curve.at_detection(0.995)), Some(1.0));
+        assert_eq!(threshold(curve.at_detection(0.98)), Some(2.0));
+        assert_eq!(threshold(curve.at_false_alarms_per_hour(1.0)), Some(2.0));
+        assert_eq!(threshold(curve.at_false_alarms_per_hour(0.5)), Some(4.0));
+    }
+}

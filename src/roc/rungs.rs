@@ -1,0 +1,136 @@
+//! Eight thresholds side by side: the lanes on which a detector climbs a ladder of them at once.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use crate::lane::{Lane, Mask};
+
+/// How many there are.
+pub(super) const RUNGS: usize = 8;
+
+/// A number for each threshold.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rungs(pub(super) [f64; RUNGS]);
+
+/// A truth value for each threshold, all bits or none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RungMask([u64; RUNGS]);
+
+impl Rungs {
+    #[inline(always)]
+    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+    #[inline(always)]
+    fn ask(self, other: Self, f: impl Fn(f64, f64) -> bool) -> RungMask {
+        RungMask(std::array::from_fn(|i| if f(self.0[i], other.0[i]) { u64::MAX } else { 0 }))
+    }
+}
+
+macro_rules! arithmetic {
+    ($($name:ident $method:ident),*) => {$(
+        impl $name for Rungs {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.with(other, $name::$method)
+            }
+        }
+    )*};
+}
+arithmetic!(Add add, Sub sub, Mul mul, Div div);
+
+impl Neg for Rungs {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|v| -v))
+    }
+}
+impl BitAnd for RungMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] & other.0[i]))
+    }
+}
+impl BitOr for RungMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] | other.0[i]))
+    }
+}
+impl Not for RungMask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0.map(|v| !v))
+    }
+}
+impl Mask for RungMask {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        Self([if value { u64::MAX } else { 0 }; RUNGS])
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0.into_iter().fold(0, BitOr::bitor) != 0
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.0.into_iter().fold(u64::MAX, BitAnd::bitand) != 0
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> bool {
+        self.0[index] != 0
+    }
+}
+impl Lane for Rungs {
+    type Mask = RungMask;
+    const WIDTH: usize = RUNGS;
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([value; RUNGS])
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> f64 {
+        self.0[index]
+    }
+    #[inline(always)]
+    fn with_lane(mut self, index: usize, value: f64) -> Self {
+        self.0[index] = value;
+        self
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f64::abs))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.with(other, Lane::min)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.with(other, Lane::max)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> RungMask {
+        self.ask(other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> RungMask {
+        self.ask(other, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn select(mask: RungMask, chosen: Self, otherwise: Self) -> Self {
+        let pick = |i: usize| {
+            let (yes, no) = (chosen.0[i].to_bits() & mask.0[i], otherwise.0[i].to_bits() & !mask.0[i]);
+            f64::from_bits(yes | no)
+        };
+        Self(std::array::from_fn(pick))
+    }
+}

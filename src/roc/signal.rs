@@ -1,0 +1,213 @@
+//! What detectors are judged on: a recording, or a scenario that is run anew for each seed.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::RocError;
+use super::tally::Labels;
+use crate::detect::detect;
+use crate::detection::{DetectorSettings, DistanceKind, Evidence};
+use crate::engine::{Observer, Signals};
+use crate::estimation::{Estimator, RlsSettings};
+use crate::recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
+use crate::run::observe;
+use crate::scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
+
+/// The stream of a seed that the added noise is drawn from: not the one that the made recording has its own from.
+const NOISE_STREAM: u64 = 0x6e_6f69_7365;
+
+/// The seed of the made recordings, which is that of the shipped one.
+const MADE_SEED: u64 = 1;
+
+/// A signal with its estimator and with the detectors that are judged on it.
+#[derive(Debug, Clone)]
+pub struct Signal {
+    /// What it is called.
+    pub name: String,
+    /// How it differs from the shipped insertion, where it is a made one.
+    pub variant: InVivoLikeVariant,
+    /// Where the samples come from.
+    pub kind: SignalKind,
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// Where the estimator takes the tissue to begin, in m.
+    pub contact_m: f64,
+    /// The detectors.
+    pub detectors: Vec<DetectorSettings>,
+}
+
+/// Where a signal's samples come from.
+#[derive(Debug, Clone)]
+pub enum SignalKind {
+    /// A recording, to which noise is added.
+    Recorded(Samples),
+    /// A scenario whose sensor is given the noise, and whose loop is closed without augmentation: with it, what happens
+    /// would depend on the threshold.
+    ClosedLoop(Box<Scenario>),
+}
+
+/// Evenly spaced samples, SI.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[allow(missing_docs, reason = "the names say quantity and unit")]
+pub struct Samples {
+    pub tick_s: f64,
+    pub force_n: Vec<f64>,
+    pub position_m: Vec<f64>,
+    pub velocity_m_per_s: Vec<f64>,
+    /// Labels in s after the first sample, ascending.
+    pub ruptures_s: Vec<f64>,
+}
+
+impl Signal {
+    /// The recording of a specification, evenly sampled and with a velocity, as `trocar detect` has it.
+    ///
+    /// # Errors
+    /// A setting out of range.
+    pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+        let detection = detect(spec)?;
+        let samples = Samples {
+            tick_s: spec.recording.recording.median_interval_s(),
+            force_n: detection.measured_force_n,
+            position_m: detection.position_m,
+            velocity_m_per_s: detection.velocity_m_per_s,
+            ruptures_s: spec.recording.ruptures_s.clone(),
+        };
+        Ok(Self {
+            name,
+            variant: InVivoLikeVariant::default(),
+            kind: SignalKind::Recorded(samples),
+            estimator: spec.estimator,
+            contact_m: spec.contact_m,
+            detectors: detectors(&spec.detector, kinds),
+        })
+    }
+
+    /// A made insertion that differs from the shipped one, with the settings of a specification.
+    ///
+    /// # Errors
+    /// A setting out of range, or a variant that is no recording any more.
+    pub fn made(spec: &DetectionSpec, variant: InVivoLikeVariant, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+        let column = |name: &str| name.parse().map_err(|error| ScenarioError::new(format!("{error}")));
+        let columns = Columns {
+            time: column("time_s")?,
+            position: column("position_m")?,
+            velocity: Some(column("velocity_m_per_s")?),
+            force: column("force_n")?,
+        };
+        let text = in_vivo_like_variant_csv(MADE_SEED, &variant);
+        let recording = read_csv("the made insertion", text.as_bytes(), &columns, &Limits::default())
+            .map_err(|error| ScenarioError::new(error.to_string()))?;
+        let made =
+            DetectionSpec { recording: RecordingSpec { recording, ruptures_s: RUPTURES_S.to_vec() }, ..spec.clone() };
+        Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &made, kinds)? })
+    }
+
+    /// A scenario whose loop is closed, without its augmentation.
+    ///
+    /// # Errors
+    /// A scenario whose encoders have a step: what the detector would read of them does not leave the engine.
+    pub fn closed_loop(mut scenario: Scenario, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+        if scenario.sensor.position_resolution_m > 0.0 {
+            let message = "sensor.position_resolution_m is not 0, and positions are judged as they are";
+            return Err(ScenarioError::new(format!("{}: {message}", scenario.name))
+                .remedy("give --set sensor.position_resolution_m=0")
+                .into());
+        }
+        scenario.augmentation.enabled = false;
+        Ok(Self {
+            name: scenario.name.clone(),
+            variant: InVivoLikeVariant::default(),
+            estimator: scenario.estimator,
+            contact_m: scenario.contact_m,
+            detectors: detectors(&scenario.detector, kinds),
+            kind: SignalKind::ClosedLoop(Box::new(scenario)),
+        })
+    }
+
+    /// How far apart the samples are, in s.
+    #[must_use]
+    pub fn tick_s(&self) -> f64 {
+        match &self.kind {
+            SignalKind::Recorded(samples) => samples.tick_s,
+            SignalKind::ClosedLoop(scenario) => scenario.grid.tick_s(),
+        }
+    }
+
+    /// What the detectors see of it with noise (standard deviation in N) of a seed, and what is to be found in it.
+    pub(super) fn listen(
+        &self,
+        noise_std_n: f64,
+        seed: u64,
+        within_s: f64,
+        evidence: &mut Vec<Evidence<f64>>,
+    ) -> Result<Labels, RocError> {
+        let labels = |samples: &Samples| {
+            Labels::new(samples.ruptures_s.clone(), samples.force_n.len(), samples.tick_s, within_s)
+        };
+        match &self.kind {
+            SignalKind::Recorded(samples) => {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream(NOISE_STREAM);
+                self.estimate(samples, evidence, || {
+                    let noise: f64 = StandardNormal.sample(&mut rng);
+                    noise_std_n * noise
+                });
+                Ok(labels(samples))
+            }
+            SignalKind::ClosedLoop(scenario) => {
+                let mut noisy = scenario.with_seed(seed);
+                noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, noise_std_n);
+                let mut seen = Samples { tick_s: noisy.grid.tick_s(), ..Samples::default() };
+                let metrics = observe(&noisy, &mut seen)?;
+                seen.ruptures_s = metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
+                self.estimate(&seen, evidence, || 0.0);
+                Ok(labels(&seen))
+            }
+        }
+    }
+
+    fn estimate(&self, samples: &Samples, evidence: &mut Vec<Evidence<f64>>, mut noise_n: impl FnMut() -> f64) {
+        let mut estimator = Estimator::<f64>::new(&self.estimator);
+        let forces = samples.force_n.iter().zip(&samples.position_m).zip(&samples.velocity_m_per_s);
+        evidence.clear();
+        evidence.extend(forces.map(|((force_n, position_m), &velocity_m_per_s)| {
+            let force_n = force_n + noise_n();
+            let depth_m = position_m - self.contact_m;
+            let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
+            Evidence {
+                force_n,
+                predicted_force_n: estimate.predicted_force_n,
+                residual_n: estimate.residual_n,
+                correction: estimate.correction,
+                depth_m,
+                velocity_m_per_s,
+                in_contact: depth_m > 0.0,
+            }
+        }));
+    }
+}
+
+/// What the estimator reads of a run.
+impl Observer<f64> for Samples {
+    fn observe(&mut self, s: &Signals<f64>) {
+        self.force_n.push(s.measured_force_n);
+        self.position_m.push(s.slave_position_m);
+        self.velocity_m_per_s.push(s.slave_velocity_m_per_s);
+    }
+}
+
+/// The settings of each kind: as they are for the kind that they are of, and derived from the same hypotheses for others,
+/// whose thresholds have other units.
+fn detectors(own: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
+    let of = |&kind: &DistanceKind| {
+        if kind == own.distance.kind {
+            return *own;
+        }
+        let mut derived = DetectorSettings::for_kind(kind, own.distance.hypotheses);
+        derived.distance.window_samples = own.distance.window_samples;
+        derived.arming = own.arming;
+        derived
+    };
+    kinds.iter().map(of).collect()
+}

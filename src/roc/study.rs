@@ -1,0 +1,204 @@
+//! Every detector, at every threshold, on every signal, with every noise and seed.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::RocError;
+use super::curve::{Curve, Point};
+use super::ladder::Ladder;
+use super::signal::Signal;
+use super::tally::Tally;
+use crate::detection::{DetectorSettings, DistanceKind, Evidence};
+use crate::recording::InVivoLikeVariant;
+use crate::scenario::DISTANCES;
+
+/// What is to be judged.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// The signals, all with the same detectors.
+    pub signals: Vec<Signal>,
+    /// Standard deviations of the noise that is added, in N.
+    pub noise_std_n: Vec<f64>,
+    /// How many seeds of noise each has; the first is 1.
+    pub seeds: u64,
+    /// How many thresholds each detector has, at least 2.
+    pub thresholds: usize,
+    /// How late an alarm may be to be a detection, in s.
+    pub within_s: f64,
+}
+
+/// A signal with one noise, and what the detectors were worth on it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Condition {
+    /// What the signal is called.
+    pub signal: String,
+    /// Standard deviation of the noise added to it, in N.
+    pub noise_std_n: f64,
+    /// Force that each rupture releases, in N; none as shipped, or as recorded.
+    pub drop_n: Option<f64>,
+    /// Time constant of each fall, in s; none as shipped, or as recorded.
+    pub sharpness_s: Option<f64>,
+    /// Depth of the first rupture, in m; none as shipped, or as recorded.
+    pub depth_m: Option<f64>,
+    /// A curve per detector.
+    pub curves: Vec<Curve>,
+}
+
+/// What came out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Characteristics {
+    /// How late an alarm could be to be a detection, in s.
+    pub within_s: f64,
+    /// How many cases there were to be.
+    pub cases_planned: u64,
+    /// How many there are: fewer if the study was stopped.
+    pub cases: u64,
+    /// The curves of all conditions together.
+    pub all: Vec<Curve>,
+    /// Each condition by itself.
+    pub conditions: Vec<Condition>,
+}
+
+/// The tallies of what one thread has done, and its room to do it.
+#[derive(Default)]
+struct Share {
+    /// By condition, detector and threshold.
+    tallies: Vec<Tally>,
+    evidence: Vec<Evidence<f64>>,
+    alarms: Vec<Vec<usize>>,
+}
+
+impl Share {
+    fn add(mut self, other: Self) -> Self {
+        if self.tallies.is_empty() {
+            return other;
+        }
+        self.tallies.iter_mut().zip(&other.tallies).for_each(|(mine, theirs)| mine.add(theirs));
+        self
+    }
+}
+
+impl Study {
+    /// Judges, in parallel; `done` is told of each case. Once `stop` is set no case is begun any more, and what there is
+    /// counts. The results do not depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`RocError`]: signals with different detectors, or a scenario that cannot be run.
+    pub fn run(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Characteristics, RocError> {
+        let ladders = self.ladders()?;
+        let conditions: Vec<(&Signal, f64)> =
+            self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect();
+        let per_condition: usize = ladders.iter().map(|ladder| ladder.thresholds().len()).sum();
+        let cases = conditions.len() as u64 * self.seeds;
+        let share = (0..cases)
+            .into_par_iter()
+            .try_fold(Share::default, |mut share, case| {
+                if stop.load(Ordering::Relaxed) {
+                    return Ok(share);
+                }
+                share.tallies.resize(per_condition * conditions.len(), Tally::default());
+                let condition = (case / self.seeds) as usize;
+                let (signal, noise_std_n) = conditions[condition];
+                let tallies = &mut share.tallies[condition * per_condition..][..per_condition];
+                let labels = signal.listen(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
+                let mut rest = tallies;
+                for ladder in &ladders {
+                    let rungs = ladder.thresholds().len();
+                    share.alarms.iter_mut().for_each(Vec::clear);
+                    share.alarms.resize(rungs.max(share.alarms.len()), vec![]);
+                    ladder.climb(&share.evidence, signal.tick_s(), |rung, sample| share.alarms[rung].push(sample));
+                    let (own, others) = rest.split_at_mut(rungs);
+                    own.iter_mut().zip(&share.alarms).for_each(|(tally, alarms)| tally.count(alarms, &labels));
+                    rest = others;
+                }
+                done();
+                Ok::<_, RocError>(share)
+            })
+            .try_reduce(Share::default, |a, b| Ok(a.add(b)))?;
+        let mut tallies = share.tallies;
+        tallies.resize(per_condition * conditions.len(), Tally::default());
+        Ok(self.characteristics(&ladders, &conditions, &tallies))
+    }
+
+    /// The thresholds of each detector, which all signals share.
+    fn ladders(&self) -> Result<Vec<Ladder>, RocError> {
+        let Some((first, others)) = self.signals.split_first() else { return Ok(vec![]) };
+        for other in others {
+            if let Some((one, _)) = first.detectors.iter().zip(&other.detectors).find(|(one, other)| one != other) {
+                return Err(RocError::DifferentDetectors {
+                    first: first.name.clone(),
+                    second: other.name.clone(),
+                    detector: word(one.distance.kind),
+                });
+            }
+        }
+        first.detectors.iter().try_for_each(DetectorSettings::validate)?;
+        Ok(first.detectors.iter().map(|settings| Ladder::around(*settings, self.thresholds)).collect())
+    }
+
+    fn characteristics(&self, ladders: &[Ladder], conditions: &[(&Signal, f64)], tallies: &[Tally]) -> Characteristics {
+        let per_condition: usize = ladders.iter().map(|ladder| ladder.thresholds().len()).sum();
+        let of_condition = |index: usize| &tallies[index * per_condition..][..per_condition];
+        let conditions: Vec<Condition> = conditions
+            .iter()
+            .enumerate()
+            .map(|(index, (signal, noise_std_n))| {
+                let InVivoLikeVariant { drop_n, fall_s, depth_m } = signal.variant;
+                Condition {
+                    signal: signal.name.clone(),
+                    noise_std_n: *noise_std_n,
+                    drop_n,
+                    sharpness_s: fall_s,
+                    depth_m,
+                    curves: curves(ladders, |rung| Point::of(rung.0, &of_condition(index)[rung.1], signal.tick_s())),
+                }
+            })
+            .collect();
+        let all = curves(ladders, |(threshold, place)| {
+            let mut tally = Tally::default();
+            let mut hours = 0.0;
+            for (index, condition) in conditions.iter().enumerate() {
+                tally.add(&of_condition(index)[place]);
+                hours += condition.curves.iter().flat_map(|curve| &curve.points).nth(place).map_or(0.0, |p| p.hours);
+            }
+            // Ticks may differ from signal to signal: the mean one gives the hours of all.
+            let tick_s = if tally.quiet_samples == 0 { 0.0 } else { 3600.0 * hours / tally.quiet_samples as f64 };
+            Point::of(threshold, &tally, tick_s)
+        });
+        Characteristics {
+            within_s: self.within_s,
+            cases_planned: conditions.len() as u64 * self.seeds,
+            cases: all.first().and_then(|curve| curve.points.first()).map_or(0, |point| point.cases),
+            all,
+            conditions,
+        }
+    }
+}
+
+/// Curves of the points that a threshold and its place among all thresholds give.
+fn curves(ladders: &[Ladder], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
+    let mut place = 0;
+    let mut next = || {
+        place += 1;
+        place - 1
+    };
+    let curve = |ladder: &Ladder| {
+        let settings = ladder.settings();
+        Curve {
+            detector: word(settings.distance.kind),
+            unit: settings.distance.kind.unit(),
+            own_threshold: settings.cusum.threshold,
+            drift: settings.cusum.drift,
+            points: ladder.thresholds().iter().map(|&threshold| point((threshold, next()))).collect(),
+        }
+    };
+    ladders.iter().map(curve).collect()
+}
+
+/// The word that scenarios use for a kind.
+fn word(kind: DistanceKind) -> &'static str {
+    let index = DistanceKind::ALL.iter().position(|known| *known == kind).unwrap_or(0);
+    DISTANCES[index]
+}

@@ -1,0 +1,178 @@
+//! Counting alarms against labels.
+
+use std::collections::BTreeMap;
+
+use crate::metrics::RUPTURE_WINDOW_S;
+
+/// How far a delay may be beyond a limit and still count as within: times are sums of rounded decimals, in s.
+const ROUNDING_S: f64 = 1e-9;
+
+/// What a detector's alarms came to over many cases: whole numbers only, so that the order of the cases does not matter.
+///
+/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next one, announces that rupture: it is a
+/// detection if it comes in time, and late otherwise. Every other alarm is false.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// How many cases there were.
+    pub cases: u64,
+    /// Cases in which every rupture was detected in time and nothing else was announced.
+    pub clean_cases: u64,
+    /// Labelled ruptures, by their number in the case.
+    pub ruptures: Vec<u64>,
+    /// Those announced in time.
+    pub detected: Vec<u64>,
+    /// Those announced too late, all together.
+    pub late: u64,
+    /// Alarms that announce nothing.
+    pub false_alarms: u64,
+    /// Samples outside of the windows after labels, in which a first alarm would be false.
+    pub quiet_samples: u64,
+    /// How many announcements came after how many nanoseconds.
+    pub delays_ns: BTreeMap<u64, u64>,
+}
+
+/// The labels of a case, and when a detection is in time.
+#[derive(Debug, Clone)]
+pub(super) struct Labels {
+    ruptures_s: Vec<f64>,
+    tick_s: f64,
+    within_s: f64,
+    quiet_samples: u64,
+}
+
+impl Labels {
+    /// Ruptures in s after the first of `samples`, ascending.
+    pub(super) fn new(ruptures_s: Vec<f64>, samples: usize, tick_s: f64, within_s: f64) -> Self {
+        let mut labels = Self { ruptures_s, tick_s, within_s, quiet_samples: 0 };
+        labels.quiet_samples = (0..samples).filter(|&sample| labels.announced(sample).is_none()).count() as u64;
+        labels
+    }
+
+    /// The latest rupture that an alarm at a sample can be about, and its delay in s.
+    fn announced(&self, sample: usize) -> Option<(usize, f64)> {
+        let time_s = sample as f64 * self.tick_s;
+        let rupture = self.ruptures_s.partition_point(|label| *label <= time_s + ROUNDING_S).checked_sub(1)?;
+        let delay_s = (time_s - self.ruptures_s[rupture]).max(0.0);
+        (delay_s <= RUPTURE_WINDOW_S + ROUNDING_S).then_some((rupture, delay_s))
+    }
+}
+
+impl Tally {
+    /// Counts a case: its alarms in time order.
+    pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) {
+        let count = labels.ruptures_s.len();
+        if self.ruptures.len() < count {
+            self.ruptures.resize(count, 0);
+            self.detected.resize(count, 0);
+        }
+        self.ruptures[..count].iter_mut().for_each(|ruptures| *ruptures += 1);
+        let (mut next, mut in_time, mut others) = (0, 0, 0);
+        for &sample in alarms {
+            match labels.announced(sample).filter(|(rupture, _)| *rupture >= next) {
+                Some((rupture, delay_s)) => {
+                    next = rupture + 1;
+                    *self.delays_ns.entry((delay_s * 1e9).round() as u64).or_default() += 1;
+                    if delay_s <= labels.within_s + ROUNDING_S {
+                        self.detected[rupture] += 1;
+                        in_time += 1;
+                    } else {
+                        self.late += 1;
+                        others += 1;
+                    }
+                }
+                None => {
+                    self.false_alarms += 1;
+                    others += 1;
+                }
+            }
+        }
+        self.cases += 1;
+        self.clean_cases += u64::from(in_time == count && others == 0);
+        self.quiet_samples += labels.quiet_samples;
+    }
+
+    /// Adds another tally's counts.
+    pub fn add(&mut self, other: &Self) {
+        self.cases += other.cases;
+        self.clean_cases += other.clean_cases;
+        self.late += other.late;
+        self.false_alarms += other.false_alarms;
+        self.quiet_samples += other.quiet_samples;
+        for (mine, theirs) in [(&mut self.ruptures, &other.ruptures), (&mut self.detected, &other.detected)] {
+            mine.resize(mine.len().max(theirs.len()), 0);
+            mine.iter_mut().zip(theirs).for_each(|(mine, theirs)| *mine += theirs);
+        }
+        for (&delay, &count) in &other.delays_ns {
+            *self.delays_ns.entry(delay).or_default() += count;
+        }
+    }
+
+    /// The smallest delay, in s, that at least a share of the announcements did not exceed; none without any.
+    #[must_use]
+    pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
+        let all: u64 = self.delays_ns.values().sum();
+        let needed = ((share * all as f64).ceil() as u64).max(1);
+        let mut seen = 0;
+        for (&delay, &count) in &self.delays_ns {
+            seen += count;
+            if seen >= needed {
+                return Some(delay as f64 / 1e9);
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Alarms of one case of 10 s at 1 kHz with ruptures at 2 s and 2.3 s, in time within 10 ms.
+    fn of(alarms: &[usize]) -> Tally {
+        let mut tally = Tally::default();
+        tally.count(alarms, &Labels::new(vec![2.0, 2.3], 10_000, 1e-3, 0.010));
+        tally
+    }
+
+    #[test]
+    fn the_first_alarm_after_a_label_is_its_detection_and_the_rest_is_false() {
+        let tally = of(&[1999, 2003, 2004, 2310, 2801]);
+        assert_eq!((tally.detected.as_slice(), tally.late, tally.false_alarms), ([1, 1].as_slice(), 0, 3));
+        assert_eq!(tally.delays_ns.into_iter().collect::<Vec<_>>(), [(3_000_000, 1), (10_000_000, 1)]);
+        assert_eq!(of(&[2003, 2310]).clean_cases, 1);
+    }
+
+    #[test]
+    fn a_late_alarm_is_neither_a_detection_nor_false() {
+        let tally = of(&[2011, 2800]);
+        assert_eq!((tally.detected.as_slice(), tally.late, tally.false_alarms), ([0, 0].as_slice(), 2, 0));
+        assert_eq!(tally.clean_cases, 0);
+    }
+
+    #[test]
+    fn the_windows_after_labels_are_not_quiet_time() {
+        // From 2.0 s to 2.8 s, both ends counted.
+        assert_eq!(of(&[]).quiet_samples, 10_000 - 801);
+    }
+
+    #[test]
+    fn quantiles_are_delays_that_came() {
+        let mut tally = Tally::default();
+        assert_eq!(tally.delay_quantile_s(0.5), None);
+        tally.delays_ns = (1..=20).map(|ms| (ms * 1_000_000, 1)).collect();
+        assert_eq!(
+            [0.05, 0.5, 0.95, 1.0].map(|share| tally.delay_quantile_s(share)),
+            [1e-3, 0.01, 0.019, 0.02].map(Some)
+        );
+    }
+
+    #[test]
+    fn tallies_add_up_in_any_order() {
+        let (mut a, mut b) = (of(&[2003, 5000]), of(&[2011]));
+        let (first, second) = (a.clone(), b.clone());
+        a.add(&second);
+        b.add(&first);
+        assert_eq!(a, b);
+        assert_eq!((a.cases, a.false_alarms, a.late), (2, 1, 1));
+    }
+}
