@@ -185,7 +185,7 @@ proptest! {
 fn what_would_be_divided_by_zero_is_refused() {
     let refused = |hypotheses: Hypotheses| {
         let detector = DetectorSettings {
-            distance: trocar::detection::Distance { kind: DistanceKind::VarianceChange, hypotheses },
+            distance: trocar::detection::Distance { kind: DistanceKind::VarianceChange, hypotheses, window_samples: 1 },
             ..DetectorSettings::default()
         };
         HapticController::new(&Settings { detector, ..Settings::default() }).expect_err("refused").name
