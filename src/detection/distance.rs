@@ -1,7 +1,6 @@
 //! The distance `s_k`: how unlike the hypothesis "nothing happened" a sample is (eq. 22, 23, 26, the paper's choices and two
 //! textbook tests).
 
-use super::Evidence;
 use super::likelihood_ratio::{LikelihoodRatio, MOST_WINDOW_SAMPLES};
 use super::page_hinkley::PageHinkley;
 use crate::error::{InvalidValue, positive, require};
@@ -206,17 +205,16 @@ impl<L: Lane> DistanceState<L> {
     }
 
     /// The distance of any kind.
-    pub(super) fn update(&mut self, evidence: &Evidence<L>) -> L {
-        let (e, force) = (evidence.residual_n, evidence.force_n);
+    pub(super) fn update(&mut self, e: L, predicted_force: L, stiffness_correction: L, force: L) -> L {
         match self.kind {
             DistanceKind::SquaredResidual => e * e,
             DistanceKind::SquaredDrop => {
-                let falls_short = e.lt(L::zero()) & evidence.predicted_force_n.gt(L::zero());
+                let falls_short = e.lt(L::zero()) & predicted_force.gt(L::zero());
                 L::select(falls_short, e * e, L::zero())
             }
             DistanceKind::MeanChange => self.scale * e + self.offset,
             DistanceKind::VarianceChange => self.scale * (e * e) + self.offset,
-            DistanceKind::ParameterChange => evidence.correction[0].abs(),
+            DistanceKind::ParameterChange => stiffness_correction.abs(),
             DistanceKind::ForceDerivative => {
                 if !self.started {
                     self.started = true;
@@ -232,6 +230,8 @@ impl<L: Lane> DistanceState<L> {
     }
 
     /// Starts what looks back again where the mask holds.
+    #[cold]
+    #[inline(never)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         match self.kind {
             DistanceKind::LikelihoodRatio => self.likelihood_ratio.reset(mask),
@@ -258,16 +258,8 @@ mod tests {
     fn a_drop_is_a_resisting_force_that_falls_short() {
         let hypotheses = Hypotheses::default();
         let distance = |residual: f64, predicted: f64| {
-            let kind = DistanceKind::SquaredDrop;
-            DistanceState::<f64>::new(&Distance { kind, hypotheses, window_samples: 1 }).update(&Evidence {
-                force_n: predicted + residual,
-                predicted_force_n: predicted,
-                residual_n: residual,
-                correction: [0.0; 2],
-                depth_m: 0.01,
-                velocity_m_per_s: 0.0,
-                in_contact: true,
-            })
+            let distance = Distance { kind: DistanceKind::SquaredDrop, hypotheses, window_samples: 1 };
+            DistanceState::<f64>::new(&distance).update(residual, predicted, 0.0, predicted + residual)
         };
         assert_eq!([distance(-0.5, 2.0), distance(0.5, 2.0), distance(-0.5, -2.0)], [0.25, 0.0, 0.0]);
     }
@@ -276,17 +268,9 @@ mod tests {
     fn eq_22_and_23_are_the_log_likelihood_ratios_of_eq_20() {
         let hypotheses = Hypotheses::default();
         for e in [-0.4, -0.07, 0.0, 0.03, 0.2] {
-            let evidence = Evidence {
-                force_n: e,
-                predicted_force_n: 0.0,
-                residual_n: e,
-                correction: [0.0; 2],
-                depth_m: 0.02,
-                velocity_m_per_s: 0.0,
-                in_contact: true,
+            let distance = |kind| {
+                DistanceState::<f64>::new(&Distance { kind, hypotheses, window_samples: 1 }).update(e, 0.0, 0.0, e)
             };
-            let distance =
-                |kind| DistanceState::<f64>::new(&Distance { kind, hypotheses, window_samples: 1 }).update(&evidence);
             let mean = log_density(e, -0.2, 0.02) - log_density(e, 0.0, 0.02);
             let variance = log_density(e, 0.0, 0.2) - log_density(e, 0.0, 0.02);
             assert!((distance(DistanceKind::MeanChange) - mean).abs() < 1e-9);

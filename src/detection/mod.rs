@@ -125,7 +125,8 @@ impl<L: Lane> Detector<L> {
             let distance = evidence.residual_n * evidence.residual_n;
             (distance, self.cusum.update(distance))
         } else {
-            self.decide_otherwise(evidence)
+            let Evidence { residual_n, predicted_force_n, correction, force_n, .. } = *evidence;
+            self.decide_otherwise(residual_n, predicted_force_n, correction[0], force_n)
         };
         let alarm = self.arming.update(above, evidence);
         if alarm.any() {
@@ -134,20 +135,23 @@ impl<L: Lane> Detector<L> {
         Decision { distance, decision, alarm }
     }
 
-    /// The kinds of distance that are seldom chosen, apart from the tick's straight way.
+    /// The kinds of distance that are seldom chosen, apart from the tick's straight way. It takes numbers and not the evidence,
+    /// which would else be written to memory at every tick.
     #[cold]
     #[inline(never)]
-    fn decide_otherwise(&mut self, evidence: &Evidence<L>) -> (L, (L, L::Mask)) {
-        let distance = self.distance.update(evidence);
+    fn decide_otherwise(&mut self, residual: L, predicted: L, stiffness_correction: L, force: L) -> (L, (L, L::Mask)) {
+        let distance = self.distance.update(residual, predicted, stiffness_correction, force);
         let decided = if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
         (distance, decided)
     }
 
     /// Forgets what led to an alarm.
-    #[inline(never)]
+    #[inline(always)]
     fn start_again(&mut self, alarm: L::Mask) {
         self.cusum.reset(alarm);
-        self.distance.reset(alarm);
+        if !self.distance.is_squared_residual() {
+            self.distance.reset(alarm);
+        }
     }
 }
 

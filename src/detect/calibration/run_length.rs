@@ -79,7 +79,9 @@ impl RunLength {
         let chunks = alarms.div_ceil(RUNS_TOGETHER);
         let samples: u64 = (0..chunks)
             .into_par_iter()
-            .map(|seed| {
+            .map(|chunk| {
+                // Another stream for every chunk of every length.
+                let seed = (wanted as u64).wrapping_mul(2) + u64::from(tails == Tails::Lower) + (chunk << 40);
                 let samples = simulate(tails, drift, threshold, RUNS_TOGETHER, seed);
                 done();
                 samples
