@@ -7,9 +7,8 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use trocar::detect::calibration::{Calibration, CalibrationError, CalibrationRequest, ContactRule, calibrate};
 use trocar::detect::{DetectionReport, detect};
+use trocar::recording::{InVivoLikeVariant, in_vivo_like_variant_csv};
 use trocar::scenario::{DetectionSpec, Values};
-
-const IN_VIVO_LIKE: &str = include_str!("../scenarios/recordings/in_vivo_like.csv");
 
 fn spec(settings: &[String]) -> DetectionSpec {
     let mut values = Values::from_settings("calibration", settings).expect("good settings");
@@ -44,8 +43,14 @@ fn written(rows: impl Iterator<Item = [f64; 4]>, ruptures_s: &str) -> DetectionS
 
 /// The shipped insertion with more noise on its force.
 fn noisy_insertion(seed: u64, noise_std_n: f64) -> DetectionSpec {
+    noisy_variant(InVivoLikeVariant::default(), seed, noise_std_n)
+}
+
+/// The same with other ruptures.
+fn noisy_variant(variant: InVivoLikeVariant, seed: u64, noise_std_n: f64) -> DetectionSpec {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let rows = IN_VIVO_LIKE.lines().skip(1).map(|line| {
+    let recording = in_vivo_like_variant_csv(1, &variant);
+    let rows = recording.lines().skip(1).map(|line| {
         let mut fields = line.split(',').map(|field| field.parse::<f64>().expect("a number"));
         let mut row = std::array::from_fn(|_| fields.next().expect("four fields"));
         let noise: f64 = StandardNormal.sample(&mut random);
@@ -98,6 +103,20 @@ fn it_holds_in_the_force_cells_noise_and_beyond() {
     }
     for (seed, noise_n) in [(11, 0.005), (12, 0.015), (13, 0.035)] {
         assert_right("other noise", &noisy_insertion(seed, noise_n));
+    }
+}
+
+#[test]
+fn it_holds_for_other_ruptures() {
+    let mut seed = 100;
+    for drop_n in [2.0, 3.0, 5.0] {
+        for fall_s in [0.01, 0.02, 0.045] {
+            for depth_m in [0.018, 0.027] {
+                seed += 1;
+                let variant = InVivoLikeVariant { drop_n: Some(drop_n), fall_s: Some(fall_s), depth_m: Some(depth_m) };
+                assert_right(&format!("{variant:?}"), &noisy_variant(variant, seed, 0.0));
+            }
+        }
     }
 }
 

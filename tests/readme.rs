@@ -105,6 +105,16 @@ fn the_pictures_are_what_their_commands_draw() {
 }
 
 #[test]
+fn calibrate_prints_what_the_readme_shows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = env!("CARGO_MANIFEST_DIR");
+    let command = blocks("sh").into_iter().find(|block| block.starts_with("trocar calibrate scen")).expect("shown");
+    let arguments = command.replace("\\\n", " ").replace("scenarios/", &format!("{root}/scenarios/"));
+    let printed = trocar(folder.path(), arguments.trim().strip_prefix("trocar ").expect("a command"));
+    assert!(blocks("text").contains(&printed), "paste into README.md:\n{printed}");
+}
+
+#[test]
 fn roc_prints_and_draws_what_the_readme_shows() {
     let commands: Vec<String> = blocks("sh").into_iter().filter(|block| block.starts_with("trocar roc")).collect();
     let arguments = |index: usize| commands[index].trim().strip_prefix("trocar ").expect("a command").to_owned();

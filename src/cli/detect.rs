@@ -21,6 +21,7 @@ use super::{OutputArgs, ScenarioArgs};
 use crate::error::{non_negative, positive};
 use crate::metrics::RUPTURE_WINDOW_S;
 use crate::recording::Column;
+use crate::scenario::{Source, Values};
 
 /// Samples from standard input.
 const STREAM: &str = "-";
@@ -56,6 +57,12 @@ pub(super) struct DetectArgs {
     /// Live stream: also print every Nth sample with its estimates
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
+    /// Take [estimator] and [detector] from a file, as from calibrated.toml of `trocar calibrate`; flags and --set come before it
+    #[arg(long = "settings", value_name = "FILE")]
+    settings_file: Option<String>,
+    /// What that file says.
+    #[arg(skip)]
+    tuning: Vec<String>,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -79,7 +86,11 @@ pub(super) struct ColumnArgs {
     force: Option<Column>,
 }
 
-pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
+pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
+    if let Some(file) = &args.settings_file {
+        args.tuning = Values::load(&Source::parse(file), &[])?.written_settings(&["estimator", "detector"]);
+    }
+    let args = &args;
     non_negative("--window-s", args.window_s)?;
     if let Some(interval_s) = args.interval_s {
         positive("--interval-s", interval_s)?;
@@ -135,6 +146,7 @@ impl DetectArgs {
         if let Some(recording) = recording.filter(|recording| !inputs::is_scenario(recording)) {
             settings.push(format!("recording.file={}", text(recording)));
         }
+        settings.extend(self.tuning.iter().cloned());
         settings.extend(self.columns.settings());
         if let Some(contact_m) = self.contact_m {
             settings.push(format!("estimator.contact_m={contact_m:?}"));

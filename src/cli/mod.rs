@@ -145,7 +145,7 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
-        Command::Detect(args) => detect::run(&args),
+        Command::Detect(args) => detect::run(*args),
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Roc(args) => roc::run(&args),
         Command::Record(args) => record::run(&args),

@@ -213,6 +213,14 @@ impl Values {
         serde_json::Value::Object(keys_of(section).filter_map(entry).collect())
     }
 
+    /// What was written of some sections and is no default, as `section.key=value` settings.
+    #[must_use]
+    pub fn written_settings(&self, sections: &[&str]) -> Vec<String> {
+        let written = |key: &&Key| self.place(key.path).is_some();
+        let setting = |key: &Key| Some(format!("{}={}", key.path, self.get(key.path)?.to_toml()));
+        sections.iter().flat_map(|section| keys_of(section).filter(written).filter_map(setting)).collect()
+    }
+
     /// The values as a TOML document that resolves to themselves.
     #[must_use]
     pub fn to_toml(&self) -> String {

@@ -89,7 +89,10 @@ impl<'a> Bench<'a> {
         }
         let contact = match request.keeps_contact {
             true => (spec.contact_m, ContactRule::Given),
-            false => contact(signal.position_m, signal.force_n, noise_n),
+            false => {
+                let (contact_m, rule) = contact(signal.position_m, signal.force_n, noise_n);
+                (rounded(contact_m), rule)
+            }
         };
         let drift = request.drift();
         let samples = (request.false_alarm_s / signal.interval_s).clamp(2.0, 1e10);
@@ -99,7 +102,9 @@ impl<'a> Bench<'a> {
             quiet,
             noise_n,
             contact,
-            withdrawal_m_per_s: (VELOCITY_STDS * noise_std(signal.velocity_m_per_s)).max(LEAST_WITHDRAWAL_M_PER_S),
+            withdrawal_m_per_s: rounded(
+                (VELOCITY_STDS * noise_std(signal.velocity_m_per_s)).max(LEAST_WITHDRAWAL_M_PER_S),
+            ),
             drift,
             threshold: threshold_for(Tails::Lower, drift, samples),
             signal,
@@ -145,23 +150,24 @@ impl<'a> Bench<'a> {
     /// The settings for a memory, not probed yet.
     fn candidate(&self, memory_updates: f64) -> (Candidate, Quiet) {
         let dead_zone_n = (DEAD_ZONE_STDS * self.noise_n).max(least_step(self.signal.force_n)).max(LEAST_DEAD_ZONE_N);
+        let dead_zone_n = rounded(dead_zone_n);
         let estimator = RlsSettings::normalised(FULL_GAIN_DEPTH_M, GAIN_RATIO, memory_updates, dead_zone_n);
         let residuals = Residuals::of(&self.signal, &estimator, self.contact.0);
         let quiet = self.quiet_of(residuals, dead_zone_n / DEAD_ZONE_STDS);
         let variance = quiet.std_n * quiet.std_n;
-        let (drift, run_length_threshold) = (self.drift * variance, self.threshold * variance);
+        let (drift, run_length_threshold) = (rounded(self.drift * variance), self.threshold * variance);
         let harmless =
             excursions(&self.signal, &quiet.residuals, (drift, run_length_threshold), self.withdrawal_m_per_s);
         let harmless = harmless.iter().filter(|excursion| quiet.usable[excursion.peak_at]);
         let harmless_peak = harmless.map(|excursion| excursion.peak).fold(0.0, f64::max);
-        let threshold = run_length_threshold.max(GUARD * harmless_peak);
+        let threshold = rounded(run_length_threshold.max(GUARD * harmless_peak));
         let hypotheses = Hypotheses {
-            quiet_std_n: quiet.std_n,
-            rupture_std_n: quiet.std_n * self.request.variance_ratio.sqrt(),
+            quiet_std_n: rounded(quiet.std_n),
+            rupture_std_n: rounded(quiet.std_n * self.request.variance_ratio.sqrt()),
             ..Hypotheses::default()
         };
         let detector = DetectorSettings {
-            cusum: CusumSettings { threshold, drift, cap: CAP_THRESHOLDS * threshold },
+            cusum: CusumSettings { threshold, drift, cap: rounded(CAP_THRESHOLDS * threshold) },
             arming: ArmingSettings { withdrawal_speed_m_per_s: self.withdrawal_m_per_s, ..ArmingSettings::default() },
             ..DetectorSettings::for_kind(DistanceKind::SquaredDrop, hypotheses)
         };
@@ -272,6 +278,11 @@ impl<'a> Bench<'a> {
 /// What is maximised over the candidates.
 fn score(candidate: &Candidate) -> f64 {
     candidate.found_share.unwrap_or(0.0) - HARMLESS_PENALTY * candidate.harmless_share.unwrap_or(0.0)
+}
+
+/// Four significant digits, as a person would write a setting.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 /// The longest run of `true`; none where there is none.

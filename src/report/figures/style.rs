@@ -62,14 +62,16 @@ pub(super) const ALARM: Stroke = Stroke::solid(BLACK, 2.0);
 /// A threshold.
 pub(super) const THRESHOLD: Stroke = Stroke { color: VERMILION, width: 3.0, dashes: &[22.0, 9.0, 3.0, 9.0] };
 
-/// One style per run where runs share their axes.
-pub(super) const RUNS: [Stroke; 6] = [
+/// One style per run or detector where they share their axes.
+pub(super) const RUNS: [Stroke; 8] = [
     Stroke { color: BLUE, width: 3.25, dashes: &[15.0, 10.0] },
     Stroke::solid(VERMILION, 3.75),
     Stroke { color: GREEN, width: 3.5, dashes: &[26.0, 10.0, 4.0, 10.0] },
     Stroke { color: BLACK, width: 3.0, dashes: &[5.0, 8.0] },
     Stroke::solid(PURPLE, 2.25),
     Stroke { color: ORANGE, width: 4.5, dashes: &[34.0, 14.0] },
+    Stroke { color: SKY, width: 6.0, dashes: &[10.0, 16.0] },
+    Stroke::solid(GREY, 5.0),
 ];
 
 /// The shade of an interval in a mode, none for plain teleoperation.
