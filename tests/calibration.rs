@@ -154,14 +154,16 @@ fn a_longer_wanted_interval_asks_for_a_higher_threshold() {
 
 #[test]
 fn degenerate_recordings_give_finite_settings_and_no_alarm() {
-    let rows = |count: u32, row: fn(f64) -> [f64; 3]| {
+    /// Position, velocity and force at a time.
+    type Row = fn(f64) -> [f64; 3];
+    let rows = |count: u32, row: Row| {
         (0..count).map(move |k| {
             let time = f64::from(k) * 1e-3;
             let [position, velocity, force] = row(time);
             [time, position, velocity, force]
         })
     };
-    let cases: [(&str, fn(f64) -> [f64; 3]); 6] = [
+    let cases: [(&str, Row); 6] = [
         ("zeros", |_| [0.0; 3]),
         ("constant force", |_| [0.01, 0.0, 3.0]),
         ("never in contact", |t| [-0.02 + 0.001 * t, 0.001, 0.0]),

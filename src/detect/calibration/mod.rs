@@ -1,19 +1,19 @@
 //! Settings of estimator and detector from the beginning of a recording, for a wanted interval between false alarms.
 //!
 //! # The rule
-//! 1. *Noise* `σ_n` of the force: from second differences ([`spread`]). Dead zone `N_0 = 2 σ_n`, at least the force's
+//! 1. *Noise* `σ_n` of the force: from second differences (`spread`). Dead zone `N_0 = 2 σ_n`, at least the force's
 //!    resolution and 1 mN. With 3 σ_n the estimator's bias within the dead zone outgrows the noise.
-//! 2. *Contact*, unless given: where force begins, or the line through force and position ends ([`contact`]).
+//! 2. *Contact*, unless given: where force begins, or the line through force and position ends (`contact`).
 //! 3. *Quiet spread* `σ_0`: the residual's root mean square (its bias included) that nine tenths of blocks of 0.1 s do not
 //!    exceed, of those in contact, settled and without a rupture. Ruptures are those that hindsight shows: the decision
-//!    crosses, and the force falls by a quarter within 0.1 s while the needle is not drawn back ([`excursions`]).
+//!    crosses, and the force falls by a quarter within 0.1 s while the needle is not drawn back (`excursions`).
 //!    A segment may be given instead.
 //! 4. *Drift* `ν`: where the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the paper's ratio (4.6):
 //!    `ν = σ_0² ln(r) r / (r - 1)`. The paper's own, halfway between the variances, lies ten times higher.
 //! 5. *Threshold* `γ`: the one for which the average run length to a false alarm is as wanted ([`run_length`]), and at
 //!    least twice the largest harmless excursion of the decision in the segment, as no real residual is white.
 //! 6. *Memory* of the estimator, in corrections: of those tried, the one that best tells the slowest rupture from the
-//!    fastest harmless change, both put into the recording at up to forty moments ([`probe`]). Finding a rupture counts
+//!    fastest harmless change, both put into the recording at up to forty moments (`probe`). Finding a rupture counts
 //!    1, an alarm at a harmless change -3; the middle one is kept unless another does better.
 //! 7. *Withdrawal speed* above which nothing counts: three standard deviations of the velocity's noise, at least 0.5 mm/s.
 //!
