@@ -62,10 +62,14 @@ fn noisy_variant(variant: InVivoLikeVariant, seed: u64, noise_std_n: f64) -> Det
 
 /// Calibrates on the beginning without being told of the ruptures, and detects in the whole.
 fn calibrated(spec: &DetectionSpec) -> (Calibration, DetectionReport) {
+    calibrated_as(spec, &CalibrationRequest::default())
+}
+
+fn calibrated_as(spec: &DetectionSpec, request: &CalibrationRequest) -> (Calibration, DetectionReport) {
     let labels = spec.recording.ruptures_s.clone();
     let mut blind = spec.clone();
     blind.recording.ruptures_s = vec![];
-    let calibration = calibrate(&blind, &CalibrationRequest::default()).expect("calibrates");
+    let calibration = calibrate(&blind, request).expect("calibrates");
     let chosen = calibration.settings();
     let with =
         DetectionSpec { estimator: chosen.estimator, detector: chosen.detector, contact_m: chosen.contact_m, ..blind };
@@ -75,7 +79,11 @@ fn calibrated(spec: &DetectionSpec) -> (Calibration, DetectionReport) {
 
 /// Every rupture within 10 ms and no other alarm.
 fn assert_right(name: &str, spec: &DetectionSpec) -> Calibration {
-    let (calibration, report) = calibrated(spec);
+    assert_right_as(name, spec, &CalibrationRequest::default())
+}
+
+fn assert_right_as(name: &str, spec: &DetectionSpec, request: &CalibrationRequest) -> Calibration {
+    let (calibration, report) = calibrated_as(spec, request);
     let delays: Vec<f64> = report.alarms.iter().filter_map(|alarm| alarm.delay_s).collect();
     assert_eq!(delays.len(), spec.recording.ruptures_s.len(), "{name}: {report:?}");
     assert_eq!(report.alarms.len(), delays.len(), "{name}: {report:?}");
@@ -90,10 +98,42 @@ fn one_rule_serves_the_made_and_the_real_recordings() {
     let pop = assert_right("own_ctrl_pop", &lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", "[1.779]"));
     assert_eq!((pop.contact_rule, pop.ruptures_s.len()), (ContactRule::Extrapolated, 1));
     assert!((pop.settings().contact_m - 6.30e-3).abs() < 0.1e-3, "{:?}", pop.settings());
-    let spring = lever("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm", "[]");
+    let [_, (_, spring), (_, free)] = real();
     assert_right("m2_f_spring", &spring);
-    let free = lever("tests/data/teleop_1dof/m2_d_free_motion.csv", "tau_e_Nm", "[]");
     assert_eq!(assert_right("m2_d_free_motion", &free).contact_rule, ContactRule::Lowest);
+}
+
+/// The real recordings, their contact set or not.
+fn real() -> [(&'static str, DetectionSpec); 3] {
+    [
+        ("own_ctrl_pop", lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", "[1.779]")),
+        ("m2_f_spring", lever("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm", "[]")),
+        ("m2_d_free_motion", lever("tests/data/teleop_1dof/m2_d_free_motion.csv", "tau_e_Nm", "[]")),
+    ]
+}
+
+#[test]
+fn two_seconds_are_enough_for_the_rest() {
+    let request = CalibrationRequest { first_s: 2.0, ..CalibrationRequest::default() };
+    for (name, spec) in real() {
+        assert_right_as(name, &spec, &request);
+    }
+    assert_right_as("in-vivo-like", &noisy_insertion(0, 0.0), &request);
+}
+
+#[test]
+fn a_contact_that_is_given_wrongly_does_little_harm() {
+    let request = CalibrationRequest { keeps_contact: true, ..CalibrationRequest::default() };
+    for (name, mut spec) in real() {
+        for contact_mm in [-9.0, -7.5, -5.0, -2.0, 0.0, 3.0] {
+            spec.contact_m = 1e-3 * contact_mm;
+            let calibration = assert_right_as(&format!("{name}, {contact_mm} mm"), &spec, &request);
+            assert_eq!(
+                (calibration.contact_rule, calibration.settings().contact_m),
+                (ContactRule::Given, spec.contact_m)
+            );
+        }
+    }
 }
 
 #[test]
