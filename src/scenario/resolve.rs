@@ -1,5 +1,7 @@
 //! From values to what the engine needs: nothing optional is left that a run would have to guess.
 
+use std::sync::Arc;
+
 use super::document::Source;
 use super::error::ScenarioError;
 use super::link::link_settings;
@@ -97,7 +99,8 @@ pub struct Scenario {
     pub detector: DetectorSettings,
     /// The supervisor.
     pub augmentation: AugmentationSettings,
-    values: Values,
+    /// Shared by the scenarios of a [`Template`](super::Template).
+    pub(super) values: Arc<Values>,
 }
 
 impl Scenario {
@@ -164,7 +167,7 @@ impl Scenario {
             contact_m: values.number("estimator.contact_m")?,
             detector: detector(&mut values)?,
             augmentation: augmentation(&values)?,
-            values,
+            values: Arc::new(values),
         };
         scenario.check()?;
         Ok(scenario)
@@ -180,7 +183,7 @@ impl Scenario {
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut other = Self { seed, ..self.clone() };
-        other.values.derive_keeping_place("simulation.seed", Value::Whole(seed));
+        Arc::make_mut(&mut other.values).derive_keeping_place("simulation.seed", Value::Whole(seed));
         other
     }
 
@@ -234,7 +237,7 @@ impl Scenario {
     }
 
     /// Checks that the person stays where an insertion can be; beyond, every run would count as diverged.
-    fn check_reach(&self) -> Result<(), ScenarioError> {
+    pub(super) fn check_reach(&self) -> Result<(), ScenarioError> {
         let farthest_m = MOST_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= farthest_m;
         let (key, position) = match &self.operator {
@@ -285,7 +288,7 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
 }
 
 /// A delay; its sample is read as it arrives, or by a receiver that `waits_for_tick` on the next one.
-fn delay_ticks(
+pub(super) fn delay_ticks(
     values: &Values,
     path: &str,
     grid: &TickGrid,
