@@ -293,3 +293,69 @@ fn set_delays(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioEr
     scenario.backward = delay_ticks(values, "channel.backward_delay_s", &scenario.grid, waits_for_tick)?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::value::Kind;
+    use super::*;
+
+    /// The values of a key that a sweep might try.
+    fn tries(key: &Key, scenario: &Scenario) -> Vec<Value> {
+        match key.kind {
+            Kind::Number(_) => {
+                let now = scenario.values().optional_number(key.path).unwrap_or(0.01);
+                [1.07 * now, 0.5 * now, now + 0.003].map(Value::Number).into()
+            }
+            Kind::Whole(_) => [2, 3, 50].map(Value::Whole).into(),
+            Kind::Choice(words) => words.iter().map(|word| Value::Text((*word).into())).collect(),
+            Kind::Flag => [true, false].map(Value::Flag).into(),
+            Kind::Sign | Kind::Numbers | Kind::Text | Kind::File => vec![],
+        }
+    }
+
+    fn told(mut scenario: Scenario) -> String {
+        scenario.values = std::sync::Arc::new(Values::default());
+        format!("{scenario:?}")
+    }
+
+    /// Casts every value of every key of some sections, and holds it against the file's way.
+    fn cast_is_whole(name: &str, sections: &[&str]) -> usize {
+        let base = Source::Builtin(name.into());
+        let scenario = Scenario::load(&base, &[]).expect("good");
+        let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };
+        let mut compared = 0;
+        for key in KEYS.iter().filter(|key| sections.iter().any(|section| key.path.starts_with(section))) {
+            let is_good = |value: &Value| key.kind.accept(&value.to_toml()).is_some();
+            let values: Vec<Value> = tries(key, &scenario).into_iter().filter(is_good).collect();
+            // What cannot be swept from its first value on is not swept.
+            let first =
+                |value: &&Value| Template::new(&base, vec![], &[], &[(key, (*value).clone(), place.clone())]).is_ok();
+            let Some(first) = values.iter().find(first) else { continue };
+            let template = Template::new(&base, vec![], &[], &[(key, first.clone(), place.clone())]).expect("good");
+            let mut caster = template.caster();
+            for (seed, value) in (7..).zip(&values) {
+                let value = std::slice::from_ref(value);
+                let cast = caster.cast(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
+                let whole = template.whole(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
+                match (cast, whole) {
+                    (Ok(cast), Ok(whole)) => assert!(cast == whole, "{name}: {} = {value:?}", key.path),
+                    (cast, whole) => assert_eq!(
+                        cast.err().map(|error| error.message),
+                        whole.err().map(|error| error.message),
+                        "{name}: {} = {value:?}",
+                        key.path
+                    ),
+                }
+                compared += 1;
+            }
+        }
+        compared
+    }
+
+    #[test]
+    fn what_is_cast_is_what_a_file_would_give_key_by_key() {
+        assert!(cast_is_whole("01_augmented.toml", &[""]) > 300);
+        assert!(cast_is_whole("20_four_channel.toml", &["controller", "scaling", "slave", "master", "passivity"]) > 30);
+        assert!(cast_is_whole("depth_augmented.toml", &["tissue.presliding", "scaling", "operator.start"]) > 5);
+    }
+}
