@@ -134,7 +134,7 @@ mod tests {
     fn every_rank_is_that_of_a_sort() {
         let mut state = 1_u64;
         let mut next = || {
-            state = super::super::super::permutation::mix(state);
+            state = crate::sweep::permutation::mix(state);
             f64::from_bits(state)
         };
         let mut values: Vec<f64> = std::iter::from_fn(|| Some(next())).filter(|v| !v.is_nan()).take(500).collect();
