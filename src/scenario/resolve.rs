@@ -1,6 +1,6 @@
 //! From values to what the engine needs: nothing optional is left that a run would have to guess.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::document::Source;
 use super::error::ScenarioError;
@@ -10,6 +10,7 @@ use super::replay::{RecordingSpec, load_recording};
 use super::schedule::schedules;
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
+use super::steps::Steps;
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
@@ -101,6 +102,8 @@ pub struct Scenario {
     pub augmentation: AugmentationSettings,
     /// Shared by the scenarios of a [`Template`](super::Template).
     pub(super) values: Arc<Values>,
+    /// Both sides' steps, once they were made.
+    pub(super) steps: Arc<OnceLock<Steps>>,
 }
 
 impl Scenario {
@@ -168,6 +171,7 @@ impl Scenario {
             detector: detector(&mut values)?,
             augmentation: augmentation(&values)?,
             values: Arc::new(values),
+            steps: Arc::default(),
         };
         scenario.check()?;
         Ok(scenario)

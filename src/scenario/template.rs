@@ -4,6 +4,8 @@
 //! what a file would not be allowed to say is refused here too, in the same words. What only building the machines can show
 //! is left to the run, which builds them anyway.
 
+use std::sync::Arc;
+
 use super::document::{Entry, Source, gather, parse_setting};
 use super::error::{Place, ScenarioError};
 use super::key_table::KEYS;
@@ -230,6 +232,7 @@ impl Caster<'_> {
                 scenario.slave = slave(values)?;
                 scenario.arm = arm(values)?;
                 scenario.actuators = actuators(values, scenario.timing)?;
+                scenario.steps = Arc::default();
                 set_link(scenario, values)?;
                 set_delays(scenario, values)?;
             }
@@ -314,7 +317,9 @@ mod tests {
     }
 
     fn told(mut scenario: Scenario) -> String {
-        scenario.values = std::sync::Arc::new(Values::default());
+        scenario.values = Arc::new(Values::default());
+        // What was kept of building it says nothing of it.
+        scenario.steps = Arc::default();
         format!("{scenario:?}")
     }
 
