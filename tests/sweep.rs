@@ -16,7 +16,7 @@ base = "builtin:02_direct_access.toml"
 seeds = 3
 metrics = ["detected_ruptures", "most_slave_overshoot_m", "tracking_rmse_m", "rupture_1_detection_delay_s"]
 [set]
-simulation.duration_s = 0.8
+simulation.duration_s = 2.0
 augmentation.enabled = true
 [axes]
 scaling.force = { from = 0.5, to = 2.0, points = 3 }

@@ -315,7 +315,7 @@ mod tests {
         assert_eq!(part.cases_done().expect("read"), 13);
         assert_eq!([0, 1, 2].map(|pack| part.has(pack).expect("read")), [true, false, true]);
         let rows = Rows(vec![part]);
-        assert!(matches!(rows.each(|..| Ok(())), Err(SweepError::Parts { .. })));
+        assert!(matches!(rows.each(|_, _, _| Ok(())), Err(SweepError::Parts { .. })));
         write(&rows.0[0], 1);
         let mut seen = vec![];
         rows.each(|case, outcome, values| {

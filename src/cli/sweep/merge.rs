@@ -51,6 +51,6 @@ fn shards(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
         paths.sort();
         Ok(paths)
     };
-    let found = inside().map_err(|source| SweepError::Io { path: folder.to_owned(), source })?;
+    let found = inside().map_err(|error| SweepError::Parts { message: format!("{}: {error}", folder.display()) })?;
     Ok(if found.is_empty() { vec![folder.to_owned()] } else { found })
 }
