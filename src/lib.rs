@@ -15,7 +15,7 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints) |
-//! | 6 | [`run`], [`compare`], [`detect`], [`roc`] |
+//! | 6 | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`] |
 //! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers) |
 //! | 4 | [`engine`] (one tick, N ticks, observers), [`rig`] (one step of a real controller) |
 //! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
@@ -78,6 +78,8 @@ pub mod run;
 pub mod scenario;
 #[cfg(feature = "std")]
 pub mod sensor;
+#[cfg(feature = "std")]
+pub mod sweep;
 #[cfg(feature = "std")]
 pub mod teleoperation;
 pub mod time;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Every room with its floor.
-const ROOMS: [(&str, u8); 25] = [
+const ROOMS: [(&str, u8); 26] = [
     ("error", 0),
     ("lane", 0),
     ("time", 0),
@@ -27,6 +27,7 @@ const ROOMS: [(&str, u8); 25] = [
     ("compare", 6),
     ("detect", 6),
     ("roc", 6),
+    ("sweep", 6),
     ("report", 7),
     ("cli", 7),
     ("main", 8),

@@ -128,6 +128,18 @@ fn roc_prints_and_draws_what_the_readme_shows() {
 }
 
 #[test]
+fn the_sweep_prints_what_the_readme_shows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = env!("CARGO_MANIFEST_DIR");
+    let command = blocks("sh").into_iter().find(|block| block.starts_with("trocar sweep scenarios")).expect("shown");
+    let arguments = command.trim().strip_prefix("trocar ").expect("a command");
+    let printed = trocar(folder.path(), &arguments.replace("scenarios/", &format!("{root}/scenarios/")));
+    assert!(blocks("text").contains(&printed), "paste into README.md:\n{printed}");
+    let shown = std::fs::read_to_string(Path::new(root).join("scenarios/sweeps/small.toml")).expect("there");
+    assert!(blocks("text").contains(&shown), "paste scenarios/sweeps/small.toml into README.md");
+}
+
+#[test]
 fn the_command_of_the_architectures_runs() {
     let folder = tempfile::tempdir().expect("a folder");
     let printed = trocar(folder.path(), blocks("sh")[5].trim().strip_prefix("trocar ").expect("a command"));

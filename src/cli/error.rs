@@ -11,6 +11,7 @@ use crate::report::{OutputError, PictureError, diagnostic};
 use crate::roc::RocError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
+use crate::sweep::SweepError;
 
 /// Why a command ended early.
 #[derive(Debug, Error)]
@@ -51,6 +52,17 @@ pub(super) enum CliError {
     /// Signals cannot be judged together.
     #[error(transparent)]
     Roc(RocError),
+    /// A sweep cannot be done as asked, or not all of it.
+    #[error(transparent)]
+    Sweep(SweepError),
+    /// There is no such case.
+    #[error("there is no case {case}: the sweep has {cases}, from 0 on")]
+    NoCase {
+        /// What was asked for.
+        case: u64,
+        /// How many there are.
+        cases: u64,
+    },
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -72,6 +84,22 @@ impl From<RocError> for CliError {
             RocError::Setting(error) => Self::Setting(error),
             RocError::Run(error) => Self::Run(error),
             different @ RocError::DifferentDetectors { .. } => Self::Roc(different),
+        }
+    }
+}
+
+impl From<SweepError> for CliError {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::File(error) => Self::Scenario(error),
+            SweepError::Case { case, values, source } => match *source {
+                RunError::Scenario(mut error) => {
+                    error.message = format!("case {case} ({values}): {}", error.message);
+                    Self::Scenario(error)
+                }
+                other => Self::Run(other),
+            },
+            other => Self::Sweep(other),
         }
     }
 }
@@ -114,9 +142,11 @@ impl CliError {
             | Self::SameName { .. }
             | Self::Roc(_)
             | Self::Exists { .. }
+            | Self::NoCase { .. }
             | Self::Calibration(_)
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
+            Self::Sweep(error) => error.is_input(),
             Self::Interrupted { .. }
             | Self::Run(RunError::Integration { .. })
             | Self::Output(_)

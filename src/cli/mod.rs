@@ -12,6 +12,7 @@ mod record;
 mod roc;
 mod run;
 mod scenarios;
+mod sweep;
 mod terminal;
 
 use std::process::ExitCode;
@@ -19,6 +20,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::scenario::{Scenario, Source, json_schema};
+use crate::sweep::sweep_schema;
 use error::CliError;
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
@@ -80,6 +82,10 @@ enum Command {
     ///   trocar roc builtin:01_through_the_skin.toml           the loop closed over layers
     #[command(verbatim_doc_comment)]
     Roc(Box<roc::RocArgs>),
+    /// Run a scenario many times over, with keys that vary: a row of metrics per case, statistics, figures
+    ///
+    /// On all processors, in constant memory, in parts on many machines; whatever ends it, the same command continues.
+    Sweep(Box<sweep::SweepArgs>),
     /// Write the in-vivo-like recording, or one of another seed
     ///
     /// A made insertion through two layers with the facts that the paper states of its own: CSV with time_s, position_m,
@@ -91,7 +97,11 @@ enum Command {
     /// List the shipped scenarios, each with its question
     Scenarios,
     /// Print a JSON Schema of scenario files, for editors
-    Schema,
+    Schema {
+        /// Of sweep files instead
+        #[arg(long)]
+        sweep: bool,
+    },
     /// Write a commented starter scenario
     Init(init::InitArgs),
 }
@@ -151,7 +161,9 @@ pub fn main() -> ExitCode {
         Command::Record(args) => record::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Scenarios => scenarios::run(),
-        Command::Schema => terminal::print(&format!("{:#}\n", json_schema())),
+        Command::Sweep(args) => sweep::run(&args),
+        Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),
+        Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),
         Command::Init(args) => init::run(&args),
     };
     match done {

@@ -29,7 +29,7 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
 /// [`OutputError`] with the path.
 pub fn stream_file(
     path: &Path,
-    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    content: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
     let failed = |source| OutputError { path: path.to_owned(), source };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -87,7 +87,7 @@ impl Folder {
     pub fn stream(
         &self,
         name: &str,
-        content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+        content: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
     ) -> Result<(), OutputError> {
         stream_file(&self.0.join(name), content)
     }

@@ -124,11 +124,8 @@ impl Scenario {
 
     /// Both sides over whole ticks.
     fn exact_sides<L: Lane>(&self) -> Result<ExactSides<L>, ScenarioError> {
-        let tick_s = self.grid.tick_s();
-        let plant = |error| self.unbuildable(&error);
-        let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
-        let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
         let start_m = self.start_m();
+        let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
         Ok(ExactSides::new(&master, &slave, start_m, self.position_scale() * start_m))
     }
 

@@ -150,6 +150,14 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
     Ok(entries)
 }
 
+/// Every entry of one file that is no scenario but written in the same manner, in the order of their paths.
+///
+/// # Errors
+/// A file that cannot be read, or is no TOML.
+pub fn entries(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
+    parse(&source.display(), &source.read()?, source)
+}
+
 fn based_on(source: &Source, entry: Entry) -> Result<(Source, Option<Place>), ScenarioError> {
     let Some(path) = entry.value.as_str().filter(|path| !path.is_empty()) else {
         let message = format!("base is {}, must be the path of a scenario file", entry.written);

@@ -1,5 +1,7 @@
 //! From values to what the engine needs: nothing optional is left that a run would have to guess.
 
+use std::sync::{Arc, OnceLock};
+
 use super::document::Source;
 use super::error::ScenarioError;
 use super::link::link_settings;
@@ -8,6 +10,7 @@ use super::replay::{RecordingSpec, load_recording};
 use super::schedule::schedules;
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
+use super::steps::Steps;
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
@@ -97,7 +100,10 @@ pub struct Scenario {
     pub detector: DetectorSettings,
     /// The supervisor.
     pub augmentation: AugmentationSettings,
-    values: Values,
+    /// Shared by the scenarios of a [`Template`](super::Template).
+    pub(super) values: Arc<Values>,
+    /// Both sides' steps, once they were made.
+    pub(super) steps: Arc<OnceLock<Steps>>,
 }
 
 impl Scenario {
@@ -164,7 +170,8 @@ impl Scenario {
             contact_m: values.number("estimator.contact_m")?,
             detector: detector(&mut values)?,
             augmentation: augmentation(&values)?,
-            values,
+            values: Arc::new(values),
+            steps: Arc::default(),
         };
         scenario.check()?;
         Ok(scenario)
@@ -180,7 +187,7 @@ impl Scenario {
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut other = Self { seed, ..self.clone() };
-        other.values.derive_keeping_place("simulation.seed", Value::Whole(seed));
+        Arc::make_mut(&mut other.values).derive_keeping_place("simulation.seed", Value::Whole(seed));
         other
     }
 
@@ -234,7 +241,7 @@ impl Scenario {
     }
 
     /// Checks that the person stays where an insertion can be; beyond, every run would count as diverged.
-    fn check_reach(&self) -> Result<(), ScenarioError> {
+    pub(super) fn check_reach(&self) -> Result<(), ScenarioError> {
         let farthest_m = MOST_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= farthest_m;
         let (key, position) = match &self.operator {
@@ -285,7 +292,7 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
 }
 
 /// A delay; its sample is read as it arrives, or by a receiver that `waits_for_tick` on the next one.
-fn delay_ticks(
+pub(super) fn delay_ticks(
     values: &Values,
     path: &str,
     grid: &TickGrid,

@@ -61,7 +61,7 @@ impl Values {
     }
 
     /// Checks an entry and keeps it, unless its key was given before.
-    fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
+    pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
         let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
         let Some(value) = key.kind.accept(&entry.value) else {
             let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind.describe());
@@ -79,7 +79,7 @@ impl Values {
         Ok(())
     }
 
-    fn fill_defaults(&mut self) {
+    pub(super) fn fill_defaults(&mut self) {
         for key in KEYS {
             if let Fallback::Value(value) = key.fallback {
                 let default = || Given { value: value(), place: None, source: None };
@@ -104,6 +104,23 @@ impl Values {
     pub(super) fn derive_keeping_place(&mut self, path: &'static str, value: Value) {
         let place = self.place(path);
         self.given.insert(path, Given { value, place, source: None });
+    }
+
+    /// Gives a key a value that was written at a place.
+    pub(super) fn give(&mut self, path: &'static str, value: Value, place: Place) {
+        self.given.insert(path, Given { value, place: Some(place), source: None });
+    }
+
+    /// Gives a key that has a value another one, at the same place.
+    pub(super) fn replace(&mut self, path: &str, value: Value) {
+        if let Some(given) = self.given.get_mut(path) {
+            given.value = value;
+        }
+    }
+
+    /// Takes the value of a key away.
+    pub(super) fn remove(&mut self, path: &str) {
+        self.given.remove(path);
     }
 
     /// The scenario's name.
@@ -159,7 +176,11 @@ impl Values {
     }
 
     pub(super) fn optional_number(&self, path: &str) -> Option<f64> {
-        self.number(path).ok()
+        // A number that is missing is no error here, and putting one into words takes longer than all else.
+        match self.get(path) {
+            Some(Value::Number(value)) => Some(*value),
+            _ => None,
+        }
     }
 
     pub(super) fn whole(&self, path: &str) -> Result<u64, ScenarioError> {
@@ -252,7 +273,8 @@ impl Values {
 }
 
 /// A name as a folder can have it: letters, digits and `-_.+ `, not hidden, no file that a comparison writes.
-pub(super) fn harmless_name(name: &str) -> String {
+#[must_use]
+pub fn harmless_name(name: &str) -> String {
     let harmless = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '_' };
     let name: String = name.chars().take(100).map(harmless).collect();
     let name = name.trim_matches([' ', '.']);

@@ -16,6 +16,7 @@ mod events;
 mod fonts;
 mod glyphs;
 mod grid;
+mod heat;
 mod limits;
 mod overlay;
 mod panel;
@@ -24,16 +25,19 @@ mod residual;
 mod style;
 mod thin;
 mod timeline;
+mod tornado;
 
 pub use characteristic::{CharacteristicView, characteristic};
 pub use comparison::comparison;
 pub use decision::decision;
 pub use delays::delay_histogram;
 pub use estimation::estimation;
+pub use heat::{AxisView, HeatView, heat_map};
 pub use overlay::overlay;
 pub use parameters::parameters;
 pub use residual::residual_histogram;
 pub use timeline::{MOST_ROWS, Shade, TimelineRow, timeline};
+pub use tornado::{TornadoView, tornado};
 
 use plotters::drawing::DrawingAreaErrorKind;
 

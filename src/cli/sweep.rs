@@ -1,0 +1,153 @@
+//! `trocar sweep`.
+
+mod finish;
+mod help;
+mod merge;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+
+use self::finish::{Whole, finish, report};
+use super::error::CliError;
+use super::{OutputArgs, interrupt, progress, terminal};
+use crate::report::Folder;
+use crate::scenario::Source;
+use crate::sweep::{CASES, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute};
+
+/// Run a sweep, or join the parts of one.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, after_long_help = help::text())]
+pub(super) struct SweepArgs {
+    #[command(subcommand)]
+    command: Option<SweepCommand>,
+    /// The sweep file
+    #[arg(required = true, value_name = "FILE")]
+    file: Option<String>,
+    /// Override a key of the base scenario, as in --set simulation.duration_s=3 (repeatable, the last one counts)
+    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
+    settings: Vec<String>,
+    /// Run the i-th of n parts only, as in 3/8; `trocar sweep merge` joins them
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// How many threads; one per processor when not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print a case as a scenario file, and run nothing
+    #[arg(long, value_name = "NUMBER")]
+    case: Option<u64>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum SweepCommand {
+    /// Verify the parts of a sweep that was run in shards, and join them
+    ///
+    /// The files are those of a run that was not sharded, byte for byte. Parts of another sweep, cases that are missing and
+    /// cases that are there twice are refused.
+    Merge(merge::MergeArgs),
+}
+
+pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
+    match (&args.command, &args.file) {
+        (Some(SweepCommand::Merge(args)), _) => merge::run(args),
+        (None, Some(file)) => sweep(args, file),
+        // The command line has one of the two.
+        (None, None) => Ok(()),
+    }
+}
+
+fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
+    let plan = Plan::load(&Source::parse(file), &args.settings)?;
+    let cases = plan.design.cases();
+    if let Some(case) = args.case {
+        if case >= cases {
+            return Err(CliError::NoCase { case, cases });
+        }
+        return terminal::print(&plan.scenario(case)?.echo());
+    }
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let of_sweep = Folder::new(&args.output.out).folder(&plan.design.name);
+    let folder = if shard.is_whole() { of_sweep.clone() } else { of_sweep.folder(&shard.folder()) };
+    let layout = plan.layout(shard);
+    let first = cases.min(layout.packs.start * crate::sweep::PACK_CASES);
+    let manifest = Manifest {
+        trocar_version: env!("CARGO_PKG_VERSION").to_owned(),
+        sweep_sha256: plan.hash(),
+        cases,
+        part: (first, first + layout.part_cases()),
+        is_complete: false,
+    };
+    if is_complete(&folder, plan.canonical())? {
+        return report(&folder, &args.output, "done already");
+    }
+    folder.write(SWEEP, plan.canonical().as_bytes())?;
+    folder.write(MANIFEST, manifest_json(&manifest).as_bytes())?;
+    let part = Part::open(&folder.path().join(CASES), layout)?;
+    let (done, all) = (run_part(args, &plan, &part)?, part.layout().part_cases());
+    if done < all {
+        let kept = format!("{done} of {all} cases are kept in {}; the same command continues", folder.path().display());
+        return Err(CliError::Interrupted { kept: Some(kept) });
+    }
+    if !shard.is_whole() {
+        return shard_done(args, &of_sweep, &manifest);
+    }
+    let (design, canonical) = (&plan.design, plan.canonical());
+    let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]) };
+    finish(&folder, whole, &args.output)?;
+    let _ = std::fs::remove_file(folder.path().join(CASES));
+    Ok(())
+}
+
+/// Runs what a part does not have yet; gives how many of its cases are done.
+fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError> {
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let all = usize::try_from(part.layout().part_cases()).unwrap_or(usize::MAX);
+    let bar = progress::rated_bar(all, args.output.quiet);
+    bar.set_message("cases");
+    let begun = |done: u64| {
+        bar.set_position(done);
+        bar.reset_eta();
+    };
+    let watch = Progress { stop: interrupt::listen(), begun: &begun, done: &|cases| bar.inc(cases) };
+    let done = execute(plan, part, threads, &watch);
+    bar.finish_and_clear();
+    Ok(done?)
+}
+
+/// Whether a folder holds a sweep that is done; refuses one that holds another.
+fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
+    let Ok(there) = std::fs::read_to_string(folder.path().join(SWEEP)) else { return Ok(false) };
+    if there != canonical {
+        let difference = crate::sweep::difference(&there, canonical);
+        return Err(SweepError::Changed { folder: folder.path().to_owned(), difference }.into());
+    }
+    Ok(read_manifest(folder.path()).is_some_and(|manifest| manifest.is_complete))
+}
+
+fn read_manifest(folder: &Path) -> Option<Manifest> {
+    serde_json::from_str(&std::fs::read_to_string(folder.join(MANIFEST)).ok()?).ok()
+}
+
+fn manifest_json(manifest: &Manifest) -> String {
+    // Numbers and texts do not fail to serialise.
+    let mut text = serde_json::to_string_pretty(manifest).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+fn shard_done(args: &SweepArgs, of_sweep: &Folder, manifest: &Manifest) -> Result<(), CliError> {
+    if args.output.json {
+        return terminal::print(&manifest_json(manifest));
+    }
+    let (first, end) = manifest.part;
+    let folder: PathBuf = of_sweep.path().join("shard-*");
+    let text = format!(
+        "{} of {} cases done; when all are: trocar sweep merge {}\n",
+        end - first,
+        manifest.cases,
+        folder.display()
+    );
+    if args.output.quiet { Ok(()) } else { terminal::print(&text) }
+}

@@ -1,0 +1,66 @@
+//! Writing what a whole sweep leaves.
+
+use std::io;
+
+use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
+use crate::cli::OutputArgs;
+use crate::cli::error::CliError;
+use crate::report::{
+    Folder, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet,
+};
+use crate::sweep::{Design, Rows, SweepError, findings};
+
+/// A sweep of which every case is done.
+pub(super) struct Whole<'a> {
+    pub(super) design: &'a Design,
+    pub(super) canonical: &'a str,
+    /// That of the whole, not complete yet.
+    pub(super) manifest: Manifest,
+    pub(super) rows: Rows,
+}
+
+/// Writes the tables, the findings and the figures, and says so. Nothing is lost if it does not get to its end: the manifest
+/// comes last.
+pub(super) fn finish(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), CliError> {
+    let Whole { design, canonical, manifest, rows } = whole;
+    let hash = &manifest.sweep_sha256;
+    folder.write(SWEEP, canonical.as_bytes())?;
+    let tables = || -> Result<(), CliError> {
+        folder.stream("cases.parquet", |out| write_sweep_parquet(design, hash, &rows, out).map_err(plain))?;
+        if design.csv {
+            folder.stream("cases.csv", |out| write_sweep_csv(design, &rows, out).map_err(plain))?;
+        }
+        Ok(())
+    };
+    let summary = || -> Result<(), CliError> {
+        let findings = findings(design, &rows)?;
+        folder.write("summary.csv", sweep_summary_csv(&findings).as_bytes())?;
+        folder.write("summary.json", sweep_json(design, hash, &findings).as_bytes())?;
+        folder.write("summary.txt", sweep_text(design, &findings).as_bytes())?;
+        Ok(sweep_pictures(folder, design, &findings)?)
+    };
+    let (tables, summary) = rayon::join(tables, summary);
+    tables?;
+    summary?;
+    folder.write(MANIFEST, manifest_json(&Manifest { is_complete: true, ..manifest }).as_bytes())?;
+    report(folder, output, "files")
+}
+
+/// Prints what a sweep that is done has left.
+pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Result<(), CliError> {
+    if output.quiet && !output.json {
+        return Ok(());
+    }
+    let path = folder.path().join(if output.json { "summary.json" } else { "summary.txt" });
+    let text = std::fs::read_to_string(&path).map_err(|source| SweepError::Io { path, source })?;
+    let end = if output.json { String::new() } else { format!("{files}: {}\n", folder.path().display()) };
+    terminal::print(&format!("{text}{end}"))
+}
+
+/// The error of a stream, which names its file itself.
+fn plain(error: SweepError) -> io::Error {
+    match error {
+        SweepError::Io { source, .. } => source,
+        other => io::Error::other(other),
+    }
+}

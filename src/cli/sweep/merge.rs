@@ -1,0 +1,56 @@
+//! `trocar sweep merge`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::finish::{Whole, finish};
+use super::{MANIFEST, Manifest, OutputArgs, is_complete};
+use crate::cli::error::CliError;
+use crate::report::Folder;
+use crate::sweep::{Joined, SweepError, join};
+
+/// Join the parts of a sweep.
+#[derive(Debug, Args)]
+pub(super) struct MergeArgs {
+    /// Folders of shards, or folders that hold them
+    #[arg(required = true, value_name = "DIR")]
+    folders: Vec<PathBuf>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
+    let mut folders = vec![];
+    for folder in &args.folders {
+        folders.extend(shards(folder)?);
+    }
+    let Joined { design, canonical, hash, rows } = join(&folders)?;
+    let folder = Folder::new(&args.output.out).folder(&design.name);
+    is_complete(&folder, &canonical)?;
+    let manifest = Manifest {
+        trocar_version: env!("CARGO_PKG_VERSION").to_owned(),
+        sweep_sha256: hash,
+        cases: design.cases(),
+        part: (0, design.cases()),
+        is_complete: false,
+    };
+    finish(&folder, Whole { design: &design, canonical: &canonical, manifest, rows }, &args.output)
+}
+
+/// The folder itself where it is a shard's, else those of shards in it.
+fn shards(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let is_shard = |path: &Path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with("shard-") && path.join(MANIFEST).is_file()
+    };
+    let inside = || -> std::io::Result<Vec<PathBuf>> {
+        let paths = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
+        let mut paths = paths.collect::<std::io::Result<Vec<_>>>()?;
+        paths.retain(|path| is_shard(path));
+        paths.sort();
+        Ok(paths)
+    };
+    let found = inside().map_err(|error| SweepError::Parts { message: format!("{}: {error}", folder.display()) })?;
+    Ok(if found.is_empty() { vec![folder.to_owned()] } else { found })
+}

@@ -1,0 +1,9 @@
+//! What a sweep leaves: its rows, its findings, its figures.
+
+mod pictures;
+mod tables;
+mod text;
+
+pub use pictures::sweep_pictures;
+pub use tables::{write_sweep_csv, write_sweep_parquet};
+pub use text::{sweep_json, sweep_summary_csv, sweep_text};

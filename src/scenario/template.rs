@@ -1,0 +1,366 @@
+//! Many scenarios that differ in a few keys, made without reading a file again.
+//!
+//! A key belongs to a [`Part`] of a scenario. Changing it runs the very functions that resolve this part of a file, so that
+//! what a file would not be allowed to say is refused here too, in the same words. What only building the machines can show
+//! is left to the run, which builds them anyway.
+
+use std::sync::Arc;
+
+use super::document::{Entry, Source, gather, parse_setting};
+use super::error::{Place, ScenarioError};
+use super::key_table::KEYS;
+use super::keys::{Fallback, Key};
+use super::link::link_settings;
+use super::person::{reflex, tremor};
+use super::resolve::{Scenario, delay_ticks};
+use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
+use super::specs::{TissueSpec, operator, tissue};
+use super::value::Value;
+use super::values::{Values, harmless_name};
+use crate::channel::Irregularity;
+use crate::plant::ControlTiming;
+
+/// What a key reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    /// The seed alone.
+    Seed,
+    /// What joins the sides.
+    Link,
+    /// Master, arm, slave and motors, and with them the link.
+    Machines,
+    /// Jitter and loss.
+    Irregularity,
+    /// The delays of the link.
+    Delays,
+    /// The sensors.
+    Sensor,
+    /// The estimator.
+    Estimator,
+    /// The detector.
+    Detector,
+    /// The supervisor.
+    Augmentation,
+    /// The tissue, where it replays no recording.
+    Tissue,
+    /// The turning force of a recording by depth.
+    Presliding,
+    /// Where the hand wants to go, where it replays no recording.
+    Motion,
+    /// Tremor and reflex.
+    Habits,
+    /// Nothing in this scenario.
+    Nothing,
+    /// Everything: the scenario is resolved anew, its recording read again.
+    Whole,
+}
+
+impl Part {
+    fn of(path: &str, base: &Scenario) -> Self {
+        let section = path.split('.').next().unwrap_or_default();
+        let of_values = |key: &str| base.values().text(key).is_ok_and(|kind| kind == "recording");
+        match (section, path) {
+            (_, "simulation.seed") => Self::Seed,
+            (_, "channel.outages_s" | "channel.delays_file" | "operator.kind" | "tissue.kind" | "tissue.index") => {
+                Self::Whole
+            }
+            (_, "channel.jitter_s" | "channel.loss") => Self::Irregularity,
+            (_, "channel.forward_delay_s" | "channel.backward_delay_s") => Self::Delays,
+            ("channel" | "scaling", _) | (_, "slave.compliance_m_per_n") => Self::Link,
+            ("master" | "arm" | "slave" | "actuator" | "controller" | "passivity", _) => Self::Machines,
+            ("sensor", _) => Self::Sensor,
+            ("estimator", _) => Self::Estimator,
+            ("detector", _) => Self::Detector,
+            ("augmentation", _) => Self::Augmentation,
+            ("tissue", _) if !of_values("tissue.kind") => Self::Tissue,
+            (_, "tissue.presliding_m") if matches!(base.tissue, TissueSpec::Depth { .. }) => Self::Presliding,
+            ("tissue", _) => Self::Nothing,
+            ("operator", _) if path.contains("tremor") || path.contains("reflex") => Self::Habits,
+            ("operator", _) if !of_values("operator.kind") => Self::Motion,
+            ("operator", _) => Self::Nothing,
+            _ => Self::Whole,
+        }
+    }
+
+    /// The sections whose derived values follow from this part's keys.
+    fn derives(self) -> &'static [&'static str] {
+        match self {
+            Self::Machines => &["master.", "arm."],
+            Self::Estimator => &["estimator."],
+            Self::Detector => &["detector."],
+            _ => &[],
+        }
+    }
+}
+
+/// A scenario with some keys left open.
+#[derive(Debug, Clone)]
+pub struct Template {
+    /// As written, without what follows from it.
+    written: Values,
+    first: Scenario,
+    keys: Vec<&'static Key>,
+    parts: Vec<Part>,
+}
+
+impl Template {
+    /// The scenario of a file with its bases, overridden by entries and by `section.key=value` settings, with `open` keys:
+    /// each with its first value and the place where its values are written.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`], for the scenario with the first values; an open key that a setting or an entry fixes.
+    pub fn new(
+        base: &Source,
+        entries: Vec<Entry>,
+        settings: &[String],
+        open: &[(&'static Key, Value, Place)],
+    ) -> Result<Self, ScenarioError> {
+        let mut written = Values::default();
+        let mut given = vec![];
+        for setting in settings.iter().rev() {
+            given.extend(parse_setting(setting)?);
+        }
+        given.extend(entries);
+        for entry in &given {
+            if open.iter().any(|(key, ..)| key.path == entry.path) {
+                let message = format!("{} is both swept and set", entry.path);
+                return Err(ScenarioError::new(message)
+                    .at(Some(entry.value_place.clone()))
+                    .remedy("do one of the two"));
+            }
+        }
+        for (key, value, place) in open {
+            written.give(key.path, value.clone(), place.clone());
+        }
+        for entry in given.into_iter().chain(gather(base, &[])?) {
+            written.take(entry)?;
+        }
+        if !written.is_given("name") {
+            written.derive("name", Value::Text(harmless_name(&base.stem())));
+        }
+        written.fill_defaults();
+        let first = Scenario::resolve(written.clone())?;
+        let keys: Vec<&'static Key> = open.iter().map(|(key, ..)| *key).collect();
+        let mut parts: Vec<Part> = vec![];
+        for key in &keys {
+            let part = Part::of(key.path, &first);
+            if !parts.contains(&part) {
+                parts.push(part);
+            }
+        }
+        Ok(Self { written, first, keys, parts })
+    }
+
+    /// The scenario with the first values.
+    #[must_use]
+    pub fn first(&self) -> &Scenario {
+        &self.first
+    }
+
+    /// The scenario with these values of the open keys and this seed, resolved as a file is, values and all.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn whole(&self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
+        let mut written = self.written.clone();
+        for (key, value) in self.keys.iter().zip(values) {
+            written.replace(key.path, value.clone());
+        }
+        written.replace("simulation.seed", Value::Whole(seed));
+        Scenario::resolve(written)
+    }
+
+    /// What makes scenarios of it; each thread has its own.
+    #[must_use]
+    pub fn caster(&self) -> Caster<'_> {
+        let values = self.first.values().clone();
+        let derived = KEYS
+            .iter()
+            .filter(|key| matches!(key.fallback, Fallback::Derived(_)) && !self.written.is_given(key.path))
+            .map(|key| key.path)
+            .filter(|path| self.parts.iter().flat_map(|part| part.derives()).any(|section| path.starts_with(section)))
+            .collect();
+        Caster { template: self, values, derived, scenario: self.first.clone() }
+    }
+}
+
+/// Makes scenarios of a [`Template`].
+#[derive(Debug, Clone)]
+pub struct Caster<'a> {
+    template: &'a Template,
+    /// Those of the last scenario.
+    values: Values,
+    /// Keys that follow from others, to be derived anew.
+    derived: Vec<&'static str>,
+    scenario: Scenario,
+}
+
+impl Caster<'_> {
+    /// The scenario with these values of the open keys and this seed. It is what [`Template::whole`] gives, but for its
+    /// [`Scenario::values`], which are those of the first scenario.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`], but for machines that cannot be built, which [`Scenario::build`] refuses.
+    pub fn cast(&mut self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
+        if self.template.parts.contains(&Part::Whole) {
+            return self.template.whole(values, seed);
+        }
+        for (key, value) in self.template.keys.iter().zip(values) {
+            self.values.replace(key.path, value.clone());
+        }
+        for path in &self.derived {
+            self.values.remove(path);
+        }
+        let template = self.template;
+        if let Err(error) = template.parts.iter().try_for_each(|part| self.set(*part)) {
+            // Half of it may have been set.
+            *self = template.caster();
+            return Err(error);
+        }
+        self.scenario.seed = seed;
+        Ok(self.scenario.clone())
+    }
+
+    /// Resolves one part anew.
+    fn set(&mut self, part: Part) -> Result<(), ScenarioError> {
+        let (scenario, values) = (&mut self.scenario, &mut self.values);
+        match part {
+            Part::Seed | Part::Nothing | Part::Whole => {}
+            Part::Link => set_link(scenario, values)?,
+            Part::Machines => {
+                scenario.master = master(values)?;
+                scenario.slave = slave(values)?;
+                scenario.arm = arm(values)?;
+                scenario.actuators = actuators(values, scenario.timing)?;
+                scenario.steps = Arc::default();
+                set_link(scenario, values)?;
+                set_delays(scenario, values)?;
+            }
+            Part::Irregularity => {
+                let (jitter_s, loss) = (values.number("channel.jitter_s")?, values.number("channel.loss")?);
+                scenario.irregularity = Irregularity { jitter_s, loss };
+                let tick_s = scenario.grid.tick_s();
+                scenario.irregularity.validate(tick_s).map_err(|error| values.out_of_range(&error))?;
+            }
+            Part::Delays => set_delays(scenario, values)?,
+            Part::Sensor => {
+                scenario.sensor = sensor(values)?;
+                scenario.acceleration_std_m_per_s2 = values.number("sensor.acceleration_std_m_per_s2")?;
+                scenario.sensor.validate().map_err(|error| values.out_of_range(&error))?;
+            }
+            Part::Estimator => {
+                scenario.estimator = estimator(values)?;
+                scenario.contact_m = values.number("estimator.contact_m")?;
+                scenario.estimator.validate().map_err(|error| values.out_of_range(&error))?;
+            }
+            Part::Detector => {
+                scenario.detector = detector(values)?;
+                scenario.detector.validate().map_err(|error| values.out_of_range(&error))?;
+            }
+            Part::Augmentation => {
+                scenario.augmentation = augmentation(values)?;
+                scenario.augmentation.validate().map_err(|error| values.out_of_range(&error))?;
+            }
+            Part::Tissue => scenario.tissue = tissue(values, &scenario.grid, None)?,
+            Part::Presliding => {
+                if let TissueSpec::Depth { presliding_m, .. } = &mut scenario.tissue {
+                    *presliding_m = values.number("tissue.presliding_m")?;
+                }
+            }
+            Part::Motion => {
+                scenario.operator = operator(values, &scenario.grid, None)?;
+                scenario.check_reach()?;
+            }
+            Part::Habits => {
+                scenario.tremor = tremor(values)?;
+                scenario.reflex = reflex(values)?;
+                let invalid = |error| values.out_of_range(&error);
+                scenario.tremor.validate(scenario.grid.tick_s()).map_err(invalid)?;
+                scenario.reflex.as_ref().map_or(Ok(()), |reflex| reflex.validate()).map_err(invalid)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn set_link(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioError> {
+    let position_scale = scenario.position_scale();
+    scenario.link = link_settings(values, &scenario.master, &scenario.slave)?;
+    // Looking at every position takes longer than everything else.
+    if scenario.position_scale() == position_scale { Ok(()) } else { scenario.check_reach() }
+}
+
+fn set_delays(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioError> {
+    let waits_for_tick = scenario.timing == ControlTiming::Sampled || !scenario.link.is_the_papers();
+    scenario.forward = delay_ticks(values, "channel.forward_delay_s", &scenario.grid, waits_for_tick)?;
+    scenario.backward = delay_ticks(values, "channel.backward_delay_s", &scenario.grid, waits_for_tick)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::value::Kind;
+    use super::*;
+
+    /// The values of a key that a sweep might try.
+    fn tries(key: &Key, scenario: &Scenario) -> Vec<Value> {
+        match key.kind {
+            Kind::Number(_) => {
+                let now = scenario.values().optional_number(key.path).unwrap_or(0.01);
+                [1.07 * now, 0.5 * now, now + 0.003].map(Value::Number).into()
+            }
+            Kind::Whole(_) => [2, 3, 50].map(Value::Whole).into(),
+            Kind::Choice(words) => words.iter().map(|word| Value::Text((*word).into())).collect(),
+            Kind::Flag => [true, false].map(Value::Flag).into(),
+            Kind::Sign | Kind::Numbers | Kind::Text | Kind::File => vec![],
+        }
+    }
+
+    fn told(mut scenario: Scenario) -> String {
+        scenario.values = Arc::new(Values::default());
+        // What was kept of building it says nothing of it.
+        scenario.steps = Arc::default();
+        format!("{scenario:?}")
+    }
+
+    /// Casts every value of every key of some sections, and holds it against the file's way.
+    fn cast_is_whole(name: &str, sections: &[&str]) -> usize {
+        let base = Source::Builtin(name.into());
+        let scenario = Scenario::load(&base, &[]).expect("good");
+        let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };
+        let mut compared = 0;
+        for key in KEYS.iter().filter(|key| sections.iter().any(|section| key.path.starts_with(section))) {
+            let is_good = |value: &Value| key.kind.accept(&value.to_toml()).is_some();
+            let values: Vec<Value> = tries(key, &scenario).into_iter().filter(is_good).collect();
+            // What cannot be swept from its first value on is not swept.
+            let first =
+                |value: &&Value| Template::new(&base, vec![], &[], &[(key, (*value).clone(), place.clone())]).is_ok();
+            let Some(first) = values.iter().find(first) else { continue };
+            let template = Template::new(&base, vec![], &[], &[(key, first.clone(), place.clone())]).expect("good");
+            let mut caster = template.caster();
+            for (seed, value) in (7..).zip(&values) {
+                let value = std::slice::from_ref(value);
+                let cast = caster.cast(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
+                let whole = template.whole(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
+                match (cast, whole) {
+                    (Ok(cast), Ok(whole)) => assert!(cast == whole, "{name}: {} = {value:?}", key.path),
+                    (cast, whole) => assert_eq!(
+                        cast.err().map(|error| error.message),
+                        whole.err().map(|error| error.message),
+                        "{name}: {} = {value:?}",
+                        key.path
+                    ),
+                }
+                compared += 1;
+            }
+        }
+        compared
+    }
+
+    #[test]
+    fn what_is_cast_is_what_a_file_would_give_key_by_key() {
+        assert!(cast_is_whole("01_augmented.toml", &[""]) > 300);
+        assert!(cast_is_whole("20_four_channel.toml", &["controller", "scaling", "slave", "master", "passivity"]) > 30);
+        assert!(cast_is_whole("depth_augmented.toml", &["tissue.presliding", "scaling", "operator.start"]) > 5);
+    }
+}

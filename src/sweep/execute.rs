@@ -1,0 +1,102 @@
+//! Running a sweep, or a part of it.
+
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use super::error::SweepError;
+use super::part::{Outcome, PackRows, Part};
+use super::plan::{CaseMaker, Plan};
+use crate::metrics;
+use crate::run::{RunError, run_pack};
+
+/// How a sweep is watched and ended.
+pub struct Progress<'a> {
+    /// Once this is set no pack is begun any more; those in flight are finished and kept.
+    pub stop: &'a AtomicBool,
+    /// Told once how many cases were done before.
+    pub begun: &'a dyn Fn(u64),
+    /// Told of cases as they are done.
+    pub done: &'a (dyn Fn(u64) + Sync),
+}
+
+/// Runs the packs of a part that it does not have yet, on `threads` threads; gives how many cases are done in all. The order
+/// in which packs are done does not matter: each has its place.
+///
+/// # Errors
+/// [`SweepError`]: of the first case, among those begun, that cannot be run; a part that cannot be read or written.
+pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>) -> Result<u64, SweepError> {
+    let before = part.cases_done()?;
+    (progress.begun)(before);
+    let Progress { stop, done: tell, .. } = *progress;
+    let packs = part.layout().packs.clone();
+    let (next, done, failed) = (AtomicU64::new(packs.start), AtomicU64::new(before), AtomicBool::new(false));
+    let first_error: Mutex<Option<SweepError>> = Mutex::new(None);
+    let fail = |error: SweepError| {
+        failed.store(true, Ordering::Relaxed);
+        let mut first = first_error.lock().unwrap_or_else(PoisonError::into_inner);
+        let case = |error: &SweepError| if let SweepError::Case { case, .. } = error { *case } else { 0 };
+        if first.as_ref().is_none_or(|first| case(&error) < case(first)) {
+            *first = Some(error);
+        }
+    };
+    let work = || {
+        let (mut maker, mut rows, mut scenarios) = (plan.maker(), PackRows::default(), vec![]);
+        while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
+            let pack = next.fetch_add(1, Ordering::Relaxed);
+            if pack >= packs.end {
+                break;
+            }
+            // Where nothing was done before, nothing is there.
+            let mut run = |is_done: bool| {
+                if is_done { Ok(0) } else { run_one(plan, part, pack, &mut maker, &mut scenarios, &mut rows) }
+            };
+            match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {
+                Ok(cases) => {
+                    done.fetch_add(cases, Ordering::Relaxed);
+                    tell(cases);
+                }
+                Err(error) => fail(error),
+            }
+        }
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| SweepError::Io { path: "threads".into(), source: std::io::Error::other(error) })?;
+    pool.scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
+    match first_error.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(error) => Err(error),
+        None => Ok(done.into_inner()),
+    }
+}
+
+/// Runs and keeps one pack; gives its cases.
+fn run_one(
+    plan: &Plan,
+    part: &Part,
+    pack: u64,
+    maker: &mut CaseMaker<'_>,
+    scenarios: &mut Vec<crate::scenario::Scenario>,
+    rows: &mut PackRows,
+) -> Result<u64, SweepError> {
+    let cases = part.layout().cases_of(pack);
+    scenarios.clear();
+    for case in cases.clone() {
+        scenarios.push(maker.scenario(case)?);
+    }
+    rows.clear();
+    for (case, run) in cases.clone().zip(run_pack(scenarios)) {
+        match run {
+            Ok(metrics) => {
+                let outcome = match metrics.outcome {
+                    metrics::Outcome::Completed => Outcome::Completed,
+                    metrics::Outcome::Diverged { .. } => Outcome::Diverged,
+                };
+                rows.push(outcome, plan.design.columns.iter().map(|column| column.value(&metrics)));
+            }
+            Err(RunError::Integration { .. }) => rows.push(Outcome::Failed, plan.design.columns.iter().map(|_| None)),
+            Err(error @ RunError::Scenario(_)) => return Err(maker.refused(case, error)),
+        }
+    }
+    part.write(pack, rows)?;
+    Ok(cases.end - cases.start)
+}

@@ -1,0 +1,334 @@
+//! Reading a sweep file.
+
+use super::axis::{Axis, Levels};
+use super::columns::Column;
+use super::design::{Filling, MOST_CASES};
+use super::sobol::MOST_DIMENSIONS;
+use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key};
+
+/// The keys of a sweep file, with what each is about.
+pub const SWEEP_KEYS: [(&str, &str); 11] = [
+    ("name", "Names the sweep's folder; the file's name without its ending when not given."),
+    ("base", "The scenario that is varied, relative to this file, or builtin: and a name."),
+    ("seeds", "How many seeds of noise each point has; 1 when not given."),
+    ("first_seed", "The first of them; the scenario's own when not given."),
+    ("metrics", "The metrics to keep of each case; a useful set when not given."),
+    ("focus", "Those of them that get figures and are asked what they depend on; the first four when not given."),
+    ("csv", "Whether the rows are written as CSV besides Parquet; true when not given."),
+    ("design.kind", "grid (every combination), random, latin-hypercube or sobol; grid when not given."),
+    ("design.points", "How many points, but for a grid, whose ranges have their own."),
+    ("design.seed", "Of the design's random numbers; 1 when not given."),
+    ("set", "Keys of the scenario that all cases share, as in set.simulation.duration_s = 7.0."),
+];
+
+/// How an axis is written, for messages.
+const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points = 16, log = true }";
+
+/// A sweep file, read.
+#[derive(Debug)]
+pub(super) struct SweepFile {
+    pub(super) name: Option<String>,
+    pub(super) base: Option<Entry>,
+    pub(super) set: Vec<Entry>,
+    pub(super) axes: Vec<Axis>,
+    pub(super) filling: Filling,
+    pub(super) seeds: u64,
+    pub(super) first_seed: Option<u64>,
+    pub(super) columns: Vec<Column>,
+    pub(super) focus: Vec<usize>,
+    pub(super) csv: bool,
+}
+
+/// What a range is written with.
+#[derive(Default)]
+struct RangeEntries<'a> {
+    path: &'a str,
+    from: Option<&'a Entry>,
+    to: Option<&'a Entry>,
+    points: Option<&'a Entry>,
+    log: Option<&'a Entry>,
+}
+
+impl SweepFile {
+    /// Makes sense of the entries of a file. In what the program has stored, the `resolved` section is passed over.
+    pub(super) fn of(mut entries: Vec<Entry>, is_stored: bool) -> Result<Self, ScenarioError> {
+        if is_stored {
+            entries.retain(|entry| !entry.path.starts_with("resolved."));
+        }
+        // As written, not by the alphabet: the order of the axes is that of the cases.
+        entries.sort_by_key(|entry| entry.key_place.span.start);
+        let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
+        let (set, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("set."));
+        let find = |path: &str| entries.iter().find(|entry| entry.path == path);
+        if let Some(entry) = entries.iter().find(|entry| !is_plain_key(&entry.path)) {
+            return Err(unknown(entry));
+        }
+        let filling = filling(&find)?;
+        let axes = all_axes(&axes, filling == Filling::Grid)?;
+        if let (Filling::Sobol { .. }, Some(beyond)) = (filling, axes.get(MOST_DIMENSIONS)) {
+            let message = format!("a Sobol sequence has at most {MOST_DIMENSIONS} axes here");
+            return Err(ScenarioError::new(message).at(Some(beyond.place.clone())).remedy("use a Latin hypercube"));
+        }
+        let columns = columns(find("metrics"))?;
+        let focus = focus(find("focus"), &columns)?;
+        let strip = |mut entry: Entry| {
+            entry.path.replace_range(..4, "");
+            entry
+        };
+        Ok(Self {
+            name: find("name").map(name).transpose()?,
+            base: find("base").cloned(),
+            set: set.into_iter().map(strip).collect(),
+            axes,
+            filling,
+            seeds: find("seeds").map_or(Ok(1), |entry| whole(entry, 1, MOST_CASES))?,
+            first_seed: find("first_seed").map(|entry| whole(entry, 0, i64::MAX as u64)).transpose()?,
+            columns,
+            focus,
+            csv: find("csv").map_or(Ok(true), flag)?,
+        })
+    }
+}
+
+fn is_plain_key(path: &str) -> bool {
+    SWEEP_KEYS.iter().any(|(known, _)| *known == path) && path != "set"
+}
+
+fn unknown(entry: &Entry) -> ScenarioError {
+    let path = entry.path.as_str();
+    let place = Some(entry.key_place.clone());
+    if matches!(path, "axes" | "set" | "design") {
+        let message = format!("{path} is {}, must be a section of keys", entry.written);
+        return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
+    }
+    let error = ScenarioError::new(format!("a sweep has no key {path}")).at(place);
+    if find_key(path).is_some() {
+        return error.remedy(format!("write axes.{path} to vary it, set.{path} to fix it"));
+    }
+    let likeness = |known: &str| strsim::jaro_winkler(path, known);
+    let known = SWEEP_KEYS.iter().map(|(known, _)| *known).chain(["axes"]);
+    match known.max_by(|a, b| likeness(a).total_cmp(&likeness(b))).filter(|best| likeness(best) > 0.8) {
+        Some(best) => error.remedy(format!("did you mean {best}?")),
+        None => error.remedy("`trocar sweep --help` names them all"),
+    }
+}
+
+fn must(entry: &Entry, what: &str) -> ScenarioError {
+    ScenarioError::new(format!("{} is {}, must be {what}", entry.path, entry.written))
+        .at(Some(entry.value_place.clone()))
+}
+
+fn whole(entry: &Entry, least: u64, most: u64) -> Result<u64, ScenarioError> {
+    let value = entry.value.as_integer().and_then(|value| u64::try_from(value).ok());
+    value
+        .filter(|value| (least..=most).contains(value))
+        .ok_or_else(|| must(entry, &format!("a whole number from {least} to {most}")))
+}
+
+fn flag(entry: &Entry) -> Result<bool, ScenarioError> {
+    entry.value.as_bool().ok_or_else(|| must(entry, "true or false"))
+}
+
+fn number(entry: &Entry) -> Result<f64, ScenarioError> {
+    let number = entry.value.as_float().or_else(|| entry.value.as_integer().map(|whole| whole as f64));
+    number.filter(|number| number.is_finite()).ok_or_else(|| must(entry, "a number"))
+}
+
+fn name(entry: &Entry) -> Result<String, ScenarioError> {
+    let is_harmless = |name: &&str| harmless_name(name) == **name;
+    let name = entry.value.as_str().filter(is_harmless);
+    name.map(str::to_owned).ok_or_else(|| must(entry, "a text of letters, digits, '-' and '_', which names a folder"))
+}
+
+fn filling<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<Filling, ScenarioError> {
+    let word = match find("design.kind") {
+        None => Filling::WORDS[0],
+        Some(entry) => {
+            let word = entry.value.as_str().and_then(|word| Filling::WORDS.into_iter().find(|known| *known == word));
+            word.ok_or_else(|| must(entry, &format!("one of \"{}\"", Filling::WORDS.join("\", \""))))?
+        }
+    };
+    if word == Filling::WORDS[0] {
+        let superfluous = ["design.points", "design.seed"].into_iter().find_map(find);
+        return match superfluous {
+            Some(entry) => Err(ScenarioError::new(format!("a grid has no {}", entry.path))
+                .at(Some(entry.key_place.clone()))
+                .remedy("its ranges have points; or give design.kind = \"random\", \"latin-hypercube\" or \"sobol\"")),
+            None => Ok(Filling::Grid),
+        };
+    }
+    let Some(points) = find("design.points") else {
+        let place = find("design.kind").map(|entry| entry.value_place.clone());
+        return Err(ScenarioError::new("design.points is missing, a whole number of at least 1").at(place));
+    };
+    let points = whole(points, 1, MOST_CASES)?;
+    let seed = find("design.seed").map_or(Ok(1), |entry| whole(entry, 0, i64::MAX as u64))?;
+    Ok(match word {
+        "random" => Filling::Random { points, seed },
+        "latin-hypercube" => Filling::LatinHypercube { points, seed },
+        _ => Filling::Sobol { points, seed },
+    })
+}
+
+fn texts(entry: &Entry) -> Result<Vec<&str>, ScenarioError> {
+    let texts =
+        entry.value.as_array().and_then(|list| list.iter().map(toml::Value::as_str).collect::<Option<Vec<_>>>());
+    texts.filter(|list| !list.is_empty()).ok_or_else(|| must(entry, "a list of names, as in [\"false_alarms\"]"))
+}
+
+fn columns(entry: Option<&Entry>) -> Result<Vec<Column>, ScenarioError> {
+    let Some(entry) = entry else { return Ok(Column::defaults()) };
+    let mut columns: Vec<Column> = vec![];
+    for name in texts(entry)? {
+        let Some(column) = Column::named(name) else {
+            let error = ScenarioError::new(format!("there is no metric {name}")).at(Some(within(entry, name)));
+            return Err(match Column::nearest(name) {
+                Some(near) => error.remedy(format!("did you mean {near}?")),
+                None => error.remedy("`trocar sweep --help` names them all"),
+            });
+        };
+        if columns.iter().any(|other| other.name == name) {
+            let message = format!("the metric {name} is there twice");
+            return Err(ScenarioError::new(message).at(Some(within(entry, name))));
+        }
+        columns.push(column);
+    }
+    Ok(columns)
+}
+
+fn focus(entry: Option<&Entry>, columns: &[Column]) -> Result<Vec<usize>, ScenarioError> {
+    let Some(entry) = entry else { return Ok((0..columns.len().min(4)).collect()) };
+    let place = |name: &str| {
+        let known = columns.iter().position(|column| column.name == name);
+        known.ok_or_else(|| {
+            let message = format!("focus has {name}, which is none of the metrics that are kept");
+            ScenarioError::new(message).at(Some(within(entry, name))).remedy(format!("add \"{name}\" to metrics"))
+        })
+    };
+    texts(entry)?.into_iter().map(place).collect()
+}
+
+/// The place of a text in a list.
+fn within(entry: &Entry, name: &str) -> Place {
+    let Place { file, text, span } = entry.value_place.clone();
+    let quoted = format!("\"{name}\"");
+    let found = text.get(span.clone()).and_then(|list| list.rfind(&quoted));
+    let span = found.map_or(span.clone(), |at| span.start + at..span.start + at + quoted.len());
+    Place { file, text, span }
+}
+
+fn all_axes(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError> {
+    let mut axes = vec![];
+    let mut ranges: Vec<(usize, RangeEntries<'_>)> = vec![];
+    for entry in entries {
+        let path = &entry.path["axes.".len()..];
+        if let Some(key) = find_key(path) {
+            refuse_own(entry, path)?;
+            axes.push(list(entry, key)?);
+            continue;
+        }
+        let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
+        let Some((parent, word)) = of_range else {
+            let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
+            // A misspelt key of a range comes as its parts.
+            let stem = path.rsplit_once('.').filter(|(_, word)| matches!(*word, "from" | "to" | "points" | "log"));
+            let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
+            return Err(match near {
+                Some(near) => error.remedy(format!("did you mean axes.{near}?")),
+                None => error.remedy("axes are keys of the scenario: `trocar init` writes one with every key"),
+            });
+        };
+        refuse_own(entry, parent)?;
+        if ranges.iter().all(|(_, range)| range.path != parent) {
+            ranges.push((axes.len() + ranges.len(), RangeEntries { path: parent, ..RangeEntries::default() }));
+        }
+        let Some((_, range)) = ranges.iter_mut().find(|(_, range)| range.path == parent) else { continue };
+        match word {
+            "from" => range.from = Some(entry),
+            "to" => range.to = Some(entry),
+            "points" => range.points = Some(entry),
+            "log" => range.log = Some(entry),
+            _ => {
+                let error = ScenarioError::new(format!("a range has no {word}")).at(Some(entry.key_place.clone()));
+                return Err(error.remedy("it has from, to, points and log"));
+            }
+        }
+    }
+    for (place, entries) in ranges {
+        axes.insert(place.min(axes.len()), range(&entries, is_grid)?);
+    }
+    Ok(axes)
+}
+
+/// Refuses the keys that a sweep varies in its own way.
+fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
+    let error = |remedy: &str| {
+        Err(ScenarioError::new(format!("{path} is no axis")).at(Some(entry.key_place.clone())).remedy(remedy))
+    };
+    match path {
+        "simulation.seed" => error("give seeds = N, and first_seed where it matters"),
+        "name" => error("a case is named by its number"),
+        _ => Ok(()),
+    }
+}
+
+fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, ScenarioError> {
+    // A list of numbers is one value of a key that holds lists.
+    let items = entry.value.as_array().filter(|items| !items.is_empty());
+    let items = items.filter(|items| key.kind != Kind::Numbers || items.iter().all(toml::Value::is_array));
+    let Some(items) = items else {
+        return Err(must(entry, if key.kind == Kind::Numbers { "a list of lists of numbers" } else { AXIS }));
+    };
+    let mut values: Vec<Value> = vec![];
+    for item in items {
+        let value = key.kind.accept(item).ok_or_else(|| {
+            let message = format!("{} has {item}, each must be {}", entry.path, key.kind.describe());
+            ScenarioError::new(message).at(Some(entry.value_place.clone()))
+        })?;
+        if values.contains(&value) {
+            let message = format!("{} has {item} twice", entry.path);
+            return Err(ScenarioError::new(message).at(Some(entry.value_place.clone())));
+        }
+        values.push(value);
+    }
+    Ok(Axis { key, levels: Levels::List(values), place: entry.value_place.clone() })
+}
+
+fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioError> {
+    let RangeEntries { path, from, to, points, log } = entries;
+    let any = from.or(*to).or(*points).or(*log);
+    let missing = |what: &str| {
+        let message = format!("axes.{path} has no {what}, must be {AXIS}");
+        ScenarioError::new(message).at(any.map(|entry| entry.key_place.clone()))
+    };
+    let (from, to) = (from.ok_or_else(|| missing("from"))?, to.ok_or_else(|| missing("to"))?);
+    let key = find_key(path).ok_or_else(|| missing("key"))?;
+    if !matches!(key.kind, Kind::Number(_) | Kind::Whole(_)) {
+        let message = format!("{path} has no range, it is {}", key.kind.describe());
+        return Err(ScenarioError::new(message).at(Some(from.key_place.clone())).remedy("give a list"));
+    }
+    for end in [from, to] {
+        if key.kind.accept(&end.value).is_none() {
+            return Err(must(end, &key.kind.describe()));
+        }
+    }
+    let log = log.map_or(Ok(false), flag)?;
+    let (first, last) = (number(from)?, number(to)?);
+    if first == last {
+        return Err(must(to, "another number than from").remedy("fix the key by set, or give a list"));
+    }
+    if let Some(end) = [from, to].into_iter().find(|end| log && !number(end).is_ok_and(|number| number > 0.0)) {
+        return Err(must(end, "above 0 where log = true"));
+    }
+    let points = match (points, is_grid) {
+        (Some(entry), true) => Some(whole(entry, 2, MOST_CASES)?),
+        (None, true) => return Err(missing("points")),
+        (None, false) => None,
+        (Some(entry), false) => {
+            let message = format!("axes.{path} has points, which only the ranges of a grid have");
+            let remedy = "leave them out: design.points counts, or give a list";
+            return Err(ScenarioError::new(message).at(Some(entry.key_place.clone())).remedy(remedy));
+        }
+    };
+    Ok(Axis { key, levels: Levels::Range { from: first, to: last, log, points }, place: from.value_place.clone() })
+}

@@ -1,0 +1,328 @@
+//! A sweep that can be run: its design and its scenario, checked, with a hash that tells it from any other.
+
+use std::fmt::Write as _;
+
+use sha2::{Digest, Sha256};
+
+use super::axis::Axis;
+use super::columns::Column;
+use super::design::{Design, MOST_CASES, Shares};
+use super::error::SweepError;
+use super::file::SweepFile;
+use super::part::{Layout, PACK_CASES};
+use super::shard::Shard;
+use crate::run::RunError;
+use crate::scenario::{
+    Caster, Kind, OperatorSpec, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries, harmless_name,
+};
+
+/// A sweep that can be run.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Which cases there are.
+    pub design: Design,
+    template: Template,
+    canonical: String,
+}
+
+/// Axes whose corners are all tried before anything is run; those of further ones only one by one.
+const MOST_CORNER_AXES: usize = 7;
+
+impl Plan {
+    /// Loads a sweep file and its scenario, overridden by `section.key=value` settings, and tries the corners of its axes.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] with the place and the remedy for anything that is wrong with either.
+    pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
+        let file = SweepFile::of(entries(source)?, false)?;
+        let Some(base) = &file.base else {
+            let message = format!("{}: base is missing, the scenario that is varied", source.display());
+            return Err(ScenarioError::new(message).remedy("write base = \"builtin:augmented.toml\", or a path"));
+        };
+        let Some(path) = base.value.as_str().filter(|path| !path.is_empty()) else {
+            let message = format!("base is {}, must be the path of a scenario file", base.written);
+            return Err(ScenarioError::new(message).at(Some(base.value_place.clone())));
+        };
+        let open: Vec<_> = file.axes.iter().map(|axis| (axis.key, axis.first(), axis.place.clone())).collect();
+        let template = Template::new(&source.relative(path), file.set.clone(), settings, &open)
+            .map_err(|error| if error.place.is_some() { error } else { error.at(Some(base.value_place.clone())) })?;
+        let first_seed = template.first().seed;
+        let mut design = design(file, harmless_name(&source.stem()), first_seed);
+        if design.points().is_none() {
+            let message = format!("{}: more than {MOST_CASES} cases", source.display());
+            return Err(ScenarioError::new(message).remedy("use fewer points or seeds, or a design that is no grid"));
+        }
+        design.focus.dedup();
+        let mut plan = Self { canonical: String::new(), design, template };
+        plan.try_corners()?;
+        plan.canonical = plan.write_canonical()?;
+        Ok(plan)
+    }
+
+    /// The sweep in full: every choice, the resolved scenario, the version; what is the same is the same sweep.
+    #[must_use]
+    pub fn canonical(&self) -> &str {
+        &self.canonical
+    }
+
+    /// The SHA-256 of [`Plan::canonical`], in hexadecimal digits.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        sha256(self.canonical.as_bytes())
+    }
+
+    /// How a shard's part is laid out.
+    #[must_use]
+    pub fn layout(&self, shard: Shard) -> Layout {
+        layout(&self.design, &self.canonical, shard.range(self.design.cases().div_ceil(PACK_CASES)))
+    }
+
+    /// What makes the scenarios of cases; each thread has its own.
+    #[must_use]
+    pub fn maker(&self) -> CaseMaker<'_> {
+        let (shares, values) = (vec![], vec![]);
+        CaseMaker {
+            design: &self.design,
+            sampler: self.design.shares(),
+            caster: self.template.caster(),
+            shares,
+            values,
+        }
+    }
+
+    /// A case as a scenario of its own, resolved as a file is.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn scenario(&self, case: u64) -> Result<Scenario, ScenarioError> {
+        let (mut shares, mut values) = (vec![], vec![]);
+        self.design.shares().values(case, &mut shares, &mut values);
+        self.template.whole(&values, self.design.seed(case))
+    }
+
+    /// Resolves and builds scenarios at the ends of the axes: what is wrong there is said before anything is run.
+    fn try_corners(&self) -> Result<(), ScenarioError> {
+        let axes = &self.design.axes;
+        let ends: Vec<Vec<Value>> =
+            axes.iter().map(|axis| axis.ends().into_iter().map(|share| axis.value(share)).collect()).collect();
+        let firsts: Vec<Value> = axes.iter().map(Axis::first).collect();
+        let mut tried: Vec<Vec<Value>> = vec![];
+        for (index, of_axis) in ends.iter().enumerate() {
+            tried.extend(of_axis.iter().map(|value| {
+                let mut values = firsts.clone();
+                values[index] = value.clone();
+                values
+            }));
+        }
+        for corner in 0..1_u32 << axes.len().min(MOST_CORNER_AXES) {
+            let end = |(index, of_axis): (usize, &Vec<Value>)| {
+                let last = index < MOST_CORNER_AXES && (corner >> index) & 1 == 1;
+                if last { of_axis.last().cloned() } else { of_axis.first().cloned() }
+            };
+            tried.push(ends.iter().enumerate().filter_map(end).collect());
+        }
+        let mut caster = self.template.caster();
+        for values in tried {
+            let built = caster.cast(&values, self.design.first_seed).and_then(|scenario| scenario.build().map(drop));
+            built.map_err(|error| {
+                let told = describe(&self.design, &values);
+                if error.remedy.is_some() { error } else { error.remedy(format!("in the case of {told}")) }
+            })?;
+        }
+        Ok(())
+    }
+
+    fn write_canonical(&self) -> Result<String, ScenarioError> {
+        let mut text = design_toml(&self.design);
+        let mut signals = Sha256::new();
+        hash_signals(self.template.first(), &mut signals);
+        for (index, axis) in self.design.axes.iter().enumerate().filter(|(_, axis)| axis.key.kind == Kind::File) {
+            let mut values: Vec<Value> = self.design.axes.iter().map(Axis::first).collect();
+            for share in axis.ends() {
+                values[index] = axis.value(share);
+                hash_signals(&self.template.whole(&values, self.design.first_seed)?, &mut signals);
+            }
+        }
+        // Writing to a string does not fail.
+        let _ = write!(
+            text,
+            "\n[resolved]\ntrocar_version = \"{}\"\nsignals_sha256 = \"{}\"\n",
+            env!("CARGO_PKG_VERSION"),
+            hexadecimal(&signals.finalize()),
+        );
+        let echo = self.template.first().echo();
+        let mut is_in_section = false;
+        for line in echo.lines() {
+            // Files are told by their content, which is the same on another machine; the seeds are the design's.
+            let is_apart = ["file = ", "delays_file = ", "seed = "].iter().any(|key| line.starts_with(key));
+            if let Some(section) = line.strip_prefix('[') {
+                is_in_section = true;
+                let _ = write!(text, "\n[resolved.{section}\n");
+            } else if is_in_section && !line.is_empty() && !is_apart {
+                let _ = writeln!(text, "{line}");
+            }
+        }
+        Ok(text)
+    }
+}
+
+/// How the part of some packs is laid out.
+pub(super) fn layout(design: &Design, canonical: &str, packs: std::ops::Range<u64>) -> Layout {
+    let digest = Sha256::digest(canonical.as_bytes());
+    let key = digest.iter().take(8).fold(0, |key, byte| key << 8 | u64::from(*byte));
+    Layout { key, columns: design.columns.len(), cases: design.cases(), packs }
+}
+
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a string does not fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
+    Design {
+        name: file.name.unwrap_or(stem),
+        axes: file.axes,
+        filling: file.filling,
+        seeds: file.seeds,
+        first_seed: file.first_seed.unwrap_or(first_seed),
+        columns: file.columns,
+        focus: file.focus,
+        csv: file.csv,
+    }
+}
+
+/// The design that a canonical text begins with.
+pub(super) fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
+    Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
+}
+
+/// A design as a sweep file, its base left out.
+fn design_toml(design: &Design) -> String {
+    let names = |columns: Vec<&Column>| {
+        let names: Vec<_> = columns.iter().map(|column| format!("{:?}", column.name)).collect();
+        format!("[{}]", names.join(", "))
+    };
+    let mut text = format!(
+        "name = {}\nseeds = {}\nfirst_seed = {}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
+        toml::Value::String(design.name.clone()),
+        design.seeds,
+        design.first_seed,
+        names(design.columns.iter().collect()),
+        names(design.focus.iter().map(|index| &design.columns[*index]).collect()),
+        design.csv,
+        design.filling.word(),
+    );
+    if let Some((points, seed)) = design.filling.points_and_seed() {
+        let _ = write!(text, "points = {points}\nseed = {seed}\n");
+    }
+    if !design.axes.is_empty() {
+        text.push_str("\n[axes]\n");
+    }
+    for axis in &design.axes {
+        let _ = writeln!(text, "{} = {}", axis.key.path, axis.to_toml());
+    }
+    text
+}
+
+/// What a scenario replays, which its values only name.
+fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
+    let mut numbers = |numbers: &[f64]| {
+        hash.update((numbers.len() as u64).to_le_bytes());
+        numbers.iter().for_each(|number| hash.update(number.to_bits().to_le_bytes()));
+    };
+    if let OperatorSpec::Recording(positions) = &scenario.operator {
+        numbers(positions);
+    }
+    match &scenario.tissue {
+        TissueSpec::Recording { force_n, .. } => numbers(force_n),
+        TissueSpec::Depth { position_m, force_n, .. } => {
+            numbers(position_m);
+            numbers(force_n);
+        }
+        _ => {}
+    }
+    hash.update(format!("{:?} {:?}", scenario.forward_schedule, scenario.backward_schedule));
+}
+
+fn describe(design: &Design, values: &[Value]) -> String {
+    let axes = design.axes.iter().zip(values);
+    axes.map(|(axis, value)| format!("{} = {}", axis.key.path, value.to_toml())).collect::<Vec<_>>().join(", ")
+}
+
+/// The lines of two canonical texts that are not in both, section by section.
+#[must_use]
+pub fn difference(there: &str, here: &str) -> String {
+    let lines = |text: &str| {
+        let mut section = String::new();
+        let mut lines = vec![];
+        for line in text.lines().filter(|line| !line.is_empty()) {
+            match line.strip_prefix('[').and_then(|line| line.strip_suffix(']')) {
+                Some(name) if !line.contains('=') => section = format!("{}.", name.trim_start_matches("resolved.")),
+                _ => lines.push(format!("{section}{line}")),
+            }
+        }
+        lines
+    };
+    let (there, here) = (lines(there), lines(here));
+    let key = |line: &str| line.split(" = ").next().unwrap_or_default().to_owned();
+    let mut text = String::new();
+    let added: Vec<&String> = here.iter().filter(|line| !there.contains(line)).collect();
+    for old in there.iter().filter(|line| !here.contains(line)) {
+        text.push_str(&format!("  - {old}\n"));
+        let now = added.iter().filter(|new| key(new) == key(old));
+        now.for_each(|new| text.push_str(&format!("  + {new}\n")));
+    }
+    let is_new = |new: &&&String| !there.iter().any(|old| key(old) == key(new));
+    added.iter().filter(is_new).for_each(|new| text.push_str(&format!("  + {new}\n")));
+    text
+}
+
+/// Makes the scenarios of cases.
+#[derive(Debug, Clone)]
+pub struct CaseMaker<'a> {
+    design: &'a Design,
+    sampler: Shares<'a>,
+    caster: Caster<'a>,
+    shares: Vec<f64>,
+    values: Vec<Value>,
+}
+
+impl CaseMaker<'_> {
+    /// The scenario of a case.
+    ///
+    /// # Errors
+    /// [`SweepError::Case`] where its values go together as little as in a file.
+    pub fn scenario(&mut self, case: u64) -> Result<Scenario, SweepError> {
+        self.sampler.values(case, &mut self.shares, &mut self.values);
+        let scenario = self.caster.cast(&self.values, self.design.seed(case));
+        scenario.map_err(|error| self.refused(case, error.into()))
+    }
+
+    /// The error of a case.
+    #[must_use]
+    pub fn refused(&self, case: u64, source: RunError) -> SweepError {
+        let (mut shares, mut values) = (vec![], vec![]);
+        self.sampler.values(case, &mut shares, &mut values);
+        SweepError::Case { case, values: describe(self.design, &values), source: Box::new(source) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_shows_what_changed_and_nothing_else() {
+        let there = "seeds = 1\n[axes]\nscaling.force = [1.0]\n[resolved.slave]\nvelocity_gain = 15.0\n";
+        let here = "seeds = 2\n[axes]\nscaling.force = [1.0]\nscaling.position = [1.0]\n[resolved.slave]\nvelocity_gain = 15.0\n";
+        assert_eq!(difference(there, here), "  - seeds = 1\n  + seeds = 2\n  + axes.scaling.position = [1.0]\n");
+        assert_eq!(difference(there, there), "");
+    }
+}

@@ -1,0 +1,293 @@
+//! Which axis matters for a metric.
+//!
+//! Two numbers per axis. The *first-order Sobol index* is the share of the metric's variance that the axis alone explains,
+//! `Var(E[y|x]) / Var(y)`, estimated from the cases as they are by classes of the axis (Plischke, Borgonovo and Smith, *Global
+//! sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), less what classes of pure chance would explain. It
+//! sees effects of any shape, and axes of words. The *standardised rank regression coefficient* (Saltelli and Sobol',
+//! *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: by how many standard deviations the metric's rank moves with the axis's,
+//! all other axes held. Its R² says how much of the ranks such a line explains at all.
+
+use serde::Serialize;
+
+use super::cells::{class, classes};
+use super::moments::Moments;
+use crate::sweep::axis::number;
+use crate::sweep::design::Design;
+use crate::sweep::permutation::Permutation;
+
+/// Classes of an axis that has no levels, or more; chosen here: with 20, a class of a thousand cases has 50.
+const MOST_CLASSES: u64 = 20;
+
+/// Most cases whose ranks are compared; a coefficient of 0 then has a standard error of 0.01.
+const MOST_RANKED: u64 = 10_000;
+
+/// What one axis does to a metric.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Influence {
+    /// The axis's key.
+    pub axis: &'static str,
+    /// Its first-order Sobol index; none where the metric does not vary.
+    pub first_order: Option<f64>,
+    /// Its standardised rank regression coefficient; none for words, and where there is no line.
+    pub rank_regression: Option<f64>,
+}
+
+/// What a metric depends on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Influences {
+    /// Which metric, as a place among the columns.
+    pub column: usize,
+    /// A line per axis, the strongest first.
+    pub of_axes: Vec<Influence>,
+    /// R² of the rank regression.
+    pub rank_r_squared: Option<f64>,
+    /// How many cases were ranked.
+    pub ranked: u64,
+}
+
+/// The sums that it takes, while rows come in.
+pub(super) struct Inputs<'a> {
+    design: &'a Design,
+    /// How many classes each axis has.
+    counts: Vec<u64>,
+    /// By metric in focus: overall, and by axis and class.
+    overall: Vec<Moments>,
+    by_class: Vec<Vec<Vec<Moments>>>,
+    /// The cases whose ranks are compared, ascending, and how many of them have come.
+    ranked: Vec<u64>,
+    seen: usize,
+    /// Of the ranked cases: the numbers of the axes, and the metrics in focus.
+    axes: Vec<Vec<f64>>,
+    metrics: Vec<Vec<f64>>,
+}
+
+impl<'a> Inputs<'a> {
+    pub(super) fn new(design: &'a Design) -> Self {
+        let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MOST_CLASSES)).collect();
+        let by_class: Vec<Vec<Moments>> =
+            counts.iter().map(|&count| vec![Moments::default(); count as usize]).collect();
+        // Spread at random: a regular choice would see the same levels of a grid again and again.
+        let cases = design.cases();
+        let order = Permutation::new(cases, 1);
+        let mut ranked: Vec<u64> = (0..cases.min(MOST_RANKED)).map(|index| order.at(index)).collect();
+        ranked.sort_unstable();
+        let focus = design.focus.len();
+        Self {
+            design,
+            counts,
+            overall: vec![Moments::default(); focus],
+            by_class: vec![by_class; focus],
+            ranked,
+            seen: 0,
+            axes: vec![vec![]; design.axes.len()],
+            metrics: vec![vec![]; focus],
+        }
+    }
+
+    pub(super) fn add(&mut self, case: u64, shares: &[f64], values: &[f64]) {
+        for (place, column) in self.design.focus.iter().enumerate() {
+            self.overall[place].add(values[*column]);
+            for (axis, share) in shares.iter().enumerate() {
+                self.by_class[place][axis][class(*share, self.counts[axis])].add(values[*column]);
+            }
+        }
+        if self.ranked.get(self.seen) == Some(&case) {
+            self.seen += 1;
+            for ((numbers, axis), share) in self.axes.iter_mut().zip(&self.design.axes).zip(shares) {
+                numbers.push(number(&axis.value(*share)).unwrap_or(f64::NAN));
+            }
+            for (metric, column) in self.metrics.iter_mut().zip(&self.design.focus) {
+                metric.push(values[*column]);
+            }
+        }
+    }
+
+    pub(super) fn influences(&self) -> Vec<Influences> {
+        let of_focus = |(place, column): (usize, &usize)| {
+            let regression = self.regression(place);
+            let mut of_axes: Vec<Influence> = self
+                .design
+                .axes
+                .iter()
+                .enumerate()
+                .map(|(index, axis)| Influence {
+                    axis: axis.key.path,
+                    first_order: first_order(&self.overall[place], &self.by_class[place][index]),
+                    rank_regression: regression.as_ref().and_then(|regression| regression.coefficients[index]),
+                })
+                .collect();
+            let strength = |influence: &Influence| influence.first_order.unwrap_or(0.0);
+            let slope = |influence: &Influence| influence.rank_regression.unwrap_or(0.0).abs();
+            of_axes.sort_by(|a, b| strength(b).total_cmp(&strength(a)).then(slope(b).total_cmp(&slope(a))));
+            Influences {
+                column: *column,
+                of_axes,
+                rank_r_squared: regression.as_ref().map(|regression| regression.r_squared),
+                ranked: self.metrics[place].iter().filter(|value| !value.is_nan()).count() as u64,
+            }
+        };
+        self.design.focus.iter().enumerate().map(of_focus).collect()
+    }
+
+    /// The regression of a metric's ranks on those of the axes of numbers that vary.
+    fn regression(&self, place: usize) -> Option<Regression> {
+        let defined: Vec<usize> =
+            (0..self.metrics[place].len()).filter(|&k| !self.metrics[place][k].is_nan()).collect();
+        let chosen = |numbers: &[f64]| defined.iter().map(|&k| numbers[k]).collect::<Vec<_>>();
+        let y = standard_ranks(&chosen(&self.metrics[place]))?;
+        let columns: Vec<Option<Vec<f64>>> = self.axes.iter().map(|axis| standard_ranks(&chosen(axis))).collect();
+        let used: Vec<&Vec<f64>> = columns.iter().flatten().collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
+        let matrix = used.iter().map(|a| used.iter().map(|b| dot(a, b)).collect()).collect();
+        let right: Vec<f64> = used.iter().map(|a| dot(a, &y)).collect();
+        let solution = solve(matrix, right.clone())?;
+        let r_squared = solution.iter().zip(&right).map(|(b, r)| b * r).sum::<f64>().clamp(0.0, 1.0);
+        let mut solution = solution.into_iter();
+        let coefficients = columns.iter().map(|column| column.as_ref().and_then(|_| solution.next())).collect();
+        Some(Regression { coefficients, r_squared })
+    }
+}
+
+struct Regression {
+    /// By axis; none for those that cannot be ranked.
+    coefficients: Vec<Option<f64>>,
+    r_squared: f64,
+}
+
+/// `ε² = (SSB - (k - 1) SSW / (n - k)) / SST`, at least 0 (Kelley 1935): the share of the variance between `k` classes, less
+/// what chance puts there.
+fn first_order(overall: &Moments, classes: &[Moments]) -> Option<f64> {
+    let filled: Vec<&Moments> = classes.iter().filter(|class| class.count > 0).collect();
+    let (n, k) = (overall.count as f64, filled.len() as f64);
+    // Rounding leaves a metric that does not vary some 1e-16 of its size.
+    let floor = 1e-24 * n * overall.mean * overall.mean;
+    if n <= k || overall.squares <= floor {
+        return None;
+    }
+    let within: f64 = filled.iter().map(|class| class.squares).sum();
+    Some(((overall.squares - within - (k - 1.0) * within / (n - k)) / overall.squares).clamp(0.0, 1.0))
+}
+
+/// Ranks, those of equal values their mean, with mean 0 and variance 1; none where all are equal, or one is no number.
+fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
+    if values.iter().any(|value| value.is_nan()) {
+        return None;
+    }
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut start = 0;
+    while start < order.len() {
+        let same = order[start..].iter().take_while(|&&k| values[k] == values[order[start]]).count();
+        let mean = start as f64 + 0.5 * (same as f64 - 1.0);
+        order[start..start + same].iter().for_each(|&k| ranks[k] = mean);
+        start += same;
+    }
+    let n = ranks.len() as f64;
+    let mean = ranks.iter().sum::<f64>() / n;
+    let deviation = (ranks.iter().map(|rank| (rank - mean).powi(2)).sum::<f64>() / n).sqrt();
+    (deviation > 0.0).then(|| ranks.iter().map(|rank| (rank - mean) / deviation).collect())
+}
+
+/// Gauss's elimination with the greatest pivots; none where the matrix is singular to a part in 1e9.
+fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
+    let n = right.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|a, b| matrix[*a][k].abs().total_cmp(&matrix[*b][k].abs()))?;
+        matrix.swap(k, pivot);
+        right.swap(k, pivot);
+        if matrix[k][k].abs() < 1e-9 {
+            return None;
+        }
+        for row in k + 1..n {
+            let factor = matrix[row][k] / matrix[k][k];
+            for column in k..n {
+                matrix[row][column] -= factor * matrix[k][column];
+            }
+            right[row] -= factor * right[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| matrix[k][j] * right[j]).sum();
+        right[k] = (right[k] - known) / matrix[k][k];
+    }
+    Some(right)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{Place, find_key};
+    use crate::sweep::axis::{Axis, Levels};
+    use crate::sweep::columns::Column;
+    use crate::sweep::design::Filling;
+
+    fn design() -> Design {
+        let place = Place { file: "".into(), text: "".into(), span: 0..0 };
+        let axis = |path: &str| Axis {
+            key: find_key(path).expect("a key"),
+            levels: Levels::Range { from: -1.0, to: 1.0, log: false, points: None },
+            place: place.clone(),
+        };
+        Design {
+            name: "x".into(),
+            axes: ["operator.start_m", "operator.end_m", "sensor.force_bias_n"].map(axis).into(),
+            filling: Filling::Sobol { points: 1 << 14, seed: 1 },
+            seeds: 1,
+            first_seed: 1,
+            columns: vec![Column::named("tracking_rmse_m").expect("a metric")],
+            focus: vec![0],
+            csv: true,
+        }
+    }
+
+    fn of(y: impl Fn(&[f64]) -> f64) -> Influences {
+        let design = design();
+        let (sampler, mut shares, mut inputs) = (design.shares(), vec![], Inputs::new(&design));
+        for case in 0..design.cases() {
+            sampler.of(case, &mut shares);
+            let x: Vec<f64> = shares.iter().map(|share| 2.0 * share - 1.0).collect();
+            inputs.add(case, &shares, &[y(&x)]);
+        }
+        inputs.influences().remove(0)
+    }
+
+    #[test]
+    fn a_sum_has_the_indices_of_its_closed_form() {
+        // Var(a x) = a²/3: shares 9/10 and 1/10; ranks regress likewise, with the sign.
+        let influences = of(|x| 3.0 * x[0] - x[1]);
+        let [first, second, third] = &influences.of_axes[..] else { panic!("three") };
+        assert_eq!([first.axis, second.axis], ["operator.start_m", "operator.end_m"]);
+        for (influence, index, slope) in
+            [(first, 0.9, 0.9_f64.sqrt()), (second, 0.1, -(0.1_f64.sqrt())), (third, 0.0, 0.0)]
+        {
+            assert!((influence.first_order.expect("varies") - index).abs() < 0.01, "{influence:?}");
+            assert!((influence.rank_regression.expect("a line") - slope).abs() < 0.03, "{influence:?}");
+        }
+        assert!(influences.rank_r_squared.expect("a line") > 0.97);
+    }
+
+    #[test]
+    fn the_ishigami_function_has_its_published_indices() {
+        // Ishigami and Homma (1990), a = 7, b = 0.1: S_1 = 0.3139, S_2 = 0.4424, S_3 = 0. No line sees x_2.
+        let influences = of(|x| {
+            let [a, b, c] = [x[0], x[1], x[2]].map(|x| std::f64::consts::PI * x);
+            a.sin() + 7.0 * b.sin().powi(2) + 0.1 * c.powi(4) * a.sin()
+        });
+        let index = |axis: &str| influences.of_axes.iter().find(|influence| influence.axis == axis).expect("there");
+        // Twenty classes see an index a little small: the mean of a class is flat within it.
+        for (axis, expected) in [("operator.start_m", 0.3139), ("operator.end_m", 0.4424), ("sensor.force_bias_n", 0.0)]
+        {
+            assert!((index(axis).first_order.expect("varies") - expected).abs() < 0.015, "{:?}", index(axis));
+        }
+        assert!(index("operator.end_m").rank_regression.expect("a line").abs() < 0.03);
+        assert!(influences.rank_r_squared.expect("a line") < 0.25);
+    }
+
+    #[test]
+    fn what_does_not_vary_depends_on_nothing() {
+        let influences = of(|_| 0.1);
+        assert!(influences.of_axes.iter().all(|i| i.first_order.is_none() && i.rank_regression.is_none()));
+        assert_eq!(of(|_| f64::NAN).ranked, 0);
+    }
+}

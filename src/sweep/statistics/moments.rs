@@ -1,0 +1,35 @@
+//! Mean and variance, one value at a time.
+
+/// Count, mean and sum of squared deviations (Welford, *Technometrics* 4, 1962).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Moments {
+    /// How many values.
+    pub(super) count: u64,
+    /// Their mean.
+    pub(super) mean: f64,
+    /// `Σ (x - mean)²`.
+    pub(super) squares: f64,
+}
+
+impl Moments {
+    /// Takes a value; NaN is passed over.
+    pub(super) fn add(&mut self, value: f64) {
+        if value.is_nan() {
+            return;
+        }
+        self.count += 1;
+        let before = value - self.mean;
+        self.mean += before / self.count as f64;
+        self.squares += before * (value - self.mean);
+    }
+
+    /// The variance, 0 of fewer than two values.
+    pub(super) fn variance(&self) -> f64 {
+        if self.count > 1 { self.squares / (self.count - 1) as f64 } else { 0.0 }
+    }
+
+    /// The standard error of the mean.
+    pub(super) fn standard_error(&self) -> f64 {
+        if self.count > 0 { (self.variance() / self.count as f64).sqrt() } else { 0.0 }
+    }
+}
