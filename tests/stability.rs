@@ -42,10 +42,20 @@ const LOOPS: [&[&str]; 13] = [
     &["simulation.control=sampled", "actuator.master_lag_s=0.003", "actuator.slave_lag_s=0.002"],
     &["sensor.force_bandwidth_hz=40", "simulation.tick_s=0.002"],
     &["slave.compliance_m_per_n=0.0002", "channel.forward_delay_s=0.001", "channel.backward_delay_s=0.001"],
-    &["controller.kind=local-force", "controller.slave_force_gain=1", "channel.forward_delay_s=0", "channel.backward_delay_s=0.001"],
+    &[
+        "controller.kind=local-force",
+        "controller.slave_force_gain=1",
+        "channel.forward_delay_s=0",
+        "channel.backward_delay_s=0.001",
+    ],
     &["controller.kind=position-position", "channel.forward_delay_s=0.003", "channel.backward_delay_s=0.002"],
     &["controller.kind=four-channel", "channel.forward_delay_s=0", "channel.backward_delay_s=0", "arm.grip=firm"],
-    &["controller.kind=four-channel", "simulation.control=sampled", "channel.forward_delay_s=0.002", "scaling.force=0.5"],
+    &[
+        "controller.kind=four-channel",
+        "simulation.control=sampled",
+        "channel.forward_delay_s=0.002",
+        "scaling.force=0.5",
+    ],
 ];
 
 fn softly(settings: &[&'static str]) -> Vec<&'static str> {
@@ -108,9 +118,8 @@ fn oracle_the_largest_stable_stiffness_is_the_references() {
     for row in 0..8 {
         let column = |name: &str| table[name][row];
         let delay_s = 1e-3 * column("delay_ticks_each_way");
-        let settings = settings(&[])
-            .with(Parameter::Delay, delay_s)
-            .with(Parameter::Damping, column("tissue_damping_n_s_per_m"));
+        let settings =
+            settings(&[]).with(Parameter::Delay, delay_s).with(Parameter::Damping, column("tissue_damping_n_s_per_m"));
         let limit = largest_stable(&settings, Parameter::Stiffness, Search::of(Parameter::Stiffness)).expect("found");
         let (found, expected) = (limit.largest().expect("stable"), column("largest_stable_stiffness_n_per_m"));
         assert!((found / expected - 1.0).abs() < 1e-8, "{delay_s}: {found} {expected}");

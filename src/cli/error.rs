@@ -11,6 +11,8 @@ use crate::report::{OutputError, PictureError, diagnostic};
 use crate::roc::RocError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
+use crate::stability::StabilityError;
+use crate::stability_check::CheckError;
 
 /// Why a command ended early.
 #[derive(Debug, Error)]
@@ -51,6 +53,17 @@ pub(super) enum CliError {
     /// Signals cannot be judged together.
     #[error(transparent)]
     Roc(RocError),
+    /// An axis of a map that is none.
+    #[error("{axis}: {reason}")]
+    Axis {
+        /// As it was given.
+        axis: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A loop cannot be analysed.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -72,6 +85,15 @@ impl From<RocError> for CliError {
             RocError::Setting(error) => Self::Setting(error),
             RocError::Run(error) => Self::Run(error),
             different @ RocError::DifferentDetectors { .. } => Self::Roc(different),
+        }
+    }
+}
+
+impl From<CheckError> for CliError {
+    fn from(error: CheckError) -> Self {
+        match error {
+            CheckError::Stability(error) => Self::Stability(error),
+            CheckError::Run(error) => Self::Run(error),
         }
     }
 }
@@ -113,11 +135,14 @@ impl CliError {
             | Self::OnlyMade
             | Self::SameName { .. }
             | Self::Roc(_)
+            | Self::Axis { .. }
+            | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))
             | Self::Exists { .. }
             | Self::Calibration(_)
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
             Self::Interrupted { .. }
+            | Self::Stability(_)
             | Self::Run(RunError::Integration { .. })
             | Self::Output(_)
             | Self::Picture(_)

@@ -12,6 +12,8 @@ mod number;
 mod pictures;
 mod roc;
 mod seeds;
+mod stability;
+mod stability_text;
 mod table;
 mod tables;
 
@@ -24,5 +26,7 @@ pub use live::live_text;
 pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use seeds::{seeds_csv, seeds_text};
+pub use stability::{boundary_csv, map_csv, ports_csv, sensitivities_csv, stability_json, stability_pictures};
+pub use stability_text::stability_text;
 pub use table::Table;
 pub use tables::{comparison_csv, comparison_text, facts_text, run_text, write_trace_csv};

@@ -19,7 +19,9 @@ pub enum StabilityError {
     #[error("the loop cannot be computed with: {0}")]
     Algebra(#[from] lti::Error),
     /// The response turns faster than can be followed.
-    #[error("the loop's response turns more often than can be followed in {evaluations} evaluations; shorten the delay")]
+    #[error(
+        "the loop's response turns more often than can be followed in {evaluations} evaluations; shorten the delay"
+    )]
     TooFast {
         /// How many were tried.
         evaluations: usize,

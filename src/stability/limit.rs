@@ -113,11 +113,7 @@ impl<'a> Judge<'a> {
 ///
 /// # Errors
 /// [`StabilityError`] where the loop cannot be built or followed at one of the values.
-pub fn largest_stable(
-    settings: &LoopSettings,
-    parameter: Parameter,
-    search: Search,
-) -> Result<Limit, StabilityError> {
+pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
     let judge = Judge::new(settings)?;
     let mut stable = vec![];
     let mut last: Option<(f64, bool)> = None;

@@ -17,6 +17,7 @@
 //! Contact that is lost, events, and limits of the motors are not linear and not here; `stability_check` holds the verdicts
 //! against the engine.
 
+mod analysis;
 mod closed_loop;
 mod error;
 mod limit;
@@ -33,6 +34,7 @@ mod settings;
 mod side;
 mod winding;
 
+pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use closed_loop::ClosedLoop;
 pub use error::StabilityError;
 pub use limit::{Limit, Search, largest_stable};

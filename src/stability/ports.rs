@@ -161,7 +161,8 @@ impl Ports {
             }
         };
         // x_e = from_hand F_h + from_motion v_h + from_tissue f_e
-        let from_motion = follow * to_slave * (s.inv() * scale + at_slave.velocity + differentiate * at_slave.acceleration);
+        let from_motion =
+            follow * to_slave * (s.inv() * scale + at_slave.velocity + differentiate * at_slave.acceleration);
         let from_hand = follow * to_slave * at_slave.hand_force;
         let from_tissue = -follow * hold * (read * at_slave.own_force + machines.compliance_m_per_n);
 
@@ -180,7 +181,9 @@ impl Ports {
         };
         let (of_force, of_hand, motor) = match settings.timing {
             ControlTiming::Continuous => (one + integral, integral, one),
-            ControlTiming::Sampled => (one + integral, integral * hold, (one + s * settings.actuators.master_lag_s).inv()),
+            ControlTiming::Sampled => {
+                (one + integral, integral * hold, (one + s * settings.actuators.master_lag_s).inv())
+            }
         };
         let inertia = s * settings.master.mass_kg + settings.master.damping_n_s_per_m;
         // By F_h, v_h and f_e, all on one side: on_hand F_h + on_motion v_h + on_tissue f_e = 0.

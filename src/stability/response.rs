@@ -24,11 +24,8 @@ impl Response {
         let n = side.a.nrows();
         let mut balanced = side.a.clone();
         let scales = nalgebra::linalg::balancing::balance_parlett_reinsch(&mut balanced);
-        let (q, h): (DMatrix<f64>, DMatrix<f64>) = if n > 1 {
-            Hessenberg::new(balanced).unpack()
-        } else {
-            (DMatrix::identity(n, n), balanced)
-        };
+        let (q, h): (DMatrix<f64>, DMatrix<f64>) =
+            if n > 1 { Hessenberg::new(balanced).unpack() } else { (DMatrix::identity(n, n), balanced) };
         let rows = |vector: &DVector<f64>| q.transpose() * vector.component_div(&scales);
         let padded = |vector: &DVector<f64>| std::array::from_fn(|i| vector.get(i).copied().unwrap_or(0.0));
         let c = q.transpose() * side.c.component_mul(&scales);

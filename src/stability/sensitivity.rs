@@ -31,7 +31,11 @@ pub fn sensitivities(settings: &LoopSettings, limits: &[Limit]) -> Result<Vec<Se
         for parameter in Parameter::all() {
             let delays = [Parameter::Delay, Parameter::ForwardDelay, Parameter::BackwardDelay];
             let both_delays = delays.contains(&limit.parameter) && delays.contains(&parameter);
-            if parameter != limit.parameter && parameter != Parameter::Delay && !both_delays && is_there(settings, parameter) {
+            if parameter != limit.parameter
+                && parameter != Parameter::Delay
+                && !both_delays
+                && is_there(settings, parameter)
+            {
                 pairs.push((limit.parameter, largest, parameter));
             }
         }

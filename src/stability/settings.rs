@@ -3,7 +3,7 @@
 use super::Parameter;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::scenario::{DelayTicks, Scenario, TissueSpec, Value};
-use crate::teleoperation::{LinkSettings, Scheme};
+use crate::teleoperation::{LinkSettings, PassivitySettings, Scheme};
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,8 +50,12 @@ impl LoopSettings {
             master: scenario.master,
             arm: scenario.arm,
             slave: scenario.slave.clone(),
-            actuators: scenario.actuators,
-            link: scenario.link,
+            actuators: ActuatorLimits {
+                master_lag_s: scenario.actuators.master_lag_s,
+                slave_lag_s: scenario.actuators.slave_lag_s,
+                ..ActuatorLimits::NONE
+            },
+            link: LinkSettings { passivity: PassivitySettings::NONE, ..scenario.link },
             force_bandwidth_hz: scenario.sensor.force_bandwidth_hz,
             forward_delay_s: number("channel.forward_delay_s"),
             backward_delay_s: number("channel.backward_delay_s"),
@@ -70,7 +74,10 @@ impl LoopSettings {
             || limits.slave_command_rate_per_s.is_some();
         let logged = !(scenario.forward_schedule.is_empty() && scenario.backward_schedule.is_empty());
         [
-            (!matches!(scenario.tissue, TissueSpec::KelvinVoigt { .. }), "the tissue: a spring and a damper stand for it"),
+            (
+                !matches!(scenario.tissue, TissueSpec::KelvinVoigt { .. }),
+                "the tissue: a spring and a damper stand for it",
+            ),
             (scenario.augmentation.enabled, "the augmentation: its switching is not in a linear loop"),
             (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme: the loop is the plain one"),
             (limited, "the limits of the motors: their lags are there"),
