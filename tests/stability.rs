@@ -11,7 +11,7 @@ use trocar::lti::{Complex64, eigenvalues};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 use trocar::stability::{
-    ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound, Search, largest_stable, sensitivities,
+    Analysis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound, Search, largest_stable, sensitivities,
 };
 
 /// A ramp into a tissue that begins where the needle starts, so that it stays in contact.
@@ -332,6 +332,18 @@ fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel(
     assert!(bound(passive, 0.0).is_passive());
     assert!(ClosedLoop::new(&with(passive, 0.0)).expect("built").is_stable().expect("counted"));
     assert_eq!(SampledBound::of(&settings(&[])).expect("built"), None);
+}
+
+#[test]
+fn every_architecture_is_analysed_whole() {
+    for case in [LOOPS[6], LOOPS[9], LOOPS[10], LOOPS[11], LOOPS[12]] {
+        let settings = settings(&softly(case));
+        let analysis = Analysis::of(&settings).expect("analysed");
+        let stable = ClosedLoop::new(&settings).expect("built").is_stable().expect("counted");
+        assert_eq!(analysis.is_stable(), stable, "{case:?}");
+        assert_eq!(analysis.ports.len(), 400, "{case:?}");
+        assert!(analysis.limits.iter().all(|limit| !stable || limit.largest().is_some_and(|end| end >= limit.value)));
+    }
 }
 
 #[test]

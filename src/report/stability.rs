@@ -97,6 +97,9 @@ pub fn stability_json(
         "ports": {
             "is_absolutely_stable": all(ports, |point| point.is_absolutely_stable),
             "is_passive": all(ports, |point| point.is_passive),
+            "hand_port_is_passive_in_free_motion": all(ports, |point| gives_nothing(point.hybrid.h[0][0])),
+            "hand_port_is_passive_in_tissue": all(ports, |point| gives_nothing(point.transmitted)),
+            "needle_port_is_passive": all(ports, |point| gives_nothing(point.hybrid.h[1][1])),
         },
         "sampled_data": sampled.map(|bound| json!({
             "least_damping_n_s_per_m": bound.least_damping_n_s_per_m,
@@ -111,6 +114,11 @@ pub fn stability_json(
 /// Whether something holds at every frequency; `None` without any.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
+}
+
+/// Whether a port of this impedance or admittance gives no power away: its real part is at least 0, up to rounding.
+pub(super) fn gives_nothing(immittance: Complex64) -> bool {
+    immittance.re >= -1e-12 * immittance.norm()
 }
 
 /// `sensitivities.csv`: the percentage by which each limit changes with a per cent of each parameter.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::Table;
 use super::number::significant;
-use super::stability::{all, word};
+use super::stability::{all, gives_nothing, word};
 use crate::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap};
 use crate::stability_check::Check;
 
@@ -15,7 +15,7 @@ const SHOWN_HZ: [f64; 4] = [0.5, 1.0, 5.0, 10.0];
 const SHOWN_DISAGREEMENTS: usize = 20;
 
 /// How many parameters are listed for each limit.
-const SHOWN_SENSITIVITIES: usize = 4;
+const SHOWN_SENSITIVITIES: usize = 3;
 
 /// The tables.
 #[must_use]
@@ -36,8 +36,7 @@ pub fn stability_text(
         let _ = writeln!(text, "not in the linear loop: {}", left_out.join("; "));
     }
     let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
-    let _ = write!(text, "\n{}\n", port_table(analysis));
-    text.push_str(&sampled(analysis));
+    let _ = write!(text, "\n{}\n{}{}", port_table(analysis), each_port(analysis), sampled(analysis));
     let stable = 100.0 * map.stable_share();
     let _ = writeln!(
         text,
@@ -77,7 +76,7 @@ fn loop_table(analysis: &Analysis) -> Table {
 }
 
 fn limit_table(analysis: &Analysis) -> Table {
-    let mut table = Table::new(["parameter", "now", "largest stable", "which a per cent more of … changes by … %"]);
+    let mut table = Table::new(["parameter", "now", "largest stable", "moved most by (% per %)"]);
     for limit in &analysis.limits {
         let mut strongest: Vec<(Parameter, f64)> = analysis
             .sensitivities
@@ -131,21 +130,36 @@ fn port_table(analysis: &Analysis) -> Table {
             yes(point.is_passive),
         ]);
     }
-    let word = |holds: Option<bool>| match holds {
-        Some(true) => "yes".to_owned(),
-        Some(false) => "no".to_owned(),
-        None => "—".to_owned(),
-    };
     table.row([
         "at every frequency".to_owned(),
         String::new(),
         String::new(),
         String::new(),
         String::new(),
-        word(all(&analysis.ports, |point| point.is_absolutely_stable)),
-        word(all(&analysis.ports, |point| point.is_passive)),
+        answer(all(&analysis.ports, |point| point.is_absolutely_stable)),
+        answer(all(&analysis.ports, |point| point.is_passive)),
     ]);
     table
+}
+
+fn answer(holds: Option<bool>) -> String {
+    match holds {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "—",
+    }
+    .into()
+}
+
+/// Whether each port, the other one as it is, gives no power away at any frequency.
+fn each_port(analysis: &Analysis) -> String {
+    let ports = &analysis.ports;
+    format!(
+        "passive at the hand in free motion: {}, in the tissue: {}; at the needle with the hand still: {}\n",
+        answer(all(ports, |point| gives_nothing(point.hybrid.h[0][0]))),
+        answer(all(ports, |point| gives_nothing(point.transmitted))),
+        answer(all(ports, |point| gives_nothing(point.hybrid.h[1][1]))),
+    )
 }
 
 fn sampled(analysis: &Analysis) -> String {

@@ -2,6 +2,7 @@
 
 use super::machines::Machines;
 use super::{ClosedLoop, LoopSettings, Parameter, StabilityError};
+use crate::teleoperation::ControllerKind;
 
 /// How many halvings a boundary is found by: beyond the digits of a double.
 const HALVINGS: usize = 80;
@@ -72,18 +73,20 @@ impl Limit {
 pub(super) struct Judge<'a> {
     settings: &'a LoopSettings,
     machines: Machines,
+    closed: ClosedLoop,
 }
 
 impl<'a> Judge<'a> {
     pub(super) fn new(settings: &'a LoopSettings) -> Result<Self, StabilityError> {
-        Ok(Self { settings, machines: Machines::new(settings)? })
+        let machines = Machines::new(settings)?;
+        Ok(Self { settings, closed: ClosedLoop::of(&machines, settings, None)?, machines })
     }
 
     pub(super) fn is_stable(&self, changes: &[(Parameter, f64)]) -> Result<bool, StabilityError> {
         let with = |settings: LoopSettings, change: &(Parameter, f64)| settings.with(change.0, change.1);
         let settings = changes.iter().fold(self.settings.clone(), with);
         if self.machines.fit(&settings) {
-            return ClosedLoop::of(&self.machines, &settings)?.is_stable();
+            return ClosedLoop::of(&self.machines, &settings, Some(&self.closed))?.is_stable();
         }
         ClosedLoop::new(&settings)?.is_stable()
     }
@@ -109,7 +112,8 @@ impl<'a> Judge<'a> {
 /// Over which values of a parameter the loop is stable, the others as they are.
 ///
 /// The range is scanned first, as the stable values need not be one interval, then each change of the verdict is found by
-/// halving. Without delays of whole ticks only, limits of a delay that waits for ticks are those of whole ticks.
+/// halving. A delay whose samples wait for the next
+/// tick has its limit at a whole one.
 ///
 /// # Errors
 /// [`StabilityError`] where the loop cannot be built or followed at one of the values.
@@ -118,7 +122,10 @@ pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Sea
     let mut stable = vec![];
     let mut last: Option<(f64, bool)> = None;
     let mut start = None;
-    for value in search.values(parameter.may_be_zero()) {
+    // A scale of 0 opens the loop of the paper's controller; the gains of others are divided by it.
+    let is_scale = matches!(parameter, Parameter::ForceScale | Parameter::PositionScale);
+    let is_the_papers = settings.link.controller.kind == ControllerKind::PositionForce;
+    for value in search.values(parameter.may_be_zero() && (is_the_papers || !is_scale)) {
         let verdict = judge.is_stable(&[(parameter, value)])?;
         match last {
             None if verdict => start = Some(value),

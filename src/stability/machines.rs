@@ -81,6 +81,14 @@ impl Machines {
 
     /// Whether they are those of these settings.
     pub(super) fn fit(&self, settings: &LoopSettings) -> bool {
-        self.made == Made::of(settings)
+        let Made { tick_s, timing, master, arm, slave, lags_s, shares } = &self.made;
+        let LoopSettings { actuators, .. } = settings;
+        *tick_s == settings.tick_s
+            && *timing == settings.timing
+            && *master == settings.master
+            && *arm == settings.arm
+            && *slave == settings.slave
+            && *lags_s == (actuators.master_lag_s, actuators.slave_lag_s)
+            && *shares == (settings.forward().share, settings.backward().share)
     }
 }

@@ -39,6 +39,7 @@ impl Response {
     }
 
     /// The response at `z`; not finite at a pole.
+    #[allow(clippy::needless_range_loop, reason = "rows and columns are numbered as in the elimination")]
     pub(super) fn at(&self, z: Complex64) -> Complex64 {
         let n = self.n;
         let zero = Complex64::new(0.0, 0.0);

@@ -97,9 +97,9 @@ impl ClosedLoop {
 
     /// Angles in rad at which the response is asked first, increasing from 0 to π.
     fn angles(&self, radius: f64) -> Vec<f64> {
-        const AROUND: [f64; 6] = [0.0, 0.3, 0.8, 1.7, 4.0, 12.0];
+        const AROUND: [f64; 4] = [0.0, 0.5, 1.6, 6.0];
         let mut angles: Vec<f64> = vec![0.0, PI];
-        angles.extend((0..16).map(|k| PI * 0.6_f64.powi(k)));
+        angles.extend((0..12).map(|k| PI * 0.5_f64.powi(k)));
         for pole in self.open_poles.iter().filter(|pole| pole.im >= 0.0 && pole.norm() > 1e-3) {
             let (at, reach) = (pole.arg(), (pole.norm() / radius - 1.0).abs());
             angles.extend(AROUND.iter().flat_map(|share| [at - share * reach, at + share * reach]));
