@@ -15,8 +15,8 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints) |
-//! | 6 | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`] |
-//! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers) |
+//! | 6 | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (the linear verdicts against the engine) |
+//! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers), [`stability`] (the linearised loop; never the engine) |
 //! | 4 | [`engine`] (one tick, N ticks, observers), [`rig`] (one step of a real controller) |
 //! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
 //! | 2 | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`estimation`], [`detection`], [`recording`]: siblings never import each other |
@@ -78,6 +78,10 @@ pub mod run;
 pub mod scenario;
 #[cfg(feature = "std")]
 pub mod sensor;
+#[cfg(feature = "std")]
+pub mod stability;
+#[cfg(feature = "std")]
+pub mod stability_check;
 #[cfg(feature = "std")]
 pub mod sweep;
 #[cfg(feature = "std")]

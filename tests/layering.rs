@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Every room with its floor.
-const ROOMS: [(&str, u8); 26] = [
+const ROOMS: [(&str, u8); 28] = [
     ("error", 0),
     ("lane", 0),
     ("time", 0),
@@ -23,11 +23,13 @@ const ROOMS: [(&str, u8); 26] = [
     ("rig", 4),
     ("scenario", 5),
     ("metrics", 5),
+    ("stability", 5),
     ("run", 6),
     ("compare", 6),
     ("detect", 6),
     ("roc", 6),
     ("sweep", 6),
+    ("stability_check", 6),
     ("report", 7),
     ("cli", 7),
     ("main", 8),
@@ -86,6 +88,8 @@ fn offences(room: &str, text: &str) -> Vec<String> {
     let own = floor(room).unwrap_or_else(|| panic!("{room} has no floor: give it one here and in lib.rs"));
     let offends = |used: &String| match floor(used) {
         Some(_) if used == room => false,
+        // What the engine does is to be foretold, not looked up.
+        Some(_) if room == "stability" && used == "engine" => true,
         Some(other) => other > own || (own == 2 && other == 2),
         None => false,
     };
@@ -121,6 +125,7 @@ fn the_check_sees_what_it_should() {
     assert_eq!(offences("tissue", "use crate::engine::Engine;"), ["engine"]);
     assert_eq!(offences("tissue", "use crate::sensor::Sensor;"), ["sensor"]);
     assert_eq!(offences("lti", "use crate::{error::InvalidValue, plant::{a, b}, lane::Lane};"), ["plant"]);
+    assert_eq!(offences("stability", "use crate::engine::Engine;"), ["engine"]);
     assert_eq!(offences("lti", "fn f() { crate::report::figures::draw() }"), ["report"]);
     assert!(offences("engine", "use crate::tissue::Tissue;\n// crate::cli is far above").is_empty());
 }

@@ -11,6 +11,8 @@ use crate::report::{OutputError, PictureError, diagnostic};
 use crate::roc::RocError;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
+use crate::stability::StabilityError;
+use crate::stability_check::CheckError;
 use crate::sweep::SweepError;
 
 /// Why a command ended early.
@@ -63,6 +65,17 @@ pub(super) enum CliError {
         /// How many there are.
         cases: u64,
     },
+    /// An axis of a map that is none.
+    #[error("{axis}: {reason}")]
+    Axis {
+        /// As it was given.
+        axis: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A loop cannot be analysed.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -104,6 +117,15 @@ impl From<SweepError> for CliError {
     }
 }
 
+impl From<CheckError> for CliError {
+    fn from(error: CheckError) -> Self {
+        match error {
+            CheckError::Stability(error) => Self::Stability(error),
+            CheckError::Run(error) => Self::Run(error),
+        }
+    }
+}
+
 impl CliError {
     /// Says what is wrong on standard error; gives the exit code.
     pub(super) fn report(&self) -> ExitCode {
@@ -141,6 +163,8 @@ impl CliError {
             | Self::OnlyMade
             | Self::SameName { .. }
             | Self::Roc(_)
+            | Self::Axis { .. }
+            | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))
             | Self::Exists { .. }
             | Self::NoCase { .. }
             | Self::Calibration(_)
@@ -148,6 +172,7 @@ impl CliError {
             Self::Detect(error) => error.is_input(),
             Self::Sweep(error) => error.is_input(),
             Self::Interrupted { .. }
+            | Self::Stability(_)
             | Self::Run(RunError::Integration { .. })
             | Self::Output(_)
             | Self::Picture(_)

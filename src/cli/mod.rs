@@ -12,6 +12,7 @@ mod record;
 mod roc;
 mod run;
 mod scenarios;
+mod stability;
 mod sweep;
 mod terminal;
 
@@ -82,6 +83,29 @@ enum Command {
     ///   trocar roc builtin:01_through_the_skin.toml           the loop closed over layers
     #[command(verbatim_doc_comment)]
     Roc(Box<roc::RocArgs>),
+    /// Say where the loop is stable: limits, margins, ports, and a map over two parameters
+    ///
+    /// In permanent contact with a tissue f = K x + B v the loop is linear and repeats every tick. What is printed and drawn
+    /// follows from its matrices, delays of any length included, and not from runs: the dominant mode; the greatest stable
+    /// force scale, position scale, stiffness and delay, with the ranges where they are not one; gain, phase and delay margins;
+    /// by how much each limit moves with each parameter; and the teleoperator as a two-port between any hand and any tissue
+    /// (hybrid parameters, Llewellyn's parameter, passivity, transmitted impedance). K and B are tissue.stiffness_n_per_m and
+    /// tissue.damping_n_s_per_m, whatever the scenario's tissue is.
+    ///
+    ///   trocar stability builtin:classical.toml                        force scale by stiffness
+    ///   trocar stability my.toml --set tissue.stiffness_n_per_m=400    at another tissue
+    ///   trocar stability my.toml --x channel.delay_s=0:0.1:100 --y scaling.force=0.1:10:100
+    ///   trocar stability my.toml --x tissue.damping_n_s_per_m=0:50:100 --y tissue.stiffness_n_per_m=10:10000:100
+    ///   trocar stability my.toml --simulate                            and hold every verdict against the engine
+    ///
+    /// An axis is KEY=LOW:HIGH:COUNT, spaced by ratios where HIGH is 50 times LOW or more (:log or :linear at the end say
+    /// otherwise); channel.delay_s is both delays at once. With tissue damping across and stiffness upwards the map is the
+    /// Z-width of Colgate and Brown (1994).
+    ///
+    /// Files, in a folder of the scenario's name: stability.json, sensitivities.csv, stability_map.csv and
+    /// stability_boundary.csv behind stability.png, ports.csv behind ports.png.
+    #[command(verbatim_doc_comment)]
+    Stability(Box<stability::StabilityArgs>),
     /// Run a scenario many times over, with keys that vary: a row of metrics per case, statistics, figures
     ///
     /// On all processors, in constant memory, in parts on many machines; whatever ends it, the same command continues.
@@ -158,6 +182,7 @@ pub fn main() -> ExitCode {
         Command::Detect(args) => detect::run(*args),
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Roc(args) => roc::run(&args),
+        Command::Stability(args) => stability::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Scenarios => scenarios::run(),

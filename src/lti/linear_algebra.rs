@@ -82,7 +82,10 @@ fn power_of_two(value: f64) -> Option<f64> {
 /// Eigenvalues of a square matrix, sorted by real then imaginary part; complex ones in exactly conjugate pairs.
 ///
 /// Balanced first (Parlett and Reinsch), then the real Schur form by a capped QR iteration.
-pub(super) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
+///
+/// # Errors
+/// [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
+pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let n = a.nrows();
     check_finite("the matrix", a.as_slice())?;
     // An all-zero (or subnormal) matrix: its eigenvalues are 0 as far as a double can tell.

@@ -43,6 +43,7 @@ pub use error::Error;
 pub use hold::{ExactStep, Hold, exact_step, undo_zero_order_hold, zero_order_hold};
 pub use interconnection::{append, connect, feedback, parallel, series};
 pub use lag::{LaggedInput, lagged_input};
+pub use linear_algebra::eigenvalues;
 pub use matrix_function::{exponential, logarithm};
 pub use polynomial::Polynomial;
 pub use realisation::{outputs_first, realise, realise_with_derivative};

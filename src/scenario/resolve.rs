@@ -38,6 +38,19 @@ pub struct DelayTicks {
     pub share: f64,
 }
 
+impl DelayTicks {
+    /// A delay (both in s); its sample is read as it arrives, or by a receiver that `waits_for_tick` on the next one.
+    #[must_use]
+    pub fn new(delay_s: f64, tick_s: f64, waits_for_tick: bool) -> Self {
+        let ticks = delay_s / tick_s;
+        match whole_ticks(delay_s, tick_s) {
+            Some(whole) => Self { whole, share: 0.0 },
+            None if waits_for_tick => Self { whole: ticks.ceil() as u64, share: 0.0 },
+            None => Self { whole: ticks.floor() as u64, share: ticks.fract() },
+        }
+    }
+}
+
 /// How the sides are brought from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EngineKind {
@@ -305,9 +318,5 @@ pub(super) fn delay_ticks(
         let most_s = MOST_DELAY_TICKS as f64 * tick_s;
         return Err(values.error(path, format!("{path} is {delay_s:?}, at most {most_s} s, {MOST_DELAY_TICKS} ticks")));
     }
-    Ok(match whole_ticks(delay_s, tick_s) {
-        Some(whole) => DelayTicks { whole, share: 0.0 },
-        None if waits_for_tick => DelayTicks { whole: ticks.ceil() as u64, share: 0.0 },
-        None => DelayTicks { whole: ticks.floor() as u64, share: ticks.fract() },
-    })
+    Ok(DelayTicks::new(delay_s, tick_s, waits_for_tick))
 }

@@ -94,22 +94,32 @@ pub struct Machines {
 
 /// `k_f` and the others of the master's law; see the module.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct MasterGains {
-    pub(super) force: f64,
-    pub(super) hand: f64,
-    pub(super) position: f64,
-    pub(super) velocity: f64,
-    pub(super) drag: f64,
-    pub(super) inertia: f64,
+pub struct MasterGains {
+    /// `k_f`.
+    pub force: f64,
+    /// `k_h`.
+    pub hand: f64,
+    /// `k_x` in N/m.
+    pub position: f64,
+    /// `k_v` in N·s/m.
+    pub velocity: f64,
+    /// `k_b` in N·s/m.
+    pub drag: f64,
+    /// `k_a` in kg.
+    pub inertia: f64,
 }
 
 /// `g_v` and the others of the slave's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct SlaveGains {
-    pub(super) velocity: f64,
-    pub(super) acceleration: f64,
-    pub(super) hand_force: f64,
-    pub(super) own_force: f64,
+pub struct SlaveGains {
+    /// `g_v` in s.
+    pub velocity: f64,
+    /// `g_a` in s².
+    pub acceleration: f64,
+    /// `g_h` in m/N.
+    pub hand_force: f64,
+    /// `g_e` in m/N.
+    pub own_force: f64,
 }
 
 impl ControllerSettings {
@@ -117,7 +127,7 @@ impl ControllerSettings {
     ///
     /// # Errors
     /// [`InvalidValue`] where a law of the slave needs a `K_p` that is 0.
-    pub(super) fn gains(&self, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
+    pub fn gains(&self, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let Machines { position_scale, force_scale, proportional_gain: k_p, .. } = *machines;
         let shapes_reference = matches!(self.kind, ControllerKind::LocalForce | ControllerKind::FourChannel);
         require("slave.proportional_gain", k_p, k_p > 0.0 || !shapes_reference, "above 0 for this controller.kind")?;

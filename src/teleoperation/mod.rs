@@ -5,7 +5,7 @@ mod link;
 mod passivity;
 mod recovery;
 
-pub use controller::{ControllerKind, ControllerSettings, Machines};
+pub use controller::{ControllerKind, ControllerSettings, Machines, MasterGains, SlaveGains};
 pub use link::{AtMaster, AtSlave, FromMaster, FromSlave, Link, LinkReport, LinkSettings};
 pub use passivity::{PassivitySettings, Scheme};
 pub use recovery::{Recovery, RecoverySettings};

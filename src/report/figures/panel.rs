@@ -43,6 +43,8 @@ pub(super) struct Panel<'a> {
     /// Filled outlines, in axis coordinates.
     pub(super) fills: Vec<(Vec<Point>, RGBAColor)>,
     pub(super) traces: Vec<Trace<'a>>,
+    /// Lines that may go anywhere, in axis coordinates; one point is a dot.
+    pub(super) curves: Vec<(Vec<Point>, Stroke)>,
     /// Horizontal lines.
     pub(super) levels: Vec<(f64, Stroke)>,
 }
@@ -66,6 +68,7 @@ impl<'a> Panel<'a> {
             events: Events::default(),
             fills: Vec::new(),
             traces: Vec::new(),
+            curves: Vec::new(),
             levels: Vec::new(),
         }
     }
@@ -114,6 +117,10 @@ impl<'a> Panel<'a> {
             let samples = trace.x[shown.clone()].iter().zip(&trace.y[shown]);
             let placed = samples.map(|(&x, &y)| (x, self.y.place(y * trace.scale)));
             stroke(&inner, polylines(placed, &frame), &trace.stroke)?;
+        }
+        for (points, line) in &self.curves {
+            let points = points.iter().map(|point| frame.pixel(point.0, point.1)).collect();
+            stroke(&inner, vec![points], line)?;
         }
         for (level, line) in &self.levels {
             let (_, y) = frame.pixel(self.x.low, self.y.place(*level));

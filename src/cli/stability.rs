@@ -1,0 +1,134 @@
+//! `trocar stability`.
+
+use clap::Args;
+
+use super::error::CliError;
+use super::{OutputArgs, ScenarioArgs, interrupt, progress, terminal};
+use crate::report::{
+    Folder, boundary_csv, map_csv, ports_csv, sensitivities_csv, stability_json, stability_pictures, stability_text,
+};
+use crate::scenario::{KEYS, Kind};
+use crate::stability::{Analysis, Axis, LoopSettings, Parameter, Spacing, map};
+use crate::stability_check::check;
+
+/// Most values of an axis.
+const MOST_VALUES: usize = 2000;
+
+/// Ratio of an axis's ends from which on it is spaced by ratios.
+const WIDE: f64 = 50.0;
+
+/// Say where the loop is stable.
+#[derive(Debug, Args)]
+pub(super) struct StabilityArgs {
+    /// A scenario file, or a shipped one as builtin:classical.toml
+    #[arg(value_name = "SCENARIO", default_value = "builtin:classical.toml")]
+    scenario: String,
+    /// What varies across the map
+    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = "scaling.force=0.1:10:200")]
+    x: String,
+    /// What varies upwards
+    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = "tissue.stiffness_n_per_m=10:2000:200")]
+    y: String,
+    /// Run the engine at every point of the map too, from equilibrium in the tissue, and list where it disagrees
+    #[arg(long)]
+    simulate: bool,
+    #[command(flatten)]
+    changes: ScenarioArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
+    let (x, y) = (axis(&args.x)?, axis(&args.y)?);
+    let both_ways = |a: Parameter, b: Parameter| {
+        a == Parameter::Delay && matches!(b, Parameter::ForwardDelay | Parameter::BackwardDelay)
+    };
+    if x.parameter == y.parameter || both_ways(x.parameter, y.parameter) || both_ways(y.parameter, x.parameter) {
+        let reason = format!("varies what --x {} varies; name two parameters that differ", args.x);
+        return Err(CliError::Axis { axis: args.y.clone(), reason });
+    }
+    let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
+    let settings = LoopSettings::of(&scenario);
+    let analysis = Analysis::of(&settings)?;
+    let map = map(&settings, x, y)?;
+    let check = if args.simulate {
+        let bar = progress::rated_bar(map.stable.len(), args.output.quiet);
+        bar.set_message("runs");
+        let check = check((&scenario, &settings), &map, interrupt::listen(), || bar.inc(1))?;
+        bar.finish_and_clear();
+        Some(check)
+    } else {
+        None
+    };
+    let left_out = LoopSettings::left_out(&scenario);
+    let folder = Folder::new(&args.output.out).folder(&scenario.name);
+    let json = stability_json((&scenario.name, &left_out), &analysis, &map, check.as_ref());
+    folder.write("stability.json", json.as_bytes())?;
+    folder.write("sensitivities.csv", sensitivities_csv(&analysis).as_bytes())?;
+    folder.write("stability_map.csv", map_csv(&map, check.as_ref()).as_bytes())?;
+    folder.write("stability_boundary.csv", boundary_csv(&map).as_bytes())?;
+    folder.write("ports.csv", ports_csv(&analysis).as_bytes())?;
+    stability_pictures(&folder, &analysis, &map, check.as_ref())?;
+    if args.output.json {
+        terminal::print(&json)?;
+    } else if !args.output.quiet {
+        let text = stability_text((&scenario.name, &left_out), &analysis, &map, check.as_ref());
+        terminal::print(&format!("{text}\nfigures: stability.png, ports.png; files: {}\n", folder.path().display()))?;
+    }
+    if let Some(check) = check {
+        let kept = check.simulated.iter().flatten().count();
+        if kept < map.stable.len() {
+            let kept = format!("{kept} of {} runs are in {}", map.stable.len(), folder.path().display());
+            return Err(CliError::Interrupted { kept: Some(kept) });
+        }
+    }
+    Ok(())
+}
+
+/// An axis as written on the command line: `KEY=LOW:HIGH:COUNT[:log|:linear]`.
+fn axis(text: &str) -> Result<Axis, CliError> {
+    let refuse = |reason: String| CliError::Axis { axis: text.to_owned(), reason };
+    let (key, range) = text
+        .split_once('=')
+        .ok_or_else(|| refuse("write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200".into()))?;
+    let key = key.trim();
+    let parameter = Parameter::of_key(key).ok_or_else(|| {
+        let likeness = |known: &Parameter| strsim::jaro_winkler(key, known.key());
+        let nearest = Parameter::all().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+        let known: Vec<&str> = Parameter::all().map(Parameter::key).collect();
+        let nearest = nearest.filter(|nearest| likeness(nearest) > 0.8);
+        let nearest = nearest.map_or(String::new(), |nearest| format!("; did you mean {}?", nearest.key()));
+        refuse(format!("the loop has no parameter {key}{nearest} There are {}", known.join(", ")))
+    })?;
+    let parts: Vec<&str> = range.split(':').map(str::trim).collect();
+    let [low, high, count, spacing @ ..] = parts.as_slice() else {
+        return Err(refuse("write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200".into()));
+    };
+    let number = |text: &str| {
+        let toml = text.parse().ok().map(toml::Value::Float);
+        let kind = KEYS
+            .iter()
+            .find(|key| key.path == parameter.key())
+            .map_or(Kind::Number(crate::scenario::Range::NON_NEGATIVE), |key| key.kind);
+        let accepted = toml.as_ref().and_then(|value| kind.accept(value));
+        match (accepted, toml) {
+            (Some(_), Some(toml::Value::Float(value))) => Ok(value),
+            _ => Err(refuse(format!("{text:?} is not {}", kind.describe()))),
+        }
+    };
+    let (low, high) = (number(low)?, number(high)?);
+    if low >= high {
+        return Err(refuse(format!("{low} is not below {high}; write the lesser value first")));
+    }
+    let count: usize = count.parse().ok().filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
+        refuse(format!("{count:?} is not a number of values, a whole number from 2 to {MOST_VALUES}"))
+    })?;
+    let spacing = match *spacing {
+        [] if low > 0.0 && high >= WIDE * low => Spacing::Logarithmic,
+        [] | ["linear"] => Spacing::Linear,
+        ["log"] if low > 0.0 => Spacing::Logarithmic,
+        ["log"] => return Err(refuse("a logarithmic axis begins above 0".into())),
+        _ => return Err(refuse("after the count there may be :log or :linear".into())),
+    };
+    Ok(Axis { parameter, low, high, count, spacing })
+}

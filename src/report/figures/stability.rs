@@ -1,0 +1,149 @@
+//! The map of stability over two parameters.
+
+use plotters::style::{Color, WHITE};
+
+use super::axis::{Axis, X_TICKS, Y_TICKS};
+use super::grid::{Grid, Row, Sample};
+use super::panel::Panel;
+use super::style::{BLACK, BLUE, GREEN, SKY, Stroke, VERMILION};
+use super::thin::Point;
+use super::{Figure, FigureError};
+
+/// Where the loop turns unstable.
+const BOUNDARY: Stroke = Stroke::solid(BLACK, 3.5);
+/// A run in which the motion died out, and one in which it grew.
+const DECAYS: Stroke = Stroke::solid(BLUE, 5.0);
+const GROWS: Stroke = Stroke::solid(VERMILION, 7.0);
+/// A run that disagrees.
+const DIFFERS: Stroke = Stroke::solid(BLACK, 11.0);
+/// The loop at hand.
+const HERE: Stroke = Stroke::solid(GREEN, 20.0);
+
+/// Runs are shown at about this many points of each axis.
+const SHOWN: usize = 28;
+
+/// An axis of the map.
+#[derive(Clone, Copy, Debug)]
+pub struct MapAxisView<'a> {
+    /// What it shows.
+    pub caption: &'a str,
+    /// Its values, increasing.
+    pub values: &'a [f64],
+    /// Whether it is drawn logarithmically; then every value is above 0.
+    pub is_logarithmic: bool,
+    /// The value of the loop at hand.
+    pub here: f64,
+}
+
+/// Verdicts on a grid.
+#[derive(Clone, Debug)]
+pub struct MapView<'a> {
+    /// Across.
+    pub x: MapAxisView<'a>,
+    /// Upwards.
+    pub y: MapAxisView<'a>,
+    /// Whether stable, row by row.
+    pub stable: &'a [bool],
+    /// Pieces of the boundary.
+    pub boundary: &'a [[(f64, f64); 2]],
+    /// Whether the engine's motion grew, row by row, where it was run; empty without.
+    pub grew: &'a [Option<bool>],
+}
+
+/// The map: what is stable is shaded, the boundary a line; runs are dots, those that disagree larger and black.
+///
+/// # Errors
+/// [`FigureError::Empty`] for a map without points.
+pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
+    let MapView { x, y, .. } = view;
+    let (columns, rows) = (x.values.len(), y.values.len());
+    if columns < 2 || rows < 2 || view.stable.len() != columns * rows {
+        return Err(FigureError::Empty { figure: "stability map" });
+    }
+    let (x_axis, y_axis) = (axis(x, X_TICKS), axis(y, Y_TICKS));
+    let (across, upwards) = (edges(x, &x_axis), edges(y, &y_axis));
+    let mut panel = Panel { x_caption: x.caption, ..Panel::over_time(x_axis.clone(), y_axis.clone(), y.caption) };
+    for row in 0..rows {
+        let verdicts = &view.stable[row * columns..(row + 1) * columns];
+        let mut column = 0;
+        while column < columns {
+            let length = verdicts[column..].iter().take_while(|stable| **stable == verdicts[column]).count();
+            if verdicts[column] {
+                let (left, right) = (across[column], across[column + length]);
+                let (low, high) = (upwards[row], upwards[row + 1]);
+                panel.fills.push((vec![(left, low), (right, low), (right, high), (left, high)], SKY.mix(0.38)));
+            }
+            column += length;
+        }
+    }
+    let place = |point: Point| (x_axis.place(point.0), y_axis.place(point.1));
+    panel.curves.extend(view.boundary.iter().map(|piece| (piece.iter().copied().map(place).collect(), BOUNDARY)));
+    panel.curves.extend(dots(view).map(|(point, stroke)| (vec![place(point)], stroke)));
+    let here = place((x.here, y.here));
+    panel.curves.push((vec![here], Stroke::solid(WHITE, 26.0)));
+    panel.curves.push((vec![here], HERE));
+    let mut legend = vec![
+        (Sample::Shade(SKY.mix(0.38)), "stable".to_owned()),
+        (Sample::Line(BOUNDARY), "boundary, from the matrices".to_owned()),
+        (Sample::Line(Stroke::solid(GREEN, 12.0)), "the scenario".to_owned()),
+    ];
+    if view.grew.iter().any(Option::is_some) {
+        legend.push((Sample::Line(DECAYS), "engine: dies out".to_owned()));
+        legend.push((Sample::Line(GROWS), "engine: grows".to_owned()));
+    }
+    Grid { legends: vec![legend], common: vec![], rows: vec![Row { title: None, height: 820.0, panels: vec![panel] }] }
+        .draw()
+}
+
+/// The runs that are shown: some of all, and all that disagree.
+fn dots<'a>(view: &'a MapView<'_>) -> impl Iterator<Item = (Point, Stroke)> + 'a {
+    let (columns, rows) = (view.x.values.len(), view.y.values.len());
+    let (every_column, every_row) = (columns.div_ceil(SHOWN), rows.div_ceil(SHOWN));
+    view.grew.iter().enumerate().filter_map(move |(index, grew)| {
+        let grew = (*grew)?;
+        let (row, column) = (index / columns, index % columns);
+        let point = (view.x.values[column], view.y.values[row]);
+        if grew == view.stable[index] {
+            return Some((point, DIFFERS));
+        }
+        let is_shown = row % every_row == every_row / 2 && column % every_column == every_column / 2;
+        is_shown.then_some((point, if grew { GROWS } else { DECAYS }))
+    })
+}
+
+fn axis(view: &MapAxisView<'_>, ticks: usize) -> Axis {
+    let range = (view.values[0], view.values[view.values.len() - 1]);
+    if view.is_logarithmic { Axis::log10(range) } else { Axis::exact(range, ticks) }
+}
+
+/// The edges of the cells around the values, in axis coordinates.
+fn edges(view: &MapAxisView<'_>, axis: &Axis) -> Vec<f64> {
+    let places: Vec<f64> = view.values.iter().map(|value| axis.place(*value)).collect();
+    let inner = places.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    std::iter::once(axis.low).chain(inner).chain(std::iter::once(axis.high)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_stable_is_shaded_and_runs_are_dots() {
+        let values = [1.0, 10.0, 100.0];
+        let axis = |caption| MapAxisView { caption, values: &values, is_logarithmic: true, here: 1.0 };
+        let stable = [true, true, true, true, false, false, true, false, false];
+        let view = MapView {
+            x: axis("Force scale"),
+            y: axis("Tissue stiffness (N/m)"),
+            stable: &stable,
+            boundary: &[[(3.0, 10.0), (10.0, 3.0)]],
+            grew: &[],
+        };
+        let plain = stability_map(&view).expect("a figure");
+        assert!(plain.svg.contains("Tissue stiffness (N/m)") && !plain.svg.contains("engine"));
+        let grew: Vec<Option<bool>> = stable.iter().map(|stable| Some(!stable)).collect();
+        let checked = stability_map(&MapView { grew: &grew, ..view.clone() }).expect("a figure");
+        assert!(checked.svg.contains("engine: grows"));
+        assert!(matches!(stability_map(&MapView { stable: &[], ..view }), Err(FigureError::Empty { .. })));
+    }
+}

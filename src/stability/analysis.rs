@@ -1,0 +1,108 @@
+//! Everything that is said of one loop.
+
+use super::{
+    ClosedLoop, Hybrid, Limit, LoopSettings, Margins, Mode, Parameter, Ports, SampledBound, Search, Sensitivity,
+    StabilityError, largest_stable, sensitivities,
+};
+use crate::lti::Complex64;
+
+/// How many frequencies ports are looked at, evenly spaced in their logarithm from [`LOWEST_HZ`] on.
+const FREQUENCIES: usize = 400;
+
+/// The lowest frequency of the ports' figures in Hz.
+pub const LOWEST_HZ: f64 = 0.1;
+
+/// The highest, as a share of the tick's rate: beyond a quarter of it images of the sampling count.
+const HIGHEST_SHARE: f64 = 0.25;
+
+/// The parameters whose limits are looked for.
+pub const LIMITED: [Parameter; 4] =
+    [Parameter::ForceScale, Parameter::PositionScale, Parameter::Stiffness, Parameter::Delay];
+
+/// The two-port at one frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PortPoint {
+    /// The frequency in Hz.
+    pub frequency_hz: f64,
+    /// The hybrid matrix.
+    pub hybrid: Hybrid,
+    /// What the hand feels in the tissue, `Z_t` in N·s/m.
+    pub transmitted: Complex64,
+    /// What it would feel of the tissue through an ideal teleoperator, the scales times `Z_e`.
+    pub ideal: Complex64,
+    /// Whether the conditions of absolute stability hold.
+    pub is_absolutely_stable: bool,
+    /// Whether the two-port is passive.
+    pub is_passive: bool,
+}
+
+/// A loop, analysed.
+#[derive(Debug, Clone)]
+pub struct Analysis {
+    /// What was analysed.
+    pub settings: LoopSettings,
+    /// Its dominant mode.
+    pub mode: Mode,
+    /// Its margins.
+    pub margins: Margins,
+    /// How far each of [`LIMITED`] can go.
+    pub limits: Vec<Limit>,
+    /// What those depend on.
+    pub sensitivities: Vec<Sensitivity>,
+    /// The two-port, by frequency; empty where it has no hybrid matrix.
+    pub ports: Vec<PortPoint>,
+    /// The condition of Colgate and Schenkel, where it applies.
+    pub sampled: Option<SampledBound>,
+}
+
+impl Analysis {
+    /// Analyses a loop.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &LoopSettings) -> Result<Self, StabilityError> {
+        let closed = ClosedLoop::new(settings)?;
+        let limits = LIMITED
+            .into_iter()
+            .map(|parameter| largest_stable(settings, parameter, Search::of(parameter)))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Self {
+            mode: closed.dominant_mode()?,
+            margins: closed.margins()?,
+            sensitivities: sensitivities(settings, &limits)?,
+            limits,
+            ports: ports(settings)?,
+            sampled: SampledBound::of(settings)?,
+            settings: settings.clone(),
+        })
+    }
+
+    /// Whether the loop is stable.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.mode.spectral_radius < 1.0
+    }
+}
+
+fn ports(settings: &LoopSettings) -> Result<Vec<PortPoint>, StabilityError> {
+    let two_port = Ports::new(settings)?;
+    let (force, position) = two_port.scales();
+    let highest_hz = (HIGHEST_SHARE / settings.tick_s).max(10.0 * LOWEST_HZ);
+    let step = (highest_hz / LOWEST_HZ).powf(1.0 / (FREQUENCIES - 1) as f64);
+    let mut points = vec![];
+    for k in 0..FREQUENCIES {
+        let frequency_hz = LOWEST_HZ * step.powi(k as i32);
+        let omega = std::f64::consts::TAU * frequency_hz;
+        let Some(hybrid) = two_port.at(omega)? else { continue };
+        let tissue = two_port.tissue(omega);
+        points.push(PortPoint {
+            frequency_hz,
+            hybrid,
+            transmitted: hybrid.transmitted(tissue),
+            ideal: tissue * (force * position),
+            is_absolutely_stable: hybrid.is_absolutely_stable(),
+            is_passive: force > 0.0 && position > 0.0 && hybrid.is_passive((force, position)),
+        });
+    }
+    Ok(points)
+}

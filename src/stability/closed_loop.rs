@@ -1,0 +1,164 @@
+//! Both sides, joined.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::machines::Machines;
+use super::response::Response;
+use super::side::Side;
+use super::{LoopSettings, StabilityError};
+use crate::lti::{Complex64, eigenvalues};
+
+/// Most states of a matrix that is written out.
+const MOST_STATES: u64 = 4000;
+
+/// The whole loop in permanent contact.
+#[derive(Debug, Clone)]
+pub struct ClosedLoop {
+    tick_s: f64,
+    forward: u64,
+    backward: u64,
+    master: Side,
+    slave: Side,
+    responses: [Response; 2],
+    /// Poles of both sides without the link.
+    pub(super) open_poles: Vec<Complex64>,
+}
+
+impl ClosedLoop {
+    /// The loop of these settings.
+    ///
+    /// # Errors
+    /// [`StabilityError`] for parameters out of range or numbers beyond computing.
+    pub fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
+        Self::of(&Machines::new(settings)?, settings, None)
+    }
+
+    /// The loop around machines that fit the settings; what it has in common with another one is taken over.
+    pub(super) fn of(
+        machines: &Machines,
+        settings: &LoopSettings,
+        other: Option<&Self>,
+    ) -> Result<Self, StabilityError> {
+        crate::error::non_negative("tissue.stiffness_n_per_m", settings.stiffness_n_per_m)?;
+        crate::error::non_negative("tissue.damping_n_s_per_m", settings.damping_n_s_per_m)?;
+        let master = Side::master(machines, settings)?;
+        let slave = Side::slave(machines, settings)?;
+        let open_poles = match other.filter(|other| other.master.a == master.a && other.slave.a == slave.a) {
+            Some(other) => other.open_poles.clone(),
+            None => [eigenvalues(&master.a)?, eigenvalues(&slave.a)?].concat(),
+        };
+        Ok(Self {
+            tick_s: settings.tick_s,
+            forward: settings.forward().whole,
+            backward: settings.backward().whole,
+            responses: [Response::new(&master), Response::new(&slave)],
+            master,
+            slave,
+            open_poles,
+        })
+    }
+
+    /// The tick in s.
+    #[must_use]
+    pub fn tick_s(&self) -> f64 {
+        self.tick_s
+    }
+
+    /// Whole ticks of delay there and back.
+    #[must_use]
+    pub fn round_trip_ticks(&self) -> u64 {
+        self.forward + self.backward
+    }
+
+    /// How many states the loop has, delay lines included.
+    #[must_use]
+    pub fn states(&self) -> u64 {
+        let held = u64::from(self.master.before.is_some()) + u64::from(self.slave.before.is_some());
+        (self.master.a.nrows() + self.slave.a.nrows()) as u64 + held + self.round_trip_ticks()
+    }
+
+    /// The loop gain `L` at `z = radius · exp(j angle_rad)`: the closed loop's poles are where it is 1.
+    #[must_use]
+    pub fn loop_gain(&self, radius: f64, angle_rad: f64) -> Complex64 {
+        let z = Complex64::from_polar(radius, angle_rad);
+        let ticks = self.round_trip_ticks() as f64;
+        let delay = Complex64::from_polar(radius.powf(-ticks), -ticks * angle_rad);
+        self.responses[0].at(z) * self.responses[1].at(z) * delay
+    }
+
+    /// The force fed back per metre that arrives at the slave as its reference, both on the tick, the whole delay between them,
+    /// at `z = exp(j angle_rad)`.
+    pub(super) fn force_per_reference(&self, angle_rad: f64) -> Complex64 {
+        let delay = Complex64::from_polar(1.0, -(self.round_trip_ticks() as f64) * angle_rad);
+        self.responses[1].at(Complex64::from_polar(1.0, angle_rad)) * delay
+    }
+
+    /// The matrix that takes the loop from one tick to the next, with the effect of the desired position at the tick and at
+    /// the next.
+    ///
+    /// States: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral where there is one;
+    /// from the returned index on the slave's, beginning with `x_e, v_e`; then what is on its way to the slave, what is on
+    /// its way to the master, latest first, and the last samples where one arrives within a tick.
+    ///
+    /// # Errors
+    /// [`StabilityError::TooLarge`] for more delay than a matrix can hold.
+    pub fn matrix(&self) -> Result<(DMatrix<f64>, [DVector<f64>; 2], usize), StabilityError> {
+        let states = self.states();
+        if states > MOST_STATES {
+            return Err(StabilityError::TooLarge { ticks: self.round_trip_ticks(), states, most: MOST_STATES });
+        }
+        let (n, of_master, of_slave) = (states as usize, self.master.a.nrows(), self.slave.a.nrows());
+        let (forward, backward) = (self.forward as usize, self.backward as usize);
+        let lines = of_master + of_slave;
+        let mut held = lines + forward + backward;
+        let mut matrix = DMatrix::zeros(n, n);
+        matrix.view_mut((0, 0), (of_master, of_master)).copy_from(&self.master.a);
+        matrix.view_mut((of_master, of_master), (of_slave, of_slave)).copy_from(&self.slave.a);
+        // From which side, by which line, to which side.
+        let ways = [
+            (&self.master, 0, (lines, forward), &self.slave, of_master),
+            (&self.slave, of_master, (lines + forward, backward), &self.master, 0),
+        ];
+        for (from, from_at, (line, ticks), to, to_at) in ways {
+            // What arrives now, as weights on the states.
+            let mut arrives = DVector::zeros(n);
+            let mut sent = DVector::zeros(n);
+            sent.rows_mut(from_at, from.c.len()).copy_from(&from.c);
+            if ticks == 0 {
+                arrives.copy_from(&sent);
+            } else {
+                matrix.row_mut(line).copy_from(&sent.transpose());
+                for tick in 1..ticks {
+                    matrix[(line + tick, line + tick - 1)] = 1.0;
+                }
+                arrives[line + ticks - 1] = 1.0;
+            }
+            let mut rows = matrix.rows_mut(to_at, to.now.len());
+            rows += &to.now * arrives.transpose();
+            if let Some(before) = &to.before {
+                let mut column = rows.column_mut(held);
+                column += before;
+                matrix.row_mut(held).copy_from(&arrives.transpose());
+                held += 1;
+            }
+        }
+        let input = |part: &DVector<f64>| {
+            let mut all = DVector::zeros(n);
+            all.rows_mut(0, of_master).copy_from(part);
+            all
+        };
+        let desired = match &self.master.desired {
+            Some((now, next)) => [input(now), input(next)],
+            None => [DVector::zeros(n), DVector::zeros(n)],
+        };
+        Ok((matrix, desired, of_master))
+    }
+
+    /// Whether every motion of the loop dies out.
+    ///
+    /// # Errors
+    /// [`StabilityError::TooFast`].
+    pub fn is_stable(&self) -> Result<bool, StabilityError> {
+        Ok(self.poles_outside(1.0)? == 0)
+    }
+}

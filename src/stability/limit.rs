@@ -1,0 +1,148 @@
+//! How far a parameter can be taken before the loop is no longer stable.
+
+use super::machines::Machines;
+use super::{ClosedLoop, LoopSettings, Parameter, StabilityError};
+use crate::teleoperation::ControllerKind;
+
+/// How many halvings a boundary is found by: beyond the digits of a double.
+const HALVINGS: usize = 80;
+
+/// Where to look for boundaries.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Least value above 0.
+    pub low: f64,
+    /// Greatest value.
+    pub high: f64,
+    /// How many values between are looked at, evenly spaced in their logarithm; a stable gap between two is not seen.
+    pub points: usize,
+}
+
+impl Search {
+    /// The range in which a parameter's limit is looked for.
+    #[must_use]
+    pub fn of(parameter: Parameter) -> Self {
+        let (low, high) = match parameter {
+            Parameter::ForceScale | Parameter::PositionScale => (1e-3, 1e3),
+            Parameter::Stiffness => (1e-1, 1e7),
+            Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => (1e-5, 2.0),
+            _ => (1e-6, 1e6),
+        };
+        Self { low, high, points: 120 }
+    }
+
+    fn values(&self, with_zero: bool) -> impl Iterator<Item = f64> {
+        let Self { low, high, points } = *self;
+        let step = (high / low).powf(1.0 / (points - 1) as f64);
+        let at = move |k: usize| if k + 1 == points { high } else { low * step.powi(k as i32) };
+        with_zero.then_some(0.0).into_iter().chain((0..points).map(at))
+    }
+}
+
+/// The stable ranges of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Which parameter.
+    pub parameter: Parameter,
+    /// Its value in the loop at hand.
+    pub value: f64,
+    /// The ranges over which the loop is stable, increasing.
+    pub stable: Vec<(f64, f64)>,
+    /// Where was looked.
+    pub search: Search,
+}
+
+impl Limit {
+    /// The end of the stable range that the present value lies in; where it lies in none, of the last one below it. `None`
+    /// without any, infinite where the range goes on to the end of the search.
+    #[must_use]
+    pub fn largest(&self) -> Option<f64> {
+        let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
+        Some(if end >= self.search.high { f64::INFINITY } else { end })
+    }
+
+    /// Whether there is a further stable range above.
+    #[must_use]
+    pub fn is_not_all(&self) -> bool {
+        let last = self.stable.last().map_or(0.0, |(_, end)| *end);
+        self.largest().is_some_and(|largest| largest < last)
+    }
+}
+
+/// Whether the loop is stable with other values, on machines that are made anew only where they have to be.
+pub(super) struct Judge<'a> {
+    settings: &'a LoopSettings,
+    machines: Machines,
+    closed: ClosedLoop,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(settings: &'a LoopSettings) -> Result<Self, StabilityError> {
+        let machines = Machines::new(settings)?;
+        Ok(Self { settings, closed: ClosedLoop::of(&machines, settings, None)?, machines })
+    }
+
+    pub(super) fn is_stable(&self, changes: &[(Parameter, f64)]) -> Result<bool, StabilityError> {
+        let with = |settings: LoopSettings, change: &(Parameter, f64)| settings.with(change.0, change.1);
+        let settings = changes.iter().fold(self.settings.clone(), with);
+        if self.machines.fit(&settings) {
+            return ClosedLoop::of(&self.machines, &settings, Some(&self.closed))?.is_stable();
+        }
+        ClosedLoop::new(&settings)?.is_stable()
+    }
+
+    /// Where between two values the verdict changes, the last that has the first one's verdict.
+    pub(super) fn boundary(
+        &self,
+        parameter: Parameter,
+        (mut here, mut there): (f64, f64),
+        first: bool,
+    ) -> Result<f64, StabilityError> {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (here + there);
+            if middle == here || middle == there {
+                break;
+            }
+            if self.is_stable(&[(parameter, middle)])? == first { here = middle } else { there = middle }
+        }
+        Ok(here)
+    }
+}
+
+/// Over which values of a parameter the loop is stable, the others as they are.
+///
+/// The range is scanned first, as the stable values need not be one interval, then each change of the verdict is found by
+/// halving. A delay whose samples wait for the next
+/// tick has its limit at a whole one.
+///
+/// # Errors
+/// [`StabilityError`] where the loop cannot be built or followed at one of the values.
+pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
+    let judge = Judge::new(settings)?;
+    let mut stable = vec![];
+    let mut last: Option<(f64, bool)> = None;
+    let mut start = None;
+    // A scale of 0 opens the loop of the paper's controller; the gains of others are divided by it.
+    let is_scale = matches!(parameter, Parameter::ForceScale | Parameter::PositionScale);
+    let is_the_papers = settings.link.controller.kind == ControllerKind::PositionForce;
+    for value in search.values(parameter.may_be_zero() && (is_the_papers || !is_scale)) {
+        let verdict = judge.is_stable(&[(parameter, value)])?;
+        match last {
+            None if verdict => start = Some(value),
+            Some((before, was)) if was != verdict => {
+                let at = judge.boundary(parameter, (before, value), was)?;
+                if verdict {
+                    start = Some(at);
+                } else if let Some(from) = start.take() {
+                    stable.push((from, at));
+                }
+            }
+            _ => {}
+        }
+        last = Some((value, verdict));
+    }
+    if let Some(from) = start {
+        stable.push((from, search.high));
+    }
+    Ok(Limit { parameter, value: settings.get(parameter), stable, search })
+}

@@ -1,0 +1,185 @@
+//! The verdict over two parameters.
+
+use rayon::prelude::*;
+
+use super::limit::Judge;
+use super::{LoopSettings, Parameter, StabilityError};
+
+/// How far apart the values of an axis are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// Equal differences.
+    Linear,
+    /// Equal ratios.
+    Logarithmic,
+}
+
+/// One axis of a map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// What varies.
+    pub parameter: Parameter,
+    /// First value.
+    pub low: f64,
+    /// Last value, above the first.
+    pub high: f64,
+    /// How many values, at least 2.
+    pub count: usize,
+    /// How they are spaced.
+    pub spacing: Spacing,
+}
+
+impl Axis {
+    /// Value `index`.
+    #[must_use]
+    pub fn value(&self, index: usize) -> f64 {
+        let share = index as f64 / (self.count - 1) as f64;
+        match self.spacing {
+            _ if index + 1 == self.count => self.high,
+            Spacing::Linear => self.low + (self.high - self.low) * share,
+            Spacing::Logarithmic => self.low * (self.high / self.low).powf(share),
+        }
+    }
+}
+
+/// Verdicts on a grid, and the boundary between them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StabilityMap {
+    /// Across.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// Whether the loop is stable, row by row from the lowest `y`.
+    pub stable: Vec<bool>,
+    /// Pieces of the boundary: pairs of points `(x, y)` on the edges of one cell of the grid.
+    pub boundary: Vec<[(f64, f64); 2]>,
+}
+
+impl StabilityMap {
+    /// The verdict at a point of the grid.
+    #[must_use]
+    pub fn is_stable(&self, column: usize, row: usize) -> bool {
+        self.stable[row * self.x.count + column]
+    }
+
+    /// Share of the grid that is stable.
+    #[must_use]
+    pub fn stable_share(&self) -> f64 {
+        self.stable.iter().filter(|stable| **stable).count() as f64 / self.stable.len() as f64
+    }
+}
+
+/// Rows of a grid on all cores, each with its own judge: the verdict at each point.
+pub(super) fn verdicts<T: Send>(
+    settings: &LoopSettings,
+    (x, y): (&Axis, &Axis),
+    verdict: impl Fn(&Judge<'_>, f64, f64) -> Result<T, StabilityError> + Sync,
+) -> Result<Vec<T>, StabilityError> {
+    let rows: Vec<Vec<T>> = (0..y.count)
+        .into_par_iter()
+        .map(|row| {
+            let of_row = settings.with(y.parameter, y.value(row));
+            let judge = Judge::new(&of_row)?;
+            (0..x.count).map(|column| verdict(&judge, x.value(column), y.value(row))).collect()
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// The map of a loop over two parameters, with the boundary found on every edge of the grid that it crosses.
+///
+/// # Errors
+/// [`StabilityError`] where the loop cannot be built or followed at a point.
+pub fn map(settings: &LoopSettings, x: Axis, y: Axis) -> Result<StabilityMap, StabilityError> {
+    let stable = verdicts(settings, (&x, &y), |judge, x_value, _| judge.is_stable(&[(x.parameter, x_value)]))?;
+    let mut map = StabilityMap { x, y, stable, boundary: vec![] };
+    map.boundary = boundary(settings, &map)?;
+    Ok(map)
+}
+
+/// Whether a point lies within a share of the boundary, either way along either axis.
+///
+/// # Errors
+/// As [`map`].
+pub fn is_near_boundary(
+    settings: &LoopSettings,
+    point: [(Parameter, f64); 2],
+    share: f64,
+) -> Result<bool, StabilityError> {
+    let judge = Judge::new(settings)?;
+    let here = judge.is_stable(&point)?;
+    for index in 0..2 {
+        for factor in [1.0 + share, 1.0 / (1.0 + share)] {
+            let mut other = point;
+            other[index].1 *= factor;
+            if judge.is_stable(&other)? != here {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
+}
+
+/// Marching squares, with the crossings of edges found by halving.
+fn boundary(settings: &LoopSettings, map: &StabilityMap) -> Result<Vec<[(f64, f64); 2]>, StabilityError> {
+    const HALVINGS: usize = 12;
+    let StabilityMap { x, y, .. } = map;
+    let crossing = |a: (usize, usize), b: (usize, usize)| -> Result<Option<(f64, f64)>, StabilityError> {
+        let first = map.is_stable(a.0, a.1);
+        if first == map.is_stable(b.0, b.1) {
+            return Ok(None);
+        }
+        let judge = Judge::new(settings)?;
+        let at = |(column, row): (usize, usize)| (x.value(column), y.value(row));
+        let (mut here, mut there) = (at(a), at(b));
+        for _ in 0..HALVINGS {
+            let middle = (0.5 * (here.0 + there.0), 0.5 * (here.1 + there.1));
+            let verdict = judge.is_stable(&[(x.parameter, middle.0), (y.parameter, middle.1)])?;
+            if verdict == first { here = middle } else { there = middle }
+        }
+        Ok(Some((0.5 * (here.0 + there.0), 0.5 * (here.1 + there.1))))
+    };
+    // Each edge once: those to the right of a point, and those above it.
+    let edges = |to_right: bool| {
+        let points = (0..y.count).into_par_iter().flat_map_iter(|row| (0..x.count).map(move |column| (column, row)));
+        points
+            .map(|(column, row)| {
+                let other = if to_right { (column + 1, row) } else { (column, row + 1) };
+                let is_inside = other.0 < x.count && other.1 < y.count;
+                if is_inside { crossing((column, row), other) } else { Ok(None) }
+            })
+            .collect::<Result<Vec<_>, _>>()
+    };
+    let (across, upwards) = (edges(true)?, edges(false)?);
+    let mut pieces = vec![];
+    for row in 0..y.count - 1 {
+        for column in 0..x.count - 1 {
+            let at = row * x.count + column;
+            let around = [across[at], upwards[at + 1], across[at + x.count], upwards[at]];
+            let points: Vec<(f64, f64)> = around.into_iter().flatten().collect();
+            match points[..] {
+                [a, b] => pieces.push([a, b]),
+                // A saddle: which corners belong together is not known; either pairing is within the cell.
+                [a, b, c, d] => pieces.extend([[a, b], [c, d]]),
+                _ => {}
+            }
+        }
+    }
+    Ok(pieces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_ends_where_it_was_asked_to() {
+        let axis = |spacing| Axis { parameter: Parameter::Stiffness, low: 10.0, high: 2000.0, count: 200, spacing };
+        for spacing in [Spacing::Linear, Spacing::Logarithmic] {
+            let axis = axis(spacing);
+            assert_eq!((axis.value(0), axis.value(199)), (10.0, 2000.0));
+            assert!((1..200).all(|k| axis.value(k) > axis.value(k - 1)));
+        }
+        assert!((axis(Spacing::Logarithmic).value(1) / 10.0 - 200.0_f64.powf(1.0 / 199.0)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,205 @@
+//! The teleoperator as a two-port between hand and tissue, both left open.
+
+use super::{LoopSettings, StabilityError};
+use crate::lti::{Complex64, Continuous, StateSpace};
+use crate::plant::{ControlTiming, Coupling, slave_system};
+use crate::teleoperation::{MasterGains, SlaveGains};
+
+/// Rounding that a comparison with 0 allows for, relative to what is compared.
+const ROUNDING: f64 = 1e-12;
+
+/// The hybrid matrix at one frequency (Hannaford 1989, *A design framework for teleoperators with kinesthetic feedback*):
+///
+/// ```text
+/// | F_h  |   | h11  h12 | | v_h |      h11: what the hand feels of the machine while the needle is free, in N·s/m
+/// |      | = |          | |     |      h12: what it feels of the tissue's force;  h21: minus what the needle does of its motion
+/// | -v_e |   | h21  h22 | | f_e |      h22: how far the needle yields to the tissue, in m/(N·s)
+/// ```
+/// `v_h` and `F_h` are those of the master under the hand, the arm is the person's. Ideal are `h11 = h22 = 0`, `h12 = 1`,
+/// `h21 = -1` (times the scales).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hybrid {
+    /// `[[h11, h12], [h21, h22]]`.
+    pub h: [[Complex64; 2]; 2],
+}
+
+impl Hybrid {
+    /// Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`: at least 1, with both real parts at least 0,
+    /// at every frequency, is what makes the two-port stable with whatever passive hand and tissue (Llewellyn 1952, *Some
+    /// fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic interaction
+    /// with virtual environments*). Infinite where nothing goes around.
+    #[must_use]
+    pub fn llewellyn(&self) -> f64 {
+        let [[h11, _], [_, h22]] = self.h;
+        let around = self.h[0][1] * self.h[1][0];
+        if around.norm() == 0.0 {
+            return f64::INFINITY;
+        }
+        (2.0 * h11.re * h22.re - around.re) / around.norm()
+    }
+
+    /// Whether the conditions of absolute stability hold at this frequency, up to rounding.
+    #[must_use]
+    pub fn is_absolutely_stable(&self) -> bool {
+        let [[h11, _], [_, h22]] = self.h;
+        let at_least_0 = |value: Complex64| value.re >= -ROUNDING * value.norm();
+        at_least_0(h11) && at_least_0(h22) && self.llewellyn() >= 1.0 - ROUNDING
+    }
+
+    /// Whether the two-port takes no more power from one side than it gets from the other at this frequency: the Hermitian
+    /// part of `H` is positive semidefinite, `4 Re h11 Re h22 >= |h12 + h21*|²`. `(force, position)` are the scales, by
+    /// which powers on the two sides are made comparable (`F_h v_h` against `s_f/s_p f_e v_e`).
+    #[must_use]
+    pub fn is_passive(&self, (force, position): (f64, f64)) -> bool {
+        let [[h11, h12], [h21, h22]] = self.h;
+        let both = (h12 / force + h21.conj() / position).norm_sqr();
+        let size = h12.norm_sqr() / (force * force) + h21.norm_sqr() / (position * position);
+        let own = 4.0 * h11.re * h22.re / (force * position);
+        let at_least_0 = |value: Complex64| value.re >= -ROUNDING * value.norm();
+        at_least_0(h11) && at_least_0(h22) && own - both >= -ROUNDING * (size + own.abs())
+    }
+
+    /// What the hand feels where the needle is in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in N·s/m.
+    #[must_use]
+    pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
+        let [[h11, h12], [h21, h22]] = self.h;
+        h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
+    }
+
+    /// What the hand feels of a needle that is held fast, `h11 - h12 h21 / h22`; `None` where the slave does not yield at all,
+    /// so that this is without bound.
+    #[must_use]
+    pub fn stiffest(&self) -> Option<Complex64> {
+        let [[h11, h12], [h21, h22]] = self.h;
+        (h22.norm() > 0.0).then(|| h11 - h12 * h21 / h22)
+    }
+}
+
+/// The two-port of a loop.
+///
+/// In continuous time, where what goes over the link is held from tick to tick: a hold is `(1 - exp(-sT)) / (sT)`, and the
+/// images of the sampling are left out, so that the figures mean something well below half the tick's rate. At the port of
+/// the slave `f_e` is what its force sensor reads: in this model the tissue moves the needle off its reference only by
+/// `slave.compliance_m_per_n`, and `h22` is 0 without it.
+#[derive(Debug, Clone)]
+pub struct Ports {
+    settings: LoopSettings,
+    slave: StateSpace<Continuous>,
+    at_master: MasterGains,
+    at_slave: SlaveGains,
+}
+
+impl Ports {
+    /// The two-port of these settings; `K` and `B` do not count.
+    ///
+    /// # Errors
+    /// [`StabilityError`] for parameters out of range.
+    pub fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
+        let (at_master, at_slave) = settings.link.controller.gains(&settings.link.machines)?;
+        Ok(Self {
+            slave: slave_system(&settings.slave, settings.timing)?,
+            settings: settings.clone(),
+            at_master,
+            at_slave,
+        })
+    }
+
+    /// Powers of both sides are compared by these scales, force and position.
+    #[must_use]
+    pub fn scales(&self) -> (f64, f64) {
+        (self.settings.link.machines.force_scale, self.settings.link.machines.position_scale)
+    }
+
+    /// The tissue's impedance `B + K / s` in N·s/m.
+    #[must_use]
+    pub fn tissue(&self, omega_rad_per_s: f64) -> Complex64 {
+        let s = Complex64::new(0.0, omega_rad_per_s);
+        Complex64::new(self.settings.damping_n_s_per_m, 0.0) + s.inv() * self.settings.stiffness_n_per_m
+    }
+
+    /// The hybrid matrix at a frequency above 0.
+    ///
+    /// `None` where it does not exist: at a pole, or with a hand that does not act on the master and no force controller.
+    ///
+    /// # Errors
+    /// [`StabilityError`] where a response cannot be computed.
+    pub fn at(&self, omega_rad_per_s: f64) -> Result<Option<Hybrid>, StabilityError> {
+        let Self { settings, at_master, at_slave, .. } = self;
+        let s = Complex64::new(0.0, omega_rad_per_s);
+        let one = Complex64::new(1.0, 0.0);
+        let tick_s = settings.tick_s;
+        let before = (-s * tick_s).exp();
+        let hold = (one - before) / (s * tick_s);
+        let way = |delay_s: f64| (-s * delay_s).exp() * hold;
+        let arrival_s = |whole: u64, share: f64| (whole as f64 + share) * tick_s;
+        let (forth, back) = (settings.forward(), settings.backward());
+        let to_slave = way(arrival_s(forth.whole, forth.share));
+        let to_master = way(arrival_s(back.whole, back.share));
+        let machines = &settings.link.machines;
+        let scale = machines.position_scale;
+
+        // What the sensors and the differentiators make of what they are given.
+        let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * tick_s;
+        let read = if settings.force_bandwidth_hz > 0.0 {
+            let (keep, mean) = ((-ticks).exp(), -(-ticks).exp_m1() / ticks);
+            (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
+        } else {
+            one
+        };
+        let weight = -(-std::f64::consts::TAU * settings.link.controller.acceleration_bandwidth_hz * tick_s).exp_m1();
+        let differentiate = (one - before) * (weight / tick_s) / (one - before * (1.0 - weight));
+
+        // The slave: x_e = follow · x_ref, with x_ref as held.
+        let response = self.slave.evaluate(s)?[(0, 0)];
+        let follow = match settings.timing {
+            ControlTiming::Continuous => response,
+            ControlTiming::Sampled => {
+                let [to_reference, to_position, to_velocity] = settings.slave.control();
+                let motor = response / (one + s * settings.actuators.slave_lag_s);
+                let around = motor * hold * (s * to_velocity + to_position);
+                motor * to_reference / (one - around)
+            }
+        };
+        // x_e = from_hand F_h + from_motion v_h + from_tissue f_e
+        let from_motion =
+            follow * to_slave * (s.inv() * scale + at_slave.velocity + differentiate * at_slave.acceleration);
+        let from_hand = follow * to_slave * at_slave.hand_force;
+        let from_tissue = -follow * hold * (read * at_slave.own_force + machines.compliance_m_per_n);
+
+        // F_ed as held = force f_e + own v_h - hand F_h - of_slave x_e
+        let force = to_master * read * (at_master.force * machines.force_scale);
+        let own = hold * (s.inv() * at_master.position + at_master.velocity) * scale;
+        let hand = hold * at_master.hand;
+        let of_slave = to_master
+            * (s * (at_master.velocity + at_master.drag) + at_master.position + s * differentiate * at_master.inertia);
+
+        // U_m = (1 + k) F_ed - k F_h, with k = K_i / s, or its sum on the ticks, held; and m s v + b v = F_h - U_m.
+        let gain = settings.master.force_integral_gain;
+        let integral = match settings.timing {
+            ControlTiming::Continuous => s.inv() * gain,
+            ControlTiming::Sampled => before / (one - before) * (gain * tick_s),
+        };
+        let (of_force, of_hand, motor) = match settings.timing {
+            ControlTiming::Continuous => (one + integral, integral, one),
+            ControlTiming::Sampled => {
+                (one + integral, integral * hold, (one + s * settings.actuators.master_lag_s).inv())
+            }
+        };
+        let inertia = s * settings.master.mass_kg + settings.master.damping_n_s_per_m;
+        // By F_h, v_h and f_e, all on one side: on_hand F_h + on_motion v_h + on_tissue f_e = 0.
+        let pushed = match settings.master.coupling {
+            Coupling::Physical => (one, one),
+            Coupling::AsPrinted => (Complex64::new(0.0, 0.0), -one),
+        };
+        let drive = motor * pushed.1;
+        let on_hand = pushed.0 + drive * of_hand + drive * of_force * (hand + of_slave * from_hand);
+        let on_motion = -inertia - drive * of_force * (own - of_slave * from_motion);
+        let on_tissue = -drive * of_force * (force - of_slave * from_tissue);
+        let (h11, h12) = (-on_motion / on_hand, -on_tissue / on_hand);
+        let h21 = -s * (from_motion + from_hand * h11);
+        let h22 = -s * (from_tissue + from_hand * h12);
+        let hybrid = Hybrid { h: [[h11, h12], [h21, h22]] };
+        let is_finite = hybrid.h.iter().flatten().all(|value| value.re.is_finite() && value.im.is_finite());
+        Ok(is_finite.then_some(hybrid))
+    }
+}

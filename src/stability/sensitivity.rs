@@ -1,0 +1,81 @@
+//! What each limit depends on.
+
+use rayon::prelude::*;
+
+use super::limit::Judge;
+use super::{Limit, LoopSettings, Parameter, StabilityError};
+
+/// Relative step of the differences.
+const STEP: f64 = 1e-4;
+
+/// By how many per cent a limit changes where a parameter grows by one per cent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// Whose limit.
+    pub limit: Parameter,
+    /// What is changed.
+    pub parameter: Parameter,
+    /// `d ln(limit) / d ln(parameter)`; `None` where a limit is lost within the step, as at the edge of a whole tick.
+    pub relative: Option<f64>,
+}
+
+/// The sensitivity of each finite limit to each parameter of the loop that is not 0: central differences over a ten-thousandth
+/// of the parameter.
+///
+/// # Errors
+/// [`StabilityError`] as the limits themselves.
+pub fn sensitivities(settings: &LoopSettings, limits: &[Limit]) -> Result<Vec<Sensitivity>, StabilityError> {
+    let mut pairs = vec![];
+    for limit in limits {
+        let Some(largest) = limit.largest().filter(|largest| largest.is_finite() && *largest > 0.0) else { continue };
+        for parameter in Parameter::all() {
+            let delays = [Parameter::Delay, Parameter::ForwardDelay, Parameter::BackwardDelay];
+            let both_delays = delays.contains(&limit.parameter) && delays.contains(&parameter);
+            if parameter != limit.parameter
+                && parameter != Parameter::Delay
+                && !both_delays
+                && is_there(settings, parameter)
+            {
+                pairs.push((limit.parameter, largest, parameter));
+            }
+        }
+    }
+    pairs
+        .into_par_iter()
+        .map(|(limit, largest, parameter)| {
+            let value = settings.get(parameter);
+            let near = |factor: f64| nearby(&settings.with(parameter, value * factor), limit, largest);
+            let ends = near(1.0 + STEP)?.zip(near(1.0 - STEP)?);
+            let relative = ends.map(|(up, down)| (up / down).ln() / ((1.0 + STEP) / (1.0 - STEP)).ln());
+            Ok(Sensitivity { limit, parameter, relative })
+        })
+        .collect()
+}
+
+/// Whether a parameter has a say in the loop.
+fn is_there(settings: &LoopSettings, parameter: Parameter) -> bool {
+    let couples = settings.link.controller.kind != crate::teleoperation::ControllerKind::PositionForce;
+    let of_controller = matches!(
+        parameter,
+        Parameter::CouplingStiffness
+            | Parameter::CouplingDamping
+            | Parameter::MasterForceGain
+            | Parameter::SlaveForceGain
+            | Parameter::AccelerationBandwidth
+    );
+    settings.get(parameter) != 0.0 && (couples || !of_controller)
+}
+
+/// The limit near one that is known.
+fn nearby(settings: &LoopSettings, limit: Parameter, known: f64) -> Result<Option<f64>, StabilityError> {
+    let judge = Judge::new(settings)?;
+    let mut reach = 10.0 * STEP;
+    while reach < 0.3 {
+        let (low, high) = (known * (1.0 - reach), known * (1.0 + reach));
+        if judge.is_stable(&[(limit, low)])? && !judge.is_stable(&[(limit, high)])? {
+            return judge.boundary(limit, (low, high), true).map(Some);
+        }
+        reach *= 3.0;
+    }
+    Ok(None)
+}

@@ -1,0 +1,168 @@
+//! What the linearised loop is made of: the numbers of a scenario that its stability depends on.
+
+use super::Parameter;
+use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
+use crate::scenario::{DelayTicks, Scenario, TissueSpec, Value};
+use crate::teleoperation::{LinkSettings, PassivitySettings, Scheme};
+
+/// A loop in permanent contact with `f_e = K x_e + B v_e`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoopSettings {
+    /// Time between two ticks in s.
+    pub tick_s: f64,
+    /// Where the controllers run.
+    pub timing: ControlTiming,
+    /// The master.
+    pub master: MasterParameters,
+    /// The arm.
+    pub arm: ArmParameters,
+    /// The slave.
+    pub slave: SlaveParameters,
+    /// The motors; only their lags count here.
+    pub actuators: ActuatorLimits,
+    /// Architecture, scales and compliance.
+    pub link: LinkSettings,
+    /// First-order bandwidth of the force reading in Hz; 0 is without a lag.
+    pub force_bandwidth_hz: f64,
+    /// From master to slave, in s.
+    pub forward_delay_s: f64,
+    /// From slave to master, in s.
+    pub backward_delay_s: f64,
+    /// `K` in N/m.
+    pub stiffness_n_per_m: f64,
+    /// `B` in N·s/m.
+    pub damping_n_s_per_m: f64,
+}
+
+impl LoopSettings {
+    /// The loop of a scenario. `K` and `B` are those of its `tissue.stiffness_n_per_m` and `tissue.damping_n_s_per_m`
+    /// (200 N/m and 5 N·s/m where nothing says otherwise), whatever its tissue is.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let values = scenario.values();
+        let number = |path| match values.get(path) {
+            Some(Value::Number(number)) => *number,
+            _ => 0.0,
+        };
+        Self {
+            tick_s: scenario.grid.tick_s(),
+            timing: scenario.timing,
+            master: scenario.master,
+            arm: scenario.arm,
+            slave: scenario.slave.clone(),
+            actuators: ActuatorLimits {
+                master_lag_s: scenario.actuators.master_lag_s,
+                slave_lag_s: scenario.actuators.slave_lag_s,
+                ..ActuatorLimits::NONE
+            },
+            link: LinkSettings { passivity: PassivitySettings::NONE, ..scenario.link },
+            force_bandwidth_hz: scenario.sensor.force_bandwidth_hz,
+            forward_delay_s: number("channel.forward_delay_s"),
+            backward_delay_s: number("channel.backward_delay_s"),
+            stiffness_n_per_m: number("tissue.stiffness_n_per_m"),
+            damping_n_s_per_m: number("tissue.damping_n_s_per_m"),
+        }
+    }
+
+    /// What of a scenario the linear loop leaves out, in words; empty where it is all there.
+    #[must_use]
+    pub fn left_out(scenario: &Scenario) -> Vec<&'static str> {
+        let limits = &scenario.actuators;
+        let limited = limits.master_force_n.is_some()
+            || limits.slave_command.is_some()
+            || limits.master_force_rate_n_per_s.is_some()
+            || limits.slave_command_rate_per_s.is_some();
+        let logged = !(scenario.forward_schedule.is_empty() && scenario.backward_schedule.is_empty());
+        [
+            (
+                !matches!(scenario.tissue, TissueSpec::KelvinVoigt { .. }),
+                "the tissue: a spring and a damper stand for it",
+            ),
+            (scenario.augmentation.enabled, "the augmentation: its switching is not in a linear loop"),
+            (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme: the loop is the plain one"),
+            (limited, "the limits of the motors: their lags are there"),
+            (!scenario.irregularity.is_none() || logged, "jitter, loss, outages and logged delays"),
+            (scenario.reflex.is_some(), "the person's reflex"),
+            (scenario.sensor.position_resolution_m > 0.0, "the steps of the position reading and its filter"),
+        ]
+        .into_iter()
+        .filter_map(|(is_there, what)| is_there.then_some(what))
+        .collect()
+    }
+
+    /// The value of a parameter.
+    #[must_use]
+    pub fn get(&self, parameter: Parameter) -> f64 {
+        let mut copy = self.clone();
+        *copy.places(parameter)[0]
+    }
+
+    /// The same loop with another value of a parameter; gains that follow from it follow.
+    #[must_use]
+    pub fn with(&self, parameter: Parameter, value: f64) -> Self {
+        let mut other = self.clone();
+        for place in other.places(parameter) {
+            *place = value;
+        }
+        let machines = &mut other.link.machines;
+        machines.master_mass_kg = other.master.mass_kg;
+        machines.master_damping_n_s_per_m = other.master.damping_n_s_per_m;
+        machines.proportional_gain = other.slave.proportional_gain;
+        machines.velocity_gain = other.slave.velocity_gain;
+        other
+    }
+
+    /// The delay from master to slave, as the receiver takes it.
+    #[must_use]
+    pub fn forward(&self) -> DelayTicks {
+        DelayTicks::new(self.forward_delay_s, self.tick_s, self.waits_for_tick())
+    }
+
+    /// The delay from slave to master, as the receiver takes it.
+    #[must_use]
+    pub fn backward(&self) -> DelayTicks {
+        DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
+    }
+
+    /// Whether a sample that arrives within a tick is read at the next one.
+    #[must_use]
+    pub fn waits_for_tick(&self) -> bool {
+        self.timing == ControlTiming::Sampled || !self.link.is_the_papers()
+    }
+
+    /// Where a parameter stands.
+    fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {
+        use Parameter as P;
+        let machines = &mut self.link.machines;
+        let controller = &mut self.link.controller;
+        vec![match parameter {
+            P::Delay => return vec![&mut self.forward_delay_s, &mut self.backward_delay_s],
+            P::ForceScale => &mut machines.force_scale,
+            P::PositionScale => &mut machines.position_scale,
+            P::Compliance => &mut machines.compliance_m_per_n,
+            P::Stiffness => &mut self.stiffness_n_per_m,
+            P::Damping => &mut self.damping_n_s_per_m,
+            P::ForwardDelay => &mut self.forward_delay_s,
+            P::BackwardDelay => &mut self.backward_delay_s,
+            P::Tick => &mut self.tick_s,
+            P::MasterMass => &mut self.master.mass_kg,
+            P::MasterDamping => &mut self.master.damping_n_s_per_m,
+            P::ForceIntegralGain => &mut self.master.force_integral_gain,
+            P::ArmKa => &mut self.arm.k_a_n_per_m,
+            P::ArmBa => &mut self.arm.b_a_n_s_per_m,
+            P::ArmKh => &mut self.arm.k_h_n_per_m,
+            P::ArmBh => &mut self.arm.b_h_n_s_per_m,
+            P::ArmMass => &mut self.arm.m_h_kg,
+            P::ProportionalGain => &mut self.slave.proportional_gain,
+            P::VelocityGain => &mut self.slave.velocity_gain,
+            P::CouplingStiffness => &mut controller.coupling_stiffness_n_per_m,
+            P::CouplingDamping => &mut controller.coupling_damping_n_s_per_m,
+            P::MasterForceGain => &mut controller.master_force_gain,
+            P::SlaveForceGain => &mut controller.slave_force_gain,
+            P::AccelerationBandwidth => &mut controller.acceleration_bandwidth_hz,
+            P::ForceBandwidth => &mut self.force_bandwidth_hz,
+            P::MasterLag => &mut self.actuators.master_lag_s,
+            P::SlaveLag => &mut self.actuators.slave_lag_s,
+        }]
+    }
+}

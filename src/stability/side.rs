@@ -1,0 +1,222 @@
+//! One side with everything that acts on it alone, from what arrives there to what it sends.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::machines::Machines;
+use super::{LoopSettings, StabilityError};
+
+/// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is what arrives, `y` what is sent, both at the tick.
+///
+/// The linear parts of what a side is sent are summed before they go over the link, so that each direction carries one
+/// number. `b_before` is not 0 where a sample arrives within a tick.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Side {
+    pub(super) a: DMatrix<f64>,
+    pub(super) now: DVector<f64>,
+    pub(super) before: Option<DVector<f64>>,
+    pub(super) c: DVector<f64>,
+    /// Effect of the desired position now and at the next tick; empty for the slave.
+    pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
+}
+
+/// States are added one by one to a side of fixed size.
+struct States {
+    a: DMatrix<f64>,
+    used: usize,
+}
+
+impl States {
+    fn new(most: usize) -> Self {
+        Self { a: DMatrix::zeros(most, most), used: 0 }
+    }
+
+    fn add(&mut self, count: usize) -> usize {
+        self.used += count;
+        self.used - count
+    }
+
+    /// Makes state `to` the weighted sum of states at the next tick.
+    fn set(&mut self, to: usize, weights: &DVector<f64>) {
+        for (j, &weight) in weights.iter().enumerate() {
+            self.a[(to, j)] = weight;
+        }
+    }
+}
+
+/// Most states of a side: five or three of the machine, and of motor, acceleration and force reading one, two and two.
+const MOST: usize = 10;
+
+/// A signal as weights on the states.
+fn zero() -> DVector<f64> {
+    DVector::zeros(MOST)
+}
+
+fn unit(state: usize) -> DVector<f64> {
+    DVector::from_fn(MOST, |i, _| f64::from(u8::from(i == state)))
+}
+
+/// The acceleration that a side sends: differences of the velocity through a low pass, as
+/// `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
+fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LoopSettings) -> DVector<f64> {
+    let bandwidth_hz = settings.link.controller.acceleration_bandwidth_hz;
+    let weight = -libm::expm1(-std::f64::consts::TAU * bandwidth_hz * settings.tick_s);
+    let at = states.add(2);
+    let now = unit(at + 1) * (1.0 - weight) + (velocity - unit(at)) * (weight / settings.tick_s);
+    states.set(at, velocity);
+    states.set(at + 1, &now);
+    now
+}
+
+/// The force as read, `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k` with a bandwidth.
+fn reading(states: &mut States, force: &DVector<f64>, settings: &LoopSettings) -> DVector<f64> {
+    let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
+    if settings.force_bandwidth_hz <= 0.0 {
+        return force.clone();
+    }
+    let keep = libm::exp(-ticks);
+    let mean = if ticks > f64::MIN_POSITIVE { -libm::expm1(-ticks) / ticks } else { 1.0 };
+    let at = states.add(2);
+    let now = unit(at) * keep + unit(at + 1) * (mean - keep) + force * (1.0 - mean);
+    states.set(at, &now);
+    states.set(at + 1, force);
+    now
+}
+
+impl Side {
+    /// The master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` what the slave's reference is made of.
+    pub(super) fn master(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
+        let link = &settings.link;
+        let (at_master, at_slave) = link.controller.gains(&link.machines)?;
+        let scale = link.machines.position_scale;
+        let step = &machines.master;
+        let mut states = States::new(MOST);
+        let motion = states.add(4);
+        let integral_gain = settings.master.force_integral_gain;
+        let integral = (integral_gain != 0.0).then(|| states.add(1));
+        let place = |column: &[f64]| -> DVector<f64> {
+            let mut all = zero();
+            for (i, &value) in column.iter().enumerate() {
+                match integral {
+                    Some(at) if i == 4 => all[at] = value,
+                    None if i == 4 => {}
+                    _ => all[motion + i] = value,
+                }
+            }
+            all
+        };
+        let (position, velocity, hand) = (unit(motion), unit(motion + 1), place(&step.hand_force));
+        let local = &position * (at_master.position * scale) + &velocity * (at_master.velocity * scale)
+            - &hand * at_master.hand;
+        for j in 0..5 {
+            let column: Vec<f64> = step.transition.iter().map(|row| row[j]).collect();
+            let to = match (j, integral) {
+                (4, None) => continue,
+                (4, Some(at)) => at,
+                _ => motion + j,
+            };
+            states.a.set_column(to, &place(&column));
+        }
+        let now = match &machines.motors {
+            None => place(&step.feedback),
+            Some((motor, _)) => {
+                let mut command = place(&motor.from_command);
+                let lagging = (settings.actuators.master_lag_s > 0.0).then(|| states.add(1));
+                if let Some(at) = lagging {
+                    states.a.set_column(at, &place(&motor.from_actual));
+                    states.a[(at, at)] = motor.kept;
+                    command[at] = motor.gained;
+                }
+                let mut input = command.clone();
+                if let Some(at) = integral {
+                    for i in 0..MOST {
+                        states.a[(i, at)] = if i == at { 1.0 } else { command[i] * integral_gain };
+                    }
+                    for j in 0..MOST {
+                        states.a[(at, j)] -= settings.tick_s * hand[j];
+                    }
+                    input[at] = settings.tick_s;
+                }
+                input
+            }
+        };
+        states.a += &now * local.transpose();
+        let mut sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
+        if at_slave.acceleration != 0.0 {
+            sent += acceleration(&mut states, &velocity, settings) * at_slave.acceleration;
+        }
+        let split = machines.late_master.as_ref().map(|late| place(&late.feedback));
+        let desired = (place(&step.desired_now), place(&step.desired_next));
+        Ok(Self::of(states, now, split, sent, Some(desired)))
+    }
+
+    /// The slave on its tissue: `w` is what the link makes the reference of, `y` the part of `F_ed` that it sends.
+    pub(super) fn slave(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
+        let link = &settings.link;
+        let (at_master, at_slave) = link.controller.gains(&link.machines)?;
+        let step = &machines.slave;
+        let mut states = States::new(MOST);
+        let motion = states.add(3);
+        let place = |column: &[f64; 3]| -> DVector<f64> {
+            let mut all = zero();
+            all.rows_mut(motion, 3).copy_from_slice(column);
+            all
+        };
+        let (position, velocity) = (unit(motion), unit(motion + 1));
+        let force = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
+        for (i, row) in step.transition.iter().enumerate() {
+            for (j, &value) in row.iter().enumerate() {
+                states.a[(motion + i, motion + j)] = value;
+            }
+        }
+        let now = match &machines.motors {
+            None => place(&step.reference),
+            Some((_, motor)) => {
+                let mut command = place(&motor.from_command);
+                let lagging = (settings.actuators.slave_lag_s > 0.0).then(|| states.add(1));
+                if let Some(at) = lagging {
+                    states.a.set_column(at, &place(&motor.from_actual));
+                    states.a[(at, at)] = motor.kept;
+                    command[at] = motor.gained;
+                }
+                let [to_reference, to_position, to_velocity] = settings.slave.control();
+                states.a += &command * (&position * to_position + &velocity * to_velocity).transpose();
+                command * to_reference
+            }
+        };
+        let read = reading(&mut states, &force, settings);
+        let yielding = &read * at_slave.own_force + &force * link.machines.compliance_m_per_n;
+        states.a -= &now * yielding.transpose();
+        let mut sent = &read * (at_master.force * link.machines.force_scale)
+            - &position * at_master.position
+            - &velocity * (at_master.velocity + at_master.drag);
+        if at_master.inertia != 0.0 {
+            sent -= acceleration(&mut states, &velocity, settings) * at_master.inertia;
+        }
+        let split = machines.late_slave.as_ref().map(|late| place(&late.reference));
+        Ok(Self::of(states, now, split, sent, None))
+    }
+
+    /// Only the states that there are. Over a split tick the last sample acts at first, this one for the rest:
+    /// `Γ(T) w_{k-1} + Γ_late (w_k - w_{k-1})`.
+    fn of(
+        states: States,
+        whole: DVector<f64>,
+        late: Option<DVector<f64>>,
+        sent: DVector<f64>,
+        desired: Option<(DVector<f64>, DVector<f64>)>,
+    ) -> Self {
+        let n = states.used;
+        let cut = |vector: DVector<f64>| vector.rows(0, n).into_owned();
+        let (now, before) = match late {
+            None => (whole, None),
+            Some(late) => (late.clone(), Some(whole - late)),
+        };
+        Self {
+            a: states.a.view((0, 0), (n, n)).into_owned(),
+            now: cut(now),
+            before: before.map(cut),
+            c: cut(sent),
+            desired: desired.map(|(now, next)| (cut(now), cut(next))),
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! The linear verdicts, held against what the engine does.
+//!
+//! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue whose surface the needle can leave, as always in the
+//! engine; the force sensor's bias takes the resting force away, so that nothing moves until the person moves their hand by a
+//! micrometre and back. What is left of the needle's motion late in the run is then compared with what was left before: an
+//! instability shows as growth long before contact is lost.
+
+mod run;
+
+pub use run::{Verdict, simulate};
+
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::run::RunError;
+use crate::scenario::Scenario;
+use crate::stability::{LoopSettings, Parameter, StabilityError, StabilityMap, is_near_boundary};
+use thiserror::Error;
+
+/// How near to the boundary, relative to either parameter, a verdict is not judged.
+pub const BAND: f64 = 0.005;
+
+/// Why verdicts cannot be compared.
+#[derive(Debug, Error)]
+pub enum CheckError {
+    /// The loop cannot be analysed.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
+    /// The scenario cannot be run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// A point at which the two verdicts differ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disagreement {
+    /// Value of the map's first parameter.
+    pub x: f64,
+    /// Value of its second.
+    pub y: f64,
+    /// Whether the linear loop is stable there.
+    pub analytic_stable: bool,
+    /// What the engine did.
+    pub simulated: Verdict,
+    /// Whether the boundary is nearer than [`BAND`].
+    pub is_near_boundary: bool,
+}
+
+/// The engine's verdicts beside a map's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Check {
+    /// Row by row, as the map's; none where the check was stopped.
+    pub simulated: Vec<Option<Verdict>>,
+    /// Points that were run and are not within [`BAND`] of the boundary.
+    pub judged: usize,
+    /// Where the two differ.
+    pub disagreements: Vec<Disagreement>,
+}
+
+impl Check {
+    /// Share of the judged points at which both agree; `None` where none was judged.
+    #[must_use]
+    pub fn agreement(&self) -> Option<f64> {
+        let apart = self.disagreements.iter().filter(|point| !point.is_near_boundary).count();
+        (self.judged > 0).then(|| 1.0 - apart as f64 / self.judged as f64)
+    }
+}
+
+/// Runs the engine at every point of a map; `done` is told of each, and `stop` ends it early.
+///
+/// # Errors
+/// [`CheckError`] where a point cannot be analysed or run.
+pub fn check(
+    (scenario, settings): (&Scenario, &LoopSettings),
+    map: &StabilityMap,
+    stop: &AtomicBool,
+    done: impl Fn() + Sync,
+) -> Result<Check, CheckError> {
+    let at = |index: usize| -> [(Parameter, f64); 2] {
+        let (row, column) = (index / map.x.count, index % map.x.count);
+        [(map.x.parameter, map.x.value(column)), (map.y.parameter, map.y.value(row))]
+    };
+    let points = (0..map.stable.len())
+        .into_par_iter()
+        .map(|index| {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            let point = at(index);
+            let here = settings.with(point[0].0, point[0].1).with(point[1].0, point[1].1);
+            let verdict = simulate(scenario, &here)?;
+            let near = is_near_boundary(settings, point, BAND)?;
+            done();
+            Ok(Some((verdict, near)))
+        })
+        .collect::<Result<Vec<_>, CheckError>>()?;
+    let judged = points.iter().filter(|point| matches!(point, Some((_, false)))).count();
+    let differs = |(index, point): (usize, &Option<(Verdict, bool)>)| {
+        let (simulated, is_near_boundary) = (*point)?;
+        let analytic_stable = map.stable[index];
+        let expected = if analytic_stable { Verdict::Decays } else { Verdict::Grows };
+        let [(_, x), (_, y)] = at(index);
+        (simulated != expected).then_some(Disagreement { x, y, analytic_stable, simulated, is_near_boundary })
+    };
+    Ok(Check {
+        disagreements: points.iter().enumerate().filter_map(differs).collect(),
+        simulated: points.iter().map(|point| point.map(|(verdict, _)| verdict)).collect(),
+        judged,
+    })
+}
