@@ -62,7 +62,9 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     }
     let mut text = format!("{name}\n\n{table}\n");
     if calibration.quiet_blocks == 0 {
-        text.push_str("too little quiet contact: σ_0 is the noise's own, and may be too small\n\n");
+        text.push_str(
+            "too little quiet contact: σ_0 is the noise's own, and may be too small; look at more (--first-s)\n\n",
+        );
     }
     if calibration.whiteness.is_some_and(|test| test.ljung_box_p < 0.01 || test.jarque_bera_p < 0.01) {
         text.push_str(
@@ -71,15 +73,26 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
         );
     }
     let _ = writeln!(text, "{}", candidates_table(calibration));
+    if settings.found_share.is_some_and(|share| share < 0.5) {
+        text.push_str("Warning: these settings find less than half of the slowest ruptures that were put in.\n\n");
+    }
+    if settings.harmless_share.is_some_and(|share| share > 0.2) {
+        text.push_str(
+            "Warning: these settings alarm at more than a fifth of the harmless changes that were put in.\n\n",
+        );
+    }
     let threshold = settings.detector.cusum.threshold;
-    let why = match threshold > settings.run_length_threshold {
+    let why = match 2.0 * settings.harmless_peak > settings.run_length_threshold {
         true => format!("twice the largest harmless excursion, {} N²", significant(settings.harmless_peak)),
         false => "from the wanted interval".to_owned(),
     };
     let mut table = Table::new(["chosen", "value"]);
     table.row(["threshold γ".to_owned(), format!("{} N², {why}", significant(threshold))]);
-    let interval = calibration.false_alarm_s;
-    table.row(["predicted interval between false alarms".to_owned(), duration(interval)]);
+    let interval = match calibration.quiet_blocks {
+        0 => "not known".to_owned(),
+        _ => duration(calibration.false_alarm_s),
+    };
+    table.row(["predicted interval between false alarms".to_owned(), interval]);
     table.row(["predicted delay of the slowest rupture".to_owned(), show(settings.delay_s, Unit::Second)]);
     let _ = write!(text, "{table}\n{}", calibration_toml(calibration));
     text

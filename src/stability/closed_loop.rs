@@ -102,6 +102,7 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// [`StabilityError::TooLarge`] for more delay than a matrix can hold.
+    #[allow(clippy::type_complexity, reason = "three parts that are always taken apart at once")]
     pub fn matrix(&self) -> Result<(DMatrix<f64>, [DVector<f64>; 2], usize), StabilityError> {
         let states = self.states();
         if states > MOST_STATES {

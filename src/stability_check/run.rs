@@ -58,7 +58,7 @@ impl Observer<f64> for Watch {
         let is_small = position.abs() < GROWN * DEPTH_M && square.is_finite();
         if !is_small {
             self.verdict = Some(Verdict::Grows);
-        } else if signals.tick % self.quarter == 0 && now > 0 {
+        } else if signals.tick.is_multiple_of(self.quarter) && now > 0 {
             let mean = self.sums[now - 1] / self.quarter as f64;
             if self.greatest > 0.0 && mean < DIED_OUT * self.greatest {
                 self.verdict = Some(Verdict::Decays);

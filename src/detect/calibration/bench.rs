@@ -34,7 +34,8 @@ const AFTER_RUPTURE_S: f64 = 0.3;
 const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
-const LEAST_WITHDRAWAL_M_PER_S: f64 = 5e-4;
+/// A needle that a person pushes recoils at some 0.7 mm/s when the slave's controller settles.
+const LEAST_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
 /// Probes: how far apart and how many, how far from the ends and from ruptures, what force they need, what they take.
 const PROBE_EVERY_S: f64 = 0.1;
@@ -189,7 +190,7 @@ impl<'a> Bench<'a> {
     fn quiet_of(&self, residuals: Residuals, least_n: f64) -> Quiet {
         let count = residuals.residual_n.len();
         let first = residuals.depth_m.iter().position(|&depth_m| depth_m > 0.0).unwrap_or(count);
-        let settled = first + self.signal.samples_in(ArmingSettings::default().settle_s, 1);
+        let settled = first.saturating_add(self.signal.samples_in(ArmingSettings::default().settle_s, 1));
         let mut usable: Vec<bool> =
             residuals.depth_m.iter().enumerate().map(|(sample, &depth_m)| depth_m > 0.0 && sample >= settled).collect();
         if let Some(range) = &self.quiet {
@@ -199,7 +200,7 @@ impl<'a> Bench<'a> {
         }
         let strike = |usable: &mut [bool], from: usize, to: usize| {
             let from = from.saturating_sub(self.signal.samples_in(BEFORE_RUPTURE_S, 1));
-            let to = (to + self.signal.samples_in(AFTER_RUPTURE_S, 1)).min(count);
+            let to = to.saturating_add(self.signal.samples_in(AFTER_RUPTURE_S, 1)).min(count);
             usable[from.min(to)..to].fill(false);
         };
         let mut ruptures = self.labels.clone();

@@ -70,8 +70,8 @@ pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> 
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);
     let start = crossing.saturating_sub(back);
-    let before = &force_n[start..force_n.len().min(start + (back / 2).max(3))];
-    let after = &force_n[crossing..force_n.len().min(crossing + signal.samples_in(AFTER_S, 10))];
+    let before = &force_n[start..force_n.len().min(start.saturating_add((back / 2).max(3)))];
+    let after = &force_n[crossing..force_n.len().min(crossing.saturating_add(signal.samples_in(AFTER_S, 10)))];
     let width = signal.samples_in(MEDIAN_S, 3);
     let stride = (width / 2).max(1);
     let medians = after.windows(width).step_by(stride).map(|window| median(window).unwrap_or(f64::INFINITY));

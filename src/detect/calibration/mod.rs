@@ -15,7 +15,7 @@
 //! 6. *Memory* of the estimator, in corrections: of those tried, the one that best tells the slowest rupture from the
 //!    fastest harmless change, both put into the recording at up to forty moments (`probe`). Finding a rupture counts
 //!    1, an alarm at a harmless change -3; the middle one is kept unless another does better.
-//! 7. *Withdrawal speed* above which nothing counts: three standard deviations of the velocity's noise, at least 0.5 mm/s.
+//! 7. *Withdrawal speed* above which nothing counts: three standard deviations of the velocity's noise, at least 1 mm/s.
 //!
 //! The distance is the squared drop: the residual of a tissue that stiffens is large too, and disarms the detector of e².
 

@@ -21,7 +21,7 @@ pub(super) fn delays(signal: &Signal<'_>, probes: &[usize], fall: Fall, candidat
 
 fn delay(signal: &Signal<'_>, probe: usize, fall: Fall, candidate: &Candidate) -> Option<f64> {
     let from = probe.saturating_sub(signal.samples_in(BEFORE_S, 1));
-    let to = (probe + signal.samples_in(AFTER_S.max(1.2 * fall.duration_s), 1)).min(signal.force_n.len());
+    let to = probe.saturating_add(signal.samples_in(AFTER_S.max(1.2 * fall.duration_s), 1)).min(signal.force_n.len());
     let force_n: Vec<f64> = (from..to)
         .map(|sample| {
             let since_s = sample.saturating_sub(probe) as f64 * signal.interval_s;

@@ -201,8 +201,9 @@ fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
         }
         for row in k + 1..n {
             let factor = matrix[row][k] / matrix[k][k];
-            for column in k..n {
-                matrix[row][column] -= factor * matrix[k][column];
+            let (above, below) = matrix.split_at_mut(row);
+            for (value, pivot) in below[0][k..].iter_mut().zip(&above[k][k..]) {
+                *value -= factor * pivot;
             }
             right[row] -= factor * right[k];
         }
