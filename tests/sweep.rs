@@ -89,10 +89,16 @@ fn a_row_is_what_its_case_gives_by_itself() {
         let metrics = &summary["metrics"];
         let number = |name: &str| row[name].parse::<f64>().expect("a number");
         assert_eq!(summary["seed"].to_string(), row["seed"]);
-        assert_eq!(metrics["tracking_rmse_m"].as_f64(), Some(number("tracking_rmse_m")), "{case}");
+        // JSON is read to the last digit but one.
+        let agree = |a: f64, b: f64| (a - b).abs() <= 2.0 * f64::EPSILON * b.abs();
+        let rmse = metrics["tracking_rmse_m"].as_f64().expect("a number");
+        assert!(agree(rmse, number("tracking_rmse_m")), "{case}: {rmse}");
         let ruptures = metrics["ruptures"].as_array().expect("a list");
         let overshoot = ruptures.iter().filter_map(|rupture| rupture["slave_overshoot_m"].as_f64()).reduce(f64::max);
-        assert_eq!(overshoot, row["most_slave_overshoot_m"].parse().ok(), "{case}");
+        match (overshoot, row["most_slave_overshoot_m"].parse().ok()) {
+            (Some(a), Some(b)) => assert!(agree(a, b), "{case}: {a} {b}"),
+            (a, b) => assert_eq!(a, b, "{case}"),
+        }
         let case = desk.text("case.toml");
         assert!(case.contains(&format!("reengage = \"{}\"", row["augmentation.reengage"])), "{case}");
     }
@@ -191,7 +197,10 @@ fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
         let mut child = begin(&desk, &["sweep", "long.toml", "--quiet"]);
         std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
         let _ = child.kill();
-        child.wait().expect("ended");
+        if child.wait().expect("ended").success() {
+            // It was done before; what it had kept became the files.
+            break;
+        }
         kept.push(std::fs::metadata(desk.path("out/long/cases.part")).map_or(0, |file| file.len()));
     }
     assert!(kept.is_sorted(), "what was done is lost: {kept:?}");

@@ -31,9 +31,10 @@ impl SampledWall {
             // Close to 0 as well as to π, where bounds are usually greatest.
             let part = k as f64 / FREQUENCIES as f64;
             let angle = PI * part * part;
-            let step = Complex64::new(1.0, 0.0) - Complex64::from_polar(1.0, -angle);
-            let half_angle = (0.5 * angle).sin();
-            0.5 * self.tick_s / (2.0 * half_angle * half_angle) * (step * law(angle)).re
+            // 1 - cos ωT by half the angle, as the difference is all rounding close to 0.
+            let fall = 2.0 * (0.5 * angle).sin().powi(2);
+            let step = Complex64::new(fall, angle.sin());
+            0.5 * self.tick_s / fall * (step * law(angle)).re
         };
         (1..=FREQUENCIES).map(share).fold(f64::NEG_INFINITY, f64::max)
     }
