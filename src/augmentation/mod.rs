@@ -132,22 +132,44 @@ impl<L: Lane> Supervisor<L> {
     /// Decides the tick.
     #[inline(always)]
     pub fn update(&mut self, now: &Situation<L>) -> Command<L> {
-        if (self.automaton.is_teleoperation() & !(self.enabled & now.alarm)).all() {
-            return Command {
-                mode: L::splat(Mode::Teleoperation.code()),
-                slave_reference_m: self.reference.follow(now.hand_m),
-                feedback_force_n: now.force_n,
-                allowed_step_n: self.feedback.pass(now.force_n),
-                alarm_taken: now.alarm,
-            };
+        if self.passes(now.alarm) {
+            return self.pass(now);
         }
-        // Taken apart and put together, so that the common case above need not go through memory.
+        // Taken apart and put together, so that what is common need not go through memory.
         let Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken } =
             self.act(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
-    /// Decides a tick at which some lane is augmented, re-engaging or alarmed. Told to be cold, so that registers are saved
+    /// Whether position and force are only passed on at a tick with this alarm: teleoperation, and it stays so.
+    #[inline(always)]
+    pub fn passes(&self, alarm: L::Mask) -> bool {
+        (self.automaton.is_teleoperation() & !(self.enabled & alarm)).all()
+    }
+
+    /// Whether a tick [passes](Supervisor::passes) and there is no alarm, taken or not.
+    #[inline(always)]
+    pub fn passes_on(&self, alarm: L::Mask) -> bool {
+        if alarm.any() {
+            seldom();
+            return false;
+        }
+        self.automaton.is_teleoperation().all()
+    }
+
+    /// Decides a tick that [passes](Supervisor::passes).
+    #[inline(always)]
+    pub fn pass(&mut self, now: &Situation<L>) -> Command<L> {
+        Command {
+            mode: L::splat(Mode::Teleoperation.code()),
+            slave_reference_m: self.reference.follow(now.hand_m),
+            feedback_force_n: now.force_n,
+            allowed_step_n: self.feedback.pass(now.force_n),
+            alarm_taken: now.alarm,
+        }
+    }
+
+    /// Decides any tick: some lane may be augmented, re-engaging or alarmed. Told to be cold, so that registers are saved
     /// around this call and not on the common way; the same goes wherever the tick leaves it.
     #[cold]
     #[inline(never)]
@@ -183,6 +205,11 @@ impl<L: Lane> Supervisor<L> {
         self.feedback.arrive(mode, force_n)
     }
 }
+
+/// Marks a way as seldom taken, so that the other one is laid out straight.
+#[cold]
+#[inline(never)]
+fn seldom() {}
 
 #[cfg(test)]
 mod tests;

@@ -193,10 +193,20 @@ impl<L: Lane> DistanceState<L> {
         }
     }
 
-    /// Whether it is the plain `e_k²`, which needs no state.
+    /// Whether it is `e_k²`, of every residual or of those that tell of a drop; neither needs a state.
     #[inline(always)]
-    pub(super) fn is_squared_residual(&self) -> bool {
-        self.kind == DistanceKind::SquaredResidual
+    pub(super) fn is_square(&self) -> bool {
+        matches!(self.kind, DistanceKind::SquaredResidual | DistanceKind::SquaredDrop)
+    }
+
+    /// The distance, where it [is a square](DistanceState::is_square).
+    #[inline(always)]
+    pub(super) fn square(&self, e: L, predicted_force: L) -> L {
+        if self.kind == DistanceKind::SquaredResidual {
+            return e * e;
+        }
+        let falls_short = e.lt(L::zero()) & predicted_force.gt(L::zero());
+        L::select(falls_short, e * e, L::zero())
     }
 
     #[inline(always)]
@@ -207,11 +217,7 @@ impl<L: Lane> DistanceState<L> {
     /// The distance of any kind.
     pub(super) fn update(&mut self, e: L, predicted_force: L, stiffness_correction: L, force: L) -> L {
         match self.kind {
-            DistanceKind::SquaredResidual => e * e,
-            DistanceKind::SquaredDrop => {
-                let falls_short = e.lt(L::zero()) & predicted_force.gt(L::zero());
-                L::select(falls_short, e * e, L::zero())
-            }
+            DistanceKind::SquaredResidual | DistanceKind::SquaredDrop => self.square(e, predicted_force),
             DistanceKind::MeanChange => self.scale * e + self.offset,
             DistanceKind::VarianceChange => self.scale * (e * e) + self.offset,
             DistanceKind::ParameterChange => stiffness_correction.abs(),

@@ -121,16 +121,39 @@ impl<L: Lane> Detector<L> {
     /// Takes one sample's evidence.
     #[inline(always)]
     pub fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
-        let (distance, (decision, above)) = if self.distance.is_squared_residual() {
-            let distance = evidence.residual_n * evidence.residual_n;
-            (distance, self.cusum.update(distance))
-        } else {
-            let Evidence { residual_n, predicted_force_n, correction, force_n, .. } = *evidence;
-            self.decide_otherwise(residual_n, predicted_force_n, correction[0], force_n)
-        };
+        if self.distance.is_square() {
+            return self.update_square(evidence);
+        }
+        let Evidence { residual_n, predicted_force_n, correction, force_n, .. } = *evidence;
+        let (distance, decided) = self.decide_otherwise(residual_n, predicted_force_n, correction[0], force_n);
+        let decision = self.conclude(evidence, distance, decided);
+        if decision.alarm.any() {
+            self.distance.reset(decision.alarm);
+        }
+        decision
+    }
+
+    /// Whether the distance is a square of the residual, for which there is [`Detector::update_square`].
+    #[must_use]
+    pub fn is_square(&self) -> bool {
+        self.distance.is_square()
+    }
+
+    /// [`Detector::update`] where the distance [is a square](Detector::is_square): without a call in it, what surrounds it
+    /// stays in registers.
+    #[inline(always)]
+    pub fn update_square(&mut self, evidence: &Evidence<L>) -> Decision<L> {
+        let distance = self.distance.square(evidence.residual_n, evidence.predicted_force_n);
+        let decided = self.cusum.update(distance);
+        self.conclude(evidence, distance, decided)
+    }
+
+    /// From `g_k`, and whether it is above the threshold, to the decision; an alarm starts `g` again.
+    #[inline(always)]
+    fn conclude(&mut self, evidence: &Evidence<L>, distance: L, (decision, above): (L, L::Mask)) -> Decision<L> {
         let alarm = self.arming.update(above, evidence);
         if alarm.any() {
-            self.start_again(alarm);
+            self.cusum.reset(alarm);
         }
         Decision { distance, decision, alarm }
     }
@@ -143,15 +166,6 @@ impl<L: Lane> Detector<L> {
         let distance = self.distance.update(residual, predicted, stiffness_correction, force);
         let decided = if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
         (distance, decided)
-    }
-
-    /// Forgets what led to an alarm.
-    #[inline(always)]
-    fn start_again(&mut self, alarm: L::Mask) {
-        self.cusum.reset(alarm);
-        if !self.distance.is_squared_residual() {
-            self.distance.reset(alarm);
-        }
     }
 }
 

@@ -31,9 +31,11 @@ pub use signals::Signals;
 pub use split::SplitSides;
 pub use trace::{COLUMNS, Trace};
 
+use std::ops::ControlFlow;
+
 use crate::augmentation::{Command, Situation, SlaveCommand, Supervisor};
 use crate::detection::{Detector, Evidence};
-use crate::estimation::{Estimator, VelocityFilter};
+use crate::estimation::{Estimate, Estimator, VelocityFilter};
 use crate::lane::Lane;
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
@@ -162,6 +164,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             && self.velocity_filter.is_none()
             && self.link.is_direct()
             && self.estimator.is_the_papers()
+            && self.detector.is_square()
     }
 
     /// The run, compiled apart for positions that are `DIRECT`ly passed on and forces read `EXACT`ly, so that its ticks need not
@@ -181,115 +184,201 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     {
         // The estimator stays in `self`: it is more than the registers hold, and a copy here would push out what each
         // tick needs.
-        let mut outcome = Ok(());
         let mut desired = desire(0, L::zero());
         for tick in 0..self.grid.ticks() {
             let reaction = tissue.answer(tick, self.sides.slave());
-            let signals = self.sense_and_decide::<DIRECT, EXACT>(tick, desired, reaction);
-            observer.observe(&signals);
-            if observer.is_done() {
-                break;
-            }
-            let desired_next = desire(tick + 1, signals.operator_force_n);
-            let reference = if DIRECT {
-                signals.slave_reference_m
+            let sensed = self.sense::<DIRECT, EXACT>(tick, desired, reaction);
+            // The ticks on which nothing happens, which most are, are compiled apart up to their end: that there is no alarm and
+            // no other mode need not be asked again, nor do their numbers wait for the others' in the same registers.
+            let flow = if DIRECT && self.supervisor.passes_on(sensed.situation.alarm) {
+                let command = self.supervisor.pass(&sensed.situation);
+                self.conclude::<true, _, _>(sensed, command, command.feedback_force_n, observer, &mut desire)
             } else {
-                self.link.yielding(signals.slave_reference_m, signals.tissue_force_n)
+                self.tick_closely::<DIRECT, _, _>(sensed, observer, &mut desire)
             };
-            outcome = self.sides.step(desired, desired_next, signals.feedback_force_n, reference);
-            if outcome.is_err() {
-                break;
+            match flow {
+                ControlFlow::Continue(desired_next) => desired = desired_next,
+                ControlFlow::Break(outcome) => return outcome,
             }
-            desired = desired_next;
         }
-        outcome
+        Ok(())
     }
 
-    /// A tick's steps 1 and 3 to 6: everything that is known before the sides move on.
+    /// The rest of a tick, steps 5 to 7, on which something may happen.
     #[inline(always)]
-    fn sense_and_decide<const DIRECT: bool, const EXACT: bool>(
+    fn tick_closely<const DIRECT: bool, O, D>(
+        &mut self,
+        sensed: Sensed<L>,
+        observer: &mut O,
+        desire: &mut D,
+    ) -> ControlFlow<Result<(), IntegrationError>, L>
+    where
+        O: Observer<L>,
+        D: FnMut(u64, L) -> L,
+    {
+        if DIRECT {
+            seldom();
+            let command = self.supervisor.update(&sensed.situation);
+            return self.conclude::<true, _, _>(sensed, command, command.feedback_force_n, observer, desire);
+        }
+        let Sensed { master, mut situation, .. } = sensed;
+        let at_master = AtMaster {
+            position_m: master.position_m,
+            velocity_m_per_s: master.velocity_m_per_s,
+            hand_force_n: master.hand_force_n,
+        };
+        let at_slave = AtSlave {
+            position_m: sensed.measured_position_m,
+            velocity_m_per_s: sensed.measured_velocity_m_per_s,
+            force_n: sensed.measured_force_n,
+        };
+        situation.hand_m = self.link.to_slave(&at_master, &at_slave);
+        let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.supervisor.decide(&situation);
+        let (arrived_mode, force) = self.link.to_master(mode, &at_slave, &at_master);
+        let (feedback_force_n, allowed_step_n) = self.supervisor.feel(arrived_mode, force);
+        let command = Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken };
+        let feedback_force = self.link.limit(feedback_force_n, &at_master);
+        self.conclude::<false, _, _>(sensed, command, feedback_force, observer, desire)
+    }
+
+    /// The end of a tick: its signals are shown, and both sides go to the next. Gives the desired position there, or how the
+    /// run has ended.
+    #[inline(always)]
+    fn conclude<const DIRECT: bool, O, D>(
+        &mut self,
+        sensed: Sensed<L>,
+        command: Command<L>,
+        feedback_force_n: L,
+        observer: &mut O,
+        desire: &mut D,
+    ) -> ControlFlow<Result<(), IntegrationError>, L>
+    where
+        O: Observer<L>,
+        D: FnMut(u64, L) -> L,
+    {
+        let signals = sensed.signals(&command, feedback_force_n);
+        observer.observe(&signals);
+        if observer.is_done() {
+            return ControlFlow::Break(Ok(()));
+        }
+        let desired = signals.desired_position_m;
+        let desired_next = desire(signals.tick + 1, signals.operator_force_n);
+        let reference = if DIRECT {
+            signals.slave_reference_m
+        } else {
+            self.link.yielding(signals.slave_reference_m, signals.tissue_force_n)
+        };
+        match self.sides.step(desired, desired_next, feedback_force_n, reference) {
+            Ok(()) => ControlFlow::Continue(desired_next),
+            Err(error) => ControlFlow::Break(Err(error)),
+        }
+    }
+
+    /// A tick's steps 1, 3 and 4: what is read, estimated and detected.
+    #[inline(always)]
+    fn sense<const DIRECT: bool, const EXACT: bool>(
         &mut self,
         tick: u64,
-        desired: L,
+        desired_position_m: L,
         reaction: Reaction<L>,
-    ) -> Signals<L> {
+    ) -> Sensed<L> {
         let master = self.sides.master();
         let slave = self.sides.slave();
-        let measured_force = if EXACT { reaction.force_n } else { self.sensor.read_force(reaction.force_n) };
-        let (mut measured_position, mut measured_velocity) = (slave.position_m, slave.velocity_m_per_s);
+        let measured_force_n = if EXACT { reaction.force_n } else { self.sensor.read_force(reaction.force_n) };
+        let (mut measured_position_m, mut measured_velocity_m_per_s) = (slave.position_m, slave.velocity_m_per_s);
         if !DIRECT {
-            measured_position = self.sensor.read_position(slave.position_m);
+            measured_position_m = self.sensor.read_position(slave.position_m);
             if let Some(filter) = &mut self.velocity_filter {
-                measured_velocity = filter.update(measured_position);
+                measured_velocity_m_per_s = filter.update(measured_position_m);
             }
         }
-        let depth = measured_position - self.contact_m;
+        let depth = measured_position_m - self.contact_m;
         let estimate = if DIRECT {
-            self.estimator.update_papers(measured_force, depth, measured_velocity)
+            self.estimator.update_papers(measured_force_n, depth, measured_velocity_m_per_s)
         } else {
-            self.estimator.update(measured_force, depth, measured_velocity)
+            self.estimator.update(measured_force_n, depth, measured_velocity_m_per_s)
         };
-        let decision = self.detector.update(&Evidence {
-            force_n: measured_force,
+        let evidence = Evidence {
+            force_n: measured_force_n,
             predicted_force_n: estimate.predicted_force_n,
             residual_n: estimate.residual_n,
             correction: estimate.correction,
             depth_m: depth,
-            velocity_m_per_s: measured_velocity,
+            velocity_m_per_s: measured_velocity_m_per_s,
             in_contact: depth.gt(L::zero()),
-        });
-
-        let mut situation = Situation {
+        };
+        let decision = if DIRECT { self.detector.update_square(&evidence) } else { self.detector.update(&evidence) };
+        let situation = Situation {
             tick,
             alarm: decision.alarm,
             decision: decision.decision,
             hand_m: self.link.position_scale() * master.position_m,
-            slave_m: measured_position,
-            force_n: self.link.force_scale() * measured_force,
+            slave_m: measured_position_m,
+            force_n: self.link.force_scale() * measured_force_n,
         };
-        let (command, feedback_force) = if DIRECT {
-            let command = self.supervisor.update(&situation);
-            (command, command.feedback_force_n)
-        } else {
-            let at_master = AtMaster {
-                position_m: master.position_m,
-                velocity_m_per_s: master.velocity_m_per_s,
-                hand_force_n: master.hand_force_n,
-            };
-            let at_slave =
-                AtSlave { position_m: measured_position, velocity_m_per_s: measured_velocity, force_n: measured_force };
-            situation.hand_m = self.link.to_slave(&at_master, &at_slave);
-            let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.supervisor.decide(&situation);
-            let (arrived_mode, force) = self.link.to_master(mode, &at_slave, &at_master);
-            let (feedback_force_n, allowed_step_n) = self.supervisor.feel(arrived_mode, force);
-            let command = Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken };
-            (command, self.link.limit(feedback_force_n, &at_master))
-        };
+        Sensed {
+            desired_position_m,
+            reaction,
+            master,
+            slave,
+            measured_force_n,
+            measured_position_m,
+            measured_velocity_m_per_s,
+            estimate,
+            distance: decision.distance,
+            situation,
+        }
+    }
+}
 
+/// What is known of a tick before the supervisor decides.
+struct Sensed<L: Lane> {
+    desired_position_m: L,
+    reaction: Reaction<L>,
+    master: MasterReading<L>,
+    slave: SlaveReading<L>,
+    measured_force_n: L,
+    measured_position_m: L,
+    measured_velocity_m_per_s: L,
+    estimate: Estimate<L>,
+    distance: L,
+    situation: Situation<L>,
+}
+
+impl<L: Lane> Sensed<L> {
+    /// The tick's signals under a command; the fed-back force is the one that arrives, in N.
+    #[inline(always)]
+    fn signals(&self, command: &Command<L>, feedback_force_n: L) -> Signals<L> {
+        let Self { master, slave, estimate, situation, .. } = self;
         Signals {
-            tick,
-            desired_position_m: desired,
+            tick: situation.tick,
+            desired_position_m: self.desired_position_m,
             master_position_m: master.position_m,
             master_velocity_m_per_s: master.velocity_m_per_s,
             operator_force_n: master.hand_force_n,
             slave_reference_m: command.slave_reference_m,
             slave_position_m: slave.position_m,
             slave_velocity_m_per_s: slave.velocity_m_per_s,
-            tissue_force_n: reaction.force_n,
-            measured_force_n: measured_force,
-            feedback_force_n: feedback_force,
+            tissue_force_n: self.reaction.force_n,
+            measured_force_n: self.measured_force_n,
+            feedback_force_n,
             stiffness_n_per_m: estimate.stiffness_n_per_m,
             damping_n_s_per_m: estimate.damping_n_s_per_m,
             further: estimate.further,
             residual_n: estimate.residual_n,
-            distance: decision.distance,
-            decision: decision.decision,
+            distance: self.distance,
+            decision: situation.decision,
             mode: command.mode,
-            ruptured: reaction.ruptured,
-            alarm: decision.alarm,
+            ruptured: self.reaction.ruptured,
+            alarm: situation.alarm,
             alarm_taken: command.alarm_taken,
             commanded_force_n: command.feedback_force_n,
             allowed_force_step_n: command.allowed_step_n,
         }
     }
 }
+
+/// Marks a way as seldom taken.
+#[cold]
+#[inline(never)]
+fn seldom() {}

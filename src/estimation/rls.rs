@@ -158,8 +158,23 @@ pub struct Estimate<L> {
 /// the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. Where
 /// `F_0 α_0 <= 10⁴` (the default: 102), that takes over 10¹¹ corrections without a restoration. With a longer memory `F`
 /// can lose its sign, so that there each correction checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁` and restores `F_0` otherwise.
+///
+/// # The order of the fields
+/// What a sample writes is read at the next one, number by number. Two numbers that are used alike and lie side by side would
+/// be read as a pair, and such a read has to wait until both writes have left the processor's queue. So none do.
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub struct Rls<L> {
+    stiffness: L,
+    gain_01: L,
+    depth: L,
+    damping: L,
+    gain_00: L,
+    /// `φᵀθ`, the force that the next sample is expected to show.
+    expected: L,
+    velocity: L,
+    information: L,
+    gain_11: L,
     initial_gain: L,
     initial_information: L,
     reset_threshold: L,
@@ -172,13 +187,6 @@ pub struct Rls<L> {
     dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
-    parameters: [L; 2],
-    /// `F` as (F₀₀, F₀₁, F₁₁).
-    gain: [L; 3],
-    information: L,
-    regressor: [L; 2],
-    /// `φᵀθ`, the force that the next sample is expected to show.
-    expected: L,
 }
 
 impl<L: Lane> Rls<L> {
@@ -188,6 +196,15 @@ impl<L: Lane> Rls<L> {
         let information = 2.0 / settings.initial_gain;
         let without_dead_zone = settings.dead_zone_n == 0.0;
         Self {
+            stiffness: L::zero(),
+            gain_01: L::zero(),
+            depth: L::zero(),
+            damping: L::zero(),
+            gain_00: L::splat(settings.initial_gain),
+            expected: L::zero(),
+            velocity: L::zero(),
+            information: L::splat(information),
+            gain_11: L::splat(settings.initial_gain),
             initial_gain: L::splat(settings.initial_gain),
             initial_information: L::splat(information),
             reset_threshold: L::splat(settings.reset_threshold),
@@ -197,11 +214,6 @@ impl<L: Lane> Rls<L> {
             dead_zone: L::splat(if without_dead_zone { -1.0 } else { settings.dead_zone_n }),
             dead_zone_slope: L::splat(if without_dead_zone { 0.0 } else { 1.0 / settings.dead_zone_n }),
             dead_zone_offset: L::splat(if without_dead_zone { 1.0 } else { -1.0 }),
-            parameters: [L::zero(); 2],
-            gain: [L::splat(settings.initial_gain), L::zero(), L::splat(settings.initial_gain)],
-            information: L::splat(information),
-            regressor: [L::zero(); 2],
-            expected: L::zero(),
         }
     }
 
@@ -220,14 +232,14 @@ impl<L: Lane> Rls<L> {
         let contact = depth_m.gt(zero);
         let velocity = self.velocity_share * velocity_m_per_s;
         let (p, v) = (L::select(contact, depth_m, zero), L::select(contact, velocity, zero));
-        self.regressor = [p, v];
-        self.expected = p * self.parameters[0] + v * self.parameters[1];
+        (self.depth, self.velocity) = (p, v);
+        self.expected = p * self.stiffness + v * self.damping;
         Estimate {
             predicted_force_n: predicted,
             residual_n: residual,
             correction,
-            stiffness_n_per_m: self.parameters[0],
-            damping_n_s_per_m: self.parameters[1],
+            stiffness_n_per_m: self.stiffness,
+            damping_n_s_per_m: self.damping,
             further: zero,
         }
     }
@@ -238,8 +250,8 @@ impl<L: Lane> Rls<L> {
         let (zero, one) = (L::zero(), L::splat(1.0));
         let ramp = (residual.abs() * self.dead_zone_slope + self.dead_zone_offset).clamp(zero, one);
         let delta = L::select(outside, ramp, zero);
-        let [p, v] = self.regressor;
-        let [f00, f01, f11] = self.gain;
+        let (p, v) = (self.depth, self.velocity);
+        let [f00, f01, f11] = self.gain();
         let squared_regressor = p * p + v * v;
         let inverse_weight = L::splat(1.0) + self.normalisation * squared_regressor;
         let q0 = f00 * p + f01 * v;
@@ -247,47 +259,48 @@ impl<L: Lane> Rls<L> {
         // The division does not wait for the residual.
         let share = delta * (one / (inverse_weight + (p * q0 + v * q1)));
         let correction = [share * (q0 * residual), share * (q1 * residual)];
-        self.parameters = [self.parameters[0] + correction[0], self.parameters[1] + correction[1]];
-        self.gain = [f00 - share * (q0 * q0), f01 - share * (q0 * q1), f11 - share * (q1 * q1)];
+        self.stiffness = self.stiffness + correction[0];
+        self.damping = self.damping + correction[1];
+        self.gain_00 = f00 - share * (q0 * q0);
+        self.gain_01 = f01 - share * (q0 * q1);
+        self.gain_11 = f11 - share * (q1 * q1);
         self.information = self.information + delta * (squared_regressor / inverse_weight);
         let mut restore = self.information.ge(self.reset_threshold);
         if self.is_watched {
             restore = restore | !self.is_definite();
         }
-        self.restore(restore);
+        if restore.any() {
+            self.restore(restore);
+        }
         correction
     }
 
     /// Whether `F` is positive definite by more than rounding.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     fn is_definite(&self) -> L::Mask {
-        let [f00, f01, f11] = self.gain;
+        let [f00, f01, f11] = self.gain();
         let product = f00 * f11;
         (product - f01 * f01).gt(L::splat(LEAST_DETERMINANT) * product)
     }
 
     /// Takes note that a sample is missing: the next one is met as the first in contact is, and nothing is learnt from it.
     pub fn skip(&mut self) {
-        self.regressor = [L::zero(); 2];
-        self.expected = L::zero();
+        (self.depth, self.velocity, self.expected) = (L::zero(), L::zero(), L::zero());
     }
 
     /// The gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁).
+    #[inline(always)]
     #[must_use]
     pub fn gain(&self) -> [L; 3] {
-        self.gain
+        [self.gain_00, self.gain_01, self.gain_11]
     }
 
     /// `F = F_0`, `x = tr(F_0⁻¹)` where the mask holds.
     #[inline(always)]
     fn restore(&mut self, mask: L::Mask) {
-        let [f00, f01, f11] = self.gain;
-        self.gain = [
-            L::select(mask, self.initial_gain, f00),
-            L::select(mask, L::zero(), f01),
-            L::select(mask, self.initial_gain, f11),
-        ];
+        self.gain_00 = L::select(mask, self.initial_gain, self.gain_00);
+        self.gain_01 = L::select(mask, L::zero(), self.gain_01);
+        self.gain_11 = L::select(mask, self.initial_gain, self.gain_11);
         self.information = L::select(mask, self.initial_information, self.information);
     }
 }

@@ -79,8 +79,17 @@ pub struct Layers<L: Lane> {
     begun: usize,
     /// Layers from this one on are not there.
     count: usize,
+    /// Where the last layer that has begun did so; what is above of it, once the tip is beyond, and how it holds.
+    last_start: L,
+    above: Hold<L>,
     shaft: Shaft<L>,
-    /// Bound of the shaft's kinetic friction in N, and its length in the tissue in m, as of the tick before.
+    /// What holds the shaft, as of the tick before.
+    held: Hold<L>,
+}
+
+/// What holds the shaft: the bound of its kinetic friction in N, and its length in the tissue in m.
+#[derive(Debug, Clone, Copy)]
+struct Hold<L> {
     kinetic_n: L,
     length_m: L,
 }
@@ -173,6 +182,26 @@ impl<L: Lane> Layer<L> {
     }
 }
 
+impl<L: Lane> Hold<L> {
+    fn nothing() -> Self {
+        Self { kinetic_n: L::zero(), length_m: L::zero() }
+    }
+
+    /// What layers do with the tip at `tip_m`, from the surface down.
+    #[inline(always)]
+    fn of(layers: &[Layer<L>], tip_m: L) -> Self {
+        layers.iter().fold(Self::nothing(), |held, layer| held.and(layer, tip_m))
+    }
+
+    /// What one layer does besides.
+    #[inline(always)]
+    fn and(self, layer: &Layer<L>, tip_m: L) -> Self {
+        let length = layer.holds_m(tip_m);
+        let grip = L::select(length.gt(L::zero()), layer.grip, L::zero());
+        Self { kinetic_n: self.kinetic_n + (layer.friction * length + grip), length_m: self.length_m + length }
+    }
+}
+
 impl<L: Lane> Layers<L> {
     /// An untouched tissue, on ticks of `tick_s`, with the needle at `start_m` (m).
     ///
@@ -197,8 +226,9 @@ impl<L: Lane> Layers<L> {
             begun: 1,
             count: present.len(),
             shaft: Shaft::new(&parameters.shaft, start_m),
-            kinetic_n: L::zero(),
-            length_m: L::zero(),
+            last_start: L::splat(parameters.contact_m),
+            above: Hold::nothing(),
+            held: Hold::nothing(),
         })
     }
 
@@ -211,7 +241,7 @@ impl<L: Lane> Layers<L> {
     #[inline(always)]
     pub(crate) fn react(&mut self, position: L, velocity: L) -> Reaction<L> {
         // Few layers are on the tip at a time, and which ones seldom changes.
-        let mut force_n = self.shaft.rub(position, velocity, self.kinetic_n, self.length_m);
+        let mut force_n = self.shaft.rub(position, velocity, self.held.kinetic_n, self.held.length_m);
         let mut is_event = L::Mask::splat(false);
         for layer in &mut self.layers[self.first..self.begun] {
             force_n = force_n + layer.press(position, velocity);
@@ -227,13 +257,12 @@ impl<L: Lane> Layers<L> {
     #[inline(always)]
     fn hold(&mut self, position: L) {
         let tip = position - self.shaft.drag_m();
-        let (mut kinetic, mut length) = (L::zero(), L::zero());
-        for layer in &self.layers[..self.begun] {
-            let held = layer.holds_m(tip);
-            length = length + held;
-            kinetic = kinetic + (layer.friction * held + L::select(held.gt(L::zero()), layer.grip, L::zero()));
-        }
-        (self.kinetic_n, self.length_m) = (kinetic, length);
+        // A layer begins where the one above is through, so that a tip in the last one is through all others.
+        self.held = if tip.ge(self.last_start).all() {
+            self.above.and(&self.layers[self.begun - 1], tip)
+        } else {
+            Hold::of(&self.layers[..self.begun], tip)
+        };
     }
 
     /// Takes over what happened to layers at this tick, and what it means for the next ones. Gives where one ruptured.
@@ -249,6 +278,9 @@ impl<L: Lane> Layers<L> {
                 self.begun = self.begun.max(i + 2);
             }
         }
+        let above = self.begun - 1;
+        self.last_start = self.layers[above].start;
+        self.above = Hold::of(&self.layers[..above], L::splat(FAR_M));
         // A layer yields at nothing only once it is through and relaxed: it presses no more.
         while self.first < self.begun && self.layers[self.first].yields_at.le(L::zero()).all() {
             self.first += 1;

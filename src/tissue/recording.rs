@@ -29,9 +29,16 @@ impl RecordedForce {
         Self { force_n, last_force_n, rupture_ticks, ruptures: 0, next_rupture }
     }
 
+    /// The force after the end. Out of line, as looking for it at every tick would cost more than the force itself.
+    #[cold]
+    #[inline(never)]
+    fn held(&self) -> f64 {
+        self.last_force_n
+    }
+
     #[inline(always)]
     pub(crate) fn react<L: Lane>(&mut self, tick: u64) -> Reaction<L> {
-        let force = self.force_n.get(tick as usize).copied().unwrap_or(self.last_force_n);
+        let force = self.force_n.get(tick as usize).copied().unwrap_or_else(|| self.held());
         let ruptured = tick == self.next_rupture;
         if ruptured {
             self.ruptures += 1;
