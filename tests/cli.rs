@@ -1,73 +1,12 @@
 //! The command as a user meets it: exit codes, messages with the place and the remedy, files whole and the same twice.
 
-use std::collections::BTreeMap;
+#[path = "support/desk.rs"]
+mod desk;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use assert_cmd::Command;
-use tempfile::TempDir;
-
-/// A folder of its own to run trocar in.
-struct Desk(TempDir);
-
-/// What a command came to.
-struct Outcome {
-    code: i32,
-    out: String,
-    err: String,
-}
-
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Self {
-        fs::write(self.path(name), content).expect("written");
-        self
-    }
-    fn trocar(&self, arguments: &[&str]) -> Outcome {
-        let mut command = Command::cargo_bin("trocar").expect("built");
-        let output = command.current_dir(self.0.path()).args(arguments).output().expect("ran");
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-        Outcome { code: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) }
-    }
-    fn good(&self, arguments: &[&str]) -> String {
-        let outcome = self.trocar(arguments);
-        assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
-        outcome.out
-    }
-    /// Runs what must be refused: exit code 2, every phrase in the message, nothing written.
-    fn refused(&self, arguments: &[&str], phrases: &[&str]) {
-        let before = files(self.0.path());
-        let outcome = self.trocar(arguments);
-        assert_eq!(outcome.code, 2, "{arguments:?}: {}{}", outcome.out, outcome.err);
-        for phrase in phrases {
-            assert!(outcome.err.contains(phrase), "{arguments:?}: no {phrase:?} in\n{}", outcome.err);
-        }
-        assert!(outcome.out.is_empty(), "{}", outcome.out);
-        assert!(files(self.0.path()) == before, "{arguments:?}: something was written");
-    }
-}
-
-/// Every file below a folder, with its content.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.insert(path.strip_prefix(folder).expect("below").to_owned(), fs::read(&path).expect("read"));
-            }
-        }
-    }
-    found
-}
+use desk::Desk;
 
 /// A short scenario that needs no recording.
 const SHORT: &str =
@@ -79,10 +18,10 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "one", "--set", "sensor.force_noise_std_n=0.02"]);
     desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "two", "--set", "sensor.force_noise_std_n=0.02"]);
     desk.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
-    let one = files(&desk.path("one"));
+    let one = desk.files("one");
     assert_eq!(one.len(), 13, "{:?}", one.keys());
     for again in ["two", "three"] {
-        let again = files(&desk.path(again));
+        let again = desk.files(again);
         for (path, content) in &one {
             assert!(again.get(path) == Some(content), "{} differs", path.display());
         }
@@ -93,11 +32,10 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
 fn the_number_of_threads_does_not_matter() {
     let desk = Desk::new();
     for threads in ["1", "8"] {
-        let mut command = Command::cargo_bin("trocar").expect("built");
-        command.current_dir(desk.0.path()).env("RAYON_NUM_THREADS", threads);
-        command.args(["compare", "--quiet", "--out", threads]).assert().success();
+        let mut command = desk.command(&["compare", "--quiet", "--out", threads]);
+        command.env("RAYON_NUM_THREADS", threads).assert().success();
     }
-    assert!(files(&desk.path("1")) == files(&desk.path("8")));
+    assert!(desk.files("1") == desk.files("8"));
 }
 
 #[test]
@@ -267,9 +205,9 @@ fn the_sign_of_a_columns_factor_counts() {
 fn a_detection_leaves_the_run_of_its_scenario_alone() {
     let desk = Desk::new();
     desk.good(&["run", "builtin:augmented.toml", "--quiet"]);
-    let before = files(&desk.path("out/augmented"));
+    let before = desk.files("out/augmented");
     desk.good(&["detect", "builtin:augmented.toml", "--quiet"]);
-    let after = files(&desk.path("out/augmented"));
+    let after = desk.files("out/augmented");
     assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
     assert!(after.contains_key(Path::new("detection/detection.json")));
     desk.refused(&["detect", "builtin:in_vivo_like.csv", "--rupture-s", "99"], &["within the recording"]);
@@ -382,9 +320,7 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
     let desk = Desk::new();
     let noisy = ["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02", "--quiet", "--out"];
     for (folder, threads) in [("one", "1"), ("four", "4")] {
-        let mut command = Command::cargo_bin("trocar").expect("built");
-        command.current_dir(desk.0.path()).env("RAYON_NUM_THREADS", threads).args(noisy).arg(folder);
-        command.assert().success();
+        desk.command(&noisy).arg(folder).env("RAYON_NUM_THREADS", threads).assert().success();
     }
     let study = |folder: &str| fs::read_to_string(desk.path(folder).join("seeds.csv")).expect("written");
     assert_eq!(study("one"), study("four"));
@@ -422,7 +358,7 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     assert_eq!(json["characteristics"]["cases"], 2);
     // None was seen in half a minute: that is no 0.
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
-    let left = files(&desk.path("out"));
+    let left = desk.files("out");
     let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
     assert_eq!(names, ["roc.csv", "roc.json", "roc.png", "roc.svg"]);
     let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");
@@ -445,7 +381,7 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
 fn an_interrupted_roc_says_what_it_kept() {
     let desk = Desk::new();
     let child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("trocar"))
-        .current_dir(desk.0.path())
+        .current_dir(desk.path(""))
         .args(["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"])
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
@@ -459,10 +395,10 @@ fn an_interrupted_roc_says_what_it_kept() {
     let said = String::from_utf8(output.stderr).expect("text");
     assert_eq!(output.status.code(), Some(130), "{said}");
     if said.contains("nothing was written") {
-        assert!(files(desk.0.path()).is_empty());
+        assert!(desk.files("").is_empty());
     } else {
         assert!(said.contains("of 1000000 cases are in out"), "{said}");
         assert!(String::from_utf8(output.stdout).expect("text").starts_with("stopped after"));
-        assert_eq!(files(&desk.path("out")).len(), 4);
+        assert_eq!(desk.files("out").len(), 4);
     }
 }

@@ -9,6 +9,7 @@ mod init;
 mod interrupt;
 mod progress;
 mod record;
+mod recorded;
 mod roc;
 mod run;
 mod scenarios;

@@ -5,11 +5,11 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde_json::Value as Json;
 
-use super::inputs::{Input, inputs, plain};
+use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
-use crate::cli::{progress, terminal};
+use crate::cli::{progress, recorded, terminal};
 use crate::detect::{Detection, DetectionReport, Label, detect};
 use crate::report::{
     DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
@@ -26,7 +26,7 @@ struct Found {
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if is_collection(args) {
         // A flag that is wrong is wrong once, not once for each recording.
-        Values::from_settings("recording", &args.settings(None)).map_err(|error| plain(error, false))?;
+        Values::from_settings("recording", &args.settings(None)).map_err(recorded::of_flags)?;
     }
     let inputs = inputs(args)?;
     if !args.ruptures_s.is_empty() && inputs.len() > 1 {
@@ -120,10 +120,9 @@ fn folder_of(out: &Folder, input: &Input) -> Folder {
 
 /// Detects in one recording and writes its files.
 fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Found, CliError> {
-    let is_scenario = input.is_scenario();
     let Input { given, folder: name, values } = input;
     let mut values = values?;
-    let spec = DetectionSpec::resolve(&mut values).map_err(|error| plain(error, is_scenario))?;
+    let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
     let detection = detect(&spec)?;
     let labels = labels_of(&given, &spec, labels)?;
     let report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);

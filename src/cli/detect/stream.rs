@@ -2,12 +2,12 @@
 
 use std::io::{self, ErrorKind};
 
-use super::inputs::plain;
 use super::rows::{Format, RowWriter};
 use super::source::{Event, Source};
 use super::warnings::Warnings;
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
+use crate::cli::recorded::of_flags;
 use crate::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use crate::recording::{LiveLine, LiveTable, RecordingError};
 use crate::report::live_text;
@@ -20,9 +20,9 @@ const END: &str = "end of input";
 const NAME: &str = "standard input";
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
-    let mut values = Values::from_settings("stream", &args.settings(None)).map_err(|error| plain(error, false))?;
-    let settings = DetectionSettings::resolve(&mut values).map_err(|error| plain(error, false))?;
-    let columns = recording_columns(&values).map_err(|error| plain(error, false))?;
+    let mut values = Values::from_settings("stream", &args.settings(None)).map_err(of_flags)?;
+    let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
+    let columns = recording_columns(&values).map_err(of_flags)?;
     let warnings = Warnings::new(args.output.quiet);
     let velocity = match (&columns.velocity, settings.position_resolution_m) {
         (Some(_), _) => VelocitySource::Measured,
