@@ -222,6 +222,38 @@ fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
     desk.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
 }
 
+/// A CSV recording of rows at given times.
+fn recording(times_s: impl Iterator<Item = f64>) -> String {
+    let mut text = String::from("time_s,position_m,force_n\n");
+    for (k, time_s) in times_s.enumerate() {
+        text.push_str(&format!("{time_s},{:.5},0.5\n", k as f64 * 1e-5));
+    }
+    text
+}
+
+/// So many milliseconds from a time on, in s.
+fn milliseconds(from_s: f64, count: u32) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| from_s + f64::from(k) * 1e-3)
+}
+
+#[test]
+fn a_gap_that_would_be_filled_with_endless_samples_is_refused() {
+    let desk = Desk::new();
+    let gap = |after_s: f64| recording(milliseconds(0.0, 200).chain(milliseconds(after_s, 200)));
+    desk.file("endless.csv", gap(1e11)).file("long.csv", gap(6000.0)).file("short.csv", gap(3.0));
+    let phrases = ["at most 5000000", "recording.max_samples", "longest gap", "cut the recording"];
+    for command in ["detect", "calibrate", "roc"] {
+        desk.refused(&[command, "endless.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
+    }
+    desk.refused(&["detect", "long.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
+    let boundless = ["--set", "recording.max_gap_s=1e12", "--set", "recording.max_samples=9000000000000000000"];
+    desk.refused(&[&["detect", "endless.csv"], &boundless[..]].concat(), &["at most 1000000000"]);
+    desk.file("s.toml", "recording.file = \"endless.csv\"\nrecording.max_gap_s = 1e12\n");
+    desk.refused(&["detect", "s.toml"], &["s.toml:2:", "longest gap"]);
+    let printed = desk.good(&["detect", "short.csv", "--no-figures", "--set", "recording.max_gap_s=1e12"]);
+    assert!(printed.starts_with("short: 3200 samples"), "{printed}");
+}
+
 #[test]
 fn an_output_that_cannot_be_written_is_the_works_failure() {
     let desk = Desk::new();
