@@ -255,6 +255,18 @@ fn a_gap_that_would_be_filled_with_endless_samples_is_refused() {
 }
 
 #[test]
+fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit() {
+    let desk = Desk::new();
+    let calibrate = |wanted_s: &str, phrases: &[&str]| {
+        desk.refused(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", wanted_s], phrases);
+    };
+    calibrate("1e30", &["--false-alarm-s is 1e30", "to 1.000e7 s", "1e10 samples"]);
+    calibrate("1.1e7", &["--false-alarm-s is 11000000.0", "to 1.000e7 s"]);
+    calibrate("1e-3", &["--false-alarm-s is 0.001", "from 2.000e-3"]);
+    desk.good(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", "9.9e6", "--quiet"]);
+}
+
+#[test]
 fn an_output_that_cannot_be_written_is_the_works_failure() {
     let desk = Desk::new();
     desk.file("a.toml", SHORT).file("taken", "a file");

@@ -33,7 +33,7 @@ pub(super) struct CalibrateArgs {
     /// The quiet segment, in s after the first sample, as in 1.5,4 [default: found]
     #[arg(long, value_name = "FROM,TO", value_parser = segment, allow_hyphen_values = true)]
     quiet_s: Option<(f64, f64)>,
-    /// Wanted time between false alarms, in s
+    /// Wanted time between false alarms, in s; 2 to 1e10 samples
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().false_alarm_s, allow_negative_numbers = true)]
     false_alarm_s: f64,
     /// Time in which the slowest rupture takes half of the force, in s
