@@ -255,6 +255,45 @@ fn a_gap_that_would_be_filled_with_endless_samples_is_refused() {
 }
 
 #[test]
+fn settings_from_a_file_that_has_none_are_refused() {
+    let desk = Desk::new();
+    desk.file("r.csv", recording(milliseconds(0.0, 200)));
+    desk.file("none.toml", SHORT).file("half.toml", "detector.threshold = 0.05\n");
+    desk.file("both.toml", "detector.threshold = 0.05\nestimator.dead_zone_n = 0.01\n");
+    desk.refused(&["detect", "r.csv", "--settings", "none.toml"], &["none.toml", "[estimator]", "[detector]"]);
+    let warned = |arguments: &[&str]| {
+        let outcome = desk.trocar(&[&["detect", "r.csv", "--no-figures", "--settings"], arguments].concat());
+        assert_eq!(outcome.code, 0, "{}", outcome.err);
+        outcome.err
+    };
+    assert_eq!(warned(&["half.toml"]), "warning: half.toml has no [estimator]; its defaults are taken\n");
+    assert_eq!(warned(&["half.toml", "--quiet"]), "");
+    assert_eq!(warned(&["both.toml"]), "");
+}
+
+#[test]
+fn samples_too_far_apart_for_a_rupture_are_warned_of() {
+    let desk = Desk::new();
+    let every = |interval_s: f64| recording((0..60).map(|k| f64::from(k) * interval_s));
+    desk.file("a/slow.csv", every(1.0)).file("a/fast.csv", every(0.01));
+    let warned = |arguments: &[&str]| {
+        let outcome = desk.trocar(&[&["detect", "--no-figures"], arguments].concat());
+        assert_eq!(outcome.code, 0, "{}", outcome.err);
+        outcome.err
+    };
+    for given in ["a/slow.csv", "a"] {
+        let said = warned(&[given]);
+        assert!(said.starts_with("warning: a/slow.csv: 1.000 samples a second, below 100: a rupture takes"), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+    assert_eq!((warned(&["a/fast.csv"]), warned(&["a", "--quiet"])), (String::new(), String::new()));
+    let live = desk.fed(&["detect", "-"], every(1.0).as_bytes()).err;
+    assert!(live.contains("warning: standard input: 1.000 samples a second"), "{live}");
+    let live = desk.fed(&["detect", "-"], every(0.01).as_bytes()).err;
+    assert!(!live.contains("samples a second"), "{live}");
+}
+
+#[test]
 fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit() {
     let desk = Desk::new();
     let calibrate = |wanted_s: &str, phrases: &[&str]| {

@@ -22,9 +22,13 @@ use super::{OutputArgs, ScenarioArgs};
 use crate::error::{non_negative, positive};
 use crate::metrics::RUPTURE_WINDOW_S;
 use crate::scenario::{Source, Values};
+use warnings::Warnings;
 
 /// Samples from standard input.
 const STREAM: &str = "-";
+
+/// What `--settings` takes from a file.
+const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 
 /// Run the estimator and the detector on recordings or on a live stream.
 #[derive(Debug, Args)]
@@ -71,7 +75,7 @@ pub(super) struct DetectArgs {
 
 pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     if let Some(file) = &args.settings_file {
-        args.tuning = Values::load(&Source::parse(file), &[])?.written_settings(&["estimator", "detector"]);
+        args.tuning = tuning(file, &Warnings::new(args.output.quiet))?;
     }
     let args = &args;
     non_negative("--window-s", args.window_s)?;
@@ -95,6 +99,20 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
         }
     }
     files::run(args)
+}
+
+/// What a file says of estimator and detector, as settings; refused if it says nothing of either.
+fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
+    let values = Values::load(&Source::parse(file), &[])?;
+    let missing: Vec<&str> =
+        TUNED_SECTIONS.into_iter().filter(|section| values.section_place(section).is_none()).collect();
+    if missing.len() == TUNED_SECTIONS.len() {
+        return Err(DetectError::NothingTuned { file: file.to_owned() }.into());
+    }
+    for section in missing {
+        warnings.note(&format!("warning: {file} has no [{section}]; its defaults are taken"));
+    }
+    Ok(values.written_settings(&TUNED_SECTIONS))
 }
 
 impl DetectArgs {
