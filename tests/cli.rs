@@ -306,6 +306,25 @@ fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit
 }
 
 #[test]
+fn scenarios_of_one_name_are_both_named() {
+    let desk = Desk::new();
+    desk.file("a.toml", SHORT).file("b.toml", SHORT);
+    desk.refused(&["run", "a.toml", "b.toml"], &["two scenarios are named \"short\"", "a.toml and b.toml", "--out"]);
+    let twice = ["run", "builtin:classical.toml", "a.toml", "builtin:classical.toml"];
+    desk.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; leave one out"]);
+}
+
+#[test]
+fn every_exit_code_is_documented() {
+    let desk = Desk::new();
+    let readme = include_str!("../README.md");
+    for text in [desk.good(&["--help"]), desk.good(&["detect", "--help"]), readme.replace('\n', " ")] {
+        let codes = "Exit codes: 0 done, 1 the work failed, 2 the input is wrong, 130 interrupted by Ctrl-C";
+        assert!(text.split_whitespace().collect::<Vec<_>>().join(" ").contains(codes), "{text}");
+    }
+}
+
+#[test]
 fn an_output_that_cannot_be_written_is_the_works_failure() {
     let desk = Desk::new();
     desk.file("a.toml", SHORT).file("taken", "a file");
