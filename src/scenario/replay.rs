@@ -21,9 +21,6 @@ const COLUMN_KEYS: [&str; 4] = [
     "recording.columns.force_n",
 ];
 
-/// Largest position (m), velocity (m/s) and force (N) of a recording.
-const MOST_MAGNITUDE: f64 = 1e6;
-
 /// Most samples that an uneven recording may become at its even interval, whatever recording.max_samples says: as many as a
 /// run has ticks.
 const MOST_EVEN_SAMPLES: u64 = 1_000_000_000;
@@ -154,8 +151,9 @@ fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(),
     Ok(())
 }
 
-/// Checks that the recording is one of a needle: beyond this, squares overflow and a scale is surely missing.
+/// Checks that the recording is one of a needle.
 fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
+    const MOST_MAGNITUDE: f64 = Limits::MOST_MAGNITUDE;
     let quantities = [
         ("recording.scale.position_m", "m", recording.position_m()),
         ("recording.scale.velocity_m_per_s", "m/s", recording.velocity_m_per_s().unwrap_or(&[])),
