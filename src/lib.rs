@@ -66,6 +66,8 @@ pub mod operator;
 #[cfg(feature = "std")]
 pub mod plant;
 #[cfg(feature = "std")]
+mod quantiles;
+#[cfg(feature = "std")]
 pub mod recording;
 #[cfg(feature = "std")]
 pub mod report;

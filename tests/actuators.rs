@@ -27,19 +27,8 @@ fn input(k: usize) -> (f64, f64, f64) {
     (0.02 * t, 3.0 * (9.0 * t).sin(), if (k / 150).is_multiple_of(2) { 0.002 } else { -0.001 })
 }
 
-fn drive(mut sides: impl Sides<f64>, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
-    let mut columns: [Vec<f64>; 5] = Default::default();
-    for k in 0..TICKS {
-        let (master, slave) = (sides.master(), sides.slave());
-        let row =
-            [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
-        for (column, value) in columns.iter_mut().zip(row) {
-            column.push(value);
-        }
-        let (desired, feedback, reference) = input(k);
-        sides.step(desired, input(k + 1).0, feedback, reference).expect("steps");
-    }
-    columns
+fn drive(sides: impl Sides<f64>, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
+    support::drive(sides, TICKS, input)
 }
 
 fn difference(a: &[Vec<f64>; 5], b: &[Vec<f64>; 5]) -> f64 {

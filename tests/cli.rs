@@ -1,73 +1,12 @@
 //! The command as a user meets it: exit codes, messages with the place and the remedy, files whole and the same twice.
 
-use std::collections::BTreeMap;
+#[path = "support/desk.rs"]
+mod desk;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use assert_cmd::Command;
-use tempfile::TempDir;
-
-/// A folder of its own to run trocar in.
-struct Desk(TempDir);
-
-/// What a command came to.
-struct Outcome {
-    code: i32,
-    out: String,
-    err: String,
-}
-
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Self {
-        fs::write(self.path(name), content).expect("written");
-        self
-    }
-    fn trocar(&self, arguments: &[&str]) -> Outcome {
-        let mut command = Command::cargo_bin("trocar").expect("built");
-        let output = command.current_dir(self.0.path()).args(arguments).output().expect("ran");
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-        Outcome { code: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) }
-    }
-    fn good(&self, arguments: &[&str]) -> String {
-        let outcome = self.trocar(arguments);
-        assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
-        outcome.out
-    }
-    /// Runs what must be refused: exit code 2, every phrase in the message, nothing written.
-    fn refused(&self, arguments: &[&str], phrases: &[&str]) {
-        let before = files(self.0.path());
-        let outcome = self.trocar(arguments);
-        assert_eq!(outcome.code, 2, "{arguments:?}: {}{}", outcome.out, outcome.err);
-        for phrase in phrases {
-            assert!(outcome.err.contains(phrase), "{arguments:?}: no {phrase:?} in\n{}", outcome.err);
-        }
-        assert!(outcome.out.is_empty(), "{}", outcome.out);
-        assert!(files(self.0.path()) == before, "{arguments:?}: something was written");
-    }
-}
-
-/// Every file below a folder, with its content.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.insert(path.strip_prefix(folder).expect("below").to_owned(), fs::read(&path).expect("read"));
-            }
-        }
-    }
-    found
-}
+use desk::Desk;
 
 /// A short scenario that needs no recording.
 const SHORT: &str =
@@ -79,10 +18,10 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "one", "--set", "sensor.force_noise_std_n=0.02"]);
     desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "two", "--set", "sensor.force_noise_std_n=0.02"]);
     desk.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
-    let one = files(&desk.path("one"));
+    let one = desk.files("one");
     assert_eq!(one.len(), 13, "{:?}", one.keys());
     for again in ["two", "three"] {
-        let again = files(&desk.path(again));
+        let again = desk.files(again);
         for (path, content) in &one {
             assert!(again.get(path) == Some(content), "{} differs", path.display());
         }
@@ -93,11 +32,10 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
 fn the_number_of_threads_does_not_matter() {
     let desk = Desk::new();
     for threads in ["1", "8"] {
-        let mut command = Command::cargo_bin("trocar").expect("built");
-        command.current_dir(desk.0.path()).env("RAYON_NUM_THREADS", threads);
-        command.args(["compare", "--quiet", "--out", threads]).assert().success();
+        let mut command = desk.command(&["compare", "--quiet", "--out", threads]);
+        command.env("RAYON_NUM_THREADS", threads).assert().success();
     }
-    assert!(files(&desk.path("1")) == files(&desk.path("8")));
+    assert!(desk.files("1") == desk.files("8"));
 }
 
 #[test]
@@ -267,9 +205,9 @@ fn the_sign_of_a_columns_factor_counts() {
 fn a_detection_leaves_the_run_of_its_scenario_alone() {
     let desk = Desk::new();
     desk.good(&["run", "builtin:augmented.toml", "--quiet"]);
-    let before = files(&desk.path("out/augmented"));
+    let before = desk.files("out/augmented");
     desk.good(&["detect", "builtin:augmented.toml", "--quiet"]);
-    let after = files(&desk.path("out/augmented"));
+    let after = desk.files("out/augmented");
     assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
     assert!(after.contains_key(Path::new("detection/detection.json")));
     desk.refused(&["detect", "builtin:in_vivo_like.csv", "--rupture-s", "99"], &["within the recording"]);
@@ -282,6 +220,108 @@ fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
     file.set_len(1 << 30).expect("sparse");
     desk.refused(&["detect", "big.csv"], &["big.csv", "max_bytes"]);
     desk.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
+}
+
+/// A CSV recording of rows at given times.
+fn recording(times_s: impl Iterator<Item = f64>) -> String {
+    let mut text = String::from("time_s,position_m,force_n\n");
+    for (k, time_s) in times_s.enumerate() {
+        text.push_str(&format!("{time_s},{:.5},0.5\n", k as f64 * 1e-5));
+    }
+    text
+}
+
+/// So many milliseconds from a time on, in s.
+fn milliseconds(from_s: f64, count: u32) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| from_s + f64::from(k) * 1e-3)
+}
+
+#[test]
+fn a_gap_that_would_be_filled_with_endless_samples_is_refused() {
+    let desk = Desk::new();
+    let gap = |after_s: f64| recording(milliseconds(0.0, 200).chain(milliseconds(after_s, 200)));
+    desk.file("endless.csv", gap(1e11)).file("long.csv", gap(6000.0)).file("short.csv", gap(3.0));
+    let phrases = ["at most 5000000", "recording.max_samples", "longest gap", "cut the recording"];
+    for command in ["detect", "calibrate", "roc"] {
+        desk.refused(&[command, "endless.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
+    }
+    desk.refused(&["detect", "long.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
+    let boundless = ["--set", "recording.max_gap_s=1e12", "--set", "recording.max_samples=9000000000000000000"];
+    desk.refused(&[&["detect", "endless.csv"], &boundless[..]].concat(), &["at most 1000000000"]);
+    desk.file("s.toml", "recording.file = \"endless.csv\"\nrecording.max_gap_s = 1e12\n");
+    desk.refused(&["detect", "s.toml"], &["s.toml:2:", "longest gap"]);
+    let printed = desk.good(&["detect", "short.csv", "--no-figures", "--set", "recording.max_gap_s=1e12"]);
+    assert!(printed.starts_with("short: 3200 samples"), "{printed}");
+}
+
+#[test]
+fn settings_from_a_file_that_has_none_are_refused() {
+    let desk = Desk::new();
+    desk.file("r.csv", recording(milliseconds(0.0, 200)));
+    desk.file("none.toml", SHORT).file("half.toml", "detector.threshold = 0.05\n");
+    desk.file("both.toml", "detector.threshold = 0.05\nestimator.dead_zone_n = 0.01\n");
+    desk.refused(&["detect", "r.csv", "--settings", "none.toml"], &["none.toml", "[estimator]", "[detector]"]);
+    let warned = |arguments: &[&str]| {
+        let outcome = desk.trocar(&[&["detect", "r.csv", "--no-figures", "--settings"], arguments].concat());
+        assert_eq!(outcome.code, 0, "{}", outcome.err);
+        outcome.err
+    };
+    assert_eq!(warned(&["half.toml"]), "warning: half.toml has no [estimator]; its defaults are taken\n");
+    assert_eq!(warned(&["half.toml", "--quiet"]), "");
+    assert_eq!(warned(&["both.toml"]), "");
+}
+
+#[test]
+fn samples_too_far_apart_for_a_rupture_are_warned_of() {
+    let desk = Desk::new();
+    let every = |interval_s: f64| recording((0..60).map(|k| f64::from(k) * interval_s));
+    desk.file("a/slow.csv", every(1.0)).file("a/fast.csv", every(0.01));
+    let warned = |arguments: &[&str]| {
+        let outcome = desk.trocar(&[&["detect", "--no-figures"], arguments].concat());
+        assert_eq!(outcome.code, 0, "{}", outcome.err);
+        outcome.err
+    };
+    for given in ["a/slow.csv", "a"] {
+        let said = warned(&[given]);
+        assert!(said.starts_with("warning: a/slow.csv: 1.000 samples a second, below 100: a rupture takes"), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+    assert_eq!((warned(&["a/fast.csv"]), warned(&["a", "--quiet"])), (String::new(), String::new()));
+    let live = desk.fed(&["detect", "-"], every(1.0).as_bytes()).err;
+    assert!(live.contains("warning: standard input: 1.000 samples a second"), "{live}");
+    let live = desk.fed(&["detect", "-"], every(0.01).as_bytes()).err;
+    assert!(!live.contains("samples a second"), "{live}");
+}
+
+#[test]
+fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit() {
+    let desk = Desk::new();
+    let calibrate = |wanted_s: &str, phrases: &[&str]| {
+        desk.refused(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", wanted_s], phrases);
+    };
+    calibrate("1e30", &["--false-alarm-s is 1e30", "to 1.000e7 s", "1e10 samples"]);
+    calibrate("1.1e7", &["--false-alarm-s is 11000000.0", "to 1.000e7 s"]);
+    calibrate("1e-3", &["--false-alarm-s is 0.001", "from 2.000e-3"]);
+    desk.good(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", "9.9e6", "--quiet"]);
+}
+
+#[test]
+fn scenarios_of_one_name_are_both_named() {
+    let desk = Desk::new();
+    desk.file("a.toml", SHORT).file("b.toml", SHORT);
+    desk.refused(&["run", "a.toml", "b.toml"], &["two scenarios are named \"short\"", "a.toml and b.toml", "--out"]);
+    let twice = ["run", "builtin:classical.toml", "a.toml", "builtin:classical.toml"];
+    desk.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; leave one out"]);
+}
+
+#[test]
+fn every_exit_code_is_documented() {
+    let desk = Desk::new();
+    let readme = include_str!("../README.md");
+    for text in [desk.good(&["--help"]), desk.good(&["detect", "--help"]), readme.replace('\n', " ")] {
+        let codes = "Exit codes: 0 done, 1 the work failed, 2 the input is wrong, 130 interrupted by Ctrl-C";
+        assert!(text.split_whitespace().collect::<Vec<_>>().join(" ").contains(codes), "{text}");
+    }
 }
 
 #[test]
@@ -382,9 +422,7 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
     let desk = Desk::new();
     let noisy = ["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02", "--quiet", "--out"];
     for (folder, threads) in [("one", "1"), ("four", "4")] {
-        let mut command = Command::cargo_bin("trocar").expect("built");
-        command.current_dir(desk.0.path()).env("RAYON_NUM_THREADS", threads).args(noisy).arg(folder);
-        command.assert().success();
+        desk.command(&noisy).arg(folder).env("RAYON_NUM_THREADS", threads).assert().success();
     }
     let study = |folder: &str| fs::read_to_string(desk.path(folder).join("seeds.csv")).expect("written");
     assert_eq!(study("one"), study("four"));
@@ -422,7 +460,7 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     assert_eq!(json["characteristics"]["cases"], 2);
     // None was seen in half a minute: that is no 0.
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
-    let left = files(&desk.path("out"));
+    let left = desk.files("out");
     let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
     assert_eq!(names, ["roc.csv", "roc.json", "roc.png", "roc.svg"]);
     let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");
@@ -445,7 +483,7 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
 fn an_interrupted_roc_says_what_it_kept() {
     let desk = Desk::new();
     let child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("trocar"))
-        .current_dir(desk.0.path())
+        .current_dir(desk.path(""))
         .args(["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"])
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
@@ -459,10 +497,10 @@ fn an_interrupted_roc_says_what_it_kept() {
     let said = String::from_utf8(output.stderr).expect("text");
     assert_eq!(output.status.code(), Some(130), "{said}");
     if said.contains("nothing was written") {
-        assert!(files(desk.0.path()).is_empty());
+        assert!(desk.files("").is_empty());
     } else {
         assert!(said.contains("of 1000000 cases are in out"), "{said}");
         assert!(String::from_utf8(output.stdout).expect("text").starts_with("stopped after"));
-        assert_eq!(files(&desk.path("out")).len(), 4);
+        assert_eq!(desk.files("out").len(), 4);
     }
 }

@@ -2,8 +2,8 @@
 
 mod support;
 
-use support::{ClosedLoop, difference, table};
-use trocar::engine::{ExactSides, IntegratedSides, Sides, Trace};
+use support::{ClosedLoop, difference, drive, table};
+use trocar::engine::{ExactSides, IntegratedSides, Trace};
 use trocar::estimation::{Rls, RlsSettings};
 use trocar::plant::{
     ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters, SlaveStep,
@@ -22,22 +22,6 @@ fn integrated(damping: Damping, timing: ControlTiming, coupling: Coupling) -> In
     let master = MasterParameters { coupling, ..MasterParameters::default() };
     let slave = SlaveParameters { damping, ..SlaveParameters::default() };
     IntegratedSides::new((&master, &ArmParameters::default(), &slave), timing, TICK_S, 0.0, 0.0)
-}
-
-/// `x_h, v_h, F_h, x_e, v_e` of sides that are driven by given inputs `(x_d, F_ed, x_ref)`.
-fn drive(mut sides: impl Sides<f64>, ticks: usize, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
-    let mut columns: [Vec<f64>; 5] = Default::default();
-    for k in 0..ticks {
-        let (master, slave) = (sides.master(), sides.slave());
-        let row =
-            [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
-        for (column, value) in columns.iter_mut().zip(row) {
-            column.push(value);
-        }
-        let (desired, feedback, reference) = input(k);
-        sides.step(desired, input(k + 1).0, feedback, reference).expect("steps");
-    }
-    columns
 }
 
 #[test]

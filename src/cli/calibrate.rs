@@ -2,15 +2,15 @@
 
 use clap::Args;
 
-use super::detect::ColumnArgs;
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, progress, terminal};
+use super::recorded::{ColumnArgs, RecordedFlags};
+use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
 use crate::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
 use crate::detect::{Detection, DetectionReport, detect};
 use crate::report::{
     Folder, calibration_object, calibration_text, calibration_toml, detection_pictures, run_lengths_text, to_json,
 };
-use crate::scenario::{DetectionSpec, ScenarioError, Source, Values};
+use crate::scenario::{DetectionSpec, Values};
 
 /// Find settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub(super) struct CalibrateArgs {
     /// The quiet segment, in s after the first sample, as in 1.5,4 [default: found]
     #[arg(long, value_name = "FROM,TO", value_parser = segment, allow_hyphen_values = true)]
     quiet_s: Option<(f64, f64)>,
-    /// Wanted time between false alarms, in s
+    /// Wanted time between false alarms, in s; 2 to 1e10 samples
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().false_alarm_s, allow_negative_numbers = true)]
     false_alarm_s: f64,
     /// Time in which the slowest rupture takes half of the force, in s
@@ -83,16 +83,15 @@ fn segment(text: &str) -> Result<(f64, f64), String> {
 
 pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     let Some(recording) = &args.recording else { return run_lengths(args) };
-    let source = Source::parse(recording);
-    let settings = settings(args, recording);
-    let is_scenario = is_scenario(recording);
-    let mut values = if is_scenario {
-        Values::load(&source, &settings)?
-    } else {
-        Values::from_settings(&source.stem(), &settings).map_err(|error| plain(error, false))?
+    let flags = RecordedFlags {
+        columns: &args.columns,
+        contact_m: args.contact_m,
+        ruptures_s: &args.ruptures_s,
+        changes: &args.changes,
     };
+    let mut values = recorded::load(recording, &flags.settings(Some(recording), &[]))?;
     let keeps_contact = values.place("estimator.contact_m").is_some();
-    let spec = DetectionSpec::resolve(&mut values).map_err(|error| plain(error, is_scenario))?;
+    let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(recording))?;
     let request = CalibrationRequest {
         first_s: args.first_s,
         quiet_s: args.quiet_s,
@@ -162,33 +161,4 @@ fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {
     let lengths: Vec<RunLength> = wanted().map(check).collect();
     bar.finish_and_clear();
     if args.output.quiet { Ok(()) } else { terminal::print(&run_lengths_text(&lengths)) }
-}
-
-/// The flags as settings; those of --set come last and count.
-fn settings(args: &CalibrateArgs, recording: &str) -> Vec<String> {
-    let mut settings = vec![];
-    if !is_scenario(recording) {
-        settings.push(format!("recording.file={}", toml::Value::String(recording.to_owned())));
-    }
-    settings.extend(args.columns.settings());
-    if let Some(contact_m) = args.contact_m {
-        settings.push(format!("estimator.contact_m={contact_m:?}"));
-    }
-    if !args.ruptures_s.is_empty() {
-        settings.push(format!("recording.ruptures_s={:?}", args.ruptures_s));
-    }
-    settings.extend(args.changes.settings.iter().cloned());
-    settings
-}
-
-fn is_scenario(recording: &str) -> bool {
-    recording.ends_with(".toml")
-}
-
-/// Without a scenario file, the place of an error is a flag, which the message names better than a made-up line.
-fn plain(mut error: ScenarioError, is_scenario: bool) -> ScenarioError {
-    if !is_scenario {
-        error.place = None;
-    }
-    error
 }

@@ -17,14 +17,18 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::error::CliError;
+use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs};
 use crate::error::{non_negative, positive};
 use crate::metrics::RUPTURE_WINDOW_S;
-use crate::recording::Column;
 use crate::scenario::{Source, Values};
+use warnings::Warnings;
 
 /// Samples from standard input.
 const STREAM: &str = "-";
+
+/// What `--settings` takes from a file.
+const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 
 /// Run the estimator and the detector on recordings or on a live stream.
 #[derive(Debug, Args)]
@@ -69,26 +73,9 @@ pub(super) struct DetectArgs {
     output: OutputArgs,
 }
 
-/// Which columns hold what.
-#[derive(Debug, Args)]
-pub(super) struct ColumnArgs {
-    /// Column with the time in s [default: time_s]
-    #[arg(long, value_name = "COLUMN[:FACTOR]")]
-    time: Option<Column>,
-    /// Column with the needle's position in m [default: position_m]
-    #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
-    position: Option<Column>,
-    /// Column with its velocity in m/s; estimated from the position when not given
-    #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
-    velocity: Option<Column>,
-    /// Column with the force on it in N [default: force_n]
-    #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
-    force: Option<Column>,
-}
-
 pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     if let Some(file) = &args.settings_file {
-        args.tuning = Values::load(&Source::parse(file), &[])?.written_settings(&["estimator", "detector"]);
+        args.tuning = tuning(file, &Warnings::new(args.output.quiet))?;
     }
     let args = &args;
     non_negative("--window-s", args.window_s)?;
@@ -114,47 +101,29 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     files::run(args)
 }
 
-impl ColumnArgs {
-    /// The flags as settings.
-    pub(super) fn settings(&self) -> Vec<String> {
-        let text = |text: &str| toml::Value::String(text.to_owned()).to_string();
-        let mut settings = vec![];
-        let columns = [
-            ("time_s", &self.time, None),
-            ("position_m", &self.position, Some("position_sign")),
-            ("velocity_m_per_s", &self.velocity, Some("velocity_sign")),
-            ("force_n", &self.force, Some("force_sign")),
-        ];
-        for (quantity, column, sign) in columns {
-            let Some(column) = column else { continue };
-            settings.push(format!("recording.columns.{quantity}={}", text(column.name())));
-            let scale = if sign.is_some() { column.scale().abs() } else { column.scale() };
-            settings.push(format!("recording.scale.{quantity}={scale:?}"));
-            if let Some(sign) = sign {
-                settings.push(format!("recording.{sign}={}", column.scale().signum()));
-            }
-        }
-        settings
+/// What a file says of estimator and detector, as settings; refused if it says nothing of either.
+fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
+    let values = Values::load(&Source::parse(file), &[])?;
+    let missing: Vec<&str> =
+        TUNED_SECTIONS.into_iter().filter(|section| values.section_place(section).is_none()).collect();
+    if missing.len() == TUNED_SECTIONS.len() {
+        return Err(DetectError::NothingTuned { file: file.to_owned() }.into());
     }
+    for section in missing {
+        warnings.note(&format!("warning: {file} has no [{section}]; its defaults are taken"));
+    }
+    Ok(values.written_settings(&TUNED_SECTIONS))
 }
 
 impl DetectArgs {
     /// The flags as settings for a recording, or for none; those of --set come last and count.
     fn settings(&self, recording: Option<&str>) -> Vec<String> {
-        let text = |text: &str| toml::Value::String(text.to_owned()).to_string();
-        let mut settings = vec![];
-        if let Some(recording) = recording.filter(|recording| !inputs::is_scenario(recording)) {
-            settings.push(format!("recording.file={}", text(recording)));
-        }
-        settings.extend(self.tuning.iter().cloned());
-        settings.extend(self.columns.settings());
-        if let Some(contact_m) = self.contact_m {
-            settings.push(format!("estimator.contact_m={contact_m:?}"));
-        }
-        if !self.ruptures_s.is_empty() {
-            settings.push(format!("recording.ruptures_s={:?}", self.ruptures_s));
-        }
-        settings.extend(self.changes.settings.iter().cloned());
-        settings
+        let flags = RecordedFlags {
+            columns: &self.columns,
+            contact_m: self.contact_m,
+            ruptures_s: &self.ruptures_s,
+            changes: &self.changes,
+        };
+        flags.settings(recording, &self.tuning)
     }
 }

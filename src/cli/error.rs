@@ -25,10 +25,14 @@ pub(super) enum CliError {
     #[error(transparent)]
     Setting(#[from] InvalidValue),
     /// Two scenarios would write into the same folder.
-    #[error("two scenarios are named {name:?} and would write into the same folder; give one another name")]
+    #[error("two scenarios are named {name:?} and would write into the same folder: {}", two(first, second))]
     SameName {
         /// The name.
         name: String,
+        /// The file of one, as it was given.
+        first: String,
+        /// That of the other.
+        second: String,
     },
     /// What varies the made insertion was given beside other signals.
     #[error("--drop-n, --sharpness-s and --depth-m vary the made insertion; leave them or the other signals out")]
@@ -124,6 +128,14 @@ impl From<CheckError> for CliError {
             CheckError::Run(error) => Self::Run(error),
         }
     }
+}
+
+/// Two files in the way of each other, and the remedy.
+fn two(first: &str, second: &str) -> String {
+    if first == second {
+        return format!("{first} is given twice; leave one out");
+    }
+    format!("{first} and {second}; write another name in one of them, or run them one by one, each with its own --out")
 }
 
 impl CliError {

@@ -9,6 +9,7 @@ mod init;
 mod interrupt;
 mod progress;
 mod record;
+mod recorded;
 mod roc;
 mod run;
 mod scenarios;
@@ -42,7 +43,7 @@ Examples:
   trocar run builtin:augmented.toml --set augmentation.reengage=snap
   trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n --contact-m 0.012
 
-Exit codes: 0 done, 1 the work failed, 2 the input is wrong.";
+Exit codes: 0 done, 1 the work failed, 2 the input is wrong, 130 interrupted by Ctrl-C.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -165,8 +166,9 @@ impl ScenarioArgs {
         };
         let scenarios = paths.iter().map(load).collect::<Result<Vec<_>, _>>()?;
         for (index, scenario) in scenarios.iter().enumerate() {
-            if scenarios[..index].iter().any(|other| other.name == scenario.name) {
-                return Err(CliError::SameName { name: scenario.name.clone() });
+            if let Some(other) = scenarios[..index].iter().position(|other| other.name == scenario.name) {
+                let (first, second) = (paths[other].clone(), paths[index].clone());
+                return Err(CliError::SameName { name: scenario.name.clone(), first, second });
             }
         }
         Ok(scenarios)

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, interrupt, progress, terminal};
+use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
 use crate::detection::DistanceKind;
 use crate::recording::InVivoLikeVariant;
 use crate::report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
@@ -119,19 +119,12 @@ fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
 
 /// A file's recording, or its closed loop where it has none.
 fn signal(path: &str, settings: &[String], kinds: &[DistanceKind]) -> Result<Signal, CliError> {
-    let source = Source::parse(path);
-    if !path.ends_with(".toml") {
-        let file = format!("recording.file={}", toml::Value::String(path.to_owned()));
-        let settings: Vec<String> = std::iter::once(file).chain(settings.iter().cloned()).collect();
-        let mut values = Values::from_settings(&source.stem(), &settings)?;
-        let spec = DetectionSpec::resolve(&mut values)?;
-        return Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?);
-    }
-    let mut values = Values::load(&source, settings)?;
+    let settings: Vec<String> = recorded::file_setting(path).into_iter().chain(settings.iter().cloned()).collect();
+    let mut values = recorded::load(path, &settings)?;
     if !values.is_given("recording.file") {
-        return Ok(Signal::closed_loop(Scenario::load(&source, settings)?, kinds)?);
+        return Ok(Signal::closed_loop(Scenario::load(&Source::parse(path), &settings)?, kinds)?);
     }
-    let spec = DetectionSpec::resolve(&mut values)?;
+    let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(path))?;
     Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?)
 }
 

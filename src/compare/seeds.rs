@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::{Unit, rows};
 use crate::metrics::Metrics;
+use crate::quantiles;
 use crate::run::{RunError, observe};
 use crate::scenario::Scenario;
 
@@ -32,28 +33,22 @@ impl Spread {
     /// The spread of values; none of no values.
     ///
     /// Quantiles are linear between order statistics. The median's interval is that of the order statistics of ranks
-    /// `n/2 ± 1.96 √n/2` (the normal approximation of the sign test, outwards), which presumes no distribution; below six
-    /// values no such interval reaches 95 %, and it is the whole range.
+    /// `n/2 ± 1.96 √n/2` (the normal approximation of the sign test, outwards); below six values it is the whole range.
     #[must_use]
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
-        let last = values.len().checked_sub(1)?;
-        let quantile = |share: f64| {
-            let place = share * last as f64;
-            let below = place as usize;
-            let (here, next) = (values[below], values[(below + 1).min(last)]);
-            here + (place - below as f64) * (next - here)
-        };
-        let half = 0.5 * values.len() as f64;
-        let reach = 1.96 * half.sqrt() / std::f64::consts::SQRT_2;
-        let rank_low = (half - reach).floor().max(1.0) as usize;
+        let defined = values.len() as u64;
+        let of_rank = |rank: u64| values[rank as usize];
+        let quantile = |share: f64| quantiles::quantile(defined, share, of_rank);
+        let median = quantile(0.5)?;
+        let (median_low, median_high) = quantiles::median_ranks(defined);
         Some(Self {
-            defined: values.len() as u64,
-            median: quantile(0.5),
-            low: quantile(0.025),
-            high: quantile(0.975),
-            median_low: values[rank_low - 1],
-            median_high: values[last + 1 - rank_low],
+            defined,
+            median,
+            low: quantile(0.025)?,
+            high: quantile(0.975)?,
+            median_low: of_rank(median_low),
+            median_high: of_rank(median_high),
         })
     }
 }

@@ -80,15 +80,22 @@ impl Chain {
         let velocity = self.filter.as_mut().map_or(measured, |filter| filter.update(reading.position_m));
         let depth_m = reading.position_m - self.contact_m;
         let estimate = self.estimator.update(reading.force_n, depth_m, velocity);
-        let decision = self.detector.update(&Evidence {
-            force_n: reading.force_n,
-            predicted_force_n: estimate.predicted_force_n,
-            residual_n: estimate.residual_n,
-            correction: estimate.correction,
-            depth_m,
-            velocity_m_per_s: velocity,
-            in_contact: depth_m > 0.0,
-        });
+        let decision = self.detector.update(&evidence(reading.force_n, depth_m, velocity, &estimate));
         Step { velocity_m_per_s: velocity, depth_m, estimate, decision }
+    }
+}
+
+/// What a detector goes by: a force (N) at a depth below the contact (m) and a velocity (m/s), and what the estimator made of
+/// them.
+#[inline]
+pub(crate) fn evidence(force_n: f64, depth_m: f64, velocity_m_per_s: f64, estimate: &Estimate<f64>) -> Evidence<f64> {
+    Evidence {
+        force_n,
+        predicted_force_n: estimate.predicted_force_n,
+        residual_n: estimate.residual_n,
+        correction: estimate.correction,
+        depth_m,
+        velocity_m_per_s,
+        in_contact: depth_m > 0.0,
     }
 }

@@ -185,6 +185,12 @@ impl LiveDetector {
         Ok(None)
     }
 
+    /// How far apart the ticks are, in s; none before it is known.
+    #[must_use]
+    pub fn interval_s(&self) -> Option<f64> {
+        self.interval_s
+    }
+
     /// What has been found so far.
     #[must_use]
     pub fn summary(&self) -> LiveSummary {

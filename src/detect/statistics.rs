@@ -45,8 +45,8 @@ impl ResidualStatistics {
 
 /// The upper median; 0 of nothing.
 pub(super) fn median_of(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// The estimates of one phase, all its stretches taken together. What a phase that never was, or the needle outside of the

@@ -43,10 +43,7 @@ pub fn read_delays<R: Read>(
     let mut before = None;
     let mut count = 0;
     while rows.next()? {
-        let limit = limits.max_samples;
-        if count >= limit {
-            return Err(rows.place().error(Problem::TooManySamples { limit }));
-        }
+        rows.check_room(count, limits.max_samples)?;
         rows.check_width(width)?;
         let time_s = rows.time(at[0], &columns[0], before)?;
         let delay = |direction: usize| {

@@ -16,6 +16,10 @@ impl Limits {
     /// The default longest gap, in median intervals.
     pub const GAP_IN_MEDIANS: f64 = 10.0;
 
+    /// Largest position (m), velocity (m/s) and force (N) that is taken for a needle's: beyond, squares overflow, and a scale is
+    /// surely missing.
+    pub const MOST_MAGNITUDE: f64 = 1e6;
+
     /// Bytes in one line at most: a file without line ends is not a table.
     pub const MAX_LINE_BYTES: u64 = 1 << 20;
 }

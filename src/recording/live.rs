@@ -27,9 +27,6 @@ pub enum LiveLine {
     Sample(LiveSample),
 }
 
-/// Largest position (m), velocity (m/s) and force (N) that is taken for a needle's: beyond, squares overflow.
-const MOST_MAGNITUDE: f64 = 1e6;
-
 /// Cuts a byte stream into lines, and lines into samples.
 ///
 /// The text may be as [`read_csv`](super::read_csv) takes it, but a line is a row: a quoted field ends on its line. Memory
@@ -159,9 +156,10 @@ impl LiveTable {
         let velocity = layout.velocity.zip(self.columns.velocity.as_ref());
         Ok(LiveLine::Sample(LiveSample {
             time_s: read(layout.time, &self.columns.time, f64::INFINITY)?,
-            position_m: read(layout.position, &self.columns.position, MOST_MAGNITUDE)?,
-            velocity_m_per_s: velocity.map_or(Ok(0.0), |(index, column)| read(index, column, MOST_MAGNITUDE))?,
-            force_n: read(layout.force, &self.columns.force, MOST_MAGNITUDE)?,
+            position_m: read(layout.position, &self.columns.position, Limits::MOST_MAGNITUDE)?,
+            velocity_m_per_s: velocity
+                .map_or(Ok(0.0), |(index, column)| read(index, column, Limits::MOST_MAGNITUDE))?,
+            force_n: read(layout.force, &self.columns.force, Limits::MOST_MAGNITUDE)?,
         }))
     }
 

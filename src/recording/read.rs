@@ -58,10 +58,7 @@ impl<'a> Samples<'a> {
     }
 
     fn push<R: Read>(&mut self, rows: &Rows<'_, R>, layout: &Layout) -> Result<(), RecordingError> {
-        let limit = self.limits.max_samples;
-        if self.time_s.len() >= limit {
-            return Err(rows.place().error(Problem::TooManySamples { limit }));
-        }
+        rows.check_room(self.time_s.len(), self.limits.max_samples)?;
         rows.check_width(layout.width)?;
         let before = self.time_s.last().map(|&before_s| (before_s, self.lines.of(self.time_s.len() - 1)));
         let time_s = rows.time(layout.time, &self.columns.time, before)?;

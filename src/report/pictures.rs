@@ -23,12 +23,13 @@ type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure, FigureError> + Send
 
 /// Draws figures in parallel and writes each as SVG and PNG.
 fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureError> {
-    jobs.into_par_iter().try_for_each(|(name, job)| {
-        let figure = job()?;
-        folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
-        folder.write(&format!("{name}.png"), &figure.png)?;
-        Ok(())
-    })
+    jobs.into_par_iter().try_for_each(|(name, job)| Ok(keep(folder, name, &job()?)?))
+}
+
+/// Writes a figure as SVG and PNG.
+pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure) -> Result<(), OutputError> {
+    folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
+    folder.write(&format!("{name}.png"), &figure.png)
 }
 
 /// A run's columns and times, as figures borrow them.

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::figures::{self, CharacteristicView};
 use super::number::{show, significant};
-use super::pictures::PictureError;
+use super::pictures::{PictureError, keep};
 use super::tables::{quoted, shortest};
 use super::{Folder, Table};
 use crate::compare::Unit;
@@ -237,7 +237,5 @@ pub fn roc_picture(folder: &Folder, roc: &Characteristics) -> Result<(), Picture
     let hours = roc.all.first().and_then(|curve| curve.points.first()).map_or(0.0, |point| point.hours);
     let least_per_minute = if hours > 0.0 { 1.0 / (60.0 * hours) } else { 1.0 };
     let figure = figures::characteristic(&views, least_per_minute)?;
-    folder.write("roc.svg", figure.svg.as_bytes())?;
-    folder.write("roc.png", &figure.png)?;
-    Ok(())
+    Ok(keep(folder, "roc", &figure)?)
 }

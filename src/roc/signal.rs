@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::RocError;
 use super::tally::Labels;
-use crate::detect::detect;
+use crate::detect;
 use crate::detection::{DetectorSettings, DistanceKind, Evidence};
 use crate::engine::{Observer, Signals};
 use crate::estimation::{Estimator, RlsSettings};
@@ -65,7 +65,7 @@ impl Signal {
     /// # Errors
     /// A setting out of range.
     pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
-        let detection = detect(spec)?;
+        let detection = detect::detect(spec)?;
         let samples = Samples {
             tick_s: spec.recording.recording.median_interval_s(),
             force_n: detection.measured_force_n,
@@ -175,15 +175,7 @@ impl Signal {
             let force_n = force_n + noise_n();
             let depth_m = position_m - self.contact_m;
             let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
-            Evidence {
-                force_n,
-                predicted_force_n: estimate.predicted_force_n,
-                residual_n: estimate.residual_n,
-                correction: estimate.correction,
-                depth_m,
-                velocity_m_per_s,
-                in_contact: depth_m > 0.0,
-            }
+            detect::evidence(force_n, depth_m, velocity_m_per_s, &estimate)
         }));
     }
 }

@@ -81,24 +81,5 @@ const fn key(path: &'static str, range: R, default: fn() -> Value, meaning: &'st
 }
 
 /// The keys of every layer, from the surface down.
-pub(super) const LAYERED_KEYS: [[Key; KEYS_PER_LAYER]; LAYERS] =
-    [keys_of_layer!(0), keys_of_layer!(1), keys_of_layer!(2), keys_of_layer!(3), keys_of_layer!(4)];
-
-/// Keys followed by those of every layer, `COUNT` in all.
-pub(super) const fn with_layers<const COUNT: usize>(keys: &[Key]) -> [Key; COUNT] {
-    let mut all = [keys[0]; COUNT];
-    let mut index = 0;
-    while index < COUNT {
-        all[index] = if index < keys.len() {
-            keys[index]
-        } else {
-            let place = index - keys.len();
-            LAYERED_KEYS[place / KEYS_PER_LAYER][place % KEYS_PER_LAYER]
-        };
-        index += 1;
-    }
-    all
-}
-
-/// How many keys the layers have together.
-pub(super) const LAYERED_COUNT: usize = KEYS_PER_LAYER * LAYERS;
+pub(super) const LAYERED_KEYS: &[[Key; KEYS_PER_LAYER]; LAYERS] =
+    &[keys_of_layer!(0), keys_of_layer!(1), keys_of_layer!(2), keys_of_layer!(3), keys_of_layer!(4)];

@@ -21,8 +21,9 @@ const COLUMN_KEYS: [&str; 4] = [
     "recording.columns.force_n",
 ];
 
-/// Largest position (m), velocity (m/s) and force (N) of a recording.
-const MOST_MAGNITUDE: f64 = 1e6;
+/// Most samples that an uneven recording may become at its even interval, whatever recording.max_samples says: as many as a
+/// run has ticks.
+const MOST_EVEN_SAMPLES: u64 = 1_000_000_000;
 
 /// A recording with its labels, as a scenario describes it.
 #[derive(Debug, Clone)]
@@ -103,8 +104,10 @@ impl DetectionSpec {
     /// As [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
+        let recording = load_recording(values)?;
+        check_even_samples(values, &recording.recording)?;
         Ok(Self {
-            recording: load_recording(values)?,
+            recording,
             estimator: settings.estimator,
             detector: settings.detector,
             contact_m: settings.contact_m,
@@ -148,8 +151,9 @@ fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(),
     Ok(())
 }
 
-/// Checks that the recording is one of a needle: beyond this, squares overflow and a scale is surely missing.
+/// Checks that the recording is one of a needle.
 fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
+    const MOST_MAGNITUDE: f64 = Limits::MOST_MAGNITUDE;
     let quantities = [
         ("recording.scale.position_m", "m", recording.position_m()),
         ("recording.scale.velocity_m_per_s", "m/s", recording.velocity_m_per_s().unwrap_or(&[])),
@@ -164,6 +168,26 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
         }
     }
     Ok(())
+}
+
+/// Checks that a recording with a long gap does not become endless: detection takes evenly spaced samples, and fills gaps with
+/// them. Twice the recording's own number are never too many.
+fn check_even_samples(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
+    let interval_s = recording.median_interval_s();
+    // Between ascending times the median is a tick.
+    let samples = recording.ticks_covered(interval_s).unwrap_or(0) as u64;
+    let most = values.whole("recording.max_samples")?.min(MOST_EVEN_SAMPLES);
+    if samples <= most.max(2 * recording.len() as u64) {
+        return Ok(());
+    }
+    let gap_s = recording.time_s().windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let key = ["recording.max_gap_s", "recording.max_samples"].into_iter().find(|key| values.place(key).is_some());
+    let message = format!(
+        "evenly spaced, the recording would have {:.3e} samples, at most {most} (recording.max_samples): its longest gap, \
+         {gap_s} s, would be filled with samples {interval_s:.3e} s apart",
+        samples as f64
+    );
+    Err(values.error(key.unwrap_or("recording.file"), message).remedy("cut the recording at the gap"))
 }
 
 /// The key whose limit a recording exceeds.

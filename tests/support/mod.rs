@@ -44,6 +44,22 @@ pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
     expected.iter().zip(&thinned).map(|(e, c)| (e - c).abs()).fold(0.0, f64::max) / peak
 }
 
+/// `x_h, v_h, F_h, x_e, v_e` of sides that are driven by given inputs `(x_d, F_ed, x_ref)`.
+pub fn drive(mut sides: impl Sides<f64>, ticks: usize, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
+    let mut columns: [Vec<f64>; 5] = Default::default();
+    for k in 0..ticks {
+        let (master, slave) = (sides.master(), sides.slave());
+        let row =
+            [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
+        for (column, value) in columns.iter_mut().zip(row) {
+            column.push(value);
+        }
+        let (desired, feedback, reference) = input(k);
+        sides.step(desired, input(k + 1).0, feedback, reference).expect("steps");
+    }
+    columns
+}
+
 /// A classical insertion into a Kelvin-Voigt tissue: 10 mm/s to 20 mm at 1 kHz for 3 s.
 pub struct ClosedLoop {
     pub stiffness_n_per_m: f64,

@@ -21,6 +21,14 @@ pub(in crate::cli) enum DetectError {
         /// Why.
         source: std::io::Error,
     },
+    /// `--settings` with a file that has none.
+    #[error(
+        "{file}: neither [estimator] nor [detector] in it; give a file that has them, as calibrated.toml of trocar calibrate"
+    )]
+    NothingTuned {
+        /// The file.
+        file: String,
+    },
     /// `--rupture-s` with several recordings.
     #[error("--rupture-s labels a single recording, and there are {recordings}; give --labels FILE")]
     RupturesOfMany {

@@ -5,11 +5,12 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde_json::Value as Json;
 
-use super::inputs::{Input, inputs, plain};
+use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
+use super::warnings::{Warnings, too_far_apart};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
-use crate::cli::{progress, terminal};
+use crate::cli::{progress, recorded, terminal};
 use crate::detect::{Detection, DetectionReport, Label, detect};
 use crate::report::{
     DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
@@ -21,12 +22,13 @@ use crate::scenario::{DetectionSpec, Values};
 struct Found {
     report: DetectionReport,
     json: Json,
+    warning: Option<String>,
 }
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if is_collection(args) {
         // A flag that is wrong is wrong once, not once for each recording.
-        Values::from_settings("recording", &args.settings(None)).map_err(|error| plain(error, false))?;
+        Values::from_settings("recording", &args.settings(None)).map_err(recorded::of_flags)?;
     }
     let inputs = inputs(args)?;
     if !args.ruptures_s.is_empty() && inputs.len() > 1 {
@@ -49,7 +51,9 @@ fn is_collection(args: &DetectArgs) -> bool {
 fn alone(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
     let folder = folder_of(out, &input);
     let name = input.folder.clone();
+    let given = input.given.clone();
     let found = one(args, &folder, input, labels)?;
+    warn(args, &given, &found);
     if args.output.json {
         terminal::print(&to_json(&found.json))
     } else if args.output.quiet {
@@ -76,6 +80,9 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     let (mut failed, mut input_at_fault) = (0, true);
     let mut entries = vec![];
     for (file, name, found) in outcomes {
+        if let Ok(found) = &found {
+            warn(args, &file, found);
+        }
         let outcome = found.map(|found| (found.report, found.json)).map_err(|error| {
             failed += 1;
             input_at_fault &= error.is_input();
@@ -120,16 +127,22 @@ fn folder_of(out: &Folder, input: &Input) -> Folder {
 
 /// Detects in one recording and writes its files.
 fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Found, CliError> {
-    let is_scenario = input.is_scenario();
     let Input { given, folder: name, values } = input;
     let mut values = values?;
-    let spec = DetectionSpec::resolve(&mut values).map_err(|error| plain(error, is_scenario))?;
+    let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
     let detection = detect(&spec)?;
     let labels = labels_of(&given, &spec, labels)?;
     let report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
     let json = detection_object(&name, &report, &values);
     write(args, folder, &given, &spec, (&values, &detection, &report), &json)?;
-    Ok(Found { report, json })
+    Ok(Found { report, json, warning: too_far_apart(detection.interval_s) })
+}
+
+/// Says what is odd about a recording.
+fn warn(args: &DetectArgs, given: &str, found: &Found) {
+    if let Some(warning) = &found.warning {
+        Warnings::new(args.output.quiet).note(&format!("warning: {given}: {warning}"));
+    }
 }
 
 /// The labels of a recording: those of `--labels`; else those of its scenario or of `--rupture-s`; else those of the file

@@ -40,4 +40,4 @@ rig's hiccup is no mistake in the command, and the summary counts them. It is 2 
 
 Without --velocity, give the encoder's step: --set sensor.position_resolution_m=1e-5 (1 µm is assumed).
 
-Exit codes: 0 done, 1 the work failed, 2 the input is wrong.";
+Exit codes: 0 done, 1 the work failed, 2 the input is wrong, 130 interrupted by Ctrl-C (a live stream: by the second one).";

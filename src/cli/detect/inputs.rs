@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
+use crate::cli::recorded;
 use crate::scenario::{ScenarioError, Source, Values};
 
 /// The end of the name of a file of labels beside its recording.
@@ -24,14 +25,10 @@ pub(super) struct Input {
     pub(super) values: Result<Values, ScenarioError>,
 }
 
-pub(super) fn is_scenario(given: &str) -> bool {
-    given.ends_with(".toml")
-}
-
 impl Input {
-    /// The recording's own file; of a scenario, the one that it names.
+    /// Whether it is the recording that a scenario file names.
     pub(super) fn is_scenario(&self) -> bool {
-        is_scenario(&self.given)
+        recorded::is_scenario(&self.given)
     }
 }
 
@@ -45,14 +42,7 @@ pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
             given.push(recording.clone());
         }
     }
-    let load = |given: &String| {
-        let (source, settings) = (Source::parse(given), args.settings(Some(given)));
-        if is_scenario(given) {
-            Values::load(&source, &settings)
-        } else {
-            Values::from_settings(&source.stem(), &settings).map_err(|error| plain(error, false))
-        }
-    };
+    let load = |given: &String| recorded::load(given, &args.settings(Some(given)));
     let values: Vec<_> = given.iter().map(load).collect();
     let names: Vec<String> = given
         .iter()
@@ -100,14 +90,6 @@ fn distinct(names: &[String]) -> Vec<String> {
         own.unwrap_or_else(|| name.clone())
     };
     names.iter().map(&mut free).collect()
-}
-
-/// Without a scenario file, the place of an error is a flag, which the message names better than a made-up line.
-pub(super) fn plain(mut error: ScenarioError, is_scenario: bool) -> ScenarioError {
-    if !is_scenario {
-        error.place = None;
-    }
-    error
 }
 
 #[cfg(test)]

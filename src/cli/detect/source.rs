@@ -1,20 +1,17 @@
 //! Standard input and signals, whichever comes first.
 
 use std::io::{self, ErrorKind, Read};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
 use super::DetectError;
+use crate::cli::interrupt;
 
 /// Bytes read at once at most. A live rig's lines come one by one, each as soon as it was written.
 const CHUNK_BYTES: usize = 64 << 10;
 
 /// Chunks on their way.
 const CHUNKS: usize = 2;
-
-/// The exit code of a shell for a command that Ctrl-C has ended.
-const INTERRUPTED: i32 = 130;
 
 /// What comes next.
 pub(super) enum Event<'a> {
@@ -49,11 +46,7 @@ impl Source {
         let (sender, messages) = sync_channel(CHUNKS);
         let (spare, empty) = sync_channel(CHUNKS + 2);
         let stop = sender.clone();
-        let is_stopping = AtomicBool::new(false);
-        ctrlc::set_handler(move || {
-            if is_stopping.swap(true, Ordering::SeqCst) {
-                std::process::exit(INTERRUPTED);
-            }
+        interrupt::on_first(move || {
             let stop = stop.clone();
             // Not here: the queue may be full, and a second signal must come through.
             thread::spawn(move || stop.send(Message::Stop));

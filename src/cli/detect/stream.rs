@@ -2,12 +2,12 @@
 
 use std::io::{self, ErrorKind};
 
-use super::inputs::plain;
 use super::rows::{Format, RowWriter};
 use super::source::{Event, Source};
-use super::warnings::Warnings;
+use super::warnings::{Warnings, too_far_apart};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
+use crate::cli::recorded::of_flags;
 use crate::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use crate::recording::{LiveLine, LiveTable, RecordingError};
 use crate::report::live_text;
@@ -20,9 +20,9 @@ const END: &str = "end of input";
 const NAME: &str = "standard input";
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
-    let mut values = Values::from_settings("stream", &args.settings(None)).map_err(|error| plain(error, false))?;
-    let settings = DetectionSettings::resolve(&mut values).map_err(|error| plain(error, false))?;
-    let columns = recording_columns(&values).map_err(|error| plain(error, false))?;
+    let mut values = Values::from_settings("stream", &args.settings(None)).map_err(of_flags)?;
+    let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
+    let columns = recording_columns(&values).map_err(of_flags)?;
     let warnings = Warnings::new(args.output.quiet);
     let velocity = match (&columns.velocity, settings.position_resolution_m) {
         (Some(_), _) => VelocitySource::Measured,
@@ -39,7 +39,8 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
         Err(error) => return closed(error),
     };
     let table = LiveTable::new(NAME, columns);
-    let mut session = Session { table, detector, rows, every: args.every, warnings, lines: 0, malformed: 0 };
+    let mut session =
+        Session { table, detector, rows, every: args.every, warnings, lines: 0, malformed: 0, is_rate_known: false };
     let mut source = Source::open()?;
     let ended = loop {
         let outcome = match source.next() {
@@ -89,6 +90,8 @@ struct Session {
     lines: u64,
     /// Of those, the ones that are no sample.
     malformed: u64,
+    /// Whether the interval has been looked at.
+    is_rate_known: bool,
 }
 
 impl Session {
@@ -133,6 +136,14 @@ impl Session {
             }
         };
         let odd = self.detector.take(&sample, emit).map_err(|error| Ended::Failed(error.into()))?;
+        if !self.is_rate_known
+            && let Some(interval_s) = self.detector.interval_s()
+        {
+            self.is_rate_known = true;
+            if let Some(warning) = too_far_apart(interval_s) {
+                self.warnings.note(&format!("warning: {NAME}: {warning}"));
+            }
+        }
         if let Some(odd) = odd {
             let line = self.table.lines();
             self.warnings.warn(|| format!("{NAME} line {line}: {}", super::warnings::words(&odd)));

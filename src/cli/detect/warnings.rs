@@ -8,6 +8,10 @@ use crate::detect::Oddity;
 /// Warnings a second at most.
 const MOST_PER_SECOND: u32 = 5;
 
+/// The lowest rate of samples that is not warned of, in Hz. Chosen here: the slowest rupture that `trocar calibrate` looks for
+/// unless told otherwise takes half of the force in 30 ms, which are three samples then.
+const LEAST_RATE_HZ: f64 = 100.0;
+
 /// Writes warnings, a few each second; those between are counted.
 pub(super) struct Warnings {
     quiet: bool,
@@ -55,6 +59,18 @@ impl Warnings {
             self.note(&format!("warning: {held_back} more like these"));
         }
     }
+}
+
+/// What is to be said of samples `interval_s` (s) apart; nothing where they are close enough to show a rupture.
+pub(super) fn too_far_apart(interval_s: f64) -> Option<String> {
+    let rate_hz = 1.0 / interval_s;
+    // A rate that is right to 1 % is that rate.
+    (rate_hz < 0.99 * LEAST_RATE_HZ).then(|| {
+        format!(
+            "{rate_hz:.3} samples a second, below {LEAST_RATE_HZ}: a rupture takes some 30 ms and falls between them, and \
+             estimator and detector count samples, with defaults for 0.5 to 2 ms"
+        )
+    })
 }
 
 /// An oddity in words.

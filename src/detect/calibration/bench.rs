@@ -3,7 +3,7 @@
 use super::contact::{ContactRule, contact};
 use super::excursions::{excursions, is_rupture};
 use super::probe::{Fall, delays};
-use super::run_length::{Tails, average_run_length, threshold_for};
+use super::run_length::{Tails, WANTED, average_run_length, threshold_for};
 use super::signal::{Residuals, Signal};
 use super::spread::{least_step, median, noise_std, quantile, root_mean_square};
 use super::{Calibration, CalibrationError, CalibrationRequest, Candidate, FEWEST_SAMPLES, Whiteness};
@@ -96,7 +96,11 @@ impl<'a> Bench<'a> {
             }
         };
         let drift = request.drift();
-        let samples = (request.false_alarm_s / signal.interval_s).clamp(2.0, 1e10);
+        let samples = request.false_alarm_s / signal.interval_s;
+        if !WANTED.contains(&samples) {
+            let [least_s, most_s] = [WANTED.start(), WANTED.end()].map(|samples| samples * signal.interval_s);
+            return Err(CalibrationError::FalseAlarm { wanted_s: request.false_alarm_s, least_s, most_s });
+        }
         Ok(Self {
             request,
             labels: spec.recording.ruptures_s.iter().map(|label| sample(*label)).collect(),

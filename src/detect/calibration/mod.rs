@@ -121,6 +121,18 @@ pub enum CalibrationError {
         /// How many there are.
         samples: usize,
     },
+    /// No threshold can be found for so long or so short a time between false alarms.
+    #[error(
+        "--false-alarm-s is {wanted_s:?}, must be from {least_s:.3e} to {most_s:.3e} s: 2 to 1e10 samples of this recording, as longer run lengths are not told apart"
+    )]
+    FalseAlarm {
+        /// What was wanted, in s.
+        wanted_s: f64,
+        /// The least, in s.
+        least_s: f64,
+        /// The most, in s.
+        most_s: f64,
+    },
     /// The quiet segment holds too little.
     #[error(
         "the quiet segment from {from_s} to {to_s} s holds {samples} samples of the first {first_s} s, at least {FEWEST_SAMPLES} are needed; move --quiet-s or --first-s"

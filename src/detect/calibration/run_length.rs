@@ -100,6 +100,9 @@ const NODES: (f64, f64) = (60.0, 700.0);
 /// The largest run length that is told apart, in samples: beyond it the equation's solution is rounding.
 pub const LONGEST: f64 = 1e12;
 
+/// The run lengths that a threshold can be found for, in samples.
+pub const WANTED: std::ops::RangeInclusive<f64> = 2.0..=1e10;
+
 /// Distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
 fn chi_square(u: f64) -> (f64, f64) {
     if u <= 0.0 {
@@ -148,7 +151,7 @@ fn on_elements(tails: Tails, drift: f64, threshold: f64, elements: usize) -> f64
     }
 }
 
-/// The threshold whose average run length is `samples` (between 2 and 1e10), to a ten-thousandth of itself.
+/// The threshold whose average run length is `samples` (of [`WANTED`]), to a ten-thousandth of itself.
 #[must_use]
 pub fn threshold_for(tails: Tails, drift: f64, samples: f64) -> f64 {
     let (mut low, mut high) = (1e-3_f64, 1.0_f64);

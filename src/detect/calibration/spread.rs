@@ -1,5 +1,7 @@
 //! How noisy a signal is, told from how it changes from sample to sample.
 
+use crate::quantiles;
+
 /// Samples of a block over which noise is averaged.
 const NOISE_BLOCK: usize = 50;
 /// The share of blocks that are no noisier than what is given.
@@ -9,9 +11,7 @@ const NOISE_SHARE: f64 = 0.75;
 #[must_use]
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    let place = share * values.len().saturating_sub(1) as f64;
-    let (low, high) = (values.get(place.floor() as usize)?, values.get(place.ceil() as usize)?);
-    Some(low + (high - low) * place.fract())
+    quantiles::quantile(values.len() as u64, share, |rank| values[rank as usize])
 }
 
 /// The middle value; none of nothing.

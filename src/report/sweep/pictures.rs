@@ -3,6 +3,7 @@
 use super::text::{heat_map_csv, tornado_csv};
 use crate::report::figures::{self, AxisView, HeatView, TornadoView};
 use crate::report::number::readable;
+use crate::report::pictures::keep;
 use crate::report::{Folder, PictureError};
 use crate::sweep::{Design, Findings};
 
@@ -23,8 +24,7 @@ pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> 
         let figure = figures::heat_map(&view)?;
         let name = format!("heat_{}", column.name);
         folder.write(&format!("{name}.csv"), heat_map_csv(design, map).as_bytes())?;
-        folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
-        folder.write(&format!("{name}.png"), &figure.png)?;
+        keep(folder, &name, &figure)?;
     }
     if design.axes.is_empty() {
         return Ok(());
@@ -39,7 +39,5 @@ pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> 
         .collect();
     let figure = figures::tornado(&views)?;
     folder.write("tornado.csv", tornado_csv(design, findings).as_bytes())?;
-    folder.write("tornado.svg", figure.svg.as_bytes())?;
-    folder.write("tornado.png", &figure.png)?;
-    Ok(())
+    Ok(keep(folder, "tornado", &figure)?)
 }

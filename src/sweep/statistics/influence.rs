@@ -7,6 +7,7 @@
 //! *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: by how many standard deviations the metric's rank moves with the axis's,
 //! all other axes held. Its R² says how much of the ranks such a line explains at all.
 
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::cells::{class, classes};
@@ -138,11 +139,11 @@ impl<'a> Inputs<'a> {
         let columns: Vec<Option<Vec<f64>>> = self.axes.iter().map(|axis| standard_ranks(&chosen(axis))).collect();
         let used: Vec<&Vec<f64>> = columns.iter().flatten().collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
-        let matrix = used.iter().map(|a| used.iter().map(|b| dot(a, b)).collect()).collect();
-        let right: Vec<f64> = used.iter().map(|a| dot(a, &y)).collect();
-        let solution = solve(matrix, right.clone())?;
+        let matrix = DMatrix::from_fn(used.len(), used.len(), |i, j| dot(used[i], used[j]));
+        let right = DVector::from_fn(used.len(), |i, _| dot(used[i], &y));
+        let solution = solve(matrix, &right)?;
         let r_squared = solution.iter().zip(&right).map(|(b, r)| b * r).sum::<f64>().clamp(0.0, 1.0);
-        let mut solution = solution.into_iter();
+        let mut solution = solution.iter().copied();
         let coefficients = columns.iter().map(|column| column.as_ref().and_then(|_| solution.next())).collect();
         Some(Regression { coefficients, r_squared })
     }
@@ -189,30 +190,10 @@ fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     (deviation > 0.0).then(|| ranks.iter().map(|rank| (rank - mean) / deviation).collect())
 }
 
-/// Gauss's elimination with the greatest pivots; none where the matrix is singular to a part in 1e9.
-fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
-    let n = right.len();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|a, b| matrix[*a][k].abs().total_cmp(&matrix[*b][k].abs()))?;
-        matrix.swap(k, pivot);
-        right.swap(k, pivot);
-        if matrix[k][k].abs() < 1e-9 {
-            return None;
-        }
-        for row in k + 1..n {
-            let factor = matrix[row][k] / matrix[k][k];
-            let (above, below) = matrix.split_at_mut(row);
-            for (value, pivot) in below[0][k..].iter_mut().zip(&above[k][k..]) {
-                *value -= factor * pivot;
-            }
-            right[row] -= factor * right[k];
-        }
-    }
-    for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|j| matrix[k][j] * right[j]).sum();
-        right[k] = (right[k] - known) / matrix[k][k];
-    }
-    Some(right)
+/// The solution of symmetric equations with 1 on the diagonal; none where they are singular to a part in 1e9.
+fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let factors = matrix.lu();
+    if factors.u().diagonal().iter().any(|pivot| pivot.abs() < 1e-9) { None } else { factors.solve(right) }
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ use super::design::Design;
 use super::error::SweepError;
 use super::part::{Outcome, Rows};
 use crate::compare::Unit;
+use crate::quantiles::{median_ranks, quantile};
 
 /// How a metric spreads over the cases in which it is defined.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -134,15 +135,10 @@ pub fn findings(design: &Design, rows: &Rows) -> Result<Findings, SweepError> {
 }
 
 fn spread(moments: &Moments, statistics: &OrderStatistics) -> Spread {
-    let quantile = |share: f64| {
-        let place = share * (moments.count - 1) as f64;
-        let below = place as u64;
-        let (here, next) = (statistics.of_rank(below), statistics.of_rank((below + 1).min(moments.count - 1)));
-        here + (place - below as f64) * (next - here)
-    };
+    let quantile = |share: f64| quantile(moments.count, share, |rank| statistics.of_rank(rank)).unwrap_or(f64::NAN);
     let [quantile_2_5, quantile_5, quantile_25, median, quantile_75, quantile_95, quantile_97_5] =
         QUANTILES.map(quantile);
-    let (low, high) = quantiles::median_ranks(moments.count);
+    let (low, high) = median_ranks(moments.count);
     Spread {
         least: statistics.of_rank(0),
         quantile_2_5,

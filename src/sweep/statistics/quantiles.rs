@@ -3,6 +3,8 @@
 //! Doubles are mapped to whole numbers of the same order. Each pass counts the next eleven binary digits of those that begin
 //! as a wanted one does, and so knows its next eleven: six passes know all 64.
 
+use crate::quantiles::median_ranks;
+
 const DIGITS: u32 = 11;
 const BUCKETS: usize = 1 << DIGITS;
 
@@ -36,14 +38,6 @@ pub(super) fn ranks(count: u64, shares: &[f64]) -> Vec<u64> {
     ranks.sort_unstable();
     ranks.dedup();
     ranks
-}
-
-/// The ranks, from 0, of the ends of the median's 95 % interval, as of [`crate::compare::Spread`]; `count` is not 0.
-pub(super) fn median_ranks(count: u64) -> (u64, u64) {
-    let half = 0.5 * count as f64;
-    let reach = 1.96 * half.sqrt() / std::f64::consts::SQRT_2;
-    let low = (half - reach).floor().max(1.0) as u64 - 1;
-    (low, count - 1 - low)
 }
 
 /// Doubles in the order of whole numbers: both zeros are one.
