@@ -1,5 +1,9 @@
 //! Running a scenario: its metrics, and its trace where wanted.
 
+mod pack;
+
+pub use pack::run_pack;
+
 use thiserror::Error;
 
 use crate::engine::{IntegrationError, Observer, Trace};
