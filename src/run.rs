@@ -2,7 +2,7 @@
 
 mod pack;
 
-pub use pack::run_pack;
+pub use pack::{PACK, can_share, run_pack, run_pack_in};
 
 use thiserror::Error;
 

@@ -127,6 +127,7 @@ impl<L: Lane> ForceFeedback<L> {
     }
 
     /// The force in any mode, and the allowed step.
+    #[inline(always)]
     pub(super) fn update(&mut self, before: L, mode: L, force: L) -> (L, L) {
         let zero = L::zero();
         let one = L::splat(1.0);
@@ -168,3 +169,7 @@ impl<L: Lane> ForceFeedback<L> {
         (fed_back, allowed)
     }
 }
+
+crate::lane::gather!(ForceFeedback {
+    ratio, keep, gain, blend_step, anchor, augmented, progress, weight, fed_back, measured, mode,
+} kinds { law });

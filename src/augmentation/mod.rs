@@ -141,6 +141,10 @@ impl<L: Lane> Supervisor<L> {
                 alarm_taken: now.alarm,
             };
         }
+        if L::WIDTH > 1 {
+            // Side by side there is often one that is not, and a call would leave the registers.
+            return self.act_here(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
+        }
         // Taken apart and put together, so that the common case above need not go through memory.
         let Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken } =
             self.act(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
@@ -152,6 +156,11 @@ impl<L: Lane> Supervisor<L> {
     #[cold]
     #[inline(never)]
     fn act(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
+        self.act_here(tick, alarm, decision, hand_m, slave_m, force_n)
+    }
+
+    #[inline(always)]
+    fn act_here(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
         let before = self.automaton.mode();
         let SlaveCommand { mode, slave_reference_m, alarm_taken } =
             self.act_on_slave(tick, alarm, decision, hand_m, slave_m);
@@ -159,6 +168,7 @@ impl<L: Lane> Supervisor<L> {
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
+    #[inline(always)]
     fn act_on_slave(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L) -> SlaveCommand<L> {
         let before = self.automaton.mode();
         let mode = self.automaton.step(tick, alarm, decision, self.reference.is_blended());
@@ -183,6 +193,8 @@ impl<L: Lane> Supervisor<L> {
         self.feedback.arrive(mode, force_n)
     }
 }
+
+crate::lane::gather!(Supervisor { automaton, reference, feedback } masks { enabled });
 
 #[cfg(test)]
 mod tests;

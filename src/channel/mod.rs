@@ -84,6 +84,8 @@ impl<L: Lane, const N: usize> Delay<L, N> {
     }
 }
 
+crate::lane::gather!(Delay[N] { line, irregular } same { next });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -206,6 +206,7 @@ impl<L: Lane> DistanceState<L> {
     }
 
     /// The distance of any kind.
+    #[inline(always)]
     pub(super) fn update(&mut self, evidence: &Evidence<L>) -> L {
         let (e, force) = (evidence.residual_n, evidence.force_n);
         match self.kind {
@@ -232,6 +233,7 @@ impl<L: Lane> DistanceState<L> {
     }
 
     /// Starts what looks back again where the mask holds.
+    #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         match self.kind {
             DistanceKind::LikelihoodRatio => self.likelihood_ratio.reset(mask),
@@ -245,6 +247,8 @@ impl<L: Lane> DistanceState<L> {
 fn square(x: f64) -> f64 {
     x * x
 }
+
+crate::lane::gather!(DistanceState { scale, offset, last_force, page_hinkley, likelihood_ratio } same { kind, started });
 
 #[cfg(test)]
 mod tests {

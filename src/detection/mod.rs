@@ -124,12 +124,18 @@ impl<L: Lane> Detector<L> {
         let (distance, (decision, above)) = if self.distance.is_squared_residual() {
             let distance = evidence.residual_n * evidence.residual_n;
             (distance, self.cusum.update(distance))
+        } else if L::WIDTH > 1 {
+            self.decide_otherwise_here(evidence)
         } else {
             self.decide_otherwise(evidence)
         };
         let alarm = self.arming.update(above, evidence);
         if alarm.any() {
-            self.start_again(alarm);
+            if L::WIDTH > 1 {
+                self.start_again_here(alarm);
+            } else {
+                self.start_again(alarm);
+            }
         }
         Decision { distance, decision, alarm }
     }
@@ -138,6 +144,12 @@ impl<L: Lane> Detector<L> {
     #[cold]
     #[inline(never)]
     fn decide_otherwise(&mut self, evidence: &Evidence<L>) -> (L, (L, L::Mask)) {
+        self.decide_otherwise_here(evidence)
+    }
+
+    /// In line, as calls would take lanes side by side out of their registers.
+    #[inline(always)]
+    fn decide_otherwise_here(&mut self, evidence: &Evidence<L>) -> (L, (L, L::Mask)) {
         let distance = self.distance.update(evidence);
         let decided = if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
         (distance, decided)
@@ -146,10 +158,17 @@ impl<L: Lane> Detector<L> {
     /// Forgets what led to an alarm.
     #[inline(never)]
     fn start_again(&mut self, alarm: L::Mask) {
+        self.start_again_here(alarm);
+    }
+
+    #[inline(always)]
+    fn start_again_here(&mut self, alarm: L::Mask) {
         self.cusum.reset(alarm);
         self.distance.reset(alarm);
     }
 }
+
+crate::lane::gather!(Detector { distance, cusum, arming });
 
 #[cfg(test)]
 mod tests {

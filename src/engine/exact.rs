@@ -143,3 +143,6 @@ impl<L: Lane> Sides<L> for ExactSides<L> {
         Ok(())
     }
 }
+
+crate::lane::gather!(ExactSides { motion, forces, slave, motion_state, slave_state, force_state });
+crate::lane::gather!(ForceColumn { motion, forces });

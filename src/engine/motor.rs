@@ -59,3 +59,6 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         std::array::from_fn(|i| states[i] + lag.from_actual[i] * actual)
     }
 }
+
+crate::lane::gather!(Motor[N] { range, change, command, lag });
+crate::lane::gather!(Lag[N] { from_actual, kept, gained, actual });

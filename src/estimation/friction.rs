@@ -48,3 +48,5 @@ impl<L: Lane> Friction<L> {
         }
     }
 }
+
+crate::lane::gather!(Friction { regression, length, speed });

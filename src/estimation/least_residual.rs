@@ -42,3 +42,5 @@ impl<L: Lane> LeastResidual<L> {
         }
     }
 }
+
+crate::lane::gather!(LeastResidual { without, with });

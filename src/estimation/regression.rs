@@ -115,6 +115,11 @@ impl<L: Lane, const N: usize> Regression<L, N> {
     }
 }
 
+crate::lane::gather!(Regression[N] {
+    normalisation, dead_zone, dead_zone_slope, dead_zone_offset, memory, parameters, regressor, expected,
+});
+crate::lane::gather_variants!(Memory[N] { Resetting, Exponential });
+
 #[cfg(test)]
 mod tests {
     use super::*;

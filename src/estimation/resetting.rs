@@ -70,3 +70,5 @@ pub(super) fn dot<L: Lane, const N: usize>(a: [L; N], b: [L; N]) -> L {
     }
     sum
 }
+
+crate::lane::gather!(Resetting[N] { initial_gain, initial_information, reset_threshold, gain, information });

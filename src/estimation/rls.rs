@@ -292,6 +292,11 @@ impl<L: Lane> Rls<L> {
     }
 }
 
+crate::lane::gather!(Rls {
+    initial_gain, initial_information, reset_threshold, normalisation, velocity_share, dead_zone, dead_zone_slope,
+    dead_zone_offset, parameters, gain, information, regressor, expected,
+} same { is_watched });
+
 #[cfg(test)]
 mod tests {
     use super::*;

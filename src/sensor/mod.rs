@@ -135,6 +135,17 @@ impl<L: Lane> Sensor<L> {
     }
 }
 
+crate::lane::gather!(Sensor { bias_n, lag, noise_std_n, noise, force, range_n, position });
+
+#[cfg(feature = "std")]
+impl crate::lane::Gather for Quantiser<f64> {
+    type Of<L: Lane> = Quantiser<L>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Quantiser<L>> {
+        crate::lane::Gather::gather(all.map(|one| &one.0)).map(Quantiser)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -349,3 +349,11 @@ impl<L: Lane> Link<L> {
         }
     }
 }
+
+crate::lane::gather!(Link {
+    forward, backward, force_scale, position_scale, energy_scale, compliance, gains, master_accelerometer,
+    slave_accelerometer, positions, forces, passivity, master_port, slave_port, calm_total, calm_force, slave_word,
+} same { is_plain, kind });
+crate::lane::gather!(Gains { master, slave });
+crate::lane::gather!(Accelerometer { weight, inverse_tick, velocity, acceleration });
+crate::lane::gather_variants!(Passivity { TimeDomain, Waves, Tank } empty { None });

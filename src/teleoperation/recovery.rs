@@ -162,6 +162,10 @@ impl<L: Lane> Receiver<L> {
     }
 }
 
+crate::lane::gather!(Receiver {
+    outage_ticks, expected_tick, step, silent, gap, last, tick, outages, longest, given_up_at,
+} masks { has_begun, is_lost, is_recovering } same { policy });
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -37,6 +37,8 @@ impl<L: Lane> Meter<L> {
     }
 }
 
+crate::lane::gather!(Meter { step, target, reference, refused_j });
+
 #[cfg(test)]
 mod tests {
     use super::*;

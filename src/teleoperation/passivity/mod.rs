@@ -121,3 +121,5 @@ pub(super) struct SlavePort<L> {
     /// Work since the last tick in the same units.
     pub(super) work_j: L,
 }
+
+crate::lane::gather!(Port { force, position, energy_j });

@@ -110,3 +110,21 @@ impl<L: Lane> Tank<L> {
         self.meter.refused_j
     }
 }
+
+crate::lane::gather!(Tank {
+    inverse_level,
+    most,
+    share,
+    greatest_damping,
+    tick_s,
+    meter,
+    master,
+    slave,
+    master_sent,
+    slave_sent,
+    master_received,
+    slave_received,
+    fed_back,
+    changed,
+    dissipated_j,
+});

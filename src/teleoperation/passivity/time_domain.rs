@@ -94,3 +94,19 @@ impl<L: Lane> TimeDomain<L> {
         self.meter.refused_j
     }
 }
+
+crate::lane::gather!(TimeDomain {
+    budget,
+    greatest_damping,
+    inverse_tick,
+    meter,
+    master_in,
+    master_out,
+    slave_in,
+    slave_out,
+    known_master_in,
+    known_slave_in,
+    law_force,
+    added_force,
+    dissipated_j,
+});

@@ -75,3 +75,18 @@ impl<L: Lane> Waves<L> {
         self.impedance * velocity - self.up * self.returned * self.inverse_tick
     }
 }
+
+crate::lane::gather!(Waves {
+    impedance,
+    tick_s,
+    inverse_tick,
+    up,
+    down,
+    inverse_impedance,
+    forth_sent,
+    forth_received,
+    back_sent,
+    back_received,
+    returned,
+    reference,
+});
