@@ -3,6 +3,7 @@
 use super::error::ScenarioError;
 use super::resolve::{DelayTicks, EngineKind, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
+use super::steps::steps;
 use crate::augmentation::Supervisor;
 use crate::channel::Delay;
 use crate::detection::Detector;
@@ -125,9 +126,8 @@ impl Scenario {
     /// Both sides over whole ticks.
     fn exact_sides<L: Lane>(&self) -> Result<ExactSides<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
-        let plant = |error| self.unbuildable(&error);
-        let master = MasterStep::new(&self.master, &self.arm, self.timing, tick_s).map_err(plant)?;
-        let slave = SlaveStep::new(&self.slave, self.timing, tick_s).map_err(plant)?;
+        let machines = (&self.master, &self.arm, &self.slave);
+        let (master, slave) = steps(machines, self.timing, tick_s).map_err(|error| self.unbuildable(&error))?;
         let start_m = self.start_m();
         Ok(ExactSides::new(&master, &slave, start_m, self.position_scale() * start_m))
     }

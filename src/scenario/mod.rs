@@ -18,6 +18,7 @@ mod schema;
 mod settings;
 mod specs;
 mod starter;
+mod steps;
 mod value;
 mod values;
 
