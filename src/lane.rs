@@ -13,7 +13,7 @@ mod gathered;
 pub(crate) use eight::*;
 #[cfg(feature = "std")]
 pub(crate) use gather::{Gather, each, gather_mask, same_list};
-pub(crate) use gathered::{gather, gather_variants};
+pub(crate) use gathered::{by_index, gather, gather_variants};
 
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

@@ -111,6 +111,7 @@ impl<L: Lane> ForceFeedback<L> {
     ///
     /// Where the link has swallowed a change of mode, the force goes its own way to the mode's: back to the measured one
     /// only through the whole cross-fade.
+    #[inline(always)]
     pub(super) fn arrive(&mut self, mode: L, force: L) -> (L, L) {
         let before = self.mode;
         let code = |mode: Mode| L::splat(mode.code());

@@ -178,6 +178,7 @@ impl<L: Lane> Supervisor<L> {
     }
 
     /// Decides the tick on the slave's side alone.
+    #[inline(always)]
     pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
         if (self.automaton.is_teleoperation() & !(self.enabled & now.alarm)).all() {
             let mode = L::splat(Mode::Teleoperation.code());
@@ -189,6 +190,7 @@ impl<L: Lane> Supervisor<L> {
 
     /// The force to feed back (N) and the most by which the law lets it differ from the last tick's (N), on the master's
     /// side, given the mode that has arrived there and the force that the controller would feed back by itself (N).
+    #[inline(always)]
     pub fn feel(&mut self, mode: L, force_n: L) -> (L, L) {
         self.feedback.arrive(mode, force_n)
     }

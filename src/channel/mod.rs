@@ -74,7 +74,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
     }
 
     /// Sends a sample and gives the one that arrives.
-    #[inline]
+    #[inline(always)]
     pub fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         if let Some(link) = &mut self.irregular {
             return link.exchange(sample);

@@ -71,6 +71,29 @@ pub struct Engine<L: Lane, S> {
     pub link: Link<L>,
 }
 
+/// What the person wants, known beforehand or not.
+trait Desire<L: Lane> {
+    /// The desired position in m at `tick`, after what was felt (N) at the one before.
+    fn desired_m(&mut self, tick: u64, felt_n: L) -> L;
+}
+
+impl<L: Lane> Desire<L> for Operator<L> {
+    #[inline(always)]
+    fn desired_m(&mut self, tick: u64, felt_n: L) -> L {
+        self.desired_position_m(tick, felt_n)
+    }
+}
+
+/// Positions in m that are known beforehand.
+struct Replay<'a>(&'a [f64]);
+
+impl<L: Lane> Desire<L> for Replay<'_> {
+    #[inline(always)]
+    fn desired_m(&mut self, tick: u64, _felt_n: L) -> L {
+        recorded(self.0, tick)
+    }
+}
+
 /// What the needle meets, known or not when the run is compiled.
 trait Answer<L: Lane> {
     /// The reaction at `tick` to the slave.
@@ -139,22 +162,21 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         let direct = self.passes_positions_on();
         let exact = self.sensor.reads_force_exactly();
         if let Some(positions) = operator.as_replay() {
-            let replay = |tick, _| recorded(positions, tick);
+            let mut replay = Replay(positions);
             match (&mut *tissue, direct, exact) {
                 (Tissue::Recording(force), true, true) => {
-                    return self.run_where::<true, true, _, _, _>(observer, replay, force);
+                    return self.run_where::<true, true, _, _, _>(observer, &mut replay, force);
                 }
                 (Tissue::Layers(layers), true, _) => {
-                    return self.run_where::<true, false, _, _, _>(observer, replay, &mut **layers);
+                    return self.run_where::<true, false, _, _, _>(observer, &mut replay, &mut **layers);
                 }
                 _ => {}
             }
         }
-        let desire = |tick, felt_n| operator.desired_position_m(tick, felt_n);
         if direct && exact {
-            self.run_where::<true, true, _, _, _>(observer, desire, tissue)
+            self.run_where::<true, true, _, _, _>(observer, operator, tissue)
         } else {
-            self.run_where::<false, false, _, _, _>(observer, desire, tissue)
+            self.run_where::<false, false, _, _, _>(observer, operator, tissue)
         }
     }
 
@@ -174,18 +196,18 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     fn run_where<const DIRECT: bool, const EXACT: bool, O, D, T>(
         &mut self,
         observer: &mut O,
-        mut desire: D,
+        desire: &mut D,
         tissue: &mut T,
     ) -> Result<(), IntegrationError>
     where
         O: Observer<L>,
-        D: FnMut(u64, L) -> L,
+        D: Desire<L>,
         T: Answer<L>,
     {
         // The estimator stays in `self`: it is more than the registers hold, and a copy here would push out what each
         // tick needs.
         let mut outcome = Ok(());
-        let mut desired = desire(0, L::zero());
+        let mut desired = desire.desired_m(0, L::zero());
         for tick in 0..self.grid.ticks() {
             let reaction = tissue.answer(tick, self.sides.slave());
             let signals = self.sense_and_decide::<DIRECT, EXACT>(tick, desired, reaction);
@@ -193,7 +215,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             if observer.is_done() {
                 break;
             }
-            let desired_next = desire(tick + 1, signals.operator_force_n);
+            let desired_next = desire.desired_m(tick + 1, signals.operator_force_n);
             let reference = if DIRECT {
                 signals.slave_reference_m
             } else {

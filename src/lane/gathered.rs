@@ -1,4 +1,4 @@
-//! What saves writing [`Gather`](super::Gather) out for every struct of a tick. Without `std` there is none.
+//! What saves writing [`Gather`](super::Gather) out for every struct of a tick (without `std` there is none), and loops.
 
 /// `Gather` for a struct: its numbers, its masks (`bool` over `f64`), what has to be the same, and enums of which the kind
 /// alone matters in the tick.
@@ -51,4 +51,17 @@ macro_rules! gather_variants {
     };
 }
 
-pub(crate) use {gather, gather_variants};
+/// An array of lanes by its index, in the tick's own loop: `array::from_fn` is a function, and its closure another, that are
+/// compiled without the instruction set of the run which they are part of.
+macro_rules! by_index {
+    ($N:expr, |$i:ident| $value:expr) => {{
+        let mut all = [L::zero(); $N];
+        #[allow(clippy::needless_range_loop, reason = "the value may need the index for something else")]
+        for $i in 0..$N {
+            all[$i] = $value;
+        }
+        all
+    }};
+}
+
+pub(crate) use {by_index, gather, gather_variants};

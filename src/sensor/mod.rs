@@ -63,7 +63,10 @@ impl<L: Lane> Quantiser<L> {
 
     #[inline(always)]
     fn read(&self, value: L) -> L {
-        self.0.map_or(value, |(step, inverse)| value.round_to(step, inverse))
+        match self.0 {
+            Some((step, inverse)) => value.round_to(step, inverse),
+            None => value,
+        }
     }
 }
 

@@ -219,7 +219,10 @@ impl<L: Lane> Layers<L> {
             force_n = force_n + layer.press(position, velocity);
             is_event = is_event | layer.front.gt(layer.next_event);
         }
-        let is_settled = self.layers.get(self.first).is_some_and(|layer| layer.yields_at.le(L::zero()).all());
+        let is_settled = match self.layers.get(self.first) {
+            Some(layer) => layer.yields_at.le(L::zero()).all(),
+            None => false,
+        };
         let ruptured = match is_event.any() || is_settled {
             false => L::Mask::splat(false),
             true if L::WIDTH > 1 => self.pass_events_here(position),
