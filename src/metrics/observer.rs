@@ -29,6 +29,7 @@ struct Last<L> {
 }
 
 impl<L: Lane> Last<L> {
+    #[inline(always)]
     fn of(sample: &Sample<L>) -> Self {
         Self {
             slave_m: sample.slave_m,
@@ -302,7 +303,10 @@ impl<L: Lane> MetricsObserver<L> {
     /// Where a lane has diverged.
     #[inline(always)]
     fn ended(&self) -> L::Mask {
-        self.live.as_ref().map_or(L::Mask::splat(false), |live| !live.running())
+        match &self.live {
+            Some(live) => !live.running(),
+            None => L::Mask::splat(false),
+        }
     }
 
     /// Adds a tick of several lanes to the sums, where nothing goes on but that some may have diverged.

@@ -28,6 +28,7 @@ pub(super) struct Sample<L> {
 
 impl<L: Lane> Sample<L> {
     /// A sample that leaves every sum and extreme as it is.
+    #[inline(always)]
     fn neutral() -> Self {
         let zero = L::zero();
         Self {
@@ -41,6 +42,7 @@ impl<L: Lane> Sample<L> {
     }
 
     /// The sample of the lanes that are `running`, with a tracking error only where they are also `following` the hand.
+    #[inline(always)]
     pub(super) fn only(self, running: L::Mask, following: L::Mask) -> Self {
         let neutral = Self::neutral();
         let keep = |value, nothing| L::select(running, value, nothing);
