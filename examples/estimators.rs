@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use rayon::prelude::*;
-use trocar::run::{observe, run};
+use trocar::run::{measure, run};
 use trocar::scenario::{Scenario, Source};
 
 /// Seeds of the sensor's noise that the gates are judged over.
@@ -94,7 +94,7 @@ pub fn gates() -> String {
             let counts: Vec<[u64; 3]> = (1..=SEEDS)
                 .into_par_iter()
                 .map(|seed| {
-                    let metrics = observe(&scenario.with_seed(seed), &mut ()).expect("runs");
+                    let metrics = measure(&scenario.with_seed(seed)).expect("runs");
                     let ruptures = metrics.ruptures.len() as u64;
                     [ruptures, ruptures - metrics.missed_ruptures, metrics.false_alarms]
                 })

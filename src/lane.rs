@@ -3,6 +3,18 @@
 //! Everything inside the tick is written once over [`Lane`]. The operations are those that give the same bits on every
 //! machine: no fused multiply-add, no reassociation, no transcendental function.
 
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+mod eight;
+#[cfg(feature = "std")]
+mod gather;
+mod gathered;
+
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+pub(crate) use eight::{Avx2, Avx512};
+#[cfg(feature = "std")]
+pub(crate) use gather::{Gather, LANES, each, gather_mask, same_list};
+pub(crate) use gathered::{by_index, gather, gather_variants};
+
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -42,6 +54,11 @@ pub trait Lane:
     fn lane(self, index: usize) -> f64;
     /// This number with lane `index` replaced by `value`.
     fn with_lane(self, index: usize, value: f64) -> Self;
+    /// The number in each lane, given its index.
+    #[inline(always)]
+    fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
+        (0..Self::WIDTH).fold(Self::splat(0.0), |all, index| all.with_lane(index, lane(index)))
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// Square root; NaN of a negative number.

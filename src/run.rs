@@ -2,13 +2,13 @@
 
 mod pack;
 
-pub use pack::run_pack;
+pub use pack::{PACK, can_share, run_pack, run_pack_in};
 
 use thiserror::Error;
 
 use crate::engine::{IntegrationError, Observer, Trace};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver};
-use crate::scenario::{Scenario, ScenarioError};
+use crate::scenario::{Scenario, ScenarioEngine, ScenarioError};
 
 /// A scenario that was run.
 #[derive(Debug, Clone)]
@@ -47,16 +47,29 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
     Ok(Run { scenario, metrics, trace })
 }
 
+/// Runs a scenario for its metrics.
+///
+/// # Errors
+/// As [`run`].
+pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
+    with_metrics(scenario, |engine, metrics| engine.run(metrics))
+}
+
 /// Runs a scenario for its metrics, under the eyes of one more observer, which does not see a diverged tick.
 ///
 /// # Errors
 /// As [`run`].
-pub fn observe<O: Observer<f64>>(scenario: &Scenario, observer: &mut O) -> Result<Metrics, RunError> {
+pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
+    with_metrics(scenario, |engine, metrics| engine.run(&mut (metrics, observer)))
+}
+
+fn with_metrics(
+    scenario: &Scenario,
+    run: impl FnOnce(&mut ScenarioEngine, &mut MetricsObserver<f64>) -> Result<(), IntegrationError>,
+) -> Result<Metrics, RunError> {
     let mut metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
     let mut engine = scenario.build()?;
-    engine
-        .run(&mut (&mut metrics, observer))
-        .map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
+    run(&mut engine, &mut metrics).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
     let link = engine.link_report().map(|report| LinkMetrics::new(&report, &scenario.grid));
     Ok(Metrics { link, ..metrics.metrics(0) })
 }

@@ -11,7 +11,7 @@ use trocar::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters,
     SlaveStep,
 };
-use trocar::run::{observe, run};
+use trocar::run::{measure, run};
 use trocar::scenario::{Scenario, Source};
 
 const TICK_S: f64 = 1e-3;
@@ -339,7 +339,7 @@ fn a_weak_and_slow_master_hides_the_rupture_for_longer_and_lets_the_needle_go_fa
     let skin = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
         let scenario = Scenario::load(&Source::parse("builtin:15_saturating_master.toml"), &settings).expect("loads");
-        observe(&scenario, &mut ()).expect("runs").ruptures[0].clone()
+        measure(&scenario).expect("runs").ruptures[0].clone()
     };
     let strong = "actuator.master_force_limit_n=1e6";
     let weak_and_slow = skin(&[]);

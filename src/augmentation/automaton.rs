@@ -117,6 +117,7 @@ impl<L: Lane> Automaton<L> {
     }
 
     /// The mode for `tick`, given the tick's alarm and `g`, and whether the position had blended by the tick before.
+    #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> L {
         let now = L::splat(tick as f64);
         let mode = self.mode;
@@ -157,3 +158,8 @@ pub(super) fn is<L: Lane>(mode: L, which: Mode) -> L::Mask {
 pub(super) fn has_become<L: Lane>(before: L, mode: L, which: Mode) -> L::Mask {
     is(mode, which) & !is(before, which)
 }
+
+crate::lane::gather!(Automaton {
+    min_hold_ticks, max_hold_ticks, exit_level, exit_quiet_ticks, refractory_ticks, blend_ticks, mode, entered, quiet_ticks,
+    deaf_until,
+} masks { teleoperates });

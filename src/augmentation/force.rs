@@ -111,6 +111,7 @@ impl<L: Lane> ForceFeedback<L> {
     ///
     /// Where the link has swallowed a change of mode, the force goes its own way to the mode's: back to the measured one
     /// only through the whole cross-fade.
+    #[inline(always)]
     pub(super) fn arrive(&mut self, mode: L, force: L) -> (L, L) {
         let before = self.mode;
         let code = |mode: Mode| L::splat(mode.code());
@@ -127,6 +128,7 @@ impl<L: Lane> ForceFeedback<L> {
     }
 
     /// The force in any mode, and the allowed step.
+    #[inline(always)]
     pub(super) fn update(&mut self, before: L, mode: L, force: L) -> (L, L) {
         let zero = L::zero();
         let one = L::splat(1.0);
@@ -168,3 +170,7 @@ impl<L: Lane> ForceFeedback<L> {
         (fed_back, allowed)
     }
 }
+
+crate::lane::gather!(ForceFeedback {
+    ratio, keep, gain, blend_step, anchor, augmented, progress, weight, fed_back, measured, mode,
+} kinds { law });

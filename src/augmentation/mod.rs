@@ -135,6 +135,10 @@ impl<L: Lane> Supervisor<L> {
         if self.passes(now.alarm) {
             return self.pass(now);
         }
+        if L::WIDTH > 1 {
+            // Side by side there is often one that is not, and a call would leave the registers.
+            return self.act_here(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
+        }
         // Taken apart and put together, so that what is common need not go through memory.
         let Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken } =
             self.act(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
@@ -174,6 +178,11 @@ impl<L: Lane> Supervisor<L> {
     #[cold]
     #[inline(never)]
     fn act(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
+        self.act_here(tick, alarm, decision, hand_m, slave_m, force_n)
+    }
+
+    #[inline(always)]
+    fn act_here(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
         let before = self.automaton.mode();
         let SlaveCommand { mode, slave_reference_m, alarm_taken } =
             self.act_on_slave(tick, alarm, decision, hand_m, slave_m);
@@ -181,6 +190,7 @@ impl<L: Lane> Supervisor<L> {
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
+    #[inline(always)]
     fn act_on_slave(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L) -> SlaveCommand<L> {
         let before = self.automaton.mode();
         let mode = self.automaton.step(tick, alarm, decision, self.reference.is_blended());
@@ -190,6 +200,7 @@ impl<L: Lane> Supervisor<L> {
     }
 
     /// Decides the tick on the slave's side alone.
+    #[inline(always)]
     pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
         if (self.automaton.is_teleoperation() & !(self.enabled & now.alarm)).all() {
             let mode = L::splat(Mode::Teleoperation.code());
@@ -201,6 +212,7 @@ impl<L: Lane> Supervisor<L> {
 
     /// The force to feed back (N) and the most by which the law lets it differ from the last tick's (N), on the master's
     /// side, given the mode that has arrived there and the force that the controller would feed back by itself (N).
+    #[inline(always)]
     pub fn feel(&mut self, mode: L, force_n: L) -> (L, L) {
         self.feedback.arrive(mode, force_n)
     }
@@ -210,6 +222,8 @@ impl<L: Lane> Supervisor<L> {
 #[cold]
 #[inline(never)]
 fn seldom() {}
+
+crate::lane::gather!(Supervisor { automaton, reference, feedback } masks { enabled });
 
 #[cfg(test)]
 mod tests;

@@ -90,6 +90,7 @@ impl<L: Lane> SlaveReference<L> {
     }
 
     /// The reference in any mode.
+    #[inline(always)]
     pub(super) fn update(&mut self, before: L, mode: L, hand: L, slave: L) -> L {
         let held = match self.freeze {
             Freeze::Measured => slave,
@@ -107,3 +108,5 @@ impl<L: Lane> SlaveReference<L> {
         self.last
     }
 }
+
+crate::lane::gather!(SlaveReference { closing_step, gap, frozen, last } same { freeze } kinds { reengage });

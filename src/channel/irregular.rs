@@ -132,6 +132,36 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
     }
 }
 
+crate::lane::gather!(Sent[N] { stamp, sample });
+
+#[cfg(feature = "std")]
+impl<const N: usize> crate::lane::Gather for Irregular<f64, N> {
+    type Of<L: Lane> = Irregular<L, N>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Irregular<L, N>> {
+        use crate::lane::Gather;
+        let first = all[0];
+        let alike = all.iter().all(|one| {
+            (one.tick, one.delay_ticks) == (first.tick, first.delay_ticks)
+                && (one.jitter_choices, one.loss) == (first.jitter_choices, first.loss)
+                && one.schedule == first.schedule
+        });
+        if !alike {
+            return None;
+        }
+        Some(Irregular {
+            arriving: Gather::gather(all.map(|one| &one.arriving))?,
+            held: Gather::gather(all.map(|one| &one.held))?,
+            tick: first.tick,
+            delay_ticks: first.delay_ticks,
+            schedule: first.schedule.clone(),
+            jitter_choices: first.jitter_choices,
+            loss: first.loss,
+            streams: all.iter().flat_map(|one| one.streams.iter().cloned()).collect(),
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::ops::Range;

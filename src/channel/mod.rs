@@ -10,6 +10,9 @@ pub use schedule::Schedule;
 use crate::lane::{Lane, Mask};
 use irregular::Irregular;
 
+/// Most lanes whose delays may differ.
+const MOST_LANES: usize = crate::lane::LANES;
+
 /// Longest delay in ticks.
 pub const MOST_DELAY_TICKS: u64 = 1_000_000;
 
@@ -28,6 +31,8 @@ pub struct Arrival<L: Lane, const N: usize> {
 pub struct Delay<L: Lane, const N: usize> {
     line: Box<[[L; N]]>,
     next: usize,
+    /// Each lane's own delay in ticks, at least 1 and at most the line's length, where they differ.
+    own_ticks: Option<Box<[usize]>>,
     irregular: Option<Box<Irregular<L, N>>>,
 }
 
@@ -35,7 +40,8 @@ impl<L: Lane, const N: usize> Delay<L, N> {
     /// A delay of `ticks` (0: the same tick; at most [`MOST_DELAY_TICKS`], more is cut to it) holding `initial`.
     #[must_use]
     pub fn new(ticks: u64, initial: [L; N]) -> Self {
-        Self { line: vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice(), next: 0, irregular: None }
+        let line = vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice();
+        Self { line, next: 0, own_ticks: None, irregular: None }
     }
 
     /// The same direction where samples come late, out of order or not at all, by chance and by a timetable, on ticks of
@@ -68,12 +74,22 @@ impl<L: Lane, const N: usize> Delay<L, N> {
     }
 
     /// Sends a sample and gives the one that arrives.
-    #[inline]
+    #[inline(always)]
     pub fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         if let Some(link) = &mut self.irregular {
             return link.exchange(sample);
         }
         let is_fresh = L::Mask::splat(true);
+        if let Some(own_ticks) = &self.own_ticks {
+            let length = self.line.len();
+            let place = |lane: usize| (self.next + length - own_ticks[lane]) % length;
+            let places: [usize; MOST_LANES] = std::array::from_fn(|lane| if lane < L::WIDTH { place(lane) } else { 0 });
+            let sent = |i: usize| L::from_lanes(|lane| self.line[places[lane]][i].lane(lane));
+            let arrived = std::array::from_fn(sent);
+            self.line[self.next] = sample;
+            self.next = (self.next + 1) % length;
+            return Arrival { sample: arrived, is_fresh };
+        }
         let Some(slot) = self.line.get_mut(self.next) else { return Arrival { sample, is_fresh } };
         let arrived = std::mem::replace(slot, sample);
         self.next += 1;
@@ -81,6 +97,29 @@ impl<L: Lane, const N: usize> Delay<L, N> {
             self.next = 0;
         }
         Arrival { sample: arrived, is_fresh }
+    }
+}
+
+impl<const N: usize> crate::lane::Gather for Delay<f64, N> {
+    type Of<L: Lane> = Delay<L, N>;
+
+    /// Delays of a tick and more may differ: the line is then as long as the longest.
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Delay<L, N>> {
+        use crate::lane::Gather;
+        let lengths = all.map(|one| one.line.len());
+        let irregular = Gather::gather(all.map(|one| &one.irregular))?;
+        if all.iter().any(|one| one.next != 0) {
+            return None;
+        }
+        if lengths == [lengths[0]; crate::lane::LANES] {
+            let line = Gather::gather(all.map(|one| &one.line))?;
+            return Some(Delay { line, next: 0, own_ticks: None, irregular });
+        }
+        // Nothing has been sent yet: a line holds the initial sample all along.
+        let initial: [L; N] = Gather::gather(crate::lane::each(all.map(|one| one.line.first()))?)?;
+        let longest = lengths.into_iter().max().unwrap_or(0);
+        let line = vec![initial; longest].into_boxed_slice();
+        irregular.is_none().then(|| Delay { line, next: 0, own_ticks: Some(Box::new(lengths)), irregular: None })
     }
 }
 

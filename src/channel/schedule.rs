@@ -42,7 +42,7 @@ fn arriving(delay: u32) -> Option<u64> {
 }
 
 /// A timetable that is gone through tick by tick.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Running {
     schedule: Schedule,
     /// The first outage that has not ended.

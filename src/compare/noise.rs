@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::engine::{Observer, Signals};
 use crate::metrics::Metrics;
-use crate::run::{RunError, observe};
+use crate::run::{RunError, measure, observe};
 use crate::scenario::Scenario;
 use crate::time::nearest_ticks;
 
@@ -44,7 +44,7 @@ pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
     noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, ADDED_NOISE_STD_N);
     let mut derivatives = Derivatives::new(scenario);
     let own = observe(&noisy, &mut derivatives)?;
-    let baseline = observe(&derivative_baseline(&noisy), &mut ())?;
+    let baseline = measure(&derivative_baseline(&noisy))?;
     let threshold = derivatives.threshold();
     let missed = |metrics: &Metrics| metrics.missed_ruptures;
     Ok(NoiseCheck {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::{Unit, rows};
 use crate::metrics::Metrics;
 use crate::quantiles;
-use crate::run::{RunError, observe};
+use crate::run::{RunError, measure};
 use crate::scenario::Scenario;
 
 /// Most seeds of one study, which keeps the metrics of every run.
@@ -88,7 +88,7 @@ impl SeedStudy {
     /// A [`RunError`] of the first scenario and seed that cannot be run.
     pub fn of(scenarios: &[Scenario], seeds: u64, done: impl Fn() + Sync) -> Result<Self, RunError> {
         let run = |scenario: &Scenario, offset: u64| {
-            let metrics = observe(&scenario.with_seed(scenario.seed.wrapping_add(offset)), &mut ());
+            let metrics = measure(&scenario.with_seed(scenario.seed.wrapping_add(offset)));
             done();
             metrics
         };

@@ -115,3 +115,5 @@ impl<L: Lane> Arming<L> {
         }
     }
 }
+
+crate::lane::gather!(Arming { settle_ticks, quiet_ticks, slowest_velocity, minimum_depth } same { drop_only });

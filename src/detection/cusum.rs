@@ -74,6 +74,8 @@ impl<L: Lane> Cusum<L> {
     }
 }
 
+crate::lane::gather!(Cusum { threshold, drift, cap, value });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -215,6 +215,7 @@ impl<L: Lane> DistanceState<L> {
     }
 
     /// The distance of any kind.
+    #[inline(always)]
     pub(super) fn update(&mut self, e: L, predicted_force: L, stiffness_correction: L, force: L) -> L {
         match self.kind {
             DistanceKind::SquaredResidual | DistanceKind::SquaredDrop => self.square(e, predicted_force),
@@ -236,8 +237,7 @@ impl<L: Lane> DistanceState<L> {
     }
 
     /// Starts what looks back again where the mask holds.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         match self.kind {
             DistanceKind::LikelihoodRatio => self.likelihood_ratio.reset(mask),
@@ -251,6 +251,8 @@ impl<L: Lane> DistanceState<L> {
 fn square(x: f64) -> f64 {
     x * x
 }
+
+crate::lane::gather!(DistanceState { scale, offset, last_force, page_hinkley, likelihood_ratio } same { kind, started });
 
 #[cfg(test)]
 mod tests {

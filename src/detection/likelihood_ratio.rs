@@ -39,6 +39,7 @@ impl<L: Lane> LikelihoodRatio<L> {
     }
 
     /// Takes a residual in N; gives `T_k`.
+    #[inline(always)]
     pub(super) fn update(&mut self, residual: L) -> L {
         self.newest = if self.newest + 1 < self.samples { self.newest + 1 } else { 0 };
         self.window[self.newest] = residual;
@@ -54,12 +55,15 @@ impl<L: Lane> LikelihoodRatio<L> {
     }
 
     /// Forgets the window where the mask holds.
+    #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         for sample in &mut self.window {
             *sample = L::select(mask, L::zero(), *sample);
         }
     }
 }
+
+crate::lane::gather!(LikelihoodRatio { window, weight } same { samples, newest });
 
 #[cfg(test)]
 mod tests {

@@ -169,6 +169,8 @@ impl<L: Lane> Detector<L> {
     }
 }
 
+crate::lane::gather!(Detector { distance, cusum, arming });
+
 #[cfg(test)]
 mod tests {
     use super::*;

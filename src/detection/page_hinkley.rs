@@ -27,6 +27,7 @@ impl<L: Lane> PageHinkley<L> {
     }
 
     /// Takes a residual in N; gives `s_k` in N. One that is no number, or infinite, teaches nothing and says nothing.
+    #[inline(always)]
     pub(super) fn update(&mut self, residual: L) -> L {
         let finite = residual.abs().le(L::splat(f64::MAX));
         let residual = L::select(finite, residual, self.mean);
@@ -36,6 +37,7 @@ impl<L: Lane> PageHinkley<L> {
     }
 
     /// Starts again where the mask holds.
+    #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         if mask.any() {
             self.mean = L::select(mask, L::zero(), self.mean);
@@ -43,6 +45,8 @@ impl<L: Lane> PageHinkley<L> {
         }
     }
 }
+
+crate::lane::gather!(PageHinkley { towards, mean, samples });
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! The sides stepped exactly, by the matrix exponentials of `plant`.
 
 use super::{IntegrationError, MasterReading, Sides, SlaveReading};
-use crate::lane::Lane;
+use crate::lane::{Lane, by_index};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 
 /// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; the force integral and, as one more, `F_h` at the next tick.
@@ -85,8 +85,8 @@ impl<L: Lane> ExactSides<L> {
     /// Adds what a force (N) does to the master.
     #[inline(always)]
     pub(super) fn push(&mut self, column: &ForceColumn<L>, force: L) {
-        self.motion_state = std::array::from_fn(|i| self.motion_state[i] + column.motion[i] * force);
-        self.force_state = std::array::from_fn(|i| self.force_state[i] + column.forces[i] * force);
+        self.motion_state = by_index!(MOTION_ROWS, |i| self.motion_state[i] + column.motion[i] * force);
+        self.force_state = by_index!(FORCE_ROWS, |i| self.force_state[i] + column.forces[i] * force);
     }
 
     /// Adds what a change of the reference (m) does to the slave.
@@ -104,15 +104,15 @@ pub(super) fn combine<L: Lane, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[L; ROWS]; COLUMNS],
     inputs: [L; COLUMNS],
 ) -> [L; ROWS] {
-    let mut even: [L; ROWS] = std::array::from_fn(|i| columns[0][i] * inputs[0]);
-    let mut odd: [L; ROWS] = std::array::from_fn(|i| columns[1][i] * inputs[1]);
+    let mut even: [L; ROWS] = by_index!(ROWS, |i| columns[0][i] * inputs[0]);
+    let mut odd: [L; ROWS] = by_index!(ROWS, |i| columns[1][i] * inputs[1]);
     for j in (2..COLUMNS).step_by(2) {
         for i in 0..ROWS {
             even[i] = even[i] + columns[j][i] * inputs[j];
             odd[i] = odd[i] + columns[j + 1][i] * inputs[j + 1];
         }
     }
-    std::array::from_fn(|i| even[i] + odd[i])
+    by_index!(ROWS, |i| even[i] + odd[i])
 }
 
 impl<L: Lane> Sides<L> for ExactSides<L> {
@@ -140,6 +140,13 @@ impl<L: Lane> Sides<L> for ExactSides<L> {
         self.force_state = combine(&self.forces, inputs);
         let [x_e, v_e, third, _] = self.slave_state;
         self.slave_state = combine(&self.slave, [x_e, v_e, third, reference]);
+        if L::WIDTH > 1 {
+            // Each row fills registers by itself: what only makes the number even need not be computed.
+            self.slave_state[SLAVE_STATES] = L::zero();
+        }
         Ok(())
     }
 }
+
+crate::lane::gather!(ExactSides { motion, forces, slave, motion_state, slave_state, force_state });
+crate::lane::gather!(ForceColumn { motion, forces });

@@ -17,6 +17,7 @@ mod integrated;
 mod limited;
 mod motor;
 mod observer;
+mod pack;
 mod sides;
 mod signals;
 mod split;
@@ -26,6 +27,8 @@ pub use exact::ExactSides;
 pub use integrated::{IntegratedSides, IntegrationError};
 pub use limited::LimitedSides;
 pub use observer::Observer;
+pub use pack::InstructionSet;
+pub(crate) use pack::{Wide, gather};
 pub use sides::{MasterReading, Sides, SlaveReading};
 pub use signals::Signals;
 pub use split::SplitSides;
@@ -68,6 +71,29 @@ pub struct Engine<L: Lane, S> {
     pub supervisor: Supervisor<L>,
     /// What joins the sides.
     pub link: Link<L>,
+}
+
+/// What the person wants, known beforehand or not.
+trait Desire<L: Lane> {
+    /// The desired position in m at `tick`, after what was felt (N) at the one before.
+    fn desired_m(&mut self, tick: u64, felt_n: L) -> L;
+}
+
+impl<L: Lane> Desire<L> for Operator<L> {
+    #[inline(always)]
+    fn desired_m(&mut self, tick: u64, felt_n: L) -> L {
+        self.desired_position_m(tick, felt_n)
+    }
+}
+
+/// Positions in m that are known beforehand.
+struct Replay<'a>(&'a [f64]);
+
+impl<L: Lane> Desire<L> for Replay<'_> {
+    #[inline(always)]
+    fn desired_m(&mut self, tick: u64, _felt_n: L) -> L {
+        recorded(self.0, tick)
+    }
 }
 
 /// What the needle meets, known or not when the run is compiled.
@@ -138,22 +164,25 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         let direct = self.passes_positions_on();
         let exact = self.sensor.reads_force_exactly();
         if let Some(positions) = operator.as_replay() {
-            let replay = |tick, _| recorded(positions, tick);
-            match (&mut *tissue, direct, exact) {
-                (Tissue::Recording(force), true, true) => {
-                    return self.run_where::<true, true, _, _, _>(observer, replay, force);
+            let mut replay = Replay(positions);
+            match (&mut *tissue, direct) {
+                (Tissue::Recording(force), true) if exact && L::WIDTH == 1 => {
+                    return self.run_where::<true, true, _, _, _>(observer, &mut replay, force);
                 }
-                (Tissue::Layers(layers), true, _) => {
-                    return self.run_where::<true, false, _, _, _>(observer, replay, &mut **layers);
+                (Tissue::Recording(force), true) => {
+                    return self.run_where::<true, false, _, _, _>(observer, &mut replay, force);
+                }
+                (Tissue::Layers(layers), true) => {
+                    return self.run_where::<true, false, _, _, _>(observer, &mut replay, &mut **layers);
                 }
                 _ => {}
             }
         }
-        let desire = |tick, felt_n| operator.desired_position_m(tick, felt_n);
-        if direct && exact {
-            self.run_where::<true, true, _, _, _>(observer, desire, tissue)
+        // Side by side, what is seldom asked for is compiled once.
+        if direct && exact && L::WIDTH == 1 {
+            self.run_where::<true, true, _, _, _>(observer, operator, tissue)
         } else {
-            self.run_where::<false, false, _, _, _>(observer, desire, tissue)
+            self.run_where::<false, false, _, _, _>(observer, operator, tissue)
         }
     }
 
@@ -174,17 +203,17 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     fn run_where<const DIRECT: bool, const EXACT: bool, O, D, T>(
         &mut self,
         observer: &mut O,
-        mut desire: D,
+        desire: &mut D,
         tissue: &mut T,
     ) -> Result<(), IntegrationError>
     where
         O: Observer<L>,
-        D: FnMut(u64, L) -> L,
+        D: Desire<L>,
         T: Answer<L>,
     {
         // The estimator stays in `self`: it is more than the registers hold, and a copy here would push out what each
         // tick needs.
-        let mut desired = desire(0, L::zero());
+        let mut desired = desire.desired_m(0, L::zero());
         for tick in 0..self.grid.ticks() {
             let reaction = tissue.answer(tick, self.sides.slave());
             let sensed = self.sense::<DIRECT, EXACT>(tick, desired, reaction);
@@ -192,9 +221,9 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             // no other mode need not be asked again, nor do their numbers wait for the others' in the same registers.
             let flow = if DIRECT && self.supervisor.passes_on(sensed.situation.alarm) {
                 let command = self.supervisor.pass(&sensed.situation);
-                self.conclude::<true, _, _>(sensed, command, command.feedback_force_n, observer, &mut desire)
+                self.conclude::<true, _, _>(sensed, command, command.feedback_force_n, observer, desire)
             } else {
-                self.tick_closely::<DIRECT, _, _>(sensed, observer, &mut desire)
+                self.tick_closely::<DIRECT, _, _>(sensed, observer, desire)
             };
             match flow {
                 ControlFlow::Continue(desired_next) => desired = desired_next,
@@ -214,7 +243,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     ) -> ControlFlow<Result<(), IntegrationError>, L>
     where
         O: Observer<L>,
-        D: FnMut(u64, L) -> L,
+        D: Desire<L>,
     {
         if DIRECT {
             seldom();
@@ -254,7 +283,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     ) -> ControlFlow<Result<(), IntegrationError>, L>
     where
         O: Observer<L>,
-        D: FnMut(u64, L) -> L,
+        D: Desire<L>,
     {
         let signals = sensed.signals(&command, feedback_force_n);
         observer.observe(&signals);
@@ -262,7 +291,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             return ControlFlow::Break(Ok(()));
         }
         let desired = signals.desired_position_m;
-        let desired_next = desire(signals.tick + 1, signals.operator_force_n);
+        let desired_next = desire.desired_m(signals.tick + 1, signals.operator_force_n);
         let reference = if DIRECT {
             signals.slave_reference_m
         } else {

@@ -1,6 +1,6 @@
 //! A motor that is limited in range and rate and lags behind what it is told, from tick to tick.
 
-use crate::lane::Lane;
+use crate::lane::{Lane, by_index};
 use crate::plant::MotorStep;
 
 /// What stands between a wanted command and the `N` states of a machine.
@@ -56,6 +56,9 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         let Some(lag) = &mut self.lag else { return states };
         let actual = lag.actual;
         lag.actual = lag.kept * actual + lag.gained * self.command;
-        std::array::from_fn(|i| states[i] + lag.from_actual[i] * actual)
+        by_index!(N, |i| states[i] + lag.from_actual[i] * actual)
     }
 }
+
+crate::lane::gather!(Motor[N] { range, change, command, lag });
+crate::lane::gather!(Lag[N] { from_actual, kept, gained, actual });

@@ -22,7 +22,7 @@ impl<L: Lane> Observer<L> for () {
 }
 
 /// Sees what is lent to someone else for the run.
-impl<L: Lane, O: Observer<L>> Observer<L> for &mut O {
+impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
         (**self).observe(signals);

@@ -52,6 +52,7 @@ impl<L: Lane> Estimator<L> {
     pub fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         match &mut self.other {
             None => self.papers.update(force_n, depth_m, velocity_m_per_s),
+            Some(other) if L::WIDTH > 1 => other.update_here(force_n, depth_m, velocity_m_per_s),
             Some(other) => other.update(force_n, depth_m, velocity_m_per_s),
         }
     }
@@ -68,6 +69,12 @@ impl<L: Lane> Other<L> {
     #[cold]
     #[inline(never)]
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+        self.update_here(force_n, depth_m, velocity_m_per_s)
+    }
+
+    /// In line, as a call would take lanes side by side out of their registers.
+    #[inline(always)]
+    fn update_here(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         match self {
             Self::Linear(model) => model.update(force_n, depth_m, velocity_m_per_s),
             Self::Friction(model) => model.update(force_n, depth_m, velocity_m_per_s),
@@ -76,3 +83,6 @@ impl<L: Lane> Other<L> {
         }
     }
 }
+
+crate::lane::gather!(Estimator { papers, other });
+crate::lane::gather_variants!(Other { Linear, Friction, HuntCrossley, LeastResidual });

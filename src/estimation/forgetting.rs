@@ -95,3 +95,5 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
 pub(super) fn form<L: Lane, const N: usize>(gain: [[L; N]; N], regressor: [L; N]) -> L {
     dot(core::array::from_fn(|i| dot(gain[i], regressor)), regressor)
 }
+
+crate::lane::gather!(Exponential[N] { assumed, forgotten, learnt });

@@ -2,7 +2,7 @@
 
 use super::regression::Regression;
 use super::rls::{Estimate, RlsSettings};
-use crate::lane::Lane;
+use crate::lane::{Lane, by_index};
 
 /// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, the sign of the velocity made smooth.
 ///
@@ -35,7 +35,7 @@ impl<L: Lane> Friction<L> {
         let sign = velocity_m_per_s / (velocity_m_per_s.abs() + self.speed);
         let contact = depth_m.gt(zero);
         let regressor = [depth_m, velocity_m_per_s, self.length * sign];
-        self.regression.expect(regressor.map(|value| L::select(contact, value, zero)));
+        self.regression.expect(by_index!(3, |i| L::select(contact, regressor[i], zero)));
         let [stiffness, damping, friction] = self.regression.parameters();
         let [stiffness_change, damping_change, _] = lesson.correction;
         Estimate {
@@ -48,3 +48,5 @@ impl<L: Lane> Friction<L> {
         }
     }
 }
+
+crate::lane::gather!(Friction { regression, length, speed });

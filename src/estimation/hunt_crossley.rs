@@ -135,3 +135,5 @@ fn each<L: Lane>(mut value: L, function: fn(f64) -> f64) -> L {
     }
     value
 }
+
+crate::lane::gather!(HuntCrossley { regression, power, power_gain, power_information, log_depth, dead_zone, seen });

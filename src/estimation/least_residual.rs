@@ -3,7 +3,7 @@
 use super::friction::Friction;
 use super::linear::Linear;
 use super::rls::{Estimate, RlsSettings};
-use crate::lane::Lane;
+use crate::lane::{Lane, by_index};
 
 /// The models with friction and without, each learning from every sample; the error of a sample is the smaller of theirs.
 ///
@@ -35,10 +35,12 @@ impl<L: Lane> LeastResidual<L> {
         Estimate {
             predicted_force_n: chosen(with.predicted_force_n, without.predicted_force_n),
             residual_n: chosen(with.residual_n, without.residual_n),
-            correction: core::array::from_fn(|i| chosen(with.correction[i], without.correction[i])),
+            correction: by_index!(2, |i| chosen(with.correction[i], without.correction[i])),
             stiffness_n_per_m: without.stiffness_n_per_m,
             damping_n_s_per_m: without.damping_n_s_per_m,
             further: with.further,
         }
     }
 }
+
+crate::lane::gather!(LeastResidual { without, with });

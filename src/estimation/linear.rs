@@ -35,3 +35,5 @@ impl<L: Lane> Linear<L> {
         }
     }
 }
+
+crate::lane::gather!(Linear { regression, velocity_share });

@@ -4,7 +4,7 @@ use super::forgetting::Exponential;
 use super::resetting::{Resetting, dot};
 use super::rls::RlsSettings;
 use super::settings::Forgetting;
-use crate::lane::{Lane, Mask};
+use crate::lane::{Lane, Mask, by_index};
 
 /// The parameters `θ` of a force `y = φᵀθ`: what [`super::Rls`] does for `(p, v)`, to the last bit, for any `φ` and with a
 /// choice of how to forget.
@@ -89,8 +89,8 @@ impl<L: Lane, const N: usize> Regression<L, N> {
                 memory.learn(self.regressor, delta, inverse_weight)
             }
         };
-        let correction: [L; N] = core::array::from_fn(|i| share * (direction[i] * residual));
-        self.parameters = core::array::from_fn(|i| self.parameters[i] + correction[i]);
+        let correction: [L; N] = by_index!(N, |i| share * (direction[i] * residual));
+        self.parameters = by_index!(N, |i| self.parameters[i] + correction[i]);
         correction
     }
 
@@ -114,6 +114,11 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         }
     }
 }
+
+crate::lane::gather!(Regression[N] {
+    normalisation, dead_zone, dead_zone_slope, dead_zone_offset, memory, parameters, regressor, expected,
+});
+crate::lane::gather_variants!(Memory[N] { Resetting, Exponential });
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! The gain that is restored as a whole (eq. 13, 17, 18), for any number of parameters.
 
 use super::rls::RlsSettings;
-use crate::lane::Lane;
+use crate::lane::{Lane, by_index};
 
 /// ```text
 /// F_k = F_{k-1} - δ F_{k-1} φ φᵀ F_{k-1} / (1/α + φᵀ F_{k-1} φ)   (13, 15)
@@ -38,7 +38,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     /// error that goes to each parameter.
     #[inline(always)]
     pub(super) fn learn(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
-        let direction: [L; N] = core::array::from_fn(|i| dot(self.gain[i], regressor));
+        let direction: [L; N] = by_index!(N, |i| dot(self.gain[i], regressor));
         let share = delta * (L::splat(1.0) / (inverse_weight + dot(regressor, direction)));
         self.information = self.information + delta * (squared / inverse_weight);
         let restore = self.information.ge(self.reset_threshold);
@@ -70,3 +70,5 @@ pub(super) fn dot<L: Lane, const N: usize>(a: [L; N], b: [L; N]) -> L {
     }
     sum
 }
+
+crate::lane::gather!(Resetting[N] { initial_gain, initial_information, reset_threshold, gain, information });

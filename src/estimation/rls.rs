@@ -305,6 +305,11 @@ impl<L: Lane> Rls<L> {
     }
 }
 
+crate::lane::gather!(Rls {
+    initial_gain, initial_information, reset_threshold, normalisation, velocity_share, dead_zone, dead_zone_slope,
+    dead_zone_offset, stiffness, damping, gain_00, gain_01, gain_11, information, depth, velocity, expected,
+} same { is_watched });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -39,8 +39,8 @@ pub(super) struct EventWindow {
     start: u64,
     released: Option<u64>,
     ended: Option<u64>,
-    slave_start_m: f64,
-    metrics: EventMetrics,
+    pub(super) slave_start_m: f64,
+    pub(super) metrics: EventMetrics,
 }
 
 impl EventWindow {

@@ -1,5 +1,8 @@
 //! From ticks to metrics.
 
+mod live;
+
+use self::live::Live;
 use super::event::EventWindow;
 use super::rupture::RuptureWindow;
 use super::sums::{Sample, Sums};
@@ -26,6 +29,7 @@ struct Last<L> {
 }
 
 impl<L: Lane> Last<L> {
+    #[inline(always)]
     fn of(sample: &Sample<L>) -> Self {
         Self {
             slave_m: sample.slave_m,
@@ -156,6 +160,8 @@ pub struct MetricsObserver<L: Lane> {
     /// The last tick that was looked at closely, and what came of it: the sums hold it masked.
     last_close: (u64, Last<L>),
     histories: Vec<History>,
+    /// Of several lanes, what goes on in them.
+    live: Option<Box<Live<L>>>,
     /// Lanes that have not diverged.
     running: usize,
     /// Whether the next tick is looked at closely, whatever it brings: the first, and while something goes on.
@@ -176,6 +182,7 @@ impl<L: Lane> MetricsObserver<L> {
             first: nothing,
             last_close: (0, nothing),
             histories: (0..L::WIDTH).map(|_| History::new(expected_ruptures)).collect(),
+            live: (L::WIDTH > 1).then(|| Box::new(Live::new())),
             running: L::WIDTH,
             is_watching: true,
             last_commanded_n: zero,
@@ -185,7 +192,10 @@ impl<L: Lane> MetricsObserver<L> {
     /// The metrics of lane `index`.
     #[must_use]
     pub fn metrics(&self, index: usize) -> Metrics {
-        let history = &self.histories[index];
+        let mut history = std::borrow::Cow::Borrowed(&self.histories[index]);
+        if let Some(live) = self.live.as_ref().filter(|_| history.diverged_at.is_none()) {
+            live.store(index, history.to_mut(), self.ticks.saturating_sub(1));
+        }
         let ticks = history.diverged_at.unwrap_or(self.ticks);
         let tick_s = self.grid.tick_s();
         let ran = ticks > 0;
@@ -239,7 +249,77 @@ impl<L: Lane> MetricsObserver<L> {
         if tick + 1 >= ticks { last } else { Last::of(&self.sums.recent(ticks - 1)) }
     }
 
-    /// A tick at which something happens or is still happening in some lane, and the first.
+    /// [`MetricsObserver::observe_closely`] of several lanes, in line: a call would take them out of their registers.
+    #[inline(always)]
+    fn observe_side_by_side(&mut self, s: &Signals<L>) {
+        let Some(live) = &mut self.live else { return };
+        let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
+        let sound = s.master_position_m.abs().le(bound_m)
+            & s.slave_position_m.abs().le(bound_m)
+            & s.measured_force_n.abs().le(bound_n);
+        let following = s.mode.lt(L::splat(0.5));
+        let running = live.running();
+        let diverging = running & !sound;
+        let running = running & sound;
+        if diverging.any() {
+            let (tick, last) = self.last_close;
+            let before = if tick + 1 >= s.tick { last } else { Last::of(&self.sums.recent(s.tick - 1)) };
+            for index in (0..L::WIDTH).filter(|&index| diverging.lane(index)) {
+                let history = &mut self.histories[index];
+                live.store(index, history, s.tick.saturating_sub(1));
+                live.end(index);
+                history.diverged_at = Some(s.tick);
+                history.last_sound = Some(before.lane(index));
+                self.running -= 1;
+            }
+        }
+        let sample = sample(s);
+        let last = Last::of(&sample);
+        if s.tick == 0 {
+            self.first = last;
+        }
+        self.last_close = (s.tick, last);
+        self.sums.push(s.tick, sample.only(running, following));
+
+        let now = L::splat(s.tick as f64);
+        let force_step_n = (s.commanded_force_n - self.last_commanded_n).abs();
+        let asks = running & live.asks(now, s, !following | s.ruptured | s.alarm);
+        if asks.any() {
+            for index in (0..L::WIDTH).filter(|&index| asks.lane(index)) {
+                let history = &mut self.histories[index];
+                live.store(index, history, s.tick.saturating_sub(1));
+                history.observe(&s.lane(index), force_step_n.lane(index), &self.grid);
+            }
+        }
+        live.follow(now, s, force_step_n);
+        if asks.any() {
+            for index in (0..L::WIDTH).filter(|&index| asks.lane(index)) {
+                live.load(index, &self.histories[index], s.tick);
+            }
+        }
+        self.is_watching = live.any_open();
+    }
+
+    /// Where a lane has diverged.
+    #[inline(always)]
+    fn ended(&self) -> L::Mask {
+        match &self.live {
+            Some(live) => !live.running(),
+            None => L::Mask::splat(false),
+        }
+    }
+
+    /// Adds a tick of several lanes to the sums, where nothing goes on but that some may have diverged.
+    #[inline(always)]
+    fn push_side_by_side(&mut self, s: &Signals<L>) {
+        let sample = match &self.live {
+            Some(live) if self.running < L::WIDTH => sample(s).only(live.running(), L::Mask::splat(true)),
+            _ => sample(s),
+        };
+        self.sums.push(s.tick, sample);
+    }
+
+    /// A tick at which something happens or is still happening, and the first.
     #[cold]
     #[inline(never)]
     fn observe_closely(&mut self, s: Signals<L>) {
@@ -285,7 +365,15 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
         let strain = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
             + (s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N) + s.mode);
         let is_quiet = !(self.is_watching | s.ruptured.any() | s.alarm.any());
-        if is_quiet && strain.lt(L::splat(1.0)).all() {
+        if L::WIDTH > 1 {
+            let quiet = strain.lt(L::splat(1.0));
+            let ended = if self.running < L::WIDTH { self.ended() } else { L::Mask::splat(false) };
+            if is_quiet && (quiet | ended).all() {
+                self.push_side_by_side(s);
+            } else {
+                self.observe_side_by_side(s);
+            }
+        } else if is_quiet && strain.lt(L::splat(1.0)).all() {
             self.sums.push(s.tick, sample(s));
         } else {
             // Nothing here looks at the estimates: without them, fewer numbers wait in each tick for this call.

@@ -36,25 +36,25 @@ pub struct RuptureMetrics {
 /// A rupture's window while it is open.
 #[derive(Debug, Clone)]
 pub(super) struct RuptureWindow {
-    tick: u64,
+    pub(super) tick: u64,
     grid: TickGrid,
-    window_ticks: u64,
-    travel_ticks: u64,
-    slave_m: f64,
-    master_m: f64,
-    feedback_n: f64,
-    felt_n: f64,
-    last_felt_n: f64,
+    pub(super) window_ticks: u64,
+    pub(super) travel_ticks: u64,
+    pub(super) slave_m: f64,
+    pub(super) master_m: f64,
+    pub(super) feedback_n: f64,
+    pub(super) felt_n: f64,
+    pub(super) last_felt_n: f64,
     detected_at: Option<u64>,
-    overshoot_m: f64,
+    pub(super) overshoot_m: f64,
     travel_m: Option<f64>,
-    master_travel_m: f64,
-    feedback_fallen_at: Option<u64>,
-    felt_fallen_at: Option<u64>,
+    pub(super) master_travel_m: f64,
+    pub(super) feedback_fallen_at: Option<u64>,
+    pub(super) felt_fallen_at: Option<u64>,
     /// Greatest change of the force on the hand in a tick, in N.
-    peak_change_n: f64,
-    least_felt_n: f64,
-    seen: u64,
+    pub(super) peak_change_n: f64,
+    pub(super) least_felt_n: f64,
+    pub(super) seen: u64,
 }
 
 impl RuptureWindow {

@@ -1,6 +1,6 @@
 //! Sums over the ticks of a run, in lanes.
 
-use crate::lane::Lane;
+use crate::lane::{Lane, by_index};
 
 /// How many partial sums there are of each quantity: tick `k` goes to number `k mod WAYS`, so that additions need not
 /// wait for each other. The order is fixed, whatever the machine and the number of lanes.
@@ -28,6 +28,7 @@ pub(super) struct Sample<L> {
 
 impl<L: Lane> Sample<L> {
     /// A sample that leaves every sum and extreme as it is.
+    #[inline(always)]
     fn neutral() -> Self {
         let zero = L::zero();
         Self {
@@ -41,6 +42,7 @@ impl<L: Lane> Sample<L> {
     }
 
     /// The sample of the lanes that are `running`, with a tracking error only where they are also `following` the hand.
+    #[inline(always)]
     pub(super) fn only(self, running: L::Mask, following: L::Mask) -> Self {
         let neutral = Self::neutral();
         let keep = |value, nothing| L::select(running, value, nothing);
@@ -192,7 +194,7 @@ impl<L: Lane> Partial<L> {
     #[inline(always)]
     fn add(&mut self, block: &Block<L>) {
         gather(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());
-        let tracking_error: [L; BLOCK] = std::array::from_fn(|at| block.slave_m[at] - block.reference_m[at]);
+        let tracking_error: [L; BLOCK] = by_index!(BLOCK, |at| block.slave_m[at] - block.reference_m[at]);
         gather(&mut self.squared_tracking_error, &tracking_error, |sum, error| sum + error * error);
         gather(&mut self.operator_power, &block.operator_power_w, |sum, power| sum + power);
         gather(&mut self.tissue_power, &block.tissue_power_w, |sum, power| sum + power);

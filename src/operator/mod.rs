@@ -74,10 +74,7 @@ impl<L: Lane> Motion<L> {
     #[inline(always)]
     fn at(&self, ticks: L) -> L {
         match self {
-            Self::Recording(positions) => {
-                let look = |all: L, lane| all.with_lane(lane, recorded(positions, ticks.lane(lane) as u64));
-                (0..L::WIDTH).fold(L::zero(), look)
-            }
+            Self::Recording(positions) => L::from_lanes(|lane| recorded(positions, ticks.lane(lane) as u64)),
             Self::Ramp(ramp) => (ramp.start + ramp.step * ticks).clamp(ramp.low, ramp.high),
         }
     }
@@ -135,6 +132,28 @@ impl<L: Lane> Operator<L> {
         match &self.tremor {
             Some(displacements) => intended + displacements.get(tick as usize).copied().unwrap_or(L::zero()),
             None => intended,
+        }
+    }
+}
+
+crate::lane::gather!(Operator { motion, tremor, reaction });
+crate::lane::gather!(Ramp { start, step, low, high });
+
+#[cfg(feature = "std")]
+impl crate::lane::Gather for Motion<f64> {
+    type Of<L: Lane> = Motion<L>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Motion<L>> {
+        use crate::lane::{each, same_list};
+        match all[0] {
+            Self::Recording(positions) => {
+                let lists = all.map(|one| if let Self::Recording(list) = one { Some(list) } else { None });
+                same_list(each(lists)?).then(|| Motion::Recording(positions.clone()))
+            }
+            Self::Ramp(_) => {
+                let ramps = all.map(|one| if let Self::Ramp(ramp) = one { Some(ramp) } else { None });
+                crate::lane::Gather::gather(each(ramps)?).map(Motion::Ramp)
+            }
         }
     }
 }

@@ -178,6 +178,22 @@ impl<L: Lane> Reaction<L> {
     }
 }
 
+crate::lane::gather!(Reaction {
+    keep,
+    noticed_share,
+    least_force,
+    pause_ticks,
+    withdraw_step,
+    withdraw_m,
+    reaction_ticks,
+    level,
+    due,
+    reactions,
+    clock,
+    withdrawn,
+    withdrawn_before,
+});
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,11 +1,111 @@
-//! Running neighbouring cases together.
+//! Several scenarios side by side.
 
-use super::{RunError, observe};
-use crate::metrics::Metrics;
-use crate::scenario::Scenario;
+use super::{RunError, measure};
+use crate::engine::{Engine, ExactSides, InstructionSet, Sides, Wide, gather};
+#[cfg(target_arch = "x86_64")]
+use crate::lane::{Avx2, Avx512};
+use crate::lane::{Gather, LANES};
+use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
+use crate::scenario::{Scenario, ScenarioEngine};
 
-/// Runs up to eight scenarios for their metrics, each as if alone, in their order.
-#[must_use]
+/// How many scenarios run side by side at most; more make more packs.
+pub const PACK: usize = LANES;
+
+/// Fewest scenarios for which eight lanes are faster than one run after the other.
+const FEWEST: usize = 3;
+
+/// Runs scenarios for their metrics, in their order, [`PACK`] by [`PACK`] side by side where they can be: each gives the bits
+/// that it gives alone.
+///
+/// Scenarios can be side by side where they differ in numbers alone: scales, gains, tissue, machines, thresholds, seeds.
+/// Those that differ in what there is (kinds of tissue and controller, ticks, delays, a sensor with noise and one without)
+/// are run one after the other. A scenario that cannot be run is an error at its own place and no hindrance to the others.
 pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    scenarios.iter().map(|scenario| observe(scenario, &mut ())).collect()
+    run_pack_in(InstructionSet::widest(), scenarios)
+}
+
+/// [`run_pack`] in a given instruction set, or one after the other where the machine has not got it.
+pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    let set = if set.is_available() { set } else { InstructionSet::Baseline };
+    scenarios.chunks(PACK).flat_map(|pack| run_eight(set, pack)).collect()
+}
+
+/// Whether scenarios, [`PACK`] of them at most, can be run side by side.
+#[must_use]
+pub fn can_share(scenarios: &[Scenario]) -> bool {
+    scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
+}
+
+/// Up to eight scenarios.
+fn run_eight(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    let enough = scenarios.len() >= FEWEST && set != InstructionSet::Baseline;
+    let together = if enough { Engines::of(scenarios).and_then(|engines| engines.run(set, scenarios)) } else { None };
+    match together {
+        Some(metrics) => {
+            // A link goes on counting after its lane has diverged, where a run of its own ends.
+            let ends_early = |metrics: &Metrics| metrics.link.is_some() && metrics.outcome != Outcome::Completed;
+            let each = metrics.into_iter().zip(scenarios);
+            each.map(|(metrics, one)| if ends_early(&metrics) { measure(one) } else { Ok(metrics) }).collect()
+        }
+        None => scenarios.iter().map(measure).collect(),
+    }
+}
+
+/// The engines of scenarios, all of one kind.
+struct Engines(Vec<ScenarioEngine>);
+
+impl Engines {
+    /// Nothing where there are none, or one cannot be built: that is for its own run to say.
+    fn of(scenarios: &[Scenario]) -> Option<Self> {
+        let engines: Result<Vec<_>, _> = scenarios.iter().map(Scenario::build).collect();
+        engines.ok().filter(|engines| !engines.is_empty()).map(Self)
+    }
+
+    /// Lanes that are left over run the last scenario again.
+    fn lanes(&self) -> [&ScenarioEngine; LANES] {
+        std::array::from_fn(|lane| &self.0[lane.min(self.0.len() - 1)])
+    }
+
+    fn can_share(&self) -> bool {
+        self.exact().is_some_and(|engines| gather::<f64, _>(engines).is_some())
+    }
+
+    fn exact(&self) -> Option<[&Engine<f64, ExactSides<f64>>; LANES]> {
+        crate::lane::each(self.lanes().map(|engine| match engine {
+            ScenarioEngine::Exact(engine) => Some(&**engine),
+            _ => None,
+        }))
+    }
+
+    fn run(&self, set: InstructionSet, scenarios: &[Scenario]) -> Option<Vec<Metrics>> {
+        let engines = self.exact()?;
+        match set {
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => side_by_side::<Avx512, _>(engines, scenarios),
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => side_by_side::<Avx2, _>(engines, scenarios),
+            _ => None,
+        }
+    }
+}
+
+/// Runs engines in lanes, where they can share them.
+fn side_by_side<L: Wide, S: Sides<f64> + Gather>(
+    engines: [&Engine<f64, S>; LANES],
+    scenarios: &[Scenario],
+) -> Option<Vec<Metrics>>
+where
+    S::Of<L>: Sides<L>,
+{
+    let mut engine = gather::<L, _>(engines)?;
+    let grid = engine.grid;
+    let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
+    let mut observer = MetricsObserver::<L>::new(grid, ruptures);
+    // Stepped exactly, nothing gives up.
+    L::run(&mut engine, &mut observer).ok()?;
+    let metrics = |lane: usize| {
+        let link = (!engine.link.is_direct()).then(|| LinkMetrics::new(&engine.link.report(lane), &grid));
+        Metrics { link, ..observer.metrics(lane) }
+    };
+    Some((0..scenarios.len()).map(metrics).collect())
 }

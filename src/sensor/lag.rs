@@ -44,6 +44,8 @@ impl<L: Lane> Lag<L> {
     }
 }
 
+crate::lane::gather!(Lag { keep, before, now, output, input });
+
 #[cfg(test)]
 mod tests {
     use super::*;

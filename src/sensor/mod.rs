@@ -63,7 +63,10 @@ impl<L: Lane> Quantiser<L> {
 
     #[inline(always)]
     fn read(&self, value: L) -> L {
-        self.0.map_or(value, |(step, inverse)| value.round_to(step, inverse))
+        match self.0 {
+            Some((step, inverse)) => value.round_to(step, inverse),
+            None => value,
+        }
     }
 }
 
@@ -132,6 +135,17 @@ impl<L: Lane> Sensor<L> {
     #[inline(always)]
     pub fn read_position(&self, position_m: L) -> L {
         self.position.read(position_m)
+    }
+}
+
+crate::lane::gather!(Sensor { bias_n, lag, noise_std_n, noise, force, range_n, position });
+
+#[cfg(feature = "std")]
+impl crate::lane::Gather for Quantiser<f64> {
+    type Of<L: Lane> = Quantiser<L>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Quantiser<L>> {
+        crate::lane::Gather::gather(all.map(|one| &one.0)).map(Quantiser)
     }
 }
 

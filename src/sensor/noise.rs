@@ -43,12 +43,26 @@ impl<L: Lane> WhiteNoise<L> {
 
     #[inline(never)]
     fn refill(&mut self) {
-        for (lane, rng) in self.streams.iter_mut().enumerate() {
-            for number in self.block.iter_mut() {
-                *number = number.with_lane(lane, StandardNormal.sample(rng));
-            }
+        let streams = &mut self.streams;
+        for number in self.block.iter_mut() {
+            *number = L::from_lanes(|lane| StandardNormal.sample(&mut streams[lane]));
         }
         self.next = 0;
+    }
+}
+
+#[cfg(feature = "std")]
+impl crate::lane::Gather for WhiteNoise<f64> {
+    type Of<L: Lane> = WhiteNoise<L>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<WhiteNoise<L>> {
+        // Together only before anything was drawn: then no block holds numbers that are still to come.
+        let is_fresh = all.iter().all(|one| one.next == BLOCK);
+        is_fresh.then(|| WhiteNoise {
+            streams: all.iter().flat_map(|one| one.streams.iter().cloned()).collect(),
+            block: Box::new([L::zero(); BLOCK]),
+            next: BLOCK,
+        })
     }
 }
 

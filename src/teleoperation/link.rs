@@ -102,6 +102,7 @@ impl<L: Lane> Accelerometer<L> {
         Self { weight, inverse_tick, velocity: L::zero(), acceleration: L::zero() }
     }
 
+    #[inline(always)]
     fn update(&mut self, velocity: L) -> L {
         let raw = (velocity - self.velocity) * self.inverse_tick;
         self.velocity = velocity;
@@ -228,6 +229,7 @@ impl<L: Lane> Link<L> {
     }
 
     /// From the master to the slave: where its controller wants the slave's reference, in m.
+    #[inline(always)]
     pub fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L {
         let AtMaster { position_m, velocity_m_per_s, hand_force_n } = *master;
         let displacement = self.master_port.moved(position_m);
@@ -269,6 +271,7 @@ impl<L: Lane> Link<L> {
     ///
     /// While the mode says that the slave is frozen, what couples the positions stays as it was, and the force changes with
     /// the tissue's alone: the hand must not feel how far it has moved away from a needle that is held.
+    #[inline(always)]
     pub fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {
         let word = match &mut self.passivity {
             Passivity::None => L::zero(),
@@ -313,6 +316,7 @@ impl<L: Lane> Link<L> {
     }
 
     /// The force to feed back of the one that the law asks for (N).
+    #[inline(always)]
     pub fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L {
         let fed_back = match &mut self.passivity {
             Passivity::None | Passivity::Waves(_) => force_n,
@@ -324,6 +328,7 @@ impl<L: Lane> Link<L> {
     }
 
     /// The reference that the slave's controller works on (m), where the tissue pushes the slave off it with a force (N).
+    #[inline(always)]
     pub fn yielding(&self, reference_m: L, tissue_force_n: L) -> L {
         reference_m - self.compliance * tissue_force_n
     }
@@ -349,3 +354,11 @@ impl<L: Lane> Link<L> {
         }
     }
 }
+
+crate::lane::gather!(Link {
+    forward, backward, force_scale, position_scale, energy_scale, compliance, gains, master_accelerometer,
+    slave_accelerometer, positions, forces, passivity, master_port, slave_port, calm_total, calm_force, slave_word,
+} same { is_plain, kind });
+crate::lane::gather!(Gains { master, slave });
+crate::lane::gather!(Accelerometer { weight, inverse_tick, velocity, acceleration });
+crate::lane::gather_variants!(Passivity { TimeDomain, Waves, Tank } empty { None });

@@ -114,6 +114,7 @@ impl<L: Lane> Receiver<L> {
 
     /// What to make of the target that the sample in hand stands for; `given_up` is what it is to run to once given up, if
     /// not to where it is.
+    #[inline(always)]
     pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
         self.has_begun = self.has_begun | is_fresh | self.tick.ge(self.expected_tick);
@@ -161,6 +162,10 @@ impl<L: Lane> Receiver<L> {
         (self.outages.lane(index), self.longest.lane(index), (given_up >= 0.0).then_some(given_up))
     }
 }
+
+crate::lane::gather!(Receiver {
+    outage_ticks, expected_tick, step, silent, gap, last, tick, outages, longest, given_up_at,
+} masks { has_begun, is_lost, is_recovering } same { policy });
 
 #[cfg(test)]
 mod tests {

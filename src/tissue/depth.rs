@@ -51,8 +51,7 @@ impl Curve {
     }
 
     fn look_up<L: Lane>(&self, depth_m: L) -> L {
-        let look = |force: L, lane| force.with_lane(lane, self.at(depth_m.lane(lane)));
-        (0..L::WIDTH).fold(L::zero(), look)
+        L::from_lanes(|lane| self.at(depth_m.lane(lane)))
     }
 }
 
@@ -126,6 +125,27 @@ impl<L: Lane> DepthReplay<L> {
             ruptured = ruptured | (before.lt(L::splat(depth)) & self.deepest_m.ge(L::splat(depth)));
         }
         Reaction { force_n, ruptured }
+    }
+}
+
+#[cfg(feature = "std")]
+impl crate::lane::Gather for DepthReplay<f64> {
+    type Of<L: Lane> = DepthReplay<L>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<DepthReplay<L>> {
+        use crate::lane::{Gather, same_list};
+        let alike = same_list(all.map(|one| &one.rupture_depths_m))
+            && all.iter().all(|one| one.way_in == all[0].way_in && one.way_out == all[0].way_out);
+        if !alike {
+            return None;
+        }
+        Some(DepthReplay {
+            way_in: all[0].way_in.clone(),
+            way_out: all[0].way_out.clone(),
+            rupture_depths_m: all[0].rupture_depths_m.clone(),
+            inverse_presliding: Gather::gather(all.map(|one| &one.inverse_presliding))?,
+            deepest_m: Gather::gather(all.map(|one| &one.deepest_m))?,
+        })
     }
 }
 

@@ -85,6 +85,11 @@ impl<L: Lane> Generalised<L> {
     // Out of line: the ticks of simpler tissues keep their registers.
     #[inline(never)]
     pub(super) fn react(&self, position: L, velocity: L) -> Reaction<L> {
+        self.react_here(position, velocity)
+    }
+
+    #[inline(always)]
+    pub(super) fn react_here(&self, position: L, velocity: L) -> Reaction<L> {
         let depth = (position - self.contact).max(L::zero());
         let (mut mu, mut lambda) = (self.mu.value, self.lambda.value);
         for j in 0..self.pieces {
@@ -97,6 +102,9 @@ impl<L: Lane> Generalised<L> {
         Reaction { force_n: L::select(contact, force, L::zero()), ruptured: L::Mask::splat(false) }
     }
 }
+
+crate::lane::gather!(Profile { value, slopes });
+crate::lane::gather!(Generalised { mu, lambda, from, width, contact, power } same { pieces });
 
 #[cfg(test)]
 mod tests {

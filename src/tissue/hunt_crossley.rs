@@ -40,6 +40,8 @@ impl<L: Lane> HuntCrossley<L> {
     }
 }
 
+crate::lane::gather!(HuntCrossley { stiffness, damping, contact, power });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -38,6 +38,8 @@ impl<L: Lane> KelvinVoigt<L> {
     }
 }
 
+crate::lane::gather!(KelvinVoigt { stiffness, damping, contact });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -144,6 +144,7 @@ impl<L: Lane> Layer<L> {
     }
 
     /// Lets the layer begin at `start`, where the mask holds.
+    #[inline(always)]
     fn begin(&mut self, mask: L::Mask, start: L) {
         self.front = L::select(mask, start, self.front);
         self.start = L::select(mask, start, self.start);
@@ -170,6 +171,7 @@ impl<L: Lane> Layer<L> {
 
     /// Takes over what happened to the layer at this tick: from intact to cut, from cut to through. Gives where it
     /// ruptured and where it is through.
+    #[inline(always)]
     fn pass_events(&mut self) -> (L::Mask, L::Mask) {
         let gives_way = self.front.gt(self.next_event) & self.next_event.lt(self.bottom);
         self.target = L::select(gives_way, self.cut_deflection, self.target);
@@ -190,7 +192,11 @@ impl<L: Lane> Hold<L> {
     /// What layers do with the tip at `tip_m`, from the surface down.
     #[inline(always)]
     fn of(layers: &[Layer<L>], tip_m: L) -> Self {
-        layers.iter().fold(Self::nothing(), |held, layer| held.and(layer, tip_m))
+        let mut held = Self::nothing();
+        for layer in layers {
+            held = held.and(layer, tip_m);
+        }
+        held
     }
 
     /// What one layer does besides.
@@ -247,8 +253,15 @@ impl<L: Lane> Layers<L> {
             force_n = force_n + layer.press(position, velocity);
             is_event = is_event | layer.front.gt(layer.next_event);
         }
-        let is_settled = self.layers.get(self.first).is_some_and(|layer| layer.yields_at.le(L::zero()).all());
-        let ruptured = if is_event.any() || is_settled { self.pass_events(position) } else { L::Mask::splat(false) };
+        let is_settled = match self.layers.get(self.first) {
+            Some(layer) => layer.yields_at.le(L::zero()).all(),
+            None => false,
+        };
+        let ruptured = match is_event.any() || is_settled {
+            false => L::Mask::splat(false),
+            true if L::WIDTH > 1 => self.pass_events_here(position),
+            true => self.pass_events(position),
+        };
         self.hold(position);
         Reaction { force_n, ruptured }
     }
@@ -269,6 +282,11 @@ impl<L: Lane> Layers<L> {
     #[cold]
     #[inline(never)]
     fn pass_events(&mut self, position: L) -> L::Mask {
+        self.pass_events_here(position)
+    }
+
+    #[inline(always)]
+    fn pass_events_here(&mut self, position: L) -> L::Mask {
         let mut ruptured = L::Mask::splat(false);
         for i in self.first..self.begun {
             let (here, is_through) = self.layers[i].pass_events();
@@ -288,3 +306,10 @@ impl<L: Lane> Layers<L> {
         ruptured
     }
 }
+
+crate::lane::gather!(Layer {
+    front, yields_at, target, decay, stiffness, stiffening, damping, next_event, start, bottom, friction, grip, thickness,
+    cut_deflection,
+} masks { ruptures });
+crate::lane::gather!(Hold { kinetic_n, length_m });
+crate::lane::gather!(Layers { layers, last_start, above, shaft, held } same { first, begun, count });

@@ -63,8 +63,13 @@ impl<L: Lane> Tissue<L> {
             Self::Depth(tissue) => tissue.react(position_m),
             Self::KelvinVoigt(tissue) => tissue.react(position_m, velocity_m_per_s),
             Self::HuntCrossley(tissue) => tissue.react(position_m, velocity_m_per_s),
+            // Out of line but for lanes side by side, which a call would take out of their registers.
+            Self::Generalised(tissue) if L::WIDTH > 1 => tissue.react_here(position_m, velocity_m_per_s),
             Self::Generalised(tissue) => tissue.react(position_m, velocity_m_per_s),
+            Self::Layers(tissue) if L::WIDTH > 1 => tissue.react(position_m, velocity_m_per_s),
             Self::Layers(tissue) => tissue.react_apart(position_m, velocity_m_per_s),
         }
     }
 }
+
+crate::lane::gather_variants!(Tissue { Recording, Depth, KelvinVoigt, HuntCrossley, Generalised, Layers });

@@ -39,3 +39,13 @@ impl<L: Lane> QuarterPower<L> {
         power
     }
 }
+
+#[cfg(feature = "std")]
+impl crate::lane::Gather for QuarterPower<f64> {
+    type Of<L: Lane> = QuarterPower<L>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<QuarterPower<L>> {
+        let part = |bit: usize| crate::lane::gather_mask::<L>(all.map(|one| one.parts[bit]));
+        Some(QuarterPower { parts: std::array::from_fn(part) })
+    }
+}

@@ -48,6 +48,18 @@ impl RecordedForce {
     }
 }
 
+#[cfg(feature = "std")]
+impl crate::lane::Gather for RecordedForce {
+    type Of<L: Lane> = Self;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Self> {
+        use crate::lane::same_list;
+        let alike = same_list(all.map(|one| &one.force_n)) && same_list(all.map(|one| &one.rupture_ticks));
+        let at_once = all.iter().all(|one| one.ruptures == all[0].ruptures);
+        (alike && at_once).then(|| all[0].clone())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

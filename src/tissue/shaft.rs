@@ -97,3 +97,5 @@ impl<L: Lane> Shaft<L> {
         self.force + self.damping * length_m * velocity
     }
 }
+
+crate::lane::gather!(Shaft { stiffness, compliance, static_ratio, stick_speed, damping, position, force } masks { is_stuck });

@@ -20,6 +20,7 @@ impl<L: Lane> Meter<L> {
     }
 
     /// The reference, where a metre costs `force` (J/m) and there are `energy` (J).
+    #[inline(always)]
     pub(super) fn follow(&mut self, target: L, force: L, energy: L) -> L {
         let zero = L::zero();
         let owed = (self.target - self.reference).clamp(-self.step, self.step);
@@ -36,6 +37,8 @@ impl<L: Lane> Meter<L> {
         reference
     }
 }
+
+crate::lane::gather!(Meter { step, target, reference, refused_j });
 
 #[cfg(test)]
 mod tests {

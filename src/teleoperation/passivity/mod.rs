@@ -92,6 +92,7 @@ impl<L: Lane> Port<L> {
     }
 
     /// Counts what a force that was held since the last tick has done, and gives how far it has moved since.
+    #[inline(always)]
     pub(super) fn moved(&mut self, position: L) -> L {
         let displacement = position - self.position;
         self.position = position;
@@ -100,11 +101,13 @@ impl<L: Lane> Port<L> {
     }
 
     /// The force to hold from now on.
+    #[inline(always)]
     pub(super) fn hold(&mut self, force: L) {
         self.force = force;
     }
 
     /// What a force that went linearly with the position has done since the last tick.
+    #[inline(always)]
     pub(super) fn pushed(&mut self, position: L, force: L) -> L {
         let work = L::splat(0.5) * (force + self.force) * (position - self.position);
         (self.position, self.force) = (position, force);
@@ -121,3 +124,5 @@ pub(super) struct SlavePort<L> {
     /// Work since the last tick in the same units.
     pub(super) work_j: L,
 }
+
+crate::lane::gather!(Port { force, position, energy_j });

@@ -63,6 +63,7 @@ impl<L: Lane> Tank<L> {
     }
 
     /// The master has moved by `displacement` (m) since the last tick; gives what to send.
+    #[inline(always)]
     pub(in crate::teleoperation) fn master_moved(&mut self, displacement: L) -> L {
         self.master = self.master + self.fed_back * displacement;
         self.dissipated_j = self.dissipated_j + self.changed * displacement;
@@ -74,6 +75,7 @@ impl<L: Lane> Tank<L> {
     }
 
     /// The slave's reference, given what the master has sent.
+    #[inline(always)]
     pub(in crate::teleoperation) fn meter(&mut self, target: L, energy: L, port: &SlavePort<L>) -> L {
         self.slave = self.slave + (energy - self.slave_received) - port.work_j;
         self.slave_received = energy;
@@ -82,6 +84,7 @@ impl<L: Lane> Tank<L> {
     }
 
     /// What the slave sends.
+    #[inline(always)]
     pub(in crate::teleoperation) fn slave_sends(&mut self) -> L {
         let sent = self.share * self.slave.max(L::zero());
         self.slave = self.slave - sent;
@@ -90,6 +93,7 @@ impl<L: Lane> Tank<L> {
     }
 
     /// The force to feed back, given what the slave has sent.
+    #[inline(always)]
     pub(in crate::teleoperation) fn limit(&mut self, force: L, energy: L, velocity: L) -> L {
         let zero = L::zero();
         self.master = self.master + (energy - self.master_received);
@@ -106,7 +110,26 @@ impl<L: Lane> Tank<L> {
     }
 
     /// Work that was refused at the slave in J.
+    #[inline(always)]
     pub(in crate::teleoperation) fn refused_j(&self) -> L {
         self.meter.refused_j
     }
 }
+
+crate::lane::gather!(Tank {
+    inverse_level,
+    most,
+    share,
+    greatest_damping,
+    tick_s,
+    meter,
+    master,
+    slave,
+    master_sent,
+    slave_sent,
+    master_received,
+    slave_received,
+    fed_back,
+    changed,
+    dissipated_j,
+});

@@ -52,6 +52,7 @@ impl<L: Lane> TimeDomain<L> {
     }
 
     /// The master has moved by `displacement` (m) since the last tick; gives what to send.
+    #[inline(always)]
     pub(in crate::teleoperation) fn master_moved(&mut self, displacement: L) -> L {
         let zero = L::zero();
         let work = self.law_force * displacement;
@@ -62,6 +63,7 @@ impl<L: Lane> TimeDomain<L> {
     }
 
     /// The slave's reference, given what the master has sent.
+    #[inline(always)]
     pub(in crate::teleoperation) fn meter(&mut self, target: L, energy: L, port: &SlavePort<L>) -> L {
         self.known_master_in = self.known_master_in.max(energy);
         self.slave_out = self.slave_out + port.work_j.max(L::zero());
@@ -71,11 +73,13 @@ impl<L: Lane> TimeDomain<L> {
     }
 
     /// What the slave sends.
+    #[inline(always)]
     pub(in crate::teleoperation) fn slave_sends(&self) -> L {
         self.slave_in
     }
 
     /// The force to feed back, given what the slave has sent.
+    #[inline(always)]
     pub(in crate::teleoperation) fn limit(&mut self, force: L, energy: L, velocity: L) -> L {
         let zero = L::zero();
         self.known_slave_in = self.known_slave_in.max(energy);
@@ -90,7 +94,24 @@ impl<L: Lane> TimeDomain<L> {
     }
 
     /// Work that was refused at the slave in J.
+    #[inline(always)]
     pub(in crate::teleoperation) fn refused_j(&self) -> L {
         self.meter.refused_j
     }
 }
+
+crate::lane::gather!(TimeDomain {
+    budget,
+    greatest_damping,
+    inverse_tick,
+    meter,
+    master_in,
+    master_out,
+    slave_in,
+    slave_out,
+    known_master_in,
+    known_slave_in,
+    law_force,
+    added_force,
+    dissipated_j,
+});

@@ -49,12 +49,14 @@ impl<L: Lane> Waves<L> {
     }
 
     /// The master has moved by `displacement` (m) since the last tick; gives what to send.
+    #[inline(always)]
     pub(in crate::teleoperation) fn master_moved(&mut self, displacement: L) -> L {
         self.forth_sent = self.forth_sent + (self.up * displacement - self.returned);
         self.forth_sent
     }
 
     /// The slave's reference in the master's metres, given the wave that has arrived and the force scaled to the master.
+    #[inline(always)]
     pub(in crate::teleoperation) fn receive(&mut self, wave: L, force: L) -> L {
         let arrived = wave - self.forth_received;
         self.forth_received = wave;
@@ -64,14 +66,31 @@ impl<L: Lane> Waves<L> {
     }
 
     /// What the slave sends.
+    #[inline(always)]
     pub(in crate::teleoperation) fn slave_sends(&self) -> L {
         self.back_sent
     }
 
     /// The force to feed back, given the wave that has arrived.
+    #[inline(always)]
     pub(in crate::teleoperation) fn force(&mut self, wave: L, velocity: L) -> L {
         self.returned = wave - self.back_received;
         self.back_received = wave;
         self.impedance * velocity - self.up * self.returned * self.inverse_tick
     }
 }
+
+crate::lane::gather!(Waves {
+    impedance,
+    tick_s,
+    inverse_tick,
+    up,
+    down,
+    inverse_impedance,
+    forth_sent,
+    forth_received,
+    back_sent,
+    back_received,
+    returned,
+    reference,
+});

@@ -1,0 +1,67 @@
+//! What saves writing [`Gather`](super::Gather) out for every struct of a tick (without `std` there is none), and loops.
+
+/// `Gather` for a struct: its numbers, its masks (`bool` over `f64`), what has to be the same, and enums of which the kind
+/// alone matters in the tick.
+macro_rules! gather {
+    ($Type:ident $([$N:ident])? { $($field:ident),* $(,)? }
+        $(masks { $($mask:ident),* })? $(same { $($same:ident),* })? $(kinds { $($kind:ident),* })?) => {
+        #[cfg(feature = "std")]
+        impl $(<const $N: usize>)? $crate::lane::Gather for $Type<f64 $(, $N)?> {
+            type Of<L: $crate::lane::Lane> = $Type<L $(, $N)?>;
+
+            fn gather<L: $crate::lane::Lane>(all: [&Self; $crate::lane::LANES]) -> Option<Self::Of<L>> {
+                let alike = true
+                    $($(&& all.iter().all(|one| one.$same == all[0].$same))*)?
+                    $($(&& all.iter().all(|one| {
+                        std::mem::discriminant(&one.$kind) == std::mem::discriminant(&all[0].$kind)
+                    }))*)?;
+                if !alike {
+                    return None;
+                }
+                Some($Type {
+                    $($field: $crate::lane::Gather::gather(all.map(|one| &one.$field))?,)*
+                    $($($mask: $crate::lane::gather_mask::<L>(all.map(|one| one.$mask)),)*)?
+                    $($($same: all[0].$same.clone(),)*)?
+                    $($($kind: all[0].$kind.clone(),)*)?
+                })
+            }
+        }
+    };
+}
+
+/// `Gather` for an enum of which all have to be the same variant, each with one thing in it, or nothing.
+macro_rules! gather_variants {
+    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } $(empty { $($Empty:ident),* })?) => {
+        #[cfg(feature = "std")]
+        impl $(<const $N: usize>)? $crate::lane::Gather for $Type<f64 $(, $N)?> {
+            type Of<L: $crate::lane::Lane> = $Type<L $(, $N)?>;
+
+            fn gather<L: $crate::lane::Lane>(all: [&Self; $crate::lane::LANES]) -> Option<Self::Of<L>> {
+                match all[0] {
+                    $(Self::$Variant(_) => {
+                        let inner = all.map(|one| if let Self::$Variant(inner) = one { Some(inner) } else { None });
+                        $crate::lane::Gather::gather::<L>($crate::lane::each(inner)?).map($Type::$Variant)
+                    })*
+                    $($(Self::$Empty => {
+                        all.iter().all(|one| matches!(one, Self::$Empty)).then(|| $Type::$Empty)
+                    })*)?
+                }
+            }
+        }
+    };
+}
+
+/// An array of lanes by its index, in the tick's own loop: `array::from_fn` is a function, and its closure another, that are
+/// compiled without the instruction set of the run which they are part of.
+macro_rules! by_index {
+    ($N:expr, |$i:ident| $value:expr) => {{
+        let mut all = [L::zero(); $N];
+        #[allow(clippy::needless_range_loop, reason = "the value may need the index for something else")]
+        for $i in 0..$N {
+            all[$i] = $value;
+        }
+        all
+    }};
+}
+
+pub(crate) use {by_index, gather, gather_variants};

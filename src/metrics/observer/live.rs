@@ -1,0 +1,251 @@
+//! What goes on in several lanes at once.
+//!
+//! A lane's [`History`] changes seldom: a rupture, an alarm, a change of mode, the end of a window. In between, open windows
+//! take a few extremes a tick, which are kept here side by side. At a tick that asks for more, the lane's numbers go back to
+//! its history, the history takes the tick as that of a single run does, and the numbers come here again.
+
+use super::{History, RuptureWindow};
+use crate::augmentation::Mode;
+use crate::engine::Signals;
+use crate::lane::{Lane, Mask};
+use crate::metrics::FALLEN_SHARE;
+
+/// Most open ruptures of a lane that are kept side by side; a lane with more of them takes every tick by itself.
+const SLOTS: usize = 4;
+
+/// The tick of what does not come.
+const NEVER: f64 = f64::INFINITY;
+
+/// An open rupture in each lane, or none.
+#[derive(Debug, Clone, Copy)]
+struct Slot<L> {
+    /// The next tick at which more happens than that extremes grow: the travel is read, or the window closes.
+    next_tick: L,
+    travel_tick: L,
+    slave_m: L,
+    master_m: L,
+    /// Forces at or below which one counts as gone.
+    feedback_gone_n: L,
+    felt_gone_n: L,
+    last_felt_n: L,
+    overshoot_m: L,
+    master_travel_m: L,
+    peak_change_n: L,
+    least_felt_n: L,
+}
+
+impl<L: Lane> Slot<L> {
+    fn empty() -> Self {
+        let (zero, none) = (L::zero(), L::splat(f64::NEG_INFINITY));
+        Self {
+            next_tick: L::splat(NEVER),
+            travel_tick: zero,
+            slave_m: zero,
+            master_m: zero,
+            feedback_gone_n: none,
+            felt_gone_n: none,
+            last_felt_n: zero,
+            overshoot_m: zero,
+            master_travel_m: zero,
+            peak_change_n: zero,
+            least_felt_n: zero,
+        }
+    }
+
+    /// Where the tick asks for more than [`Slot::follow`].
+    #[inline(always)]
+    fn asks(&self, now: L, s: &Signals<L>) -> L::Mask {
+        now.ge(self.next_tick) | s.feedback_force_n.le(self.feedback_gone_n) | s.operator_force_n.le(self.felt_gone_n)
+    }
+
+    /// [`RuptureWindow::observe`] of a tick that does not ask for more.
+    #[inline(always)]
+    fn follow(&mut self, now: L, s: &Signals<L>) {
+        let felt_n = s.operator_force_n;
+        self.overshoot_m = (s.slave_position_m - self.slave_m).max(self.overshoot_m);
+        self.master_travel_m = (s.master_position_m - self.master_m).max(self.master_travel_m);
+        self.peak_change_n = (felt_n - self.last_felt_n).abs().max(self.peak_change_n);
+        self.last_felt_n = felt_n;
+        self.least_felt_n = L::select(now.le(self.travel_tick), felt_n.min(self.least_felt_n), self.least_felt_n);
+    }
+
+    /// Takes a window over into lane `lane`.
+    fn load(&mut self, lane: usize, window: &RuptureWindow) {
+        let travel_tick = window.tick + window.travel_ticks;
+        let next_tick =
+            if window.seen < window.travel_ticks { travel_tick } else { window.tick + window.window_ticks + 1 };
+        let gone = |is_gone: bool, before: f64| {
+            if before > 0.0 && !is_gone { FALLEN_SHARE * before } else { f64::NEG_INFINITY }
+        };
+        let set = |all: &mut L, value: f64| *all = all.with_lane(lane, value);
+        set(&mut self.next_tick, next_tick as f64);
+        set(&mut self.travel_tick, travel_tick as f64);
+        set(&mut self.slave_m, window.slave_m);
+        set(&mut self.master_m, window.master_m);
+        set(&mut self.feedback_gone_n, gone(window.feedback_fallen_at.is_some(), window.feedback_n));
+        set(&mut self.felt_gone_n, gone(window.felt_fallen_at.is_some(), window.felt_n));
+        set(&mut self.last_felt_n, window.last_felt_n);
+        set(&mut self.overshoot_m, window.overshoot_m);
+        set(&mut self.master_travel_m, window.master_travel_m);
+        set(&mut self.peak_change_n, window.peak_change_n);
+        set(&mut self.least_felt_n, window.least_felt_n);
+    }
+
+    /// Leaves lane `lane` without a window.
+    fn clear(&mut self, lane: usize) {
+        self.next_tick = self.next_tick.with_lane(lane, NEVER);
+        self.feedback_gone_n = self.feedback_gone_n.with_lane(lane, f64::NEG_INFINITY);
+        self.felt_gone_n = self.felt_gone_n.with_lane(lane, f64::NEG_INFINITY);
+    }
+
+    /// Gives lane `lane`'s window what it has seen up to a tick.
+    fn store(&self, lane: usize, window: &mut RuptureWindow, tick: u64) {
+        window.seen = tick - window.tick;
+        window.last_felt_n = self.last_felt_n.lane(lane);
+        window.overshoot_m = self.overshoot_m.lane(lane);
+        window.master_travel_m = self.master_travel_m.lane(lane);
+        window.peak_change_n = self.peak_change_n.lane(lane);
+        window.least_felt_n = self.least_felt_n.lane(lane);
+    }
+}
+
+/// The lanes' open windows and events.
+#[derive(Debug, Clone)]
+pub(super) struct Live<L: Lane> {
+    slots: [Slot<L>; SLOTS],
+    /// How many slots each lane has in use, more than [`SLOTS`] where it takes every tick by itself.
+    in_use: Vec<usize>,
+    /// The most of any lane, [`SLOTS`] at most.
+    most_in_use: usize,
+    /// The tick from which on the numbers are here.
+    since: Vec<u64>,
+    /// 1 where the lane has not diverged.
+    runs: L,
+    /// 1 where a window or an event is open.
+    is_open: L,
+    /// 1 where there are more windows than slots.
+    is_crowded: L,
+    mode: L,
+    /// Of the event under way, as in its metrics; only what belongs to the mode is meant.
+    slave_start_m: L,
+    master_end_m: L,
+    frozen_motion_m: L,
+    peak_speed_m_per_s: L,
+    step_excess_n: L,
+}
+
+impl<L: Lane> Live<L> {
+    /// Lanes in teleoperation with nothing open.
+    pub(super) fn new() -> Self {
+        let zero = L::zero();
+        Self {
+            slots: [Slot::empty(); SLOTS],
+            in_use: vec![0; L::WIDTH],
+            most_in_use: 0,
+            since: vec![0; L::WIDTH],
+            runs: L::splat(1.0),
+            is_open: zero,
+            is_crowded: zero,
+            mode: L::splat(Mode::Teleoperation.code()),
+            slave_start_m: zero,
+            master_end_m: zero,
+            frozen_motion_m: zero,
+            peak_speed_m_per_s: zero,
+            step_excess_n: zero,
+        }
+    }
+
+    /// Where a lane has not diverged.
+    #[inline(always)]
+    pub(super) fn running(&self) -> L::Mask {
+        self.runs.gt(L::splat(0.5))
+    }
+
+    /// Whether a window or an event is open anywhere.
+    #[inline(always)]
+    pub(super) fn any_open(&self) -> bool {
+        self.is_open.gt(L::splat(0.5)).any()
+    }
+
+    /// Where a tick is for the histories; `eventful`: where something happens.
+    #[inline(always)]
+    pub(super) fn asks(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
+        let half = L::splat(0.5);
+        let mut asks = s.ruptured | s.alarm | self.is_crowded.gt(half) | (s.mode - self.mode).abs().gt(half);
+        for slot in &self.slots[..self.most_in_use] {
+            asks = asks | slot.asks(now, s);
+        }
+        asks & (eventful | self.is_open.gt(half))
+    }
+
+    /// Takes a tick of which no lane's numbers are read before they are loaded anew, unless it does not ask for more.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, now: L, s: &Signals<L>, force_step_n: L) {
+        for slot in &mut self.slots[..self.most_in_use] {
+            slot.follow(now, s);
+        }
+        self.master_end_m = s.master_position_m;
+        self.frozen_motion_m = (s.slave_position_m - self.slave_start_m).abs().max(self.frozen_motion_m);
+        self.peak_speed_m_per_s = s.slave_velocity_m_per_s.abs().max(self.peak_speed_m_per_s);
+        self.step_excess_n = (force_step_n - s.allowed_force_step_n).max(self.step_excess_n);
+    }
+
+    /// Takes lane `lane` over from its history, which has seen `tick`.
+    pub(super) fn load(&mut self, lane: usize, history: &History, tick: u64) {
+        let open = &history.ruptures[history.first_open..];
+        self.in_use[lane] = open.len();
+        self.most_in_use = self.in_use.iter().copied().max().unwrap_or(0).min(SLOTS);
+        for (k, slot) in self.slots.iter_mut().enumerate() {
+            match open.get(k) {
+                Some(window) => slot.load(lane, window),
+                None => slot.clear(lane),
+            }
+        }
+        self.since[lane] = tick;
+        let flag = |holds: bool| if holds { 1.0 } else { 0.0 };
+        let set = |all: &mut L, value: f64| *all = all.with_lane(lane, value);
+        set(&mut self.is_open, flag(history.has_open_window()));
+        set(&mut self.is_crowded, flag(open.len() > SLOTS));
+        set(&mut self.mode, history.mode);
+        set(&mut self.step_excess_n, history.step_excess_n);
+        if let Some(event) = history.events.last() {
+            set(&mut self.slave_start_m, event.slave_start_m);
+            set(&mut self.frozen_motion_m, event.metrics.frozen_motion_m);
+            set(&mut self.peak_speed_m_per_s, event.metrics.peak_reengaging_speed_m_per_s.unwrap_or(f64::NEG_INFINITY));
+        }
+    }
+
+    /// Gives lane `lane`'s history what it has seen up to `tick`.
+    pub(super) fn store(&self, lane: usize, history: &mut History, tick: u64) {
+        let ticks = tick.saturating_sub(self.since[lane]);
+        if ticks == 0 || self.is_open.lane(lane) == 0.0 && history.mode == Mode::Teleoperation.code() {
+            return;
+        }
+        for (slot, window) in self.slots.iter().zip(&mut history.ruptures[history.first_open..]) {
+            slot.store(lane, window, tick);
+        }
+        history.mode_ticks[history.mode as usize] += ticks;
+        if !history.event_goes_on {
+            return;
+        }
+        history.step_excess_n = self.step_excess_n.lane(lane);
+        if let Some(event) = history.events.last_mut() {
+            if history.mode == Mode::Augmented.code() {
+                event.metrics.master_end_m = self.master_end_m.lane(lane);
+                event.metrics.frozen_motion_m = self.frozen_motion_m.lane(lane);
+            } else if history.mode == Mode::Reengaging.code() {
+                event.metrics.peak_reengaging_speed_m_per_s = Some(self.peak_speed_m_per_s.lane(lane));
+            }
+        }
+    }
+
+    /// Takes lane `lane` out.
+    pub(super) fn end(&mut self, lane: usize) {
+        self.runs = self.runs.with_lane(lane, 0.0);
+        self.is_open = self.is_open.with_lane(lane, 0.0);
+        for slot in &mut self.slots {
+            slot.clear(lane);
+        }
+        self.in_use[lane] = 0;
+    }
+}

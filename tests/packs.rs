@@ -1,0 +1,170 @@
+//! Eight scenarios side by side give, bit for bit, the metrics of each alone, in every instruction set.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use trocar::engine::InstructionSet;
+use trocar::run::{PACK, can_share, measure, run_pack, run_pack_in};
+use trocar::scenario::{Scenario, Source};
+
+/// A shipped scenario with settings of its own.
+fn load(name: &str, settings: &[String]) -> Scenario {
+    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    Scenario::load(&Source::parse(&path), settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
+}
+
+/// Every number in its shortest form that reads back to the same bits, and whatever else there is.
+fn alone(scenario: &Scenario) -> String {
+    format!("{:?}", measure(scenario).expect("runs"))
+}
+
+fn in_packs(set: InstructionSet, scenarios: &[Scenario]) -> Vec<String> {
+    run_pack_in(set, scenarios).into_iter().map(|metrics| format!("{:?}", metrics.expect("runs"))).collect()
+}
+
+/// Random settings of each kind that lanes may differ in.
+fn settings(rng: &mut ChaCha8Rng, ranges: &[(&str, f64, f64)]) -> Vec<String> {
+    let mut settings: Vec<String> =
+        ranges.iter().map(|(key, low, high)| format!("{key}={:?}", low + (high - low) * rng.random::<f64>())).collect();
+    settings.push(format!("simulation.seed={}", rng.random_range(1..1_000_000)));
+    settings
+}
+
+/// What any scenario may differ in. Force scales this large make some of the closed loops diverge.
+const COMMON: [(&str, f64, f64); 11] = [
+    ("scaling.force", 0.3, 3.0),
+    ("scaling.position", 0.5, 1.5),
+    ("arm.k_a_n_per_m", 150.0, 600.0),
+    ("arm.b_a_n_s_per_m", 1.0, 8.0),
+    ("master.mass_kg", 0.3, 1.5),
+    ("estimator.dead_zone_n", 0.01, 0.08),
+    ("detector.threshold", 0.005, 0.08),
+    ("detector.settle_s", 0.02, 0.3),
+    ("augmentation.min_hold_s", 0.1, 0.6),
+    ("augmentation.blend_s", 0.02, 0.3),
+    ("augmentation.catch_up_speed_m_per_s", 0.01, 0.1),
+];
+
+fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, seed: u64) -> (usize, usize) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let ranges: Vec<_> = COMMON.iter().chain(own).copied().collect();
+    let (mut diverged, mut events) = (0, 0);
+    for _ in 0..packs {
+        let case = |rng: &mut ChaCha8Rng| {
+            let mut all: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
+            all.extend(settings(rng, &ranges));
+            load(name, &all)
+        };
+        let scenarios: Vec<Scenario> = (0..PACK).map(|_| case(&mut rng)).collect();
+        assert!(can_share(&scenarios), "{name} {fixed:?}");
+        let single: Vec<String> = scenarios.iter().map(alone).collect();
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+            for (lane, (packed, single)) in in_packs(set, &scenarios).iter().zip(&single).enumerate() {
+                assert!(packed == single, "{name} {fixed:?}, {set:?}, lane {lane}:\n{packed}\n{single}");
+            }
+        }
+        diverged += single.iter().filter(|metrics| metrics.contains("Diverged")).count();
+        events += single.iter().filter(|metrics| !metrics.contains("events: []")).count();
+    }
+    (diverged, events)
+}
+
+#[test]
+fn replays() {
+    let (_, events) = compare("augmented", &[], &[], 25, 1);
+    assert!(events > 0);
+    compare("classical", &["sensor.force_noise_std_n=0.02"], &[], 12, 2);
+    compare("augmented", &["augmentation.reengage=clutch", "augmentation.freeze=reference"], &[], 8, 3);
+    compare("augmented", &["augmentation.force_law=amplify"], &[("augmentation.amplification", 1.0, 3.0)], 8, 4);
+    compare("depth_augmented", &[], &[], 6, 5);
+}
+
+#[test]
+fn layers() {
+    let own = [
+        ("sensor.force_noise_std_n", 0.005, 0.05),
+        ("tissue.contact_m", 0.0, 0.004),
+        ("tissue.skin.rupture_force_n", 2.0, 6.0),
+        ("tissue.muscle.thickness_m", 0.008, 0.02),
+        ("tissue.capsule.rupture_force_n", 0.5, 2.5),
+    ];
+    let (_, events) = compare("01_through_the_skin", &["augmentation.enabled=true"], &own, 16, 6);
+    assert!(events > 0);
+    compare("01_through_the_skin", &[], &own, 8, 7);
+    compare("10_reflex_augmented", &[], &own, 6, 8);
+    compare("05_trembling_hand", &[], &own, 4, 9);
+}
+
+#[test]
+fn springs_and_dampers_some_of_them_diverging() {
+    let kelvin_voigt = [("tissue.stiffness_n_per_m", 100.0, 6000.0), ("tissue.damping_n_s_per_m", 0.0, 20.0)];
+    let fixed = ["operator.kind=ramp", "operator.end_m=0.05", "operator.speed_m_per_s=0.02"];
+    let with = |more: &[&'static str]| fixed.iter().chain(more).copied().collect::<Vec<_>>();
+    let (diverged, _) =
+        compare("augmented", &with(&["tissue.kind=kelvin-voigt", "tissue.contact_m=0.01"]), &kelvin_voigt, 14, 10);
+    assert!(diverged > 0, "some lanes diverge");
+    let hunt_crossley = [("tissue.mu", 500.0, 60_000.0), ("tissue.lambda", 0.0, 500.0)];
+    compare("augmented", &with(&["tissue.kind=hunt-crossley", "tissue.power=1.5"]), &hunt_crossley, 8, 11);
+}
+
+#[test]
+fn links_and_other_estimators() {
+    for (seed, fixed) in [
+        &["channel.forward_delay_s=0.012", "channel.backward_delay_s=0.007"][..],
+        &["channel.forward_delay_s=0.012", "channel.jitter_s=0.004", "channel.loss=0.2", "channel.outage_s=0.004"],
+        &["channel.backward_delay_s=0.01", "passivity.scheme=time-domain", "passivity.budget_j=1e-4"],
+        &["controller.kind=four-channel", "controller.slave_force_gain=0.5"],
+        &["estimator.parameters=stiffness-damping-friction", "estimator.forgetting=exponential"],
+        &["estimator.parameters=hunt-crossley"],
+        &["estimator.parameters=least-residual"],
+        &["detector.distance=page-hinkley"],
+        &["detector.distance=likelihood-ratio"],
+        &["sensor.position_resolution_m=1e-5", "sensor.force_bandwidth_hz=80", "sensor.force_range_n=8"],
+    ]
+    .iter()
+    .enumerate()
+    {
+        compare("01_through_the_skin", fixed, &[], 1, 20 + seed as u64);
+    }
+}
+
+#[test]
+fn what_cannot_be_side_by_side_runs_all_the_same() {
+    let one =
+        |settings: &[&str]| load("augmented", &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>());
+    let scenarios = [
+        one(&[]),
+        one(&["simulation.duration_s=2"]),
+        one(&["sensor.force_noise_std_n=0.02"]),
+        one(&["channel.forward_delay_s=0.0035"]),
+        one(&["actuator.master_force_limit_n=3", "simulation.control=sampled"]),
+    ];
+    assert!(!can_share(&scenarios));
+    let together: Vec<String> = run_pack(&scenarios).into_iter().map(|m| format!("{:?}", m.expect("runs"))).collect();
+    assert_eq!(together, scenarios.iter().map(alone).collect::<Vec<_>>());
+}
+
+#[test]
+fn delays_of_whole_ticks_may_differ() {
+    let case = |ticks: u32| {
+        let delays = [("forward", ticks), ("backward", 30 - ticks)];
+        let delays = delays.map(|(way, ticks)| format!("channel.{way}_delay_s={}", f64::from(ticks) / 1000.0));
+        load("01_through_the_skin", &delays)
+    };
+    let scenarios: Vec<Scenario> = [1, 2, 3, 7, 12, 20, 25, 29].map(case).into();
+    assert!(can_share(&scenarios));
+    let single: Vec<String> = scenarios.iter().map(alone).collect();
+    for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+        assert_eq!(in_packs(set, &scenarios), single, "{set:?}");
+    }
+}
+
+#[test]
+fn a_part_of_a_pack_and_several_packs_keep_their_order() {
+    let scenarios: Vec<Scenario> =
+        (0..21).map(|i| load("augmented", &[format!("scaling.force={}", 0.5 + 0.05 * f64::from(i))])).collect();
+    let single: Vec<String> = scenarios.iter().map(alone).collect();
+    for count in [0, 1, 2, 3, 7, 8, 9, 21] {
+        assert_eq!(in_packs(InstructionSet::widest(), &scenarios[..count]), single[..count], "{count}");
+    }
+}
