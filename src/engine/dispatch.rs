@@ -17,7 +17,8 @@ pub(super) fn run<L: Lane, S: Sides<L>, O: Observer<L>>(
         // SAFETY: the machine has the instructions that the function is compiled for, as was just asked.
         return unsafe { run_avx2(engine, observer) };
     }
-    engine.run_ticks(observer)
+    // Every x86-64 of the last ten years has gone the other way.
+    engine.run_ticks::<{ cfg!(not(target_arch = "x86_64")) }, _>(observer)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -26,5 +27,5 @@ fn run_avx2<L: Lane, S: Sides<L>, O: Observer<L>>(
     engine: &mut Engine<L, S>,
     observer: &mut O,
 ) -> Result<(), IntegrationError> {
-    engine.run_ticks(observer)
+    engine.run_ticks::<true, _>(observer)
 }

@@ -137,23 +137,27 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
     /// # Errors
     /// As [`Engine::run`].
     pub fn run_portably<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
-        self.run_ticks(observer)
+        self.run_ticks::<false, _>(observer)
     }
 
     /// [`Engine::run`] in the instruction set of whoever inlines it.
     ///
-    /// Person and tissue are taken out for the run, and the ticks of a motion that is known beforehand, on a replay or in
-    /// layers, are compiled apart: what they need stays at hand.
+    /// Person and tissue are taken out for the run, and for the observers that matter and where `APART` the ticks of a motion
+    /// that is known beforehand, on a replay or in layers, are compiled apart: what they need stays at hand.
     #[inline(always)]
-    fn run_ticks<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+    fn run_ticks<const APART: bool, O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
         let mut operator = std::mem::replace(&mut self.operator, Operator::nobody());
         let mut tissue = std::mem::replace(&mut self.tissue, Tissue::nothing());
-        let outcome = self.run_with(observer, &mut operator, &mut tissue);
+        let outcome = if APART && O::is_common() {
+            self.run_with(observer, &mut operator, &mut tissue)
+        } else {
+            self.run_where::<false, false, _, _, _>(observer, &mut operator, &mut tissue)
+        };
         (self.operator, self.tissue) = (operator, tissue);
         outcome
     }
 
-    /// The run with whom and what it is about.
+    /// The run with whom and what it is about, compiled apart for the kinds that are common.
     #[inline(always)]
     fn run_with<O: Observer<L>>(
         &mut self,

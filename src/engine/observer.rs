@@ -5,6 +5,15 @@ use crate::lane::Lane;
 
 /// Sees each tick's signals.
 pub trait Observer<L: Lane> {
+    /// Whether runs under its eyes are so common that each kind of person and tissue is worth being compiled apart for them.
+    #[inline(always)]
+    fn is_common() -> bool
+    where
+        Self: Sized,
+    {
+        false
+    }
+
     /// Takes a tick's signals. A run's ticks come one by one, from 0 on.
     fn observe(&mut self, signals: &Signals<L>);
 
@@ -17,6 +26,11 @@ pub trait Observer<L: Lane> {
 
 /// Sees nothing: the bare tick.
 impl<L: Lane> Observer<L> for () {
+    #[inline(always)]
+    fn is_common() -> bool {
+        true
+    }
+
     #[inline(always)]
     fn observe(&mut self, _signals: &Signals<L>) {}
 }

@@ -78,7 +78,7 @@ macro_rules! wide {
                 engine: &mut Engine<$Number, S>,
                 observer: &mut O,
             ) -> Result<(), IntegrationError> {
-                engine.run_ticks(observer)
+                engine.run_ticks::<true, _>(observer)
             }
         };
     )*};

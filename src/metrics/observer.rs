@@ -359,6 +359,11 @@ impl<L: Lane> MetricsObserver<L> {
 
 impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
+    fn is_common() -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         // One way for the ticks that only add to the sums, which most are, and another, out of line, for all others. The
         // strain is below 1 only in teleoperation and far from divergence; what is beyond is told apart out of line.
