@@ -54,6 +54,11 @@ pub trait Lane:
     fn lane(self, index: usize) -> f64;
     /// This number with lane `index` replaced by `value`.
     fn with_lane(self, index: usize, value: f64) -> Self;
+    /// Puts `value` into lane `index`.
+    #[inline(always)]
+    fn set_lane(&mut self, index: usize, value: f64) {
+        *self = self.with_lane(index, value);
+    }
     /// The number in each lane, given its index.
     #[inline(always)]
     fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {

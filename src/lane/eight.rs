@@ -132,6 +132,12 @@ macro_rules! eight {
                     Self::from_array(lanes)
                 }
                 #[inline(always)]
+                fn set_lane(&mut self, index: usize, value: f64) {
+                    // SAFETY: eight doubles and nothing else, as the count of parts says.
+                    let lanes: &mut [f64; LANES] = unsafe { &mut *core::ptr::from_mut(&mut self.0).cast() };
+                    lanes[index] = value;
+                }
+                #[inline(always)]
                 fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
                     let mut lanes = [0.0; LANES];
                     for (index, value) in lanes.iter_mut().enumerate() {

@@ -43,9 +43,10 @@ impl<L: Lane> WhiteNoise<L> {
 
     #[inline(never)]
     fn refill(&mut self) {
-        let streams = &mut self.streams;
-        for number in self.block.iter_mut() {
-            *number = L::from_lanes(|lane| StandardNormal.sample(&mut streams[lane]));
+        for (lane, rng) in self.streams.iter_mut().enumerate() {
+            for number in self.block.iter_mut() {
+                number.set_lane(lane, StandardNormal.sample(rng));
+            }
         }
         self.next = 0;
     }
