@@ -30,7 +30,7 @@ metrics = ["most_slave_overshoot_m", "tracking_rmse_m"]
 csv = false
 [design]
 kind = "latin-hypercube"
-points = 3001
+points = 12001
 [axes]
 tissue.capsule.rupture_force_n = { from = 0.6, to = 1.5 }
 detector.threshold = { from = 1e-3, to = 1e-1, log = true }
@@ -333,4 +333,71 @@ fn what_is_shipped_and_what_is_taught_is_good() {
     let schema: serde_json::Value = serde_json::from_str(&desk.good(&["schema", "--sweep"])).expect("JSON");
     assert!(schema["properties"]["axes"]["properties"]["scaling"]["properties"]["force"]["anyOf"].is_array());
     assert!(schema["properties"]["set"]["properties"]["scaling"]["properties"]["force"].is_object());
+}
+
+/// Delays, tissue and scales as axes, one of which the insertion itself has no use for.
+const LOOPS: &str = r#"
+base = "builtin:classical.toml"
+metrics = ["stability_spectral_radius", "stability_is_stable", "stability_is_stable_simulated", "stability_gain_margin", "stability_delay_margin_s", "stability_is_absolutely_stable", "tracking_rmse_m"]
+[set]
+simulation.duration_s = 0.5
+tissue.damping_n_s_per_m = 0.0
+[axes]
+scaling.force = [0.5, 2.0]
+tissue.stiffness_n_per_m = [200.0, 900.0, 3000.0]
+channel.forward_delay_s = [0.0, 0.0155]
+"#;
+
+#[test]
+fn the_columns_of_a_loop_are_what_the_analysis_says_of_its_case() {
+    use trocar::scenario::{Scenario, Source};
+    use trocar::stability::{Analysis, LoopSettings};
+    let desk = Desk::new();
+    desk.file("loops.toml", LOOPS);
+    desk.good(&["sweep", "loops.toml"]);
+    let rows = rows(&desk, "out/loops/cases.csv");
+    assert_eq!(rows.len(), 12);
+    let mut stable = 0;
+    for (case, row) in rows.iter().enumerate() {
+        desk.file("case.toml", desk.good(&["sweep", "loops.toml", "--case", &case.to_string()]));
+        let path = desk.path("case.toml").display().to_string();
+        let scenario = Scenario::load(&Source::parse(&path), &[]).expect("loads");
+        let analysis = Analysis::of(&LoopSettings::of(&scenario)).expect("analysed");
+        let number = |name: &str| row[name].parse::<f64>().ok();
+        assert_eq!(number("stability_spectral_radius"), Some(analysis.mode.spectral_radius), "{case}");
+        assert_eq!(number("stability_is_stable"), Some(f64::from(u8::from(analysis.is_stable()))), "{case}");
+        assert_eq!(number("stability_is_stable_simulated"), number("stability_is_stable"), "{case}");
+        assert_eq!(number("stability_gain_margin"), analysis.margins.gain, "{case}");
+        assert_eq!(number("stability_delay_margin_s"), analysis.margins.delay_s, "{case}");
+        assert_eq!(number("stability_is_absolutely_stable"), Some(0.0), "{case}");
+        stable += usize::from(analysis.is_stable());
+    }
+    assert!((3..10).contains(&stable), "{stable}");
+}
+
+#[test]
+fn the_shipped_sweep_of_scale_factors_is_analytic_and_simulated() {
+    let desk = Desk::new();
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps/scale_factors.toml");
+    desk.good(&["sweep", file, "--set", "simulation.duration_s=1.0"]);
+    let rows = rows(&desk, "out/scale_factors/cases.csv");
+    assert_eq!(rows.len(), 16 * 12);
+    let mut stable = 0;
+    for row in &rows {
+        let number = |name: &str| row[name].parse::<f64>().ok();
+        let (analytic, simulated) = (number("stability_is_stable"), number("stability_is_stable_simulated"));
+        let radius = number("stability_spectral_radius").expect("there");
+        assert_eq!(analytic, Some(f64::from(u8::from(radius < 1.0))));
+        // Next to the boundary a run does not tell.
+        if (radius - 1.0).abs() > 1e-5 {
+            assert_eq!(simulated, analytic, "{row:?}");
+        }
+        // Without damping of the tissue the loop gain is the product of the scales: the margin as well.
+        if let Some(gain) = number("stability_gain_margin") {
+            let product = number("scaling.force").expect("there") * number("scaling.position").expect("there");
+            assert!((gain * product * 600.0 / 2517.7 - 1.0).abs() < 1e-4, "{gain} {product}");
+            stable += 1;
+        }
+    }
+    assert!(stable > 60 && stable < 170, "{stable}");
 }

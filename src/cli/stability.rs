@@ -5,14 +5,18 @@ use clap::Args;
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, terminal};
 use crate::report::{
-    Folder, boundary_csv, map_csv, ports_csv, sensitivities_csv, stability_json, stability_pictures, stability_text,
+    Folder, boundary_csv, map_csv, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
+    stability_text, switching_csv, switching_picture,
 };
-use crate::scenario::{KEYS, Kind};
-use crate::stability::{Analysis, Axis, LoopSettings, Parameter, Spacing, map};
-use crate::stability_check::check;
+use crate::scenario::{KEYS, Kind, Source};
+use crate::stability::{Analysis, Axis, LoopSettings, Parameter, Spacing, Switching, SwitchingSettings, map};
+use crate::stability_check::{self, check};
 
 /// Most values of an axis.
 const MOST_VALUES: usize = 2000;
+
+/// The stiffest tissue that events are looked at on, in N/m.
+const MOST_STIFFNESS_N_PER_M: f64 = 1e6;
 
 /// Ratio of an axis's ends from which on it is spaced by ratios.
 const WIDE: f64 = 50.0;
@@ -32,6 +36,9 @@ pub(super) struct StabilityArgs {
     /// Run the engine at every point of the map too, from equilibrium in the tissue, and list where it disagrees
     #[arg(long)]
     simulate: bool,
+    /// Stiffnesses (N/m) between which the tissue may be anything at any tick while events switch
+    #[arg(long, value_name = "LOW:HIGH", default_value = "50:600")]
+    tissue: String,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -50,7 +57,13 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
     let settings = LoopSettings::of(&scenario);
     let analysis = Analysis::of(&settings)?;
+    let range = tissue(&args.tissue)?;
     let map = map(&settings, x, y)?;
+    let switching = match SwitchingSettings::of(&scenario, range) {
+        Ok(settings) => Ok(Switching::of(&settings)?),
+        Err(reason) => Err(reason),
+    };
+    let switching = switching.as_ref().map_err(|reason| *reason);
     let check = if args.simulate {
         let bar = progress::rated_bar(map.stable.len(), args.output.quiet);
         bar.set_message("runs");
@@ -62,18 +75,28 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     };
     let left_out = LoopSettings::left_out(&scenario);
     let folder = Folder::new(&args.output.out).folder(&scenario.name);
-    let json = stability_json((&scenario.name, &left_out), &analysis, &map, check.as_ref());
+    let json = stability_json((&scenario.name, &left_out), &analysis, &map, switching, check.as_ref());
     folder.write("stability.json", json.as_bytes())?;
     folder.write("sensitivities.csv", sensitivities_csv(&analysis).as_bytes())?;
     folder.write("stability_map.csv", map_csv(&map, check.as_ref()).as_bytes())?;
     folder.write("stability_boundary.csv", boundary_csv(&map).as_bytes())?;
     folder.write("ports.csv", ports_csv(&analysis).as_bytes())?;
+    if let Ok(switching) = switching {
+        folder.write("switching.csv", switching_csv(switching).as_bytes())?;
+        folder.write("released.csv", released_csv(switching).as_bytes())?;
+        switching_picture(&folder, switching)?;
+        let source = Source::parse(&args.scenario);
+        let shown = stability_check::worst_events(&source, &args.changes.settings, switching)?;
+        folder.write("worst_events.toml", shown.echo().as_bytes())?;
+    }
     stability_pictures(&folder, &analysis, &map, check.as_ref())?;
     if args.output.json {
         terminal::print(&json)?;
     } else if !args.output.quiet {
-        let text = stability_text((&scenario.name, &left_out), &analysis, &map, check.as_ref());
-        terminal::print(&format!("{text}\nfigures: stability.png, ports.png; files: {}\n", folder.path().display()))?;
+        let text = stability_text((&scenario.name, &left_out), &analysis, &map, switching, check.as_ref());
+        let further = if switching.is_ok() { ", switching.png" } else { "" };
+        let files = folder.path().display();
+        terminal::print(&format!("{text}\nfigures: stability.png, ports.png{further}; files: {files}\n"))?;
     }
     if let Some(check) = check {
         let kept = check.simulated.iter().flatten().count();
@@ -83,6 +106,16 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         }
     }
     Ok(())
+}
+
+/// A range of stiffnesses as written on the command line: `LOW:HIGH`.
+fn tissue(text: &str) -> Result<(f64, f64), CliError> {
+    let numbers =
+        text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
+    numbers.filter(|(low, high)| 0.0 <= *low && low <= high && *high <= MOST_STIFFNESS_N_PER_M).ok_or_else(|| {
+        let reason = format!("write LOW:HIGH in N/m, as in 50:600, from 0 to {MOST_STIFFNESS_N_PER_M}");
+        CliError::Axis { axis: text.to_owned(), reason }
+    })
 }
 
 /// An axis as written on the command line: `KEY=LOW:HIGH:COUNT[:log|:linear]`.

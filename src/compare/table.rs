@@ -23,6 +23,8 @@ pub enum Unit {
     Joule,
     /// A share of 1, read in %.
     Share,
+    /// A number as it is: a ratio, an angle in rad, a frequency in Hz.
+    Number,
     /// A number of things.
     Count,
 }

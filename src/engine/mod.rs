@@ -18,6 +18,7 @@ mod limited;
 mod motor;
 mod observer;
 mod pack;
+mod scheduled;
 mod sides;
 mod signals;
 mod split;
@@ -29,6 +30,7 @@ pub use limited::LimitedSides;
 pub use observer::Observer;
 pub use pack::InstructionSet;
 pub(crate) use pack::{Wide, gather};
+pub use scheduled::Scheduled;
 pub use sides::{MasterReading, Sides, SlaveReading};
 pub use signals::Signals;
 pub use split::SplitSides;
@@ -39,7 +41,7 @@ use std::ops::ControlFlow;
 use crate::augmentation::{Command, Situation, SlaveCommand, Supervisor};
 use crate::detection::{Detector, Evidence};
 use crate::estimation::{Estimate, Estimator, VelocityFilter};
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
 use crate::teleoperation::{AtMaster, AtSlave, Link};
@@ -71,6 +73,8 @@ pub struct Engine<L: Lane, S> {
     pub supervisor: Supervisor<L>,
     /// What joins the sides.
     pub link: Link<L>,
+    /// Alarms that are raised whatever the detector says.
+    pub scheduled: Scheduled,
 }
 
 /// What the person wants, known beforehand or not.
@@ -198,6 +202,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             && self.link.is_direct()
             && self.estimator.is_the_papers()
             && self.detector.is_square()
+            && self.scheduled.is_empty()
     }
 
     /// The run, compiled apart for positions that are `DIRECT`ly passed on and forces read `EXACT`ly, so that its ticks need not
@@ -265,6 +270,9 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
             velocity_m_per_s: sensed.measured_velocity_m_per_s,
             force_n: sensed.measured_force_n,
         };
+        if self.scheduled.is_due(situation.tick) {
+            situation.alarm = L::Mask::splat(true);
+        }
         situation.hand_m = self.link.to_slave(&at_master, &at_slave);
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.supervisor.decide(&situation);
         let (arrived_mode, force) = self.link.to_master(mode, &at_slave, &at_master);

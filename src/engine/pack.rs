@@ -110,5 +110,6 @@ pub(crate) fn gather<L: Lane, S: Gather>(all: [&Engine<f64, S>; LANES]) -> Optio
         detector: Gather::gather(all.map(|one| &one.detector))?,
         supervisor: Gather::gather(all.map(|one| &one.supervisor))?,
         link: Gather::gather(all.map(|one| &one.link))?,
+        scheduled: all[0].scheduled.in_all(all.map(|one| &one.scheduled))?,
     })
 }

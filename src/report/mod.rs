@@ -15,6 +15,7 @@ mod seeds;
 mod stability;
 mod stability_text;
 mod sweep;
+mod switching;
 mod table;
 mod tables;
 
@@ -30,5 +31,6 @@ pub use seeds::{seeds_csv, seeds_text};
 pub use stability::{boundary_csv, map_csv, ports_csv, sensitivities_csv, stability_json, stability_pictures};
 pub use stability_text::stability_text;
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
+pub use switching::{released_csv, switching_csv, switching_picture, switching_text};
 pub use table::Table;
 pub use tables::{comparison_csv, comparison_text, facts_text, run_text, write_trace_csv};

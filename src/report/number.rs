@@ -13,7 +13,7 @@ pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
         Unit::NewtonPerSecond => (1.0, " N/s"),
         Unit::Joule => (1e3, " mJ"),
         Unit::Share => (100.0, " %"),
-        Unit::Count => (1.0, ""),
+        Unit::Number | Unit::Count => (1.0, ""),
     }
 }
 

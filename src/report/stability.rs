@@ -10,7 +10,7 @@ use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView}
 use super::pictures::PictureError;
 use super::tables::shortest;
 use crate::lti::Complex64;
-use crate::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap};
+use crate::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, Switching};
 use crate::stability_check::{Check, Verdict};
 
 /// A verdict in a word.
@@ -29,6 +29,7 @@ pub fn stability_json(
     (name, left_out): (&str, &[&str]),
     analysis: &Analysis,
     map: &StabilityMap,
+    switching: Result<&Switching, &str>,
     check: Option<&Check>,
 ) -> String {
     let Analysis { settings, mode, margins, limits, sensitivities, ports, sampled } = analysis;
@@ -106,6 +107,7 @@ pub fn stability_json(
             "damping_n_s_per_m": bound.damping_n_s_per_m,
             "is_passive": bound.is_passive(),
         })),
+        "switching": super::switching::switching_object(switching),
         "map": { "x": axis(&map.x), "y": axis(&map.y), "stable_share": map.stable_share() },
         "simulated": checked,
     }))

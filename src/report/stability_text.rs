@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Table;
 use super::number::significant;
 use super::stability::{all, gives_nothing, word};
-use crate::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap};
+use crate::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, Switching};
 use crate::stability_check::Check;
 
 /// Frequencies in Hz at which impedances are printed.
@@ -23,6 +23,7 @@ pub fn stability_text(
     (name, left_out): (&str, &[&str]),
     analysis: &Analysis,
     map: &StabilityMap,
+    switching: Result<&Switching, &str>,
     check: Option<&Check>,
 ) -> String {
     let settings = &analysis.settings;
@@ -37,6 +38,7 @@ pub fn stability_text(
     }
     let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
     let _ = write!(text, "\n{}\n{}{}", port_table(analysis), each_port(analysis), sampled(analysis));
+    let _ = write!(text, "\n{}\n", super::switching_text(switching));
     let stable = 100.0 * map.stable_share();
     let _ = writeln!(
         text,

@@ -119,7 +119,7 @@ pub(super) fn si(unit: Unit) -> &'static str {
         Unit::Newton => "N",
         Unit::NewtonPerSecond => "N/s",
         Unit::Joule => "J",
-        Unit::Share | Unit::Count => "1",
+        Unit::Share | Unit::Number | Unit::Count => "1",
     }
 }
 

@@ -1,12 +1,16 @@
 //! From a scenario to an engine.
 
+use std::sync::Arc;
+
 use super::error::ScenarioError;
 use super::resolve::{DelayTicks, EngineKind, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::Supervisor;
 use crate::channel::Delay;
 use crate::detection::Detector;
-use crate::engine::{Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer, SplitSides};
+use crate::engine::{
+    Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer, Scheduled, SplitSides,
+};
 use crate::error::InvalidValue;
 use crate::estimation::{Estimator, VelocityFilter};
 use crate::lane::Lane;
@@ -206,6 +210,8 @@ impl Scenario {
                 L::splat(self.position_scale() * start_m),
             ),
             link: self.joined(first_stream)?,
+            // Without augmentation there is nothing that an alarm could begin.
+            scheduled: Scheduled::new(if self.augmentation.enabled { self.events.clone() } else { Arc::default() }),
         })
     }
 

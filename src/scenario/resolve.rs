@@ -7,7 +7,7 @@ use super::error::ScenarioError;
 use super::link::link_settings;
 use super::person::{reflex, tremor};
 use super::replay::{RecordingSpec, load_recording};
-use super::schedule::schedules;
+use super::schedule::{events, schedules};
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
 use super::steps::Steps;
@@ -113,6 +113,8 @@ pub struct Scenario {
     pub detector: DetectorSettings,
     /// The supervisor.
     pub augmentation: AugmentationSettings,
+    /// The ticks at which it is alarmed besides, increasing.
+    pub events: Arc<[u64]>,
     /// Shared by the scenarios of a [`Template`](super::Template).
     pub(super) values: Arc<Values>,
     /// Both sides' steps, once they were made.
@@ -183,6 +185,7 @@ impl Scenario {
             contact_m: values.number("estimator.contact_m")?,
             detector: detector(&mut values)?,
             augmentation: augmentation(&values)?,
+            events: events(&values, &grid)?,
             values: Arc::new(values),
             steps: Arc::default(),
         };

@@ -13,6 +13,7 @@ use crate::recording::{DelayRow, open_delays, read_delays};
 use crate::time::{TickGrid, nearest_ticks, whole_ticks};
 
 const OUTAGES: &str = "channel.outages_s";
+const EVENTS: &str = "augmentation.events_s";
 const FILE: &str = "channel.delays_file";
 
 /// The timetables from master to slave and back.
@@ -25,6 +26,23 @@ pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedul
 /// The first tick that is not before a time in s.
 fn first_tick(time_s: f64, tick_s: f64) -> u64 {
     whole_ticks(time_s, tick_s).unwrap_or((time_s / tick_s).ceil().max(0.0) as u64)
+}
+
+/// The ticks at which the supervisor is alarmed whatever the detector says.
+pub(super) fn events(values: &Values, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
+    let times_s = values.numbers(EVENTS)?;
+    let refuse = |message: String, remedy: &str| Err(values.error(EVENTS, message).remedy(remedy));
+    if let Some(before) = times_s.iter().find(|&&time_s| time_s < 0.0) {
+        return refuse(format!("{EVENTS} has {before}, must be at least 0"), "count from the run's start");
+    }
+    let ticks: Arc<[u64]> = times_s.iter().map(|&time_s| nearest_ticks(time_s, grid.tick_s())).collect();
+    if let Some(k) = (1..ticks.len()).find(|&k| ticks[k] <= ticks[k - 1]) {
+        return refuse(
+            format!("{EVENTS} has {} after {}, must ascend by ticks", times_s[k], times_s[k - 1]),
+            "sort the events; one needs no saying twice",
+        );
+    }
+    Ok(ticks)
 }
 
 fn outages(values: &Values, tick_s: f64) -> Result<Arc<[Range<u64>]>, ScenarioError> {

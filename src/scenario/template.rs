@@ -13,6 +13,7 @@ use super::keys::{Fallback, Key};
 use super::link::link_settings;
 use super::person::{reflex, tremor};
 use super::resolve::{Scenario, delay_ticks};
+use super::schedule::events;
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
 use super::specs::{TissueSpec, operator, tissue};
 use super::value::Value;
@@ -259,6 +260,7 @@ impl Caster<'_> {
             }
             Part::Augmentation => {
                 scenario.augmentation = augmentation(values)?;
+                scenario.events = events(values, &scenario.grid)?;
                 scenario.augmentation.validate().map_err(|error| values.out_of_range(&error))?;
             }
             Part::Tissue => scenario.tissue = tissue(values, &scenario.grid, None)?,

@@ -77,6 +77,17 @@ impl Analysis {
         })
     }
 
+    /// Whether the two-port is absolutely stable, and whether it is passive, at every frequency that [`Analysis::of`] looks at;
+    /// `None` where it has no hybrid matrix.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn port_verdicts(settings: &LoopSettings) -> Result<Option<(bool, bool)>, StabilityError> {
+        let points = ports(settings)?;
+        let all = |holds: fn(&PortPoint) -> bool| points.iter().all(holds);
+        Ok((!points.is_empty()).then(|| (all(|point| point.is_absolutely_stable), all(|point| point.is_passive))))
+    }
+
     /// Whether the loop is stable.
     #[must_use]
     pub fn is_stable(&self) -> bool {

@@ -36,4 +36,10 @@ pub enum StabilityError {
         /// How many it may have.
         most: u64,
     },
+    /// The solver of semidefinite programmes gives up.
+    #[error("no certificate can be looked for: the solver says {status}")]
+    Solver {
+        /// What it says.
+        status: String,
+    },
 }

@@ -32,6 +32,7 @@ mod sampled;
 mod sensitivity;
 mod settings;
 mod side;
+mod switching;
 mod winding;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
@@ -46,3 +47,7 @@ pub use ports::{Hybrid, Ports};
 pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use settings::LoopSettings;
+pub use switching::{
+    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, LONGEST_DWELL_S, Phases, Reach, Sequence, Switching,
+    SwitchingSettings,
+};

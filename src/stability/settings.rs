@@ -78,7 +78,7 @@ impl LoopSettings {
                 !matches!(scenario.tissue, TissueSpec::KelvinVoigt { .. }),
                 "the tissue: a spring and a damper stand for it",
             ),
-            (scenario.augmentation.enabled, "the augmentation: its switching is not in a linear loop"),
+            (scenario.augmentation.enabled, "the augmentation: see its switching below"),
             (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme: the loop is the plain one"),
             (limited, "the limits of the motors: their lags are there"),
             (!scenario.irregularity.is_none() || logged, "jitter, loss, outages and logged delays"),

@@ -5,8 +5,10 @@
 //! micrometre and back. What is left of the needle's motion late in the run is then compared with what was left before: an
 //! instability shows as growth long before contact is lost.
 
+mod events;
 mod run;
 
+pub use events::worst_events;
 pub use run::{Verdict, simulate};
 
 use rayon::prelude::*;

@@ -1,5 +1,6 @@
 //! The metrics that a sweep can keep of each case.
 
+use super::stability::{LoopOfCase, OF_LOOP};
 use crate::compare::Unit;
 use crate::metrics::{EventMetrics, Metrics, Outcome, RuptureMetrics};
 
@@ -9,6 +10,7 @@ enum Measure {
     Run(fn(&Metrics) -> Option<f64>),
     Rupture(usize, fn(&RuptureMetrics) -> Option<f64>),
     Event(usize, fn(&EventMetrics) -> Option<f64>),
+    Loop(fn(&LoopOfCase<'_>) -> Option<f64>),
 }
 
 /// A metric that is kept: its name in files, its unit, and how it is read off a run.
@@ -126,6 +128,9 @@ impl Column {
         if let Some((_, unit, of)) = OF_RUN.iter().find(|(known, ..)| *known == name) {
             return column(*unit, Measure::Run(*of));
         }
+        if let Some((_, unit, of)) = OF_LOOP.iter().find(|(known, ..)| *known == name) {
+            return column(*unit, Measure::Loop(*of));
+        }
         if let Some((number, field)) = numbered(name, "rupture_") {
             let (_, unit, of) = OF_RUPTURE.iter().find(|(known, ..)| *known == field)?;
             return column(*unit, Measure::Rupture(number - 1, *of));
@@ -146,7 +151,8 @@ impl Column {
     pub fn names() -> impl Iterator<Item = String> {
         let of_run = OF_RUN.iter().map(|(name, ..)| (*name).to_owned());
         let of_rupture = OF_RUPTURE.iter().map(|(name, ..)| format!("rupture_1_{name}"));
-        of_run.chain(of_rupture).chain(OF_EVENT.iter().map(|(name, ..)| format!("event_1_{name}")))
+        let of_loop = OF_LOOP.iter().map(|(name, ..)| (*name).to_owned());
+        of_run.chain(of_loop).chain(of_rupture).chain(OF_EVENT.iter().map(|(name, ..)| format!("event_1_{name}")))
     }
 
     /// The name most like another, if any is.
@@ -157,13 +163,20 @@ impl Column {
         (likeness(&best) > 0.8).then_some(best)
     }
 
+    /// Whether it takes the case's loop.
+    #[must_use]
+    pub fn is_of_loop(&self) -> bool {
+        matches!(self.measure, Measure::Loop(_))
+    }
+
     /// Its value in SI; none where it is undefined, or no finite number.
     #[must_use]
-    pub fn value(&self, metrics: &Metrics) -> Option<f64> {
+    pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
         let value = match self.measure {
             Measure::Run(of) => of(metrics),
             Measure::Rupture(index, of) => metrics.ruptures.get(index).and_then(of),
             Measure::Event(index, of) => metrics.events.get(index).and_then(of),
+            Measure::Loop(of) => of_case.and_then(of),
         };
         value.filter(|value| value.is_finite())
     }

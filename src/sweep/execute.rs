@@ -4,9 +4,11 @@ use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use super::columns::Column;
 use super::error::SweepError;
 use super::part::{Outcome, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
+use super::stability::LoopOfCase;
 use crate::metrics;
 use crate::run::{RunError, run_pack};
 
@@ -80,18 +82,23 @@ fn run_one(
 ) -> Result<u64, SweepError> {
     let cases = part.layout().cases_of(pack);
     scenarios.clear();
+    let has_loop = plan.design.columns.iter().any(Column::is_of_loop);
+    let mut loops = vec![];
     for case in cases.clone() {
-        scenarios.push(maker.scenario(case)?);
+        let scenario = maker.scenario(case)?;
+        loops.push(has_loop.then(|| maker.loop_settings(&scenario)));
+        scenarios.push(scenario);
     }
     rows.clear();
-    for (case, run) in cases.clone().zip(run_pack(scenarios)) {
+    for (k, (case, run)) in cases.clone().zip(run_pack(scenarios)).enumerate() {
+        let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
         match run {
             Ok(metrics) => {
                 let outcome = match metrics.outcome {
                     metrics::Outcome::Completed => Outcome::Completed,
                     metrics::Outcome::Diverged { .. } => Outcome::Diverged,
                 };
-                rows.push(outcome, plan.design.columns.iter().map(|column| column.value(&metrics)));
+                rows.push(outcome, plan.design.columns.iter().map(|column| column.value(&metrics, of_case.as_ref())));
             }
             Err(RunError::Integration { .. }) => rows.push(Outcome::Failed, plan.design.columns.iter().map(|_| None)),
             Err(error @ RunError::Scenario(_)) => return Err(maker.refused(case, error)),

@@ -19,6 +19,7 @@ mod plan;
 mod schema;
 mod shard;
 mod sobol;
+mod stability;
 mod statistics;
 
 pub use axis::{Axis, Levels, number};
@@ -34,4 +35,5 @@ pub use plan::{CaseMaker, Plan, difference};
 pub use schema::sweep_schema;
 pub use shard::Shard;
 pub use sobol::{MOST_DIMENSIONS, Sobol};
+pub use stability::LoopOfCase;
 pub use statistics::{Cell, Findings, HeatMap, Influence, Influences, Spread, Summary, findings};

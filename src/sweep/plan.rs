@@ -15,6 +15,7 @@ use crate::run::RunError;
 use crate::scenario::{
     Caster, Kind, OperatorSpec, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries, harmless_name,
 };
+use crate::stability::{LoopSettings, Parameter};
 
 /// A sweep that can be run.
 #[derive(Debug, Clone)]
@@ -303,6 +304,18 @@ impl CaseMaker<'_> {
         self.sampler.values(case, &mut self.shares, &mut self.values);
         let scenario = self.caster.cast(&self.values, self.design.seed(case));
         scenario.map_err(|error| self.refused(case, error.into()))
+    }
+
+    /// The loop of the case whose scenario was made last: its tissue and delays are what the axes say of them.
+    #[must_use]
+    pub fn loop_settings(&self, scenario: &Scenario) -> LoopSettings {
+        let numbers = self
+            .design
+            .axes
+            .iter()
+            .zip(&self.values)
+            .filter_map(|(axis, value)| Some((Parameter::of_key(axis.key.path)?, super::number(value)?)));
+        numbers.fold(LoopSettings::of(scenario), |settings, (parameter, value)| settings.with(parameter, value))
     }
 
     /// The error of a case.

@@ -96,6 +96,7 @@ impl ClosedLoop {
         let supervisor = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
         let tissue = KelvinVoigt::new(self.stiffness_n_per_m, self.damping_n_s_per_m, 0.0).expect("valid");
         Engine {
+            scheduled: trocar::engine::Scheduled::new(std::sync::Arc::default()),
             grid: TickGrid::new(tick_s, 3.0).expect("valid"),
             sides,
             operator: Operator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),

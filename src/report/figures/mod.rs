@@ -25,6 +25,7 @@ mod ports;
 mod residual;
 mod stability;
 mod style;
+mod switching;
 mod thin;
 mod timeline;
 mod tornado;
@@ -40,6 +41,7 @@ pub use parameters::parameters;
 pub use ports::{PortsView, ports};
 pub use residual::residual_histogram;
 pub use stability::{MapAxisView, MapView, stability_map};
+pub use switching::{SwitchingView, switching};
 pub use timeline::{MOST_ROWS, Shade, TimelineRow, timeline};
 pub use tornado::{TornadoView, tornado};
 

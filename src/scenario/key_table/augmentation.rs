@@ -4,7 +4,7 @@ use super::key;
 use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
 use crate::scenario::keys::{Fallback, Key};
 use crate::scenario::value::{Kind, Range as R, Value};
-use Kind::{Choice, Flag, Number};
+use Kind::{Choice, Flag, Number, Numbers};
 
 pub(super) const KEYS: &[Key] = &[
     key(
@@ -80,6 +80,12 @@ pub(super) const KEYS: &[Key] = &[
         Number(R::NON_NEGATIVE),
         number!(AugmentationSettings::default().automaton.refractory_s),
         "How long after an event no alarm is taken.",
+    ),
+    key(
+        "augmentation.events_s",
+        Numbers,
+        Fallback::Value(|| Value::Numbers(vec![])),
+        "When the supervisor is alarmed whatever the detector says, as in [1.0, 3.5]; taken where an alarm would be.",
     ),
 ];
 

@@ -1,0 +1,117 @@
+//! What one event does at its end: how far the needle moves and what the hand feels of it, by policy.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::modes::Modes;
+use super::{Phases, SwitchingSettings};
+use crate::augmentation::Reengage;
+use crate::stability::StabilityError;
+
+/// How long the end of an event is looked at, in s.
+const LOOK_S: f64 = 3.0;
+
+/// Stiffnesses that are tried between the least and the greatest.
+const STIFFNESSES: usize = 9;
+
+/// What a policy does to needle and hand, the most of it on any stiffness tried.
+///
+/// The hand rests where it wants to be, away from the needle by a gap; the needle rests, just touching the tissue; nothing is
+/// felt. Then the slave is released.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EventBound {
+    /// The policy.
+    pub reengage: Reengage,
+    /// How far the slave's reference jumps in the tick, in m.
+    pub reference_jump_m: f64,
+    /// How far the needle goes, in m.
+    pub slave_motion_m: f64,
+    /// Its greatest speed in m/s.
+    pub slave_speed_m_per_s: f64,
+    /// The greatest fed-back force in N.
+    pub force_n: f64,
+    /// The greatest change of it from one tick to the next, in N.
+    pub force_step_n: f64,
+}
+
+impl EventBound {
+    /// For each policy, the slave's reference and the hand (scaled to the slave) `gap_m` apart.
+    ///
+    /// # Errors
+    /// [`StabilityError`] where a loop cannot be built.
+    pub fn of_each_policy(settings: &SwitchingSettings, gap_m: f64) -> Result<Vec<Self>, StabilityError> {
+        let speed = match settings.augmentation.reengage {
+            Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
+            Reengage::Clutch | Reengage::Snap => match Reengage::default() {
+                Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
+                Reengage::Clutch | Reengage::Snap => 0.0,
+            },
+        };
+        let policies = [Reengage::Ramp { catch_up_speed_m_per_s: speed }, Reengage::Clutch, Reengage::Snap];
+        policies.into_iter().map(|reengage| Self::of(settings, reengage, speed, gap_m)).collect()
+    }
+
+    fn of(
+        settings: &SwitchingSettings,
+        reengage: Reengage,
+        speed_m_per_s: f64,
+        gap_m: f64,
+    ) -> Result<Self, StabilityError> {
+        let mut all = Self {
+            reengage,
+            reference_jump_m: 0.0,
+            slave_motion_m: 0.0,
+            slave_speed_m_per_s: 0.0,
+            force_n: 0.0,
+            force_step_n: 0.0,
+        };
+        let (softest, stiffest) = settings.stiffness_n_per_m;
+        for k in 0..STIFFNESSES {
+            let stiffness = softest + (stiffest - softest) * k as f64 / (STIFFNESSES - 1) as f64;
+            let here = SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), ..settings.clone() };
+            let modes = Modes::new(&here)?;
+            all.release(&modes, settings.phases(), settings.of_loop.tick_s, speed_m_per_s, gap_m);
+        }
+        Ok(all)
+    }
+
+    /// Runs the end of one event.
+    fn release(&mut self, modes: &Modes, phases: Phases, tick_s: f64, speed_m_per_s: f64, gap_m: f64) {
+        let n = modes.states();
+        let at = modes.master_states();
+        let apart = modes.apart(0);
+        let (of_reference, of_force, of_desired) = (modes.of_reference(), modes.of_force(), modes.of_desired());
+        let (hand, slave, felt) = (modes.hand(), modes.slave(), modes.force(0));
+        let read = |row: &DMatrix<f64>, state: &DVector<f64>| (row * state)[(0, 0)];
+        let scale = hand.iter().copied().fold(0.0, f64::max);
+        let wish_m = gap_m / scale;
+        let mut state = DVector::zeros(n);
+        (state[0], state[2]) = (wish_m, wish_m);
+        let mut gap = match self.reengage {
+            Reengage::Snap => 0.0,
+            Reengage::Ramp { .. } | Reengage::Clutch => -gap_m,
+        };
+        let closing = match self.reengage {
+            Reengage::Ramp { .. } => speed_m_per_s * tick_s,
+            Reengage::Clutch | Reengage::Snap => 0.0,
+        };
+        let mut before = 0.0;
+        for tick in 0..(LOOK_S / tick_s) as u64 {
+            let u = ((tick + 1) as f64 / phases.blend as f64).min(1.0);
+            let weight = u * u * (3.0 - 2.0 * u);
+            if tick > 0 {
+                gap -= gap.clamp(-closing, closing);
+            }
+            let reference = read(&hand, &state) + gap;
+            if tick == 0 {
+                self.reference_jump_m = self.reference_jump_m.max(reference.abs());
+            }
+            let fed_back = weight * read(&felt, &state);
+            self.force_n = self.force_n.max(fed_back.abs());
+            self.force_step_n = self.force_step_n.max((fed_back - before).abs());
+            before = fed_back;
+            state = &apart * &state + &of_reference * reference + &of_force * fed_back + &of_desired * wish_m;
+            self.slave_motion_m = self.slave_motion_m.max(read(&slave, &state).abs());
+            self.slave_speed_m_per_s = self.slave_speed_m_per_s.max(state[at + 1].abs());
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! Arithmetic that keeps its rounding errors, for verifying what the solver has found.
+//!
+//! Each operation is rounded outwards by one step of a double, so that the result of exact arithmetic lies within (Moore,
+//! *Interval Analysis*; Rump, *Acta Numerica* 2010, whose directed roundings are not at hand here). A symmetric matrix of
+//! intervals all of whose pivots stay above 0 is positive definite for every choice within the intervals.
+
+use nalgebra::DMatrix;
+use std::ops::{Add, Mul, Sub};
+
+/// All numbers from `low` to `high`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Interval {
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+impl Interval {
+    pub(super) fn exact(value: f64) -> Self {
+        Self { low: value, high: value }
+    }
+
+    /// A number that was computed, as far off as some roundings take it.
+    pub(super) fn rounded(value: f64) -> Self {
+        /// Roundings of the longest sum that an entry of a one-tick map is made of, with some to spare.
+        const ROUNDINGS: f64 = 16.0;
+        let reach = (value.abs() * (ROUNDINGS * f64::EPSILON)).next_up();
+        if value == 0.0 {
+            Self::exact(0.0)
+        } else {
+            Self { low: (value - reach).next_down(), high: (value + reach).next_up() }
+        }
+    }
+
+    fn squared(self) -> Self {
+        let (a, b) = (self.low.abs(), self.high.abs());
+        let spans_zero = self.low <= 0.0 && self.high >= 0.0;
+        let least = if spans_zero { 0.0 } else { (a.min(b) * a.min(b)).next_down() };
+        Self { low: least.max(0.0), high: (a.max(b) * a.max(b)).next_up() }
+    }
+
+    /// `self / divisor` for a divisor above 0.
+    fn over(self, divisor: Self) -> Self {
+        let inverse = Self { low: (1.0 / divisor.high).next_down(), high: (1.0 / divisor.low).next_up() };
+        self * inverse
+    }
+}
+
+impl Add for Interval {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self { low: (self.low + other.low).next_down(), high: (self.high + other.high).next_up() }
+    }
+}
+
+impl Sub for Interval {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self { low: (self.low - other.high).next_down(), high: (self.high - other.low).next_up() }
+    }
+}
+
+impl Mul for Interval {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let ends = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
+        let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        // A product with an exact 0 is exact; most entries of the maps are.
+        if least == 0.0 && most == 0.0 {
+            Self::exact(0.0)
+        } else {
+            Self { low: least.next_down(), high: most.next_up() }
+        }
+    }
+}
+
+/// A matrix of intervals.
+pub(super) type Enclosure = Vec<Vec<Interval>>;
+
+/// The enclosure of a matrix whose entries were computed.
+pub(super) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {
+    (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::rounded(matrix[(i, j)])).collect()).collect()
+}
+
+/// The enclosure of a matrix that is what it is.
+pub(super) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
+    (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::exact(matrix[(i, j)])).collect()).collect()
+}
+
+/// `A B`.
+pub(super) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
+    let columns = b.first().map_or(0, Vec::len);
+    let entry = |row: &Vec<Interval>, j: usize| {
+        row.iter().zip(b).map(|(x, other)| *x * other[j]).fold(Interval::exact(0.0), |sum, x| sum + x)
+    };
+    a.iter().map(|row| (0..columns).map(|j| entry(row, j)).collect()).collect()
+}
+
+/// `Aⁿ`, by squaring.
+pub(super) fn power(a: &Enclosure, mut n: u64) -> Enclosure {
+    let one = DMatrix::identity(a.len(), a.len());
+    let (mut result, mut base) = (exact(&one), a.clone());
+    while n > 0 {
+        if n % 2 == 1 {
+            result = product(&result, &base);
+        }
+        n /= 2;
+        if n > 0 {
+            base = product(&base, &base);
+        }
+    }
+    result
+}
+
+pub(super) fn middle(a: &Enclosure) -> DMatrix<f64> {
+    let columns = a.first().map_or(0, Vec::len);
+    DMatrix::from_fn(a.len(), columns, |i, j| 0.5 * (a[i][j].low + a[i][j].high))
+}
+
+pub(super) fn transpose(a: &Enclosure) -> Enclosure {
+    let columns = a.first().map_or(0, Vec::len);
+    (0..columns).map(|j| a.iter().map(|row| row[j]).collect()).collect()
+}
+
+/// Whether every symmetric matrix within is positive definite; false where the intervals are too wide to tell.
+pub(super) fn is_positive_definite(matrix: &Enclosure) -> bool {
+    let n = matrix.len();
+    let mut rest = matrix.clone();
+    // By powers of two, which round nothing, so that all rows are about as large.
+    let scales: Vec<f64> = (0..n).map(|k| (-0.5 * rest[k][k].high.abs().log2()).round().exp2()).collect();
+    for (i, row) in rest.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let scale = scales[i] * scales[j];
+            *entry = Interval { low: entry.low * scale, high: entry.high * scale };
+        }
+    }
+    for k in 0..n {
+        let pivot = rest[k][k];
+        // False for NaN too.
+        if !(pivot.low > 0.0 && pivot.high.is_finite()) {
+            return false;
+        }
+        for i in k + 1..n {
+            rest[i][i] = rest[i][i] - rest[i][k].squared().over(pivot);
+            for j in k + 1..i {
+                rest[i][j] = rest[i][j] - (rest[i][k] * rest[j][k]).over(pivot);
+            }
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_operation_holds_the_exact_result() {
+        // 0.1 + 0.2 and 0.1 * 0.1 of the doubles, which no double is.
+        let (tenth, fifth) = (Interval::exact(0.1), Interval::exact(0.2));
+        for result in [tenth + fifth, tenth * tenth, fifth - tenth, tenth.over(fifth)] {
+            assert!(result.low < result.high && result.high - result.low < 1e-15);
+        }
+        let spans = Interval { low: -1.0, high: 2.0 };
+        assert!(spans.squared().low == 0.0 && spans.squared().high >= 4.0);
+        let product = spans * Interval { low: -3.0, high: 1.0 };
+        assert!(product.low <= -6.0 && product.high >= 3.0);
+    }
+
+    #[test]
+    fn a_matrix_is_positive_definite_until_an_eigenvalue_is_not() {
+        let hilbert = DMatrix::from_fn(5, 5, |i, j| 1.0 / (i + j + 1) as f64);
+        assert!(is_positive_definite(&rounded(&hilbert)));
+        let least = hilbert.symmetric_eigenvalues().min();
+        let less = |share: f64| &hilbert - DMatrix::identity(5, 5) * (share * least);
+        assert!(is_positive_definite(&exact(&less(0.999))));
+        assert!(!is_positive_definite(&exact(&less(1.001))));
+        let wide = hilbert.map(|value| Interval { low: value - least, high: value + least });
+        let wide: Enclosure = (0..5).map(|i| (0..5).map(|j| wide[(i, j)]).collect()).collect();
+        assert!(!is_positive_definite(&wide));
+    }
+
+    #[test]
+    fn powers_hold_those_of_the_matrix() {
+        let a = DMatrix::from_row_slice(2, 2, &[0.9, 0.3, -0.2, 0.95]);
+        let hundredth = power(&exact(&a), 100);
+        let expected = (0..100).fold(DMatrix::identity(2, 2), |all, _| all * &a);
+        for i in 0..2 {
+            for j in 0..2 {
+                let Interval { low, high } = hundredth[i][j];
+                assert!(low <= expected[(i, j)] + 1e-14 && high >= expected[(i, j)] - 1e-14 && high - low < 1e-10);
+            }
+        }
+    }
+}

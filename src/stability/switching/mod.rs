@@ -1,0 +1,243 @@
+//! Events: teleoperation, frozen, re-engaging, as a switched linear system.
+//!
+//! The paper leaves out the stability of its event-based scheme, as one that "would require hybrid modelling". Here it is:
+//! the maps of each phase (`modes`), a certificate that any sequence of events that are some time apart dies out (`conditions`,
+//! `certificate`; found by semidefinite programming, verified in interval arithmetic), what it says of how far a motion can go
+//! (`reach`), sequences of events that grow most, which say how tight that is (`products`), and what each way of re-engaging
+//! does at the end of one event (`event`).
+
+mod certificate;
+mod conditions;
+mod event;
+mod interval;
+mod lapack;
+mod modes;
+mod products;
+mod reach;
+mod sdp;
+mod settings;
+
+use certificate::Attempt;
+pub use certificate::Certificate;
+pub use event::EventBound;
+pub use products::{Cycle, Growth};
+pub use reach::{Reach, Sequence};
+pub use settings::{Phases, SwitchingSettings};
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+use crate::stability::StabilityError;
+use conditions::Choice;
+use modes::Modes;
+
+/// The longest dwell that a certificate is looked for with, in s.
+pub const LONGEST_DWELL_S: f64 = 4.0;
+
+/// Up to which ratio the shortest certified dwell is narrowed down.
+const NARROW: f64 = 1.03;
+
+/// How fast the gap's part of a function is forgotten; see `conditions`. Each is tried.
+const DECAYS: [f64; 4] = [1.0 - 1.0 / 32.0, 1.0 - 1.0 / 64.0, 1.0 - 1.0 / 128.0, 1.0 - 1.0 / 256.0];
+
+/// The gap that the end of an event is looked at with, in m: as far as the hand goes in the paper's figure 16.
+pub const GAP_M: f64 = 0.009;
+
+/// What was found for one dwell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DwellPoint {
+    /// Ticks of teleoperation between two events.
+    pub dwell_ticks: u64,
+    /// The verified factor of `V` from one event to the next; none where no certificate was found.
+    pub contraction: Option<f64>,
+    /// The solver's margin: the conditions can be met where it is above 0; 0 where the solver gave up.
+    pub margin: f64,
+    /// Bounds of the growth per event of the sequences tried.
+    pub growth: (f64, f64),
+}
+
+/// Everything that is said of the switching.
+#[derive(Debug, Clone)]
+pub struct Switching {
+    /// What was analysed.
+    pub settings: SwitchingSettings,
+    /// Its phases.
+    pub phases: Phases,
+    /// The certificate with the shortest dwell found; none where the loop has none up to [`LONGEST_DWELL_S`].
+    pub certificate: Option<Certificate>,
+    /// How far motions go where events are as far apart as the supervisor keeps them; none where that is not certified.
+    pub reach: Option<Reach>,
+    /// Growth per event at the certified dwell, or without one at the scenario's own.
+    pub growth: Growth,
+    /// The same on one stiffness throughout, which a scenario can show, at the dwell that the supervisor sees to.
+    pub shown: Growth,
+    /// Whole ticks of teleoperation at which `growth` was looked at.
+    pub dwell_ticks: u64,
+    /// The longest dwell, of those tried up to there, at which some sequence grows.
+    pub growing_dwell_ticks: Option<u64>,
+    /// Each dwell that was looked at, increasing.
+    pub by_dwell: Vec<DwellPoint>,
+    /// The end of one event, by policy.
+    pub events: Vec<EventBound>,
+}
+
+impl Switching {
+    /// Analyses the switching.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
+        let phases = settings.phases();
+        let modes = Modes::new(settings)?;
+        let mut search = Search::new(settings, &modes, phases);
+        search.run()?;
+        let found = search.best.clone();
+        let reach = match &found {
+            Some((found, decay)) if found.dwell_ticks <= phases.refractory => {
+                Reach::of(settings, &modes, phases, Choice { dwell: phases.refractory, decay: *decay })?
+            }
+            _ => None,
+        };
+        let certificate = found.map(|(found, _)| found);
+        let norm = certificate.as_ref().map(|found| found.at_events.clone());
+        let dwell_ticks = certificate.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
+        let grows = |dwell| products::growth(&modes, phases, dwell, &[0, 1], norm.as_ref());
+        let alone = |vertex| products::growth(&modes, phases, phases.refractory, &[vertex], norm.as_ref());
+        let [softest, stiffest] = [alone(0)?, alone(1)?];
+        let mut growing_dwell_ticks = None;
+        let mut dwell = dwell_ticks;
+        loop {
+            if search.point(dwell, norm.as_ref())? >= 1.0 {
+                growing_dwell_ticks = Some(dwell);
+                break;
+            }
+            if dwell == 1 {
+                break;
+            }
+            dwell = (dwell * 3 / 4).max(1);
+        }
+        Ok(Self {
+            phases,
+            reach,
+            certificate,
+            growth: grows(dwell_ticks)?,
+            by_dwell: search.points(norm.as_ref())?,
+            shown: if stiffest.lower >= softest.lower { stiffest } else { softest },
+            dwell_ticks,
+            growing_dwell_ticks,
+            events: EventBound::of_each_policy(settings, GAP_M)?,
+            settings: settings.clone(),
+        })
+    }
+
+    /// The shortest certified dwell alone, in ticks; none where the loop has none up to [`LONGEST_DWELL_S`].
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
+        let modes = Modes::new(settings)?;
+        let mut search = Search::new(settings, &modes, settings.phases());
+        search.run()?;
+        Ok(search.best.map(|(found, _)| found.dwell_ticks))
+    }
+
+    /// Whether the supervisor keeps events as far apart as the certificate asks for, so that any sequence of them is stable.
+    #[must_use]
+    pub fn is_certified(&self) -> bool {
+        self.certificate.as_ref().is_some_and(|found| found.dwell_ticks <= self.phases.refractory)
+    }
+}
+
+/// The search for the certificate with the shortest dwell.
+struct Search<'a> {
+    longest: u64,
+    modes: &'a Modes,
+    phases: Phases,
+    /// The shortest so far, and the decay that it was found with.
+    best: Option<(Certificate, f64)>,
+    /// Each dwell with its margin, and the contraction where there is a certificate.
+    tried: BTreeMap<u64, (f64, Option<f64>)>,
+    /// Growth by dwell.
+    growth: BTreeMap<u64, (f64, f64)>,
+}
+
+impl<'a> Search<'a> {
+    fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Self {
+        let longest = ((LONGEST_DWELL_S / settings.of_loop.tick_s) as u64).max(2);
+        Self { longest, modes, phases, best: None, tried: BTreeMap::new(), growth: BTreeMap::new() }
+    }
+
+    fn certify(&self, dwell: u64, decay: f64) -> Result<Attempt, StabilityError> {
+        match certificate::attempt(self.modes, self.phases, Choice { dwell, decay }, None) {
+            // A loop that is unstable by itself leaves the solver nothing to go by.
+            Err(StabilityError::Solver { .. }) => Ok(Attempt { margin: 0.0, certificate: None }),
+            attempt => attempt,
+        }
+    }
+
+    fn keep(&mut self, dwell: u64, attempt: &Attempt) {
+        let found = attempt.certificate.as_ref().map(|found| found.contraction);
+        self.tried.insert(dwell, (attempt.margin, found));
+    }
+
+    fn run(&mut self) -> Result<(), StabilityError> {
+        let decays: &[f64] = if self.modes.has_gap() { &DECAYS } else { &DECAYS[..1] };
+        let at_longest: Vec<(Attempt, f64)> = decays
+            .par_iter()
+            .map(|&decay| Ok((self.certify(self.longest, decay)?, decay)))
+            .collect::<Result<_, StabilityError>>()?;
+        // Where the margin at the longest dwell is greatest, the shortest is likely shortest too.
+        let Some((first, decay)) = at_longest.into_iter().max_by(|a, b| a.0.margin.total_cmp(&b.0.margin)) else {
+            return Ok(());
+        };
+        self.keep(self.longest, &first);
+        let Some(mut best) = first.certificate else { return Ok(()) };
+        let mut fails = 0;
+        // A gap that is kept has no dwell to wait for.
+        while self.modes.forgets() && best.dwell_ticks > fails + 1 && best.dwell_ticks as f64 > NARROW * fails as f64 {
+            // Two between, on two cores.
+            let (low, high) = ((fails as f64).max(0.7).ln(), (best.dwell_ticks as f64).ln());
+            let between = |part: f64| {
+                let ticks = (low + part * (high - low)).exp().round() as u64;
+                ticks.clamp(fails + 1, best.dwell_ticks - 1)
+            };
+            let (first, second) = (between(1.0 / 3.0), between(2.0 / 3.0));
+            let (at_first, at_second) = rayon::join(|| self.certify(first, decay), || self.certify(second, decay));
+            let (at_first, at_second) = (at_first?, at_second?);
+            self.keep(first, &at_first);
+            self.keep(second, &at_second);
+            match (at_first.certificate, at_second.certificate) {
+                (Some(found), _) => best = found,
+                (None, Some(found)) => (best, fails) = (found, first),
+                (None, None) => fails = second,
+            }
+        }
+        self.best = Some((best, decay));
+        Ok(())
+    }
+
+    /// Looks at the growth at a dwell; gives the lower bound.
+    fn point(&mut self, dwell: u64, norm: Option<&DMatrix<f64>>) -> Result<f64, StabilityError> {
+        if let Some((lower, _)) = self.growth.get(&dwell) {
+            return Ok(*lower);
+        }
+        let growth = products::growth(self.modes, self.phases, dwell, &[0, 1], norm)?;
+        self.growth.insert(dwell, (growth.lower, growth.upper));
+        Ok(growth.lower)
+    }
+
+    /// Every dwell for which a certificate was looked for.
+    fn points(&mut self, norm: Option<&DMatrix<f64>>) -> Result<Vec<DwellPoint>, StabilityError> {
+        for dwell in self.tried.keys().copied().collect::<Vec<_>>() {
+            self.point(dwell, norm)?;
+        }
+        let point = |(&dwell_ticks, &(margin, contraction)): (&u64, &(f64, Option<f64>))| DwellPoint {
+            dwell_ticks,
+            contraction,
+            margin,
+            growth: self.growth[&dwell_ticks],
+        };
+        Ok(self.tried.iter().map(point).collect())
+    }
+}

@@ -1,0 +1,83 @@
+//! What switches, and how fast it may.
+
+use crate::augmentation::{AugmentationSettings, Reengage};
+use crate::scenario::Scenario;
+use crate::stability::LoopSettings;
+use crate::teleoperation::{ControllerKind, Scheme};
+use crate::time::nearest_ticks;
+
+/// A loop whose slave is frozen now and then, on tissue that is anything between two stiffnesses at any tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SwitchingSettings {
+    /// The loop in teleoperation.
+    pub of_loop: LoopSettings,
+    /// What happens at an event.
+    pub augmentation: AugmentationSettings,
+    /// Least and greatest `K` in N/m: the force is `K(t) p + B v` with `K(t)` anywhere between, which holds for each nonlinear
+    /// tissue whose force stays in the sector.
+    pub stiffness_n_per_m: (f64, f64),
+}
+
+/// How long phases last, in ticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Phases {
+    /// Least and most ticks that the slave is frozen.
+    pub held: (u64, u64),
+    /// Ticks of the cross-fade.
+    pub blend: u64,
+    /// Ticks of teleoperation, between two events, that the supervisor sees to.
+    pub refractory: u64,
+}
+
+impl SwitchingSettings {
+    /// Those of a scenario.
+    ///
+    /// # Errors
+    /// Why its switching cannot be analysed, in words.
+    pub fn of(scenario: &Scenario, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
+        Self::with_loop(scenario, LoopSettings::of(scenario), stiffness_n_per_m)
+    }
+
+    /// Those of a scenario around another loop.
+    ///
+    /// # Errors
+    /// As [`SwitchingSettings::of`].
+    pub fn with_loop(
+        scenario: &Scenario,
+        of_loop: LoopSettings,
+        stiffness_n_per_m: (f64, f64),
+    ) -> Result<Self, &'static str> {
+        let link = &scenario.link;
+        let lines = of_loop.forward().whole + of_loop.backward().whole;
+        if !scenario.augmentation.enabled {
+            return Err("augmentation.enabled = false: nothing switches");
+        }
+        if lines > 0 || of_loop.forward().share + of_loop.backward().share > 0.0 {
+            return Err("with a delay the two sides switch one after the other, which the certificate does not cover");
+        }
+        if link.controller.kind != ControllerKind::PositionForce || link.passivity.scheme != Scheme::None {
+            return Err("the certificate covers the paper's controller, position-force without a passivity scheme");
+        }
+        Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m })
+    }
+
+    /// How long its phases last.
+    #[must_use]
+    pub fn phases(&self) -> Phases {
+        let ticks = |seconds: f64| nearest_ticks(seconds, self.of_loop.tick_s);
+        let automaton = &self.augmentation.automaton;
+        let longest = ticks(automaton.max_hold_s).max(1);
+        let shortest = ticks(automaton.min_hold_s).max(ticks(automaton.exit_quiet_s));
+        Phases {
+            held: (shortest.clamp(1, longest), longest),
+            blend: ticks(self.augmentation.blend_s).max(1),
+            refractory: ticks(automaton.refractory_s).max(1),
+        }
+    }
+
+    /// Whether what an event leaves behind is kept.
+    #[must_use]
+    pub fn keeps_gap(&self) -> bool {
+        self.augmentation.reengage == Reengage::Clutch
+    }
+}
