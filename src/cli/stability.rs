@@ -8,18 +8,12 @@ use crate::report::{
     Folder, boundary_csv, map_csv, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
     stability_text, switching_csv, switching_picture,
 };
-use crate::scenario::{KEYS, Kind, Source};
-use crate::stability::{Analysis, Axis, LoopSettings, Parameter, Spacing, Switching, SwitchingSettings, map};
+use crate::scenario::Source;
+use crate::stability::{Analysis, Axis, LoopSettings, Switching, SwitchingSettings, map};
 use crate::stability_check::{self, check};
-
-/// Most values of an axis.
-const MOST_VALUES: usize = 2000;
 
 /// The stiffest tissue that events are looked at on, in N/m.
 const MOST_STIFFNESS_N_PER_M: f64 = 1e6;
-
-/// Ratio of an axis's ends from which on it is spaced by ratios.
-const WIDE: f64 = 50.0;
 
 /// Say where the loop is stable.
 #[derive(Debug, Args)]
@@ -46,11 +40,9 @@ pub(super) struct StabilityArgs {
 }
 
 pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
+    let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
-    let both_ways = |a: Parameter, b: Parameter| {
-        a == Parameter::Delay && matches!(b, Parameter::ForwardDelay | Parameter::BackwardDelay)
-    };
-    if x.parameter == y.parameter || both_ways(x.parameter, y.parameter) || both_ways(y.parameter, x.parameter) {
+    if x.parameter.varies_with(y.parameter) {
         let reason = format!("varies what --x {} varies; name two parameters that differ", args.x);
         return Err(CliError::Axis { axis: args.y.clone(), reason });
     }
@@ -116,52 +108,4 @@ fn tissue(text: &str) -> Result<(f64, f64), CliError> {
         let reason = format!("write LOW:HIGH in N/m, as in 50:600, from 0 to {MOST_STIFFNESS_N_PER_M}");
         CliError::Axis { axis: text.to_owned(), reason }
     })
-}
-
-/// An axis as written on the command line: `KEY=LOW:HIGH:COUNT[:log|:linear]`.
-fn axis(text: &str) -> Result<Axis, CliError> {
-    let refuse = |reason: String| CliError::Axis { axis: text.to_owned(), reason };
-    let (key, range) = text
-        .split_once('=')
-        .ok_or_else(|| refuse("write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200".into()))?;
-    let key = key.trim();
-    let parameter = Parameter::of_key(key).ok_or_else(|| {
-        let likeness = |known: &Parameter| strsim::jaro_winkler(key, known.key());
-        let nearest = Parameter::all().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-        let known: Vec<&str> = Parameter::all().map(Parameter::key).collect();
-        let nearest = nearest.filter(|nearest| likeness(nearest) > 0.8);
-        let nearest = nearest.map_or(String::new(), |nearest| format!("; did you mean {}?", nearest.key()));
-        refuse(format!("the loop has no parameter {key}{nearest} There are {}", known.join(", ")))
-    })?;
-    let parts: Vec<&str> = range.split(':').map(str::trim).collect();
-    let [low, high, count, spacing @ ..] = parts.as_slice() else {
-        return Err(refuse("write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200".into()));
-    };
-    let number = |text: &str| {
-        let toml = text.parse().ok().map(toml::Value::Float);
-        let kind = KEYS
-            .iter()
-            .find(|key| key.path == parameter.key())
-            .map_or(Kind::Number(crate::scenario::Range::NON_NEGATIVE), |key| key.kind);
-        let accepted = toml.as_ref().and_then(|value| kind.accept(value));
-        match (accepted, toml) {
-            (Some(_), Some(toml::Value::Float(value))) => Ok(value),
-            _ => Err(refuse(format!("{text:?} is not {}", kind.describe()))),
-        }
-    };
-    let (low, high) = (number(low)?, number(high)?);
-    if low >= high {
-        return Err(refuse(format!("{low} is not below {high}; write the lesser value first")));
-    }
-    let count: usize = count.parse().ok().filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
-        refuse(format!("{count:?} is not a number of values, a whole number from 2 to {MOST_VALUES}"))
-    })?;
-    let spacing = match *spacing {
-        [] if low > 0.0 && high >= WIDE * low => Spacing::Logarithmic,
-        [] | ["linear"] => Spacing::Linear,
-        ["log"] if low > 0.0 => Spacing::Logarithmic,
-        ["log"] => return Err(refuse("a logarithmic axis begins above 0".into())),
-        _ => return Err(refuse("after the count there may be :log or :linear".into())),
-    };
-    Ok(Axis { parameter, low, high, count, spacing })
 }

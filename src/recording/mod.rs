@@ -24,6 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod arrays;
 mod column;
 mod delays;
 mod error;
@@ -40,6 +41,7 @@ mod resample;
 mod samples;
 mod table;
 
+pub use arrays::ArrayError;
 pub use column::{Column, ColumnError, Columns};
 pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError};

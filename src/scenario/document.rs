@@ -28,6 +28,13 @@ pub enum Source {
     Disk(PathBuf),
     /// One of the binary's own, by name.
     Builtin(String),
+    /// A text in memory; its own paths are relative to where the program runs.
+    Text {
+        /// What messages call it.
+        name: Arc<str>,
+        /// All of it.
+        text: Arc<str>,
+    },
 }
 
 impl Source {
@@ -56,6 +63,7 @@ impl Source {
         match self {
             Self::Disk(path) => path.display().to_string(),
             Self::Builtin(name) => format!("{}{name}", builtin::PREFIX),
+            Self::Text { name, .. } => name.to_string(),
         }
     }
 
@@ -65,6 +73,7 @@ impl Source {
         let path = match self {
             Self::Disk(path) => path.as_path(),
             Self::Builtin(name) => Path::new(name),
+            Self::Text { name, .. } => Path::new(&**name),
         };
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
     }
@@ -74,13 +83,14 @@ impl Source {
     pub fn canonical(&self) -> Self {
         match self {
             Self::Disk(path) => Self::Disk(std::fs::canonicalize(path).unwrap_or_else(|_| path.clone())),
-            Self::Builtin(_) => self.clone(),
+            Self::Builtin(_) | Self::Text { .. } => self.clone(),
         }
     }
 
     fn read(&self) -> Result<String, ScenarioError> {
         let refuse = |reason: String| ScenarioError::new(format!("{}: {reason}", self.display()));
         let bytes = match self {
+            Self::Text { text, .. } => text.as_bytes().to_vec(),
             Self::Builtin(name) => builtin::content(name).map(<[u8]>::to_vec).ok_or_else(|| {
                 let known: Vec<_> = builtin::names().collect();
                 refuse(format!("there is no such builtin file; there are {}", known.join(", ")))

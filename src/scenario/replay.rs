@@ -105,6 +105,21 @@ impl DetectionSpec {
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
         let recording = load_recording(values)?;
+        Self::new(values, settings, recording)
+    }
+
+    /// The same for samples that are at hand, in place of the recording that the values may name: its labels and its limits
+    /// are taken from them, columns and signs are not.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`](super::Scenario::load).
+    pub fn of(values: &mut Values, recording: Recording) -> Result<Self, ScenarioError> {
+        let settings = DetectionSettings::resolve(values)?;
+        let recording = labelled(values, recording)?;
+        Self::new(values, settings, recording)
+    }
+
+    fn new(values: &Values, settings: DetectionSettings, recording: RecordingSpec) -> Result<Self, ScenarioError> {
         check_even_samples(values, &recording.recording)?;
         Ok(Self {
             recording,
@@ -260,6 +275,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         Source::Builtin(name) => {
             read_csv(&source.display(), carried(values, "recording.file", name)?, &columns, &limits)
         }
+        Source::Text { name, text } => read_csv(name, text.as_bytes(), &columns, &limits),
     };
     let recording = read.map_err(|error| {
         // A column that is not there is a matter of its key, if one was written.
@@ -268,11 +284,17 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
         ScenarioError::new(error.to_string()).at(place.or(values.place("recording.file")))
     })?;
-    check_magnitudes(values, &recording)?;
-    let ruptures_s = values.numbers("recording.ruptures_s")?.to_vec();
-    check_ruptures(values, &ruptures_s, recording.duration_s())?;
+    let spec = labelled(values, recording)?;
     let velocity_sign = velocity_sign(values)?;
     values.derive_if_missing("recording.velocity_sign", Value::Number(velocity_sign));
     values.derive_keeping_place("recording.file", Value::Text(source.display()));
+    Ok(spec)
+}
+
+/// A recording of a needle with the labels that values give it.
+fn labelled(values: &Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
+    check_magnitudes(values, &recording)?;
+    let ruptures_s = values.numbers("recording.ruptures_s")?.to_vec();
+    check_ruptures(values, &ruptures_s, recording.duration_s())?;
     Ok(RecordingSpec { recording, ruptures_s })
 }

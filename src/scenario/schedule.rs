@@ -128,6 +128,7 @@ fn delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], Scena
     let read = match &source {
         Source::Disk(path) => open_delays(path, &limits, most_s, take),
         Source::Builtin(name) => read_delays(&source.display(), carried(values, FILE, name)?, &limits, most_s, take),
+        Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, most_s, take),
     };
     read.map_err(|error| {
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(values.place(FILE));

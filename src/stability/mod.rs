@@ -18,6 +18,7 @@
 //! against the engine.
 
 mod analysis;
+mod axis_text;
 mod closed_loop;
 mod error;
 mod limit;

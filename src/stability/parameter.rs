@@ -92,6 +92,13 @@ impl Parameter {
         TABLE[self as usize].2
     }
 
+    /// Whether varying it varies the other one too.
+    #[must_use]
+    pub fn varies_with(self, other: Self) -> bool {
+        let both_ways = |a: Self, b: Self| a == Self::Delay && matches!(b, Self::ForwardDelay | Self::BackwardDelay);
+        self == other || both_ways(self, other) || both_ways(other, self)
+    }
+
     /// Whether 0 is a value of it that makes sense.
     #[must_use]
     pub fn may_be_zero(self) -> bool {

@@ -13,7 +13,8 @@ use super::part::{Layout, PACK_CASES};
 use super::shard::Shard;
 use crate::run::RunError;
 use crate::scenario::{
-    Caster, Kind, OperatorSpec, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries, harmless_name,
+    Caster, Kind, OperatorSpec, Place, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries,
+    harmless_name,
 };
 use crate::stability::{LoopSettings, Parameter};
 
@@ -44,9 +45,33 @@ impl Plan {
             let message = format!("base is {}, must be the path of a scenario file", base.written);
             return Err(ScenarioError::new(message).at(Some(base.value_place.clone())));
         };
+        let (varied, place) = (source.relative(path), base.value_place.clone());
+        Self::of(file, source, (&varied, Some(place)), settings)
+    }
+
+    /// [`Plan::load`] for a sweep file without a base, over a scenario that is given beside it.
+    ///
+    /// # Errors
+    /// As [`Plan::load`]; a file that names a base all the same.
+    pub fn over(source: &Source, base: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
+        let file = SweepFile::of(entries(source)?, false)?;
+        if let Some(entry) = &file.base {
+            let error = ScenarioError::new("the scenario that is varied is given beside the file, which names a base");
+            return Err(error.at(Some(entry.key_place.clone())).remedy("leave one of them out"));
+        }
+        Self::of(file, source, (base, None), settings)
+    }
+
+    /// The sweep of a file over a base, which is named at a place if it is named in the file.
+    fn of(
+        file: SweepFile,
+        source: &Source,
+        (base, place): (&Source, Option<Place>),
+        settings: &[String],
+    ) -> Result<Self, ScenarioError> {
         let open: Vec<_> = file.axes.iter().map(|axis| (axis.key, axis.first(), axis.place.clone())).collect();
-        let template = Template::new(&source.relative(path), file.set.clone(), settings, &open)
-            .map_err(|error| if error.place.is_some() { error } else { error.at(Some(base.value_place.clone())) })?;
+        let template = Template::new(base, file.set.clone(), settings, &open)
+            .map_err(|error| if error.place.is_some() { error } else { error.at(place) })?;
         let first_seed = template.first().seed;
         let mut design = design(file, harmless_name(&source.stem()), first_seed);
         if design.points().is_none() {

@@ -1,0 +1,50 @@
+//! Settings from the beginning of a recording.
+
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use trocar::detect::calibration::{self, CalibrationRequest};
+use trocar::report::{calibration_object, calibration_text, calibration_toml};
+
+use crate::detect::Samples;
+use crate::interrupt::interruptible;
+use crate::{convert, error};
+
+/// Calibrates: what `calibration.json` holds, the text, the settings as TOML.
+#[pyfunction]
+#[pyo3(signature = (
+    name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,
+    slowest_rupture_s, fastest_harmless_s, variance_ratio
+))]
+#[expect(clippy::too_many_arguments, reason = "Python's half names them")]
+pub(crate) fn calibrate<'py>(
+    py: Python<'py>,
+    name: &str,
+    time_s: PyReadonlyArray1<'py, f64>,
+    position_m: PyReadonlyArray1<'py, f64>,
+    velocity_m_per_s: Option<PyReadonlyArray1<'py, f64>>,
+    force_n: PyReadonlyArray1<'py, f64>,
+    settings: Vec<String>,
+    first_s: Option<f64>,
+    quiet_s: Option<(f64, f64)>,
+    keeps_contact: bool,
+    false_alarm_s: Option<f64>,
+    slowest_rupture_s: Option<f64>,
+    fastest_harmless_s: Option<f64>,
+    variance_ratio: Option<f64>,
+) -> PyResult<(Bound<'py, PyAny>, String, String)> {
+    let usual = CalibrationRequest::default();
+    let request = CalibrationRequest {
+        first_s: first_s.unwrap_or(usual.first_s),
+        quiet_s,
+        keeps_contact,
+        false_alarm_s: false_alarm_s.unwrap_or(usual.false_alarm_s),
+        slowest_rupture_s: slowest_rupture_s.unwrap_or(usual.slowest_rupture_s),
+        fastest_harmless_s: fastest_harmless_s.unwrap_or(usual.fastest_harmless_s),
+        variance_ratio: variance_ratio.unwrap_or(usual.variance_ratio),
+    };
+    let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
+    let (spec, _) = samples.spec(py, name, &settings)?;
+    let calibration = interruptible(py, 0, move |_| calibration::calibrate(&spec, &request))?.map_err(error::value)?;
+    let json = convert::python(py, &calibration_object(name, &calibration))?;
+    Ok((json, calibration_text(name, &calibration), calibration_toml(&calibration)))
+}

@@ -1,0 +1,100 @@
+//! The estimator and the detector over arrays.
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trocar::detect::DetectionReport;
+use trocar::recording::Recording;
+use trocar::report::{detection_object, detection_text};
+use trocar::scenario::{DetectionSpec, Source, Values};
+
+use crate::arrays::{put, samples};
+use crate::interrupt::interruptible;
+use crate::{convert, error};
+
+/// Arrays of samples.
+pub(crate) struct Samples {
+    recording: (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>),
+}
+
+impl Samples {
+    pub(crate) fn of(
+        time_s: &PyReadonlyArray1<'_, f64>,
+        position_m: &PyReadonlyArray1<'_, f64>,
+        velocity_m_per_s: Option<&PyReadonlyArray1<'_, f64>>,
+        force_n: &PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Self> {
+        let velocity = velocity_m_per_s.map(samples).transpose()?;
+        Ok(Self { recording: (samples(time_s)?, samples(position_m)?, velocity, samples(force_n)?) })
+    }
+
+    /// What is to be detected in them, and the values that say how.
+    pub(crate) fn spec(self, py: Python<'_>, name: &str, settings: &[String]) -> PyResult<(DetectionSpec, Values)> {
+        let refuse = |error| error::scenario(py, &error);
+        let mut values = Values::from_settings(name, settings).map_err(refuse)?;
+        let max_gap_s = match values.get("recording.max_gap_s") {
+            Some(trocar::scenario::Value::Number(gap_s)) => Some(*gap_s),
+            _ => None,
+        };
+        let (time_s, position_m, velocity_m_per_s, force_n) = self.recording;
+        let recording =
+            Recording::new(time_s, position_m, velocity_m_per_s, force_n, max_gap_s).map_err(error::value)?;
+        let spec = DetectionSpec::of(&mut values, recording).map_err(refuse)?;
+        Ok((spec, values))
+    }
+}
+
+/// What a file says of some sections, as settings.
+pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
+    const SECTIONS: [&str; 2] = ["estimator", "detector"];
+    let values = Values::load(&Source::parse(file), &[]).map_err(|error| error::scenario(py, &error))?;
+    if SECTIONS.iter().all(|section| values.section_place(section).is_none()) {
+        return Err(error::value(format!("{file}: neither [estimator] nor [detector] in it")));
+    }
+    Ok(values.written_settings(&SECTIONS))
+}
+
+type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, Bound<'py, PyAny>, String);
+
+/// Detects ruptures: the columns of `detection.csv`, the samples with an alarm, what `detection.json` holds, and the text.
+#[pyfunction]
+#[pyo3(signature = (name, time_s, position_m, velocity_m_per_s, force_n, settings, settings_file))]
+#[expect(clippy::too_many_arguments, reason = "Python's half names them")]
+pub(crate) fn detect<'py>(
+    py: Python<'py>,
+    name: &str,
+    time_s: PyReadonlyArray1<'py, f64>,
+    position_m: PyReadonlyArray1<'py, f64>,
+    velocity_m_per_s: Option<PyReadonlyArray1<'py, f64>>,
+    force_n: PyReadonlyArray1<'py, f64>,
+    settings: Vec<String>,
+    settings_file: Option<&str>,
+) -> PyResult<Detected<'py>> {
+    let mut all = settings_file.map(|file| tuning(py, file)).transpose()?.unwrap_or_default();
+    all.extend(settings);
+    let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
+    let (spec, values) = samples.spec(py, name, &all)?;
+    let (detection, report) = interruptible(py, 1, move |_| {
+        let detection = trocar::detect::detect(&spec)?;
+        let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
+        Ok::<_, trocar::error::InvalidValue>((detection, report))
+    })?
+    .map_err(error::value)?;
+    let json = convert::python(py, &detection_object(name, &report, &values))?;
+    let text = detection_text(name, &report);
+    let columns = PyDict::new(py);
+    put(&columns, "time_s", detection.time_s)?;
+    put(&columns, "position_m", detection.position_m)?;
+    put(&columns, "velocity_m_per_s", detection.velocity_m_per_s)?;
+    put(&columns, "measured_force_n", detection.measured_force_n)?;
+    put(&columns, "residual_n", detection.residual_n)?;
+    put(&columns, "stiffness_n_per_m", detection.stiffness_n_per_m)?;
+    put(&columns, "damping_n_s_per_m", detection.damping_n_s_per_m)?;
+    put(&columns, "distance", detection.distance)?;
+    put(&columns, "decision", detection.decision)?;
+    if let Some((name, values)) = detection.further {
+        put(&columns, name, values)?;
+    }
+    let alarms = detection.alarms.into_iter().map(|sample| sample as i64).collect();
+    Ok((columns, PyArray1::from_vec(py, alarms), json, text))
+}

@@ -1,0 +1,203 @@
+//! The estimator and the detector sample by sample.
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trocar::detect::{ASSUMED_STEP_M, Chain, Reading, VelocitySource};
+use trocar::recording::Limits;
+use trocar::scenario::{DetectionSettings, Values};
+
+use crate::arrays::put;
+use crate::detect::tuning;
+use crate::error;
+
+/// What came of one sample.
+#[pyclass(frozen, get_all, module = "trocar._core")]
+pub(crate) struct Step {
+    alarm: bool,
+    velocity_m_per_s: f64,
+    depth_m: f64,
+    predicted_force_n: f64,
+    residual_n: f64,
+    stiffness_n_per_m: f64,
+    damping_n_s_per_m: f64,
+    distance: f64,
+    decision: f64,
+}
+
+#[pymethods]
+impl Step {
+    fn __repr__(&self) -> String {
+        let Self { alarm, residual_n, decision, .. } = self;
+        let alarm = if *alarm { "True" } else { "False" };
+        format!("Step(alarm={alarm}, residual_n={residual_n:?}, decision={decision:?}, …)")
+    }
+}
+
+/// Estimator and detector on samples that come one by one.
+#[pyclass(module = "trocar._core")]
+pub(crate) struct Detector {
+    chain: Chain,
+    fresh: Chain,
+    is_filtered: bool,
+    samples: u64,
+}
+
+#[pymethods]
+impl Detector {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        interval_s: f64,
+        is_filtered: bool,
+        settings: Vec<String>,
+        settings_file: Option<&str>,
+    ) -> PyResult<Self> {
+        let refuse = |error| error::scenario(py, &error);
+        let mut all = settings_file.map(|file| tuning(py, file)).transpose()?.unwrap_or_default();
+        all.extend(settings);
+        let mut values = Values::from_settings("detector", &all).map_err(refuse)?;
+        let settings = DetectionSettings::resolve(&mut values).map_err(refuse)?;
+        let given = settings.position_resolution_m;
+        let velocity = match is_filtered {
+            true => VelocitySource::Filtered { step_m: if given > 0.0 { given } else { ASSUMED_STEP_M } },
+            false => VelocitySource::Measured,
+        };
+        let chain = Chain::new(&settings, interval_s, velocity).map_err(|_| {
+            error::value(format!("interval_s is {interval_s:?}, must be a positive, finite number of seconds"))
+        })?;
+        Ok(Self { fresh: chain.clone(), chain, is_filtered, samples: 0 })
+    }
+
+    /// Forgets everything that it has seen.
+    fn reset(&mut self) {
+        (self.chain, self.samples) = (self.fresh.clone(), 0);
+    }
+
+    /// How many samples it has taken.
+    #[getter]
+    fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    #[getter]
+    fn is_filtered(&self) -> bool {
+        self.is_filtered
+    }
+
+    /// Takes a sample: position in m, velocity in m/s or none, force in N.
+    fn step(&mut self, position_m: f64, velocity_m_per_s: Option<f64>, force_n: f64) -> PyResult<Step> {
+        let velocity_m_per_s = self.velocity(velocity_m_per_s)?;
+        let reading = Reading { position_m, velocity_m_per_s, force_n };
+        check(&reading, None)?;
+        let step = self.chain.step(&reading);
+        self.samples += 1;
+        Ok(Step {
+            alarm: step.decision.alarm,
+            velocity_m_per_s: step.velocity_m_per_s,
+            depth_m: step.depth_m,
+            predicted_force_n: step.estimate.predicted_force_n,
+            residual_n: step.estimate.residual_n,
+            stiffness_n_per_m: step.estimate.stiffness_n_per_m,
+            damping_n_s_per_m: step.estimate.damping_n_s_per_m,
+            distance: step.decision.distance,
+            decision: step.decision.decision,
+        })
+    }
+
+    /// Takes samples that have come together; all of them, or none where one of them cannot be. Gives the columns, and which
+    /// of the samples raise an alarm.
+    fn steps<'py>(
+        &mut self,
+        py: Python<'py>,
+        position_m: PyReadonlyArray1<'py, f64>,
+        velocity_m_per_s: Option<PyReadonlyArray1<'py, f64>>,
+        force_n: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>)> {
+        let slice = |array: &PyReadonlyArray1<'py, f64>| array.as_slice().map(<[f64]>::to_vec).map_err(error::value);
+        let (position, force) = (slice(&position_m)?, slice(&force_n)?);
+        let velocity = velocity_m_per_s.as_ref().map(slice).transpose()?;
+        self.velocity(velocity.as_ref().map(|_| 0.0))?;
+        let count = position.len();
+        for (name, length) in [("velocity", velocity.as_ref().map_or(count, Vec::len)), ("force", force.len())] {
+            if length != count {
+                return Err(error::value(format!(
+                    "{name} has {length} samples and position has {count}; they must agree"
+                )));
+            }
+        }
+        let reading = |at: usize| Reading {
+            position_m: position[at],
+            velocity_m_per_s: velocity.as_ref().map_or(0.0, |velocity| velocity[at]),
+            force_n: force[at],
+        };
+        (0..count).try_for_each(|at| check(&reading(at), Some(at)))?;
+        let mut columns: [Vec<f64>; 8] = std::array::from_fn(|_| Vec::with_capacity(count));
+        let mut alarms = vec![];
+        let chain = &mut self.chain;
+        py.detach(|| {
+            for at in 0..count {
+                let step = chain.step(&reading(at));
+                if step.decision.alarm {
+                    alarms.push(at as i64);
+                }
+                let values = [
+                    step.velocity_m_per_s,
+                    step.depth_m,
+                    step.estimate.predicted_force_n,
+                    step.estimate.residual_n,
+                    step.estimate.stiffness_n_per_m,
+                    step.estimate.damping_n_s_per_m,
+                    step.decision.distance,
+                    step.decision.decision,
+                ];
+                columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+            }
+        });
+        self.samples += count as u64;
+        let names = [
+            "velocity_m_per_s",
+            "depth_m",
+            "predicted_force_n",
+            "residual_n",
+            "stiffness_n_per_m",
+            "damping_n_s_per_m",
+            "distance",
+            "decision",
+        ];
+        let all = PyDict::new(py);
+        for (name, column) in names.into_iter().zip(columns) {
+            put(&all, name, column)?;
+        }
+        Ok((all, PyArray1::from_vec(py, alarms)))
+    }
+}
+
+impl Detector {
+    /// The velocity as the chain takes it.
+    fn velocity(&self, given: Option<f64>) -> PyResult<f64> {
+        match (given, self.is_filtered) {
+            (Some(velocity), false) => Ok(velocity),
+            (None, true) => Ok(0.0),
+            (None, false) => {
+                Err(error::value("velocity is missing; make the detector with velocity=\"filtered\" to estimate it"))
+            }
+            (Some(_), true) => Err(error::value("velocity is given to a detector that estimates it; give None")),
+        }
+    }
+}
+
+/// Refuses what no needle does: one bad sample would spoil the estimates for good.
+fn check(reading: &Reading, at: Option<usize>) -> PyResult<()> {
+    let all = [("position", reading.position_m), ("velocity", reading.velocity_m_per_s), ("force", reading.force_n)];
+    // False for NaN.
+    let sound = |value: f64| value.abs() <= Limits::MOST_MAGNITUDE;
+    match all.into_iter().find(|(_, value)| !sound(*value)) {
+        None => Ok(()),
+        Some((name, value)) => {
+            let at = at.map_or(String::new(), |at| format!("[{at}]"));
+            let most = Limits::MOST_MAGNITUDE;
+            Err(error::value(format!("{name}{at} is {value}, must be a finite number of at most {most:e} in SI units")))
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Running a scenario.
+
+use std::mem::take;
+use std::time::{Duration, Instant};
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trocar::engine::{Observer, Signals, Trace};
+use trocar::report::{run_text, summary_json};
+use trocar::run::observe;
+
+use crate::arrays::put;
+use crate::scenario::Scenario;
+use crate::{convert, error};
+
+/// After how many ticks the clock is looked at, and after what time signals are: a tick takes some 30 ns.
+const TICKS: u64 = 4096;
+const PERIOD: Duration = Duration::from_millis(40);
+
+/// A scenario that was run; its trace has been handed over.
+#[pyclass(frozen, module = "trocar._core")]
+pub(crate) struct Run {
+    run: trocar::run::Run,
+}
+
+#[pymethods]
+impl Run {
+    /// What `summary.json` holds.
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        convert::parsed(py, &summary_json(&self.run))
+    }
+
+    /// The same, as text.
+    fn summary_json(&self) -> String {
+        summary_json(&self.run)
+    }
+
+    /// What the command line prints of it.
+    fn text(&self) -> String {
+        run_text(&self.run)
+    }
+
+    /// The table's rows: metric, unit, value in SI.
+    fn rows(&self) -> Vec<(String, String, Option<f64>)> {
+        let rows = trocar::compare::rows(&[&self.run.metrics], &[]);
+        rows.into_iter().map(|row| (row.metric, unit(row.unit), row.values[0])).collect()
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.run.scenario.name
+    }
+}
+
+/// The SI unit in which values are.
+pub(crate) fn unit(unit: trocar::compare::Unit) -> String {
+    use trocar::compare::Unit;
+    match unit {
+        Unit::Metre => "m",
+        Unit::MetrePerSecond => "m/s",
+        Unit::Second => "s",
+        Unit::Newton => "N",
+        Unit::NewtonPerSecond => "N/s",
+        Unit::Joule => "J",
+        Unit::Share | Unit::Count => "1",
+    }
+    .into()
+}
+
+/// Records every tick, and looks for signals now and then; the run ends where there is one.
+struct Watch {
+    trace: Trace,
+    looked: Option<Instant>,
+    signal: Option<PyErr>,
+}
+
+impl Observer<f64> for Watch {
+    #[inline(always)]
+    fn observe(&mut self, signals: &Signals<f64>) {
+        self.trace.observe(signals);
+        if signals.tick.is_multiple_of(TICKS) && signals.tick > 0 {
+            self.look();
+        }
+    }
+
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        self.signal.is_some()
+    }
+}
+
+impl Watch {
+    #[cold]
+    #[inline(never)]
+    fn look(&mut self) {
+        let looked = self.looked.get_or_insert_with(Instant::now);
+        if looked.elapsed() >= PERIOD {
+            *looked = Instant::now();
+            self.signal = Python::attach(|py| py.check_signals()).err();
+        }
+    }
+}
+
+/// Runs a scenario; gives the run and its trace by columns.
+#[pyfunction]
+pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
+    let scenario = &scenario.scenario;
+    let (outcome, Watch { trace, signal, .. }) = py.detach(|| {
+        let trace = Trace::new(scenario.grid).with_further(scenario.estimator.parameters.further_column());
+        let mut watch = Watch { trace, looked: None, signal: None };
+        let outcome = observe(scenario, &mut watch);
+        (outcome, watch)
+    });
+    if let Some(signal) = signal {
+        return Err(signal);
+    }
+    let metrics = outcome.map_err(|error| error::run(py, &error))?;
+    hand_over(py, trocar::run::Run { scenario: scenario.clone(), metrics, trace })
+}
+
+/// A run, and its trace as arrays: the very vectors, without a copy.
+pub(crate) fn hand_over(py: Python<'_>, mut run: trocar::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
+    let columns = PyDict::new(py);
+    let trace = &mut run.trace;
+    for (name, values) in [
+        ("time_s", &mut trace.time_s),
+        ("desired_position_m", &mut trace.desired_position_m),
+        ("master_position_m", &mut trace.master_position_m),
+        ("master_velocity_m_per_s", &mut trace.master_velocity_m_per_s),
+        ("operator_force_n", &mut trace.operator_force_n),
+        ("slave_reference_m", &mut trace.slave_reference_m),
+        ("slave_position_m", &mut trace.slave_position_m),
+        ("slave_velocity_m_per_s", &mut trace.slave_velocity_m_per_s),
+        ("tissue_force_n", &mut trace.tissue_force_n),
+        ("measured_force_n", &mut trace.measured_force_n),
+        ("feedback_force_n", &mut trace.feedback_force_n),
+        ("stiffness_n_per_m", &mut trace.stiffness_n_per_m),
+        ("damping_n_s_per_m", &mut trace.damping_n_s_per_m),
+        ("residual_n", &mut trace.residual_n),
+        ("distance", &mut trace.distance),
+        ("decision", &mut trace.decision),
+    ] {
+        put(&columns, name, take(values))?;
+    }
+    put(&columns, "mode", take(&mut trace.mode))?;
+    if let Some((name, values)) = &trace.further {
+        // The summary needs it too.
+        columns.set_item(*name, PyArray1::from_slice(py, values))?;
+    }
+    Ok((Run { run }, columns))
+}
+
+/// How long the crate's own `run` takes for a scenario, in s: the least of some times.
+#[pyfunction]
+pub(crate) fn seconds_of_run(py: Python<'_>, scenario: &Scenario, times: usize) -> f64 {
+    py.detach(|| {
+        let once = || {
+            let begun = Instant::now();
+            let run = trocar::run::run(scenario.scenario.clone());
+            let seconds = begun.elapsed().as_secs_f64();
+            drop(std::hint::black_box(run));
+            seconds
+        };
+        (0..times.max(1)).map(|_| once()).fold(f64::INFINITY, f64::min)
+    })
+}

@@ -1,0 +1,144 @@
+//! Sweeps: all of one, or a shard.
+
+use std::sync::atomic::AtomicBool;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trocar::scenario::{Kind, Source, Value};
+use trocar::sweep::{Column, Design, Part, Plan, Progress, Rows, Shard, SweepError, execute};
+
+use crate::arrays::put;
+use crate::error;
+use crate::interrupt::interruptible;
+use crate::scenario::{Scenario, text_source};
+
+/// What an axis's values are kept in.
+enum Levels {
+    Number(Vec<f64>),
+    Whole(Vec<i64>),
+    Flag(Vec<bool>),
+    Text(Vec<String>),
+}
+
+impl Levels {
+    fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Number(_) | Kind::Sign => Self::Number(vec![]),
+            Kind::Whole(_) => Self::Whole(vec![]),
+            Kind::Flag => Self::Flag(vec![]),
+            Kind::Numbers | Kind::Choice(_) | Kind::Text | Kind::File => Self::Text(vec![]),
+        }
+    }
+
+    fn push(&mut self, value: &Value) {
+        match (self, value) {
+            (Self::Number(all), Value::Number(number)) => all.push(*number),
+            (Self::Whole(all), Value::Whole(whole)) => all.push(i64::try_from(*whole).unwrap_or(i64::MAX)),
+            (Self::Flag(all), Value::Flag(flag)) => all.push(*flag),
+            (Self::Text(all), Value::Text(text)) => all.push(text.clone()),
+            (Self::Text(all), other) => all.push(other.to_toml().to_string()),
+            // A value is of its axis's kind.
+            _ => {}
+        }
+    }
+}
+
+/// What came out, column by column.
+struct Columns {
+    case: Vec<i64>,
+    axes: Vec<(String, Levels)>,
+    seed: Vec<i64>,
+    outcome: Vec<u8>,
+    metrics: Vec<(String, Vec<f64>)>,
+}
+
+impl Columns {
+    fn read(design: &Design, rows: &Rows, first: u64) -> Result<Self, SweepError> {
+        let mut all = Self {
+            case: vec![],
+            axes: design.axes.iter().map(|axis| (axis.key.path.to_owned(), Levels::of(axis.key.kind))).collect(),
+            seed: vec![],
+            outcome: vec![],
+            metrics: design.columns.iter().map(|column| (column.name.clone(), vec![])).collect(),
+        };
+        let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+        rows.each(|case, outcome, metrics| {
+            debug_assert!(case >= first);
+            sampler.values(case, &mut shares, &mut values);
+            all.case.push(case as i64);
+            all.seed.push(design.seed(case) as i64);
+            all.outcome.push(outcome as u8);
+            all.axes.iter_mut().zip(&values).for_each(|((_, levels), value)| levels.push(value));
+            all.metrics.iter_mut().zip(metrics).for_each(|((_, column), metric)| column.push(*metric));
+            Ok(())
+        })?;
+        Ok(all)
+    }
+
+    fn hand_over(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let columns = PyDict::new(py);
+        put(&columns, "case", self.case)?;
+        for (name, levels) in self.axes {
+            match levels {
+                Levels::Number(values) => put(&columns, &name, values)?,
+                Levels::Whole(values) => put(&columns, &name, values)?,
+                Levels::Flag(values) => put(&columns, &name, values)?,
+                Levels::Text(values) => columns.set_item(&name, values)?,
+            }
+        }
+        put(&columns, "seed", self.seed)?;
+        put(&columns, "outcome", self.outcome)?;
+        for (name, values) in self.metrics {
+            put(&columns, &name, values)?;
+        }
+        Ok(columns)
+    }
+}
+
+type Swept<'py> = (Bound<'py, PyDict>, String, u64);
+
+/// Runs a sweep, or the part of it that a shard as "3/8" names, on so many threads, 0 for all processors: the columns, the hash
+/// of the whole sweep, and how many cases that has. With a file its path, else its text; `base` where neither names one.
+#[pyfunction]
+pub(crate) fn sweep<'py>(
+    py: Python<'py>,
+    path: Option<&str>,
+    text: &str,
+    base: Option<&Scenario>,
+    settings: Vec<String>,
+    shard: &str,
+    threads: usize,
+) -> PyResult<Swept<'py>> {
+    let shard: Shard = shard.parse().map_err(error::value)?;
+    let source = path.map_or_else(|| text_source("sweep", text), Source::parse);
+    let base = base.map(|base| base.source.clone());
+    let work = move |stop: &AtomicBool| {
+        let plan = match &base {
+            Some(base) => Plan::over(&source, base, &settings),
+            None => Plan::load(&source, &settings),
+        }?;
+        let layout = plan.layout(shard);
+        let (first, all) = (layout.packs.start * trocar::sweep::PACK_CASES, layout.part_cases());
+        let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
+        let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
+        let part = Part::open(&folder.path().join(trocar::sweep::CASES), layout)?;
+        let tell = |_: u64| ();
+        let progress = Progress { stop, begun: &|_| (), done: &tell };
+        let threads = if threads == 0 { rayon::current_num_threads() } else { threads };
+        if execute(&plan, &part, threads, &progress)? < all {
+            return Ok(None);
+        }
+        let columns = Columns::read(&plan.design, &Rows(vec![part]), first)?;
+        Ok(Some((columns, plan.hash(), plan.design.cases())))
+    };
+    let swept = interruptible(py, threads, work)?.map_err(|error: SweepError| error::sweep(py, &error))?;
+    // Only a signal stops it, which has been raised then.
+    let (columns, hash, cases) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
+    Ok((columns.hand_over(py)?, hash, cases))
+}
+
+/// The metrics that a sweep can keep, those of ruptures and events with the number 1.
+#[pyfunction]
+pub(crate) fn metric_names() -> Vec<String> {
+    Column::names().collect()
+}

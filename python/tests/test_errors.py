@@ -1,0 +1,122 @@
+"""What is wrong is said in the words of the command line, with the place."""
+
+import pytest
+
+import trocar
+
+CLASSICAL = "builtin:classical.toml"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "setting"),
+    [
+        ("scaling.force", -2, "scaling.force=-2"),
+        ("scaling.forse", 2, "scaling.forse=2"),
+        ("scaling.force", "two", 'scaling.force="two"'),
+        ("scaling.force", float("nan"), "scaling.force=nan"),
+        ("simulation.engine", "exakt", "simulation.engine=exakt"),
+        ("estimator.dead_zone_n", -1.0, "estimator.dead_zone_n=-1.0"),
+        ("slave.denominator", [1.0, 2.0], "slave.denominator=[1.0, 2.0]"),
+        ("recording.file", "/nowhere.csv", "recording.file=/nowhere.csv"),
+        ("recording.ruptures_s", [3.0, 2.0], "recording.ruptures_s=[3.0, 2.0]"),
+    ],
+)
+def test_a_changed_key_fails_as_on_the_command_line(cli, key, value, setting):
+    with pytest.raises(ValueError) as caught:
+        trocar.Scenario.load(CLASSICAL).replace(**{key: value})
+    said = cli("check", CLASSICAL, "--set", setting)
+    assert said.returncode == 2
+    assert str(caught.value).rstrip() == said.stderr.rstrip()
+    assert isinstance(caught.value, trocar.ScenarioError)
+
+
+def test_a_file_fails_as_on_the_command_line(cli, tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text('base = "builtin:classical.toml"\n\n[slave]\nvelocity_gain = -2\n')
+    with pytest.raises(trocar.ScenarioError) as caught:
+        trocar.Scenario.load(path)
+    said = cli("check", path)
+    error = caught.value
+    assert str(error).rstrip() == said.stderr.rstrip()
+    assert (error.file, error.line, error.column) == (str(path), 4, 17)
+    assert error.message.startswith("slave.velocity_gain is -2, must be")
+
+
+def test_a_file_that_is_not_there(cli):
+    with pytest.raises(trocar.ScenarioError) as caught:
+        trocar.Scenario.load("/nowhere.toml")
+    assert str(caught.value).rstrip() == cli("check", "/nowhere.toml").stderr.rstrip()
+    assert caught.value.line is None
+
+
+def test_a_dictionary_points_into_its_text():
+    with pytest.raises(trocar.ScenarioError) as caught:
+        trocar.Scenario.from_dict({"base": CLASSICAL, "scaling": {"position": 1.0, "force": -2.0}}, name="mine")
+    error = caught.value
+    assert (error.file, error.line, error.column) == ("mine", 3, 17)
+    assert "scaling.force = -2.0" in str(error)
+
+
+@pytest.mark.parametrize("value", [None, object(), {1}, 1j, b"bytes"])
+def test_what_toml_cannot_say_is_a_type_error(value):
+    with pytest.raises(TypeError, match=r"scaling\.force is a value of the type"):
+        trocar.Scenario.load(CLASSICAL, **{"scaling.force": value})
+
+
+@pytest.mark.parametrize("value", [2**70, "\ud800"])
+def test_what_toml_has_no_room_for_is_a_value_error(value):
+    with pytest.raises(ValueError, match="has no way to write"):
+        trocar.Scenario.load(CLASSICAL, **{"name": value})
+
+
+@pytest.mark.parametrize("key", ["a=b", "", ".", "a\nb", "scaling.", 'x"y', "[scaling]"])
+def test_keys_that_are_none(key):
+    with pytest.raises(ValueError):
+        trocar.Scenario.load(CLASSICAL, **{key: 1})
+
+
+def test_deep_values_are_refused():
+    value = []
+    for _ in range(10_000):
+        value = [value]
+    with pytest.raises(ValueError, match="nested"):
+        trocar.Scenario.load(CLASSICAL, **{"slave.numerator": value})
+
+
+def test_errors_can_be_pickled():
+    import pickle
+
+    with pytest.raises(trocar.ScenarioError) as caught:
+        trocar.Scenario.load(CLASSICAL, **{"scaling.force": -2})
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (str(again), again.line, again.remedy) == (str(caught.value), caught.value.line, caught.value.remedy)
+
+
+@pytest.mark.parametrize("shard", ["", "0/1", "3/2", "x"])
+def test_a_shard_that_is_none(shard):
+    from trocar import _core
+
+    with pytest.raises(ValueError, match="must be i/n"):
+        _core.sweep(None, "", None, [], shard, 0)
+
+
+def test_sweeps_say_what_is_wrong():
+    with pytest.raises(trocar.ScenarioError, match="each must be a number") as caught:
+        trocar.sweep(CLASSICAL, {"scaling.force": [1.0, -1.0]})
+    assert caught.value.file == "sweep"
+    with pytest.raises(trocar.ScenarioError, match="there is no metric"):
+        trocar.sweep(CLASSICAL, {"scaling.force": [1.0]}, metrics=["beauty"])
+    with pytest.raises(ValueError, match="without axes"):
+        trocar.sweep(CLASSICAL, seeds=3)
+
+
+def test_stability_says_what_is_wrong():
+    with pytest.raises(ValueError, match="did you mean scaling.force"):
+        trocar.stability(x="scaling.forse=1:2:3")
+    with pytest.raises(ValueError, match="name two parameters that differ"):
+        trocar.stability(x="scaling.force=1:2:3", y="scaling.force=1:2:3")
+    for tissue in [(-1.0, 2.0), (2.0, 1.0), (0.0, float("nan")), (0.0, 1e7)]:
+        with pytest.raises(ValueError, match="tissue is"):
+            trocar.stability(tissue=tissue)
+    with pytest.raises(ValueError, match="side is"):
+        trocar.state_space(CLASSICAL, "left")

@@ -1,0 +1,56 @@
+"""What Python adds."""
+
+import time
+
+import pytest
+
+import trocar
+from trocar import _core
+
+
+def least_seconds(work, times):
+    """The least time that some work takes, without that of throwing its outcome away."""
+
+    def once():
+        begun = time.perf_counter()
+        outcome = work()
+        seconds = time.perf_counter() - begun
+        del outcome
+        return seconds
+
+    return min(once() for _ in range(times))
+
+
+@pytest.mark.parametrize(("duration_s", "times"), [(0.01, 2000), (17.0, 400)])
+def test_a_run_costs_little_more_than_in_rust(capsys, duration_s, times):
+    """Under 50 µs and one copy per trace. By turns, and the least of many: other processes only add."""
+    scenario = trocar.Scenario.load("builtin:augmented.toml", **{"simulation.duration_s": duration_s})
+    traces = trocar.run(scenario).traces
+    copies_s = least_seconds(lambda: [column.copy() for column in traces.values()], 50)
+    rust_s = python_s = float("inf")
+    for _ in range(times):
+        rust_s = min(rust_s, _core.seconds_of_run(scenario._core, 1))
+        python_s = min(python_s, least_seconds(lambda: trocar.run(scenario), 1))
+    overhead_s = python_s - rust_s
+    with capsys.disabled():
+        print(
+            f"\n{scenario.ticks} ticks: {1e6 * python_s:.1f} µs in Python, {1e6 * rust_s:.1f} µs in Rust: {1e6 * overhead_s:+.1f} µs; "
+            f"a copy of the traces would take {1e6 * copies_s:.0f} µs"
+        )
+    assert overhead_s < 50e-6 + copies_s
+
+
+@pytest.mark.parametrize("samples", [1000, 20000])
+def test_a_step_of_a_detector(capsys, samples):
+    detector = trocar.Detector(1e-3)
+
+    def steps():
+        step = detector.step
+        for _ in range(samples):
+            step(0.01, 0.02, 1.0)
+
+    each_s = least_seconds(steps, 3) / samples
+    with capsys.disabled():
+        print(f"\nDetector.step: {1e9 * each_s:.0f} ns")
+    # A hundredth of a tick at 1 kHz.
+    assert each_s < 1e-5

@@ -1,0 +1,208 @@
+"""What notebooks do."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import trocar
+
+
+@pytest.fixture(scope="module")
+def run():
+    return trocar.run("builtin:augmented.toml")
+
+
+def test_a_scenario_reads_like_a_dictionary():
+    scenario = trocar.Scenario.from_dict({"base": "builtin:classical.toml", "scaling": {"force": 2}, "slave.numerator": np.array([7.0, 650.0])})
+    assert scenario["scaling.force"] == 2.0
+    assert scenario["slave"]["numerator"] == [7.0, 650.0]
+    assert scenario.to_dict()["scaling"]["force"] == 2.0
+    with pytest.raises(KeyError):
+        scenario["scaling.colour"]
+    assert trocar.Scenario.from_dict(scenario.to_dict()) == scenario
+    assert scenario.duration_s == pytest.approx(17.0)
+    assert trocar.Scenario.load("builtin:classical.toml").rupture_times_s == [5.52, 8.85]
+    with pytest.raises(AttributeError):
+        scenario.name = "other"
+
+
+def test_replacing_leaves_the_first_as_it_was_and_lets_what_follows_follow():
+    first = trocar.Scenario.load("builtin:classical.toml")
+    second = first.replace(**{"scaling.force": 2.0}).replace(**{"scaling.force": np.float32(0.5)})
+    assert (first["scaling.force"], second["scaling.force"]) == (1.0, 0.5)
+    assert first.replace(**{"simulation.duration_s": 2.0}).ticks == 2000
+
+
+@pytest.mark.parametrize("name", ["builtin:augmented.toml", "text"])
+def test_scenarios_can_be_pickled(name):
+    scenario = trocar.Scenario.from_dict({"base": "builtin:augmented.toml"}) if name == "text" else trocar.Scenario.load(name)
+    changed = scenario.replace(**{"scaling.force": 0.5})
+    again = pickle.loads(pickle.dumps(changed))
+    assert again == changed and hash(again) == hash(changed)
+    assert again.replace(**{"scaling.force": 1.0})["scaling.force"] == 1.0
+
+
+def test_traces_are_arrays_that_were_not_copied(run):
+    assert all(column.shape == (17000,) for column in run.traces.values())
+    kinds = {name: column.dtype for name, column in run.traces.items()}
+    assert kinds.pop("mode") == np.uint8 and set(kinds.values()) == {np.dtype(np.float64)}
+    # Memory that numpy itself has not asked for: the vector that was computed.
+    assert all(not column.flags.owndata and column.flags.writeable for column in run.traces.values())
+
+
+def test_a_frame_a_figure_and_a_table(run):
+    frame = run.to_dataframe()
+    assert frame.shape == (17000, 16) and frame.index.name == "time_s"
+    assert len(run.plot(figsize=(4, 6)).axes) == 3
+    assert run._repr_html_().startswith("<table>") and "detection delay" in run._repr_html_()
+    assert "detection delay" in str(run) and repr(run) == "Run('augmented', 17000 ticks)"
+    assert [event["frozen_motion_m"] < 1e-4 for event in run.events] == [True, True]
+    assert len(run.ruptures) == 2 and run.alarms_s.shape == (2,)
+
+
+def test_every_shipped_scenario_has_a_further_column_or_not():
+    run = trocar.run(trocar.Scenario.load("builtin:classical.toml", **{"estimator.parameters": "stiffness-damping-friction"}))
+    assert run["friction_n"].shape == run["time_s"].shape
+    assert run.summary["further_estimate"]["column"] == "friction_n"
+
+
+def test_a_run_that_diverges_is_a_result():
+    run = trocar.run(trocar.Scenario.load("builtin:classical.toml", **{"scaling.force": 1000.0}))
+    assert run.metrics["outcome"]["kind"] == "diverged"
+    assert len(run["time_s"]) < 17000
+
+
+def test_a_comparison():
+    comparison = trocar.compare()
+    assert [fact["holds"] for fact in comparison.facts] == [True] * len(comparison.facts)
+    frame = comparison.to_dataframe()
+    assert list(frame.columns) == ["unit", "classical", "augmented"]
+    assert len(comparison.plot().axes) == 2
+    assert "<table>" in comparison._repr_html_() and "augmented" in str(comparison)
+    assert trocar.compare("builtin:classical.toml").facts is None
+    with pytest.raises(ValueError, match="seeds is 1"):
+        trocar.compare(seeds=1)
+
+
+def test_a_detection_and_a_calibration(recording):
+    columns = [recording[name] for name in ("time_s", "position_m", "velocity_m_per_s", "force_n")]
+    found = trocar.detect(*columns, contact_m=0.012, ruptures_s=[5.52, 8.85])
+    frame = found.to_dataframe()
+    assert frame["alarm"].sum() == 2 and len(found.plot().axes) == 3
+    assert found.report["missed_ruptures"] == 0 and "5.523" in found._repr_html_()
+    calibration = trocar.calibrate(*columns)
+    assert "<table>" in calibration._repr_html_() and "[detector]" in calibration.toml
+    with pytest.raises(ValueError, match="first_s|first-s"):
+        trocar.calibrate(*columns, first_s=-1.0)
+
+
+def test_a_sweep_as_a_frame_and_its_overrides():
+    base = trocar.Scenario.load("builtin:augmented.toml", **{"scaling.force": 3.0, "simulation.duration_s": 9.0})
+    sweep = trocar.sweep(base, {"scaling.force": np.array([0.5, 1.0])}, set={"simulation.duration_s": 6.0})
+    assert list(sweep["scaling.force"]) == [0.5, 1.0]
+    frame = sweep.to_dataframe()
+    assert frame.index.name == "case" and set(frame["outcome"]) == {"completed"}
+    assert "2 cases" in sweep._repr_html_() and len(sweep) == 2
+    alone = trocar.run(base.replace(**{"scaling.force": 0.5, "simulation.duration_s": 6.0}))
+    assert sweep["tissue_energy_j"][0] == alone.metrics["tissue_energy_j"]
+    spread = trocar.sweep(base, {"scaling.position": trocar.Range(0.5, 1.0)}, design="sobol", points=4, threads=2)
+    assert len(set(spread["scaling.position"])) == 4
+
+
+def test_a_map():
+    stability = trocar.stability(x="scaling.force=0.1:20:8", y="tissue.stiffness_n_per_m=10:4000:9")
+    assert stability.is_stable and stability.plot().axes
+    assert stability.boundary.shape[1:] == (2, 2) and stability.simulated is None
+    assert "<table>" in stability._repr_html_() and "largest" in str(stability)
+    # 2765.5 N/m with the tissue's damping of 5 N·s/m; checked against the closed loop of its own.
+    assert stability.largest_stable["tissue.stiffness_n_per_m"] == pytest.approx(2765.485, rel=1e-6)
+
+
+def test_the_lock_is_released_while_computing():
+    """Another thread goes on while a sweep runs."""
+    ticks, done = [], threading.Event()
+
+    def count():
+        while not done.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    begun = time.monotonic()
+    trocar.sweep("builtin:01_through_the_skin.toml", {"scaling.force": trocar.Range(0.5, 2.0, 40)}, threads=1)
+    lasted = time.monotonic() - begun
+    done.set()
+    thread.join()
+    within = [tick for tick in ticks if begun <= tick <= begun + lasted]
+    assert len(within) > 5 and max(np.diff([begun, *within, begun + lasted])) < max(0.5 * lasted, 0.05)
+
+
+INTERRUPTED = """
+import sys, time, trocar
+def long():
+    kind = sys.argv[1]
+    if kind == "run":
+        trocar.run(trocar.Scenario.load("builtin:01_through_the_skin.toml", **{
+            "simulation.engine": "dop853", "simulation.tick_s": 1e-4, "simulation.duration_s": 190.0}))
+    elif kind == "sweep":
+        trocar.sweep("builtin:01_through_the_skin.toml", {"scaling.force": trocar.Range(0.5, 2.0, 1000000)})
+    elif kind == "compare":
+        trocar.compare("builtin:01_through_the_skin.toml", seeds=100000)
+    else:
+        trocar.stability(x="scaling.force=0.1:10:2000", y="tissue.stiffness_n_per_m=10:2000:2000")
+print("begun", flush=True)
+begun = time.monotonic()
+try:
+    long()
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+    # What is still computed must not keep the process.
+    sys.exit(7)
+print("not interrupted")
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
+@pytest.mark.parametrize("kind", ["run", "sweep", "compare", "stability"])
+def test_control_c_ends_it(kind):
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, kind], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    begun = time.monotonic()
+    out, _ = process.communicate(timeout=60)
+    assert (out, process.returncode) == ("interrupted\n", 7)
+    assert time.monotonic() - begun < 10
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_computes_too():
+    """The threads of a pool are gone after a fork; nothing may wait for them."""
+    text = (
+        "import os, trocar\n"
+        "trocar.compare()\n"
+        "child = os.fork()\n"
+        "if child == 0:\n"
+        "    trocar.compare()\n"
+        "    trocar.stability(x='scaling.force=1:2:3', y='tissue.stiffness_n_per_m=10:20:3')\n"
+        "    trocar.sweep('builtin:augmented.toml', {'scaling.force': [1.0]})\n"
+        "    os._exit(3)\n"
+        "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+    )
+    assert subprocess.run([sys.executable, "-W", "ignore", "-c", text], timeout=120).returncode == 3
+
+
+def test_keys_and_metrics_are_listed():
+    kind, default, meaning = trocar.keys()["scaling.force"]
+    assert default == "1.0" and "number" in kind and meaning
+    assert "false_alarms" in trocar.metric_names()
+    assert trocar.__version__

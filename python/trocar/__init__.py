@@ -1,0 +1,57 @@
+"""Bilateral teleoperation of needle insertions with event-based haptic augmentation, from numpy.
+
+>>> import trocar
+>>> run = trocar.run("builtin:augmented.toml")
+>>> run["slave_position_m"].shape, len(run.events)
+((17000,), 2)
+
+SI units throughout (m, m/s, N, s); names carry them. Positions grow into the tissue, forces are positive when they resist
+insertion. Computing releases the interpreter's lock, and Ctrl-C ends it.
+"""
+
+from . import _core
+from ._core import Step, __version__, metric_names
+from ._errors import ScenarioError
+from .comparing import Comparison, compare
+from .detection import Calibration, Detection, Detector, calibrate, detect, record
+from .linear import Stability, StateSpace, stability, state_space
+from .running import Run, run
+from .scenario import Scenario
+from .sweeping import Range, Sweep, sweep
+
+__all__ = [
+    "Calibration",
+    "Comparison",
+    "Detection",
+    "Detector",
+    "Range",
+    "Run",
+    "Scenario",
+    "ScenarioError",
+    "Stability",
+    "StateSpace",
+    "Step",
+    "Sweep",
+    "__version__",
+    "calibrate",
+    "compare",
+    "detect",
+    "keys",
+    "metric_names",
+    "record",
+    "run",
+    "shipped",
+    "stability",
+    "state_space",
+    "sweep",
+]
+
+
+def shipped() -> dict[str, str]:
+    """The scenarios that the package carries, each with its question; load one as ``Scenario.load(name)``."""
+    return dict(_core.shipped())
+
+
+def keys() -> dict[str, tuple[str, str | None, str]]:
+    """Every key of a scenario: what it holds, its default as TOML writes it (``None`` if it has none), its meaning."""
+    return {path: (kind, default, meaning) for path, kind, default, meaning in _core.keys()}

@@ -1,0 +1,117 @@
+"""Figures by matplotlib, which is imported when one is drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .comparing import Comparison
+    from .detection import Detection
+    from .linear import Stability
+    from .running import Run
+
+# Of Okabe and Ito, told apart by people who see colours differently.
+_MASTER, _SLAVE, _REFERENCE, _ALARM = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+
+
+def _panels(rows: int, options: dict[str, Any]) -> tuple[Figure, Any]:
+    from matplotlib import pyplot
+
+    options = {"sharex": True, "layout": "constrained", "figsize": (8, 2.4 * rows), **options}
+    return pyplot.subplots(rows, 1, **options)
+
+
+def _shade_events(axes: Any, run: Run) -> None:
+    """Marks the ticks at which the slave is not just following."""
+    time_s, mode = run["time_s"], run["mode"]
+    for axis in axes:
+        for value, shade in ((1, "0.8"), (2, "0.92")):
+            edges = np.flatnonzero(np.diff(np.concatenate([[0], (mode == value).astype(int), [0]])))
+            for start, stop in edges.reshape(-1, 2):
+                axis.axvspan(time_s[start], time_s[min(stop, len(time_s) - 1)], color=shade, zorder=0)
+
+
+def run_figure(run: Run, **options: Any) -> Figure:
+    figure, axes = _panels(3, options)
+    time_s = run["time_s"]
+    positions, forces, decision = axes
+    for column, color, label in (
+        ("master_position_m", _MASTER, "master"),
+        ("slave_reference_m", _REFERENCE, "slave's reference"),
+        ("slave_position_m", _SLAVE, "slave"),
+    ):
+        positions.plot(time_s, 1e3 * run[column], color=color, label=label)
+    for column, color, label in (
+        ("operator_force_n", _MASTER, "hand"),
+        ("feedback_force_n", _REFERENCE, "fed back"),
+        ("tissue_force_n", _SLAVE, "tissue"),
+    ):
+        forces.plot(time_s, run[column], color=color, label=label)
+    decision.plot(time_s, run["decision"], color=_MASTER, label="decision")
+    decision.axhline(run.scenario["detector.threshold"], color="0.4", linestyle="--", label="threshold")
+    for alarm_s in run.alarms_s:
+        decision.axvline(alarm_s, color=_ALARM, linewidth=1)
+    positions.set_ylabel("Position (mm)")
+    forces.set_ylabel("Force (N)")
+    decision.set_ylabel("Decision (N²)")
+    decision.set_xlabel("Time (s)")
+    _shade_events(axes, run)
+    for axis in axes:
+        axis.legend(loc="upper left")
+    positions.set_title(run.scenario.name)
+    return figure
+
+
+def comparison_figure(comparison: Comparison, **options: Any) -> Figure:
+    figure, axes = _panels(2, options)
+    positions, forces = axes
+    for run in comparison.runs:
+        positions.plot(run["time_s"], 1e3 * run["slave_position_m"], label=run.scenario.name)
+        forces.plot(run["time_s"], run["feedback_force_n"], label=run.scenario.name)
+    positions.set_ylabel("Slave position (mm)")
+    forces.set_ylabel("Fed-back force (N)")
+    forces.set_xlabel("Time (s)")
+    for axis in axes:
+        axis.legend(loc="upper left")
+    return figure
+
+
+def detection_figure(detection: Detection, **options: Any) -> Figure:
+    figure, axes = _panels(3, options)
+    time_s = detection["time_s"]
+    for axis, column, label in zip(
+        axes, ("measured_force_n", "residual_n", "decision"), ("Force (N)", "Residual (N)", "Decision (N²)")
+    ):
+        axis.plot(time_s, detection[column], color=_MASTER)
+        axis.set_ylabel(label)
+        for alarm_s in detection.alarms_s:
+            axis.axvline(alarm_s, color=_ALARM, linewidth=1)
+        for rupture_s in detection.report["labelled_ruptures_s"]:
+            axis.axvline(rupture_s, color="0.4", linewidth=1, linestyle="--")
+    threshold = detection.report["settings"]["detector"]["threshold"]
+    axes[2].axhline(threshold, color="0.4", linestyle="--")
+    axes[2].set_xlabel("Time (s)")
+    axes[0].set_title(detection.name)
+    return figure
+
+
+def stability_figure(stability: Stability, **options: Any) -> Figure:
+    from matplotlib import pyplot
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import ListedColormap
+
+    figure: Figure = pyplot.figure(**{"layout": "constrained", **options})
+    axis = figure.subplots()
+    colors = ListedColormap(["#f2d7c7", "#d3e7f3"])
+    axis.pcolormesh(stability.x, stability.y, stability.stable, shading="nearest", cmap=colors, vmin=0, vmax=1)
+    axis.add_collection(LineCollection(list(stability.boundary), colors="0.2"))
+    for name, set_scale, set_label in (("x", axis.set_xscale, axis.set_xlabel), ("y", axis.set_yscale, axis.set_ylabel)):
+        about = stability.report["map"][name]
+        set_scale("log" if about["spacing"] == "log" else "linear")
+        set_label(about["parameter"])
+    axis.set_title(f"{stability.report['scenario']}: stable where blue")
+    return figure

@@ -1,0 +1,152 @@
+"""The linear loop: where it is stable, and its sides as matrices."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._html import table
+from .scenario import Scenario, scenario_of
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.figure import Figure
+
+
+class Stability:
+    """Where a loop is stable.
+
+    Attributes
+    ----------
+    report : dict
+        What ``stability.json`` of the command line holds: mode, margins, limits, sensitivities, ports, switching.
+    x, y : array, float64, shapes (columns,) and (rows,)
+        The map's axes.
+    stable : array, bool, shape (rows, columns)
+        Whether the loop is stable at each point of it.
+    boundary : array, float64, shape (pieces, 2, 2)
+        Pieces of the boundary: two points ``(x, y)`` each.
+    simulated : array, int8, shape (rows, columns), or None
+        What the engine did where it was asked: 1 decays, 0 grows, -1 undecided.
+    """
+
+    def __init__(self, report: dict[str, Any], text: str, columns: dict[str, NDArray[Any]]) -> None:
+        self.report = report
+        self._text = text
+        self.x: NDArray[np.float64] = columns["x"]
+        self.y: NDArray[np.float64] = columns["y"]
+        shape = (len(self.y), len(self.x))
+        self.stable: NDArray[np.bool_] = columns["stable"].reshape(shape)
+        self.boundary: NDArray[np.float64] = columns["boundary"].reshape(-1, 2, 2)
+        simulated = columns.get("simulated")
+        self.simulated: NDArray[np.int8] | None = None if simulated is None else simulated.reshape(shape)
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether the loop is stable as the scenario has it."""
+        return bool(self.report["is_stable"])
+
+    @property
+    def largest_stable(self) -> dict[str, float | None]:
+        """The greatest stable value by parameter, in SI units; ``None`` where there is none within the search."""
+        return {limit["parameter"]: limit["largest_stable"] for limit in self.report["limits"]}
+
+    def plot(self, **options: Any) -> Figure:
+        """The map with its boundary, drawn by matplotlib."""
+        from ._figures import stability_figure
+
+        return stability_figure(self, **options)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return f"Stability({self.report['scenario']!r}, {'stable' if self.is_stable else 'unstable'})"
+
+    def _repr_html_(self) -> str:
+        def cell(value: float | None) -> str:
+            return "—" if value is None else f"{value:.6g}"
+
+        rows = [(limit["parameter"], cell(limit["value"]), cell(limit["largest_stable"])) for limit in self.report["limits"]]
+        return table(["parameter", "here", "largest stable"], rows, caption=repr(self))
+
+
+def stability(
+    scenario: Scenario | str | os.PathLike[str] = "builtin:classical.toml",
+    x: str = "scaling.force=0.1:10:200",
+    y: str = "tissue.stiffness_n_per_m=10:2000:200",
+    *,
+    tissue: tuple[float, float] = (50.0, 600.0),
+    simulate: bool = False,
+) -> Stability:
+    """Says where the loop is stable, from its matrices: dominant mode, margins, limits, and a map over two parameters.
+
+    Parameters
+    ----------
+    scenario
+        A scenario or a path.
+    x, y
+        The map's axes, ``KEY=LOW:HIGH:COUNT`` with ``:log`` or ``:linear`` at the end where the usual spacing is not wanted.
+    tissue
+        Stiffnesses in N/m between which the tissue may be anything while events switch.
+    simulate
+        Whether the engine is run at every point too.
+    """
+    report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate)
+    return Stability(report, text, columns)
+
+
+class StateSpace:
+    """One side of the teleoperator in continuous time: ``x' = A x + B u``, ``y = C x + D u``, in SI units.
+
+    Attributes
+    ----------
+    A, B, C, D : array, float64
+        Of the shapes (states, states), (states, inputs), (outputs, states) and (outputs, inputs).
+    inputs, outputs, states : list of str
+        What the signals are, with their units.
+    name : str
+        Which side it is.
+    """
+
+    def __init__(self, core: _core.StateSpace) -> None:
+        self._core = core
+        self.A, self.B, self.C, self.D = core.a, core.b, core.c, core.d
+        self.inputs, self.outputs, self.states = core.inputs, core.outputs, core.states
+        self.name = core.name
+
+    def poles(self) -> NDArray[np.complex128]:
+        """The poles, in 1/s; shape (states,)."""
+        return np.array([complex(real, imaginary) for real, imaginary in self._core.poles()], dtype=np.complex128)
+
+    def step_response(
+        self, input: int = 0, tick_s: float = 1e-3, samples: int = 1000
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input from rest."""
+        return self._core.step_response(input, tick_s, samples)
+
+    def to_control(self) -> control.StateSpace:
+        """The same for python-control, with names."""
+        import control
+
+        return control.StateSpace(
+            self.A, self.B, self.C, self.D, inputs=self.inputs, outputs=self.outputs, states=self.states, name=self.name
+        )
+
+    def __repr__(self) -> str:
+        return f"StateSpace({self.name}: {', '.join(self.inputs)} -> {', '.join(self.outputs)}; {len(self.states)} states)"
+
+
+def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["master", "slave"]) -> StateSpace:
+    """A side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35), or the
+    slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"`` the machines without controllers.
+
+    >>> import trocar
+    >>> trocar.state_space("builtin:classical.toml", "slave").A.shape
+    (3, 3)
+    """
+    return StateSpace(_core.state_space(scenario_of(scenario)._core, side))

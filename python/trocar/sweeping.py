@@ -1,0 +1,219 @@
+"""Sweeps: a scenario run many times over, on one machine or on many."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._html import table
+from ._settings import dotted, key_of, value
+from .scenario import Scenario, scenario_of
+
+if TYPE_CHECKING:
+    import pandas
+
+_OUTCOMES = np.array(["completed", "diverged", "failed"])
+
+
+@dataclass(frozen=True)
+class Range:
+    """An axis from one value to another: evenly spaced, or by equal factors where ``log``.
+
+    ``points`` counts for a grid only; designs that spread points over the ranges have their own number.
+    """
+
+    start: float
+    stop: float
+    points: int | None = None
+    log: bool = False
+
+    def _table(self) -> dict[str, Any]:
+        table: dict[str, Any] = {"from": self.start, "to": self.stop}
+        if self.points is not None:
+            table["points"] = self.points
+        if self.log:
+            table["log"] = True
+        return table
+
+
+class Sweep:
+    """What came out of a sweep, a row per case.
+
+    Attributes
+    ----------
+    columns : dict of str to array
+        Each of the shape ``(cases,)``: ``case`` (int64), a column per axis by its key, ``seed`` (int64), ``outcome``
+        (``"completed"``, ``"diverged"`` or ``"failed"``), and the metrics, float64 in SI units, NaN where undefined.
+    hash : str
+        The SHA-256 of everything that the rows depend on, as in ``manifest.json`` of the command line.
+    """
+
+    def __init__(self, columns: dict[str, Any], hash: str) -> None:
+        self.columns: dict[str, NDArray[Any]] = {
+            name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()
+        }
+        self.hash = hash
+
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        return self.columns[column]
+
+    def __len__(self) -> int:
+        return len(self.columns["case"])
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The columns as a pandas DataFrame, indexed by ``case``."""
+        import pandas
+
+        return pandas.DataFrame(self.columns).set_index("case")
+
+    def __repr__(self) -> str:
+        return f"Sweep({len(self)} cases, columns {', '.join(self.columns)})"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for name in list(self.columns)[1:]:
+            column = self.columns[name]
+            if column.dtype.kind == "f":
+                defined = column[np.isfinite(column)]
+                count, numbers = len(defined), np.quantile(defined, [0, 0.5, 1]) if len(defined) else []
+                rows.append((name, str(count), *(f"{number:.4g}" for number in numbers), *([] if count else ["—"] * 3)))
+        return table(["column", "defined", "least", "median", "greatest"], rows, caption=f"{len(self)} cases")
+
+
+def sweep(
+    base: Scenario | str | os.PathLike[str],
+    axes: Mapping[str, Range | Sequence[Any] | NDArray[Any]] | None = None,
+    *,
+    set: Mapping[str, Any] | None = None,
+    seeds: int = 1,
+    first_seed: int | None = None,
+    metrics: Sequence[str] | None = None,
+    design: str = "grid",
+    points: int | None = None,
+    design_seed: int | None = None,
+    threads: int = 0,
+    client: Any = None,
+    shards: int | None = None,
+) -> Sweep:
+    """Runs a scenario many times over, with keys that vary. Case *i* is the same on any number of threads and machines.
+
+    Parameters
+    ----------
+    base
+        The scenario; without ``axes``, the path of a sweep file, which says everything.
+    axes
+        Keys that vary: a list of values each, or a :class:`Range`.
+    set
+        Keys that all cases share.
+    seeds, first_seed
+        How many seeds of noise each point has, and the first of them; one, the scenario's own.
+    metrics
+        What to keep of each case: names as in ``trocar.metric_names()``; a useful set where it is not given.
+    design, points, design_seed
+        How points are chosen: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``; these have so
+        many points, by this seed.
+    threads
+        How many threads on one machine; 0 is one per processor. With a client, how many each shard uses; 0 is one.
+    client
+        A ``dask.distributed.Client``: shards are mapped over its workers, those of a lost worker run again. The workers need
+        the same version of trocar, and files that the scenario names at the same paths.
+    shards
+        How many shards; eight per worker thread where it is not given.
+
+    >>> import trocar
+    >>> sweep = trocar.sweep("builtin:augmented.toml", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
+    >>> sweep["detected_ruptures"]
+    array([1., 1.])
+    """
+    if axes is None:
+        given = (set, first_seed, metrics, points, design_seed)
+        if isinstance(base, Scenario) or any(one is not None for one in given) or seeds != 1 or design != "grid":
+            raise ValueError("without axes there is only the path of a sweep file, which says everything itself")
+        job = _Job(os.fspath(base), "", None, [])
+    else:
+        shared = dict(set or {})
+        lines = _header(seeds, first_seed, metrics, design, points, design_seed)
+        lines += _section("set", shared)
+        lines += _section("axes", {key: _levels(one) for key, one in axes.items()})
+        scenario = scenario_of(base)
+        # What the sweep says counts before what was changed in the scenario.
+        said = {*shared, *axes}
+        own = [setting for setting in scenario._core.origin()[3] if key_of(setting) not in said]
+        job = _Job(None, "\n".join(lines) + "\n", scenario, own)
+    if client is None:
+        columns, hash, _ = job.run("1/1", threads)
+        return Sweep(columns, hash)
+    return _over_workers(job, client, shards, max(threads, 1))
+
+
+def _levels(given: Any) -> Any:
+    return given._table() if isinstance(given, Range) else given
+
+
+def _section(name: str, values: Mapping[str, Any]) -> list[str]:
+    lines = [f"{dotted(key)} = {value(key, one)}" for key, one in values.items()]
+    return [f"[{name}]", *lines] if lines else []
+
+
+def _header(
+    seeds: int,
+    first_seed: int | None,
+    metrics: Sequence[str] | None,
+    design: str,
+    points: int | None,
+    design_seed: int | None,
+) -> list[str]:
+    all_of_them: dict[str, Any] = {
+        "seeds": seeds,
+        "first_seed": first_seed,
+        "metrics": None if metrics is None else list(metrics),
+        "design.kind": design,
+        "design.points": points,
+        "design.seed": design_seed,
+    }
+    return [f"{key} = {value(key, given)}" for key, given in all_of_them.items() if given is not None]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """Everything that a shard is computed from; goes to the workers."""
+
+    path: str | None
+    text: str
+    base: Scenario | None
+    settings: list[str]
+
+    def run(self, shard: str, threads: int) -> tuple[dict[str, Any], str, int]:
+        base = None if self.base is None else self.base._core
+        return _core.sweep(self.path, self.text, base, self.settings, shard, threads)
+
+
+def _over_workers(job: _Job, client: Any, shards: int | None, threads: int) -> Sweep:
+    if shards is None:
+        shards = 8 * max(1, sum(client.nthreads().values()))
+    if shards < 1:
+        raise ValueError(f"shards is {shards}, must be at least 1")
+    # A worker that dies under a shard takes the attempt with it; `retries` are for errors that are not the shard's own.
+    futures = client.map(job.run, [f"{shard}/{shards}" for shard in range(1, shards + 1)], [threads] * shards, pure=False, retries=2)
+    try:
+        parts = client.gather(futures)
+    except BaseException:
+        client.cancel(futures)
+        raise
+    hashes = {hash for _, hash, _ in parts}
+    if len(hashes) > 1:
+        raise RuntimeError(
+            "the workers did not run the same sweep: they have other versions of trocar, or other content in the files that the "
+            "scenario names"
+        )
+    columns = {name: np.concatenate([np.asarray(part[name]) for part, _, _ in parts if len(part["case"])]) for name in parts[0][0]}
+    cases = parts[0][2]
+    if not np.array_equal(columns["case"], np.arange(cases)):
+        raise RuntimeError(f"the workers returned {len(columns['case'])} of {cases} cases")
+    return Sweep(columns, hashes.pop())

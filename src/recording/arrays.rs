@@ -1,0 +1,134 @@
+//! A recording out of samples that are in memory already.
+
+use thiserror::Error;
+
+use super::{Limits, Recording};
+
+/// Why samples in memory are no recording.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ArrayError {
+    /// Lists of different lengths.
+    #[error("{name} has {length} samples and time_s has {times}; each needs one per time")]
+    Length {
+        /// The quantity.
+        name: &'static str,
+        /// How many samples it has.
+        length: usize,
+        /// How many times there are.
+        times: usize,
+    },
+    /// No sample, or a single one.
+    #[error("{0} samples are too few; at least two are needed")]
+    TooFew(usize),
+    /// NaN or an infinity.
+    #[error("{name}[{index}] is {value}, must be a finite number; correct it or leave the sample out")]
+    NotFinite {
+        /// The quantity.
+        name: &'static str,
+        /// Which sample, from 0.
+        index: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// A time that does not come after the one before.
+    #[error(
+        "time_s[{index}] is {time_s:?} s, must be later than the {before_s:?} s before it; sort the samples, one per time"
+    )]
+    NotLater {
+        /// Which sample, from 0.
+        index: usize,
+        /// Its time in s.
+        time_s: f64,
+        /// The time before it in s.
+        before_s: f64,
+    },
+    /// A pause longer than may be interpolated.
+    #[error(
+        "no sample for {gap_s:.6} s before time_s[{index}], the limit is {limit_s:.6} s; cut the recording there, or raise \
+         recording.max_gap_s"
+    )]
+    Gap {
+        /// The first sample after it, from 0.
+        index: usize,
+        /// How long it is, in s.
+        gap_s: f64,
+        /// The longest pause allowed, in s.
+        limit_s: f64,
+    },
+}
+
+impl Recording {
+    /// A recording of samples: times in s, positions in m growing into the tissue, velocities in m/s where they were measured,
+    /// forces in N, positive when they resist insertion. `max_gap_s` (s) is the longest pause allowed; without one it is
+    /// [`Limits::GAP_IN_MEDIANS`] times the median interval, as for a file.
+    ///
+    /// # Errors
+    /// [`ArrayError`] where a [`Recording`] would not be what it promises.
+    pub fn new(
+        time_s: Vec<f64>,
+        position_m: Vec<f64>,
+        velocity_m_per_s: Option<Vec<f64>>,
+        force_n: Vec<f64>,
+        max_gap_s: Option<f64>,
+    ) -> Result<Self, ArrayError> {
+        let times = time_s.len();
+        let quantities = [
+            ("time_s", Some(&time_s)),
+            ("position_m", Some(&position_m)),
+            ("velocity_m_per_s", velocity_m_per_s.as_ref()),
+            ("force_n", Some(&force_n)),
+        ];
+        for (name, values) in quantities.into_iter().filter_map(|(name, values)| Some((name, values?))) {
+            if values.len() != times {
+                return Err(ArrayError::Length { name, length: values.len(), times });
+            }
+            if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+                return Err(ArrayError::NotFinite { name, index, value: values[index] });
+            }
+        }
+        if times < 2 {
+            return Err(ArrayError::TooFew(times));
+        }
+        if let Some(before) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let (index, time_s, before_s) = (before + 1, time_s[before + 1], time_s[before]);
+            return Err(ArrayError::NotLater { index, time_s, before_s });
+        }
+        let recording = Self::from_checked(time_s, position_m, velocity_m_per_s, force_n);
+        let limit_s = max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * recording.median_interval_s());
+        let gap = |pair: &[f64]| pair[1] - pair[0];
+        let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
+        match recording.time_s().windows(2).position(|pair| !allowed(gap(pair))) {
+            None => Ok(recording),
+            Some(before) => {
+                let gap_s = gap(&recording.time_s()[before..before + 2]);
+                Err(ArrayError::Gap { index: before + 1, gap_s, limit_s })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(time_s: &[f64], force_n: &[f64]) -> Result<Recording, ArrayError> {
+        Recording::new(time_s.to_vec(), vec![0.0; time_s.len()], None, force_n.to_vec(), None)
+    }
+
+    #[test]
+    fn even_samples_are_a_recording() {
+        let recording = of(&[1.0, 1.5, 2.0], &[1.0, 2.0, 3.0]).expect("good");
+        assert_eq!((recording.len(), recording.median_interval_s()), (3, 0.5));
+    }
+
+    #[test]
+    fn each_mistake_is_named_with_its_sample() {
+        let message = |time_s: &[f64], force_n: &[f64]| of(time_s, force_n).expect_err("refused").to_string();
+        assert!(message(&[0.0, 1.0], &[0.0; 3]).contains("force_n has 3 samples and time_s has 2"));
+        assert!(message(&[0.0], &[0.0]).contains("1 samples are too few"));
+        assert!(message(&[0.0, 1.0], &[0.0, f64::NAN]).contains("force_n[1] is NaN"));
+        assert!(message(&[0.0, f64::INFINITY], &[0.0; 2]).contains("time_s[1] is inf"));
+        assert!(message(&[0.0, 1.0, 1.0], &[0.0; 3]).contains("time_s[2] is 1.0 s, must be later than the 1.0 s"));
+        assert!(message(&[0.0, 1.0, 2.0, 13.0], &[0.0; 4]).contains("before time_s[3], the limit is 10.0"));
+    }
+}

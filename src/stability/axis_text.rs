@@ -1,0 +1,93 @@
+//! An axis of a map as people write it.
+
+use super::{Axis, Parameter, Spacing};
+use crate::scenario::{KEYS, Kind, Range};
+
+/// Most values of an axis.
+const MOST_VALUES: usize = 2000;
+
+/// Ratio of an axis's ends from which on it is spaced by ratios.
+const WIDE: f64 = 50.0;
+
+const MANNER: &str = "write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200";
+
+impl Axis {
+    /// An axis as people write it: `KEY=LOW:HIGH:COUNT[:log|:linear]`; without a word it is spaced by ratios where `HIGH` is 50
+    /// times `LOW` or more.
+    ///
+    /// # Errors
+    /// What is wrong with it, and the remedy, in words.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let (key, range) = text.split_once('=').ok_or_else(|| MANNER.to_owned())?;
+        let key = key.trim();
+        let parameter = Parameter::of_key(key).ok_or_else(|| {
+            let likeness = |known: &Parameter| strsim::jaro_winkler(key, known.key());
+            let nearest = Parameter::all().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+            let known: Vec<&str> = Parameter::all().map(Parameter::key).collect();
+            let nearest = nearest.filter(|nearest| likeness(nearest) > 0.8);
+            let nearest = nearest.map_or(String::new(), |nearest| format!("; did you mean {}?", nearest.key()));
+            format!("the loop has no parameter {key}{nearest} There are {}", known.join(", "))
+        })?;
+        let parts: Vec<&str> = range.split(':').map(str::trim).collect();
+        let [low, high, count, spacing @ ..] = parts.as_slice() else {
+            return Err(MANNER.to_owned());
+        };
+        let number = |text: &str| {
+            let toml = text.parse().ok().map(toml::Value::Float);
+            let kind = KEYS
+                .iter()
+                .find(|key| key.path == parameter.key())
+                .map_or(Kind::Number(Range::NON_NEGATIVE), |key| key.kind);
+            let accepted = toml.as_ref().and_then(|value| kind.accept(value));
+            match (accepted, toml) {
+                (Some(_), Some(toml::Value::Float(value))) => Ok(value),
+                _ => Err(format!("{text:?} is not {}", kind.describe())),
+            }
+        };
+        let (low, high) = (number(low)?, number(high)?);
+        if low >= high {
+            return Err(format!("{low} is not below {high}; write the lesser value first"));
+        }
+        let count: usize =
+            count.parse().ok().filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
+                format!("{count:?} is not a number of values, a whole number from 2 to {MOST_VALUES}")
+            })?;
+        let spacing = match *spacing {
+            [] if low > 0.0 && high >= WIDE * low => Spacing::Logarithmic,
+            [] | ["linear"] => Spacing::Linear,
+            ["log"] if low > 0.0 => Spacing::Logarithmic,
+            ["log"] => return Err("a logarithmic axis begins above 0".into()),
+            _ => return Err("after the count there may be :log or :linear".into()),
+        };
+        Ok(Axis { parameter, low, high, count, spacing })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_is_read_as_it_is_written() {
+        let axis = Axis::parse("scaling.force = 0.1 : 10 : 200").expect("good");
+        assert_eq!((axis.low, axis.high, axis.count, axis.spacing), (0.1, 10.0, 200, Spacing::Logarithmic));
+        assert_eq!(Axis::parse("scaling.force=0.1:10:200:linear").expect("good").spacing, Spacing::Linear);
+        assert_eq!(Axis::parse("scaling.force=1:2:5").expect("good").spacing, Spacing::Linear);
+    }
+
+    #[test]
+    fn what_is_no_axis_is_refused_with_the_reason() {
+        for (text, reason) in [
+            ("scaling.force", MANNER),
+            ("scaling.force=1:2", MANNER),
+            ("scaling.force=2:1:5", "not below"),
+            ("scaling.force=1:2:1", "from 2 to 2000"),
+            ("scaling.force=nan:2:5", "\"nan\" is not"),
+            ("channel.forward_delay_s=0:1:5:log", "begins above 0"),
+            ("scaling.force=1:2:5:square", ":log or :linear"),
+            ("scaling.forse=1:2:5", "did you mean scaling.force?"),
+        ] {
+            assert!(Axis::parse(text).expect_err(text).contains(reason), "{text}");
+        }
+    }
+}
