@@ -63,7 +63,7 @@ pub(crate) fn unit(unit: trocar::compare::Unit) -> String {
         Unit::Newton => "N",
         Unit::NewtonPerSecond => "N/s",
         Unit::Joule => "J",
-        Unit::Share | Unit::Count => "1",
+        Unit::Share | Unit::Count | Unit::Number => "1",
     }
     .into()
 }

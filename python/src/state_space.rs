@@ -9,6 +9,9 @@ use crate::arrays::matrix;
 use crate::error;
 use crate::scenario::Scenario;
 
+/// Times, and outputs in a row each.
+type Response<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
 /// A side in continuous time, `x' = A x + B u`, `y = C x + D u`, with what its signals are.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct StateSpace {
@@ -64,7 +67,7 @@ impl StateSpace {
         input: usize,
         tick_s: f64,
         samples: usize,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<Response<'py>> {
         let response = lti::step_response(&self.system, input, tick_s, samples).map_err(error::value)?;
         Ok((PyArray1::from_vec(py, response.time_s), matrix(py, rows!(response.outputs), samples)?))
     }
