@@ -1,0 +1,257 @@
+// Charts of trocar's pages, on uPlot: several lines over a shared axis, shaded modes, marked events, thresholds. Dragging
+// zooms and a double click shows everything again; a click on a name in the legend hides its line; and the keyboard does as
+// much: the arrows move the cursor, + and - zoom about it, 0 shows everything. Charts of one group zoom and point together.
+"use strict";
+
+const trocarCharts = (() => {
+  const groups = new Map();
+  const font = (size) => `${size}px system-ui, "DejaVu Sans", Arial, sans-serif`;
+
+  /** What a name such as "blue" is in the theme that is shown now. */
+  function colour(name) {
+    return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || name;
+  }
+
+  /** A number in four significant digits; a dash where there is none. */
+  function number(value) {
+    if (value === null || value === undefined || !Number.isFinite(value)) return "—";
+    const size = Math.abs(value);
+    if (value === 0) return "0";
+    if (size < 5e-5 || size >= 1e6) return value.toExponential(1);
+    return value.toFixed(Math.min(4, Math.max(0, 3 - Math.floor(Math.log10(size)))));
+  }
+
+  /** Draws the intervals of the modes, the events and the thresholds, beneath and above the lines. */
+  function decorations(state) {
+    const across = (plot, value) => plot.valToPos(value, "x", true);
+    return {
+      drawClear: (plot) => {
+        const { ctx, bbox } = plot;
+        ctx.save();
+        for (const { from, to, name } of state.shades) {
+          const left = Math.max(across(plot, from), bbox.left);
+          const right = Math.min(across(plot, to), bbox.left + bbox.width);
+          if (right <= left) continue;
+          ctx.fillStyle = colour(`shade-${name}`);
+          ctx.fillRect(left, bbox.top, right - left, bbox.height);
+        }
+        ctx.restore();
+      },
+      draw: (plot) => {
+        const { ctx, bbox } = plot;
+        const ratio = window.devicePixelRatio || 1;
+        ctx.save();
+        ctx.beginPath();
+        ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+        ctx.clip();
+        for (const { at, kind, label } of state.marks) {
+          const x = Math.round(across(plot, at)) + 0.5;
+          ctx.strokeStyle = colour(kind === "alarm" ? "black" : "grey");
+          ctx.setLineDash(kind === "alarm" ? [] : [4 * ratio, 4 * ratio]);
+          ctx.lineWidth = 1.25 * ratio;
+          ctx.beginPath();
+          ctx.moveTo(x, bbox.top);
+          ctx.lineTo(x, bbox.top + bbox.height);
+          ctx.stroke();
+          if (label && state.spec.markLabels) {
+            ctx.font = font(12 * ratio);
+            ctx.fillStyle = colour("quiet");
+            ctx.fillText(label, x + 4 * ratio, bbox.top + 13 * ratio);
+          }
+        }
+        ctx.setLineDash([10 * ratio, 4 * ratio, 2 * ratio, 4 * ratio]);
+        for (const { value, scale } of state.thresholds) {
+          const y = plot.valToPos(value, scale || "y", true);
+          ctx.strokeStyle = colour("vermilion");
+          ctx.lineWidth = 1.5 * ratio;
+          ctx.beginPath();
+          ctx.moveTo(bbox.left, y);
+          ctx.lineTo(bbox.left + bbox.width, y);
+          ctx.stroke();
+        }
+        ctx.restore();
+      },
+    };
+  }
+
+  /** The same stretch of x in every chart of the group. */
+  function zoom(state, min, max) {
+    for (const other of state.group) {
+      other.zoomed = min === null ? null : { min, max };
+      const [xs] = other.plot.data;
+      const whole = { min: xs[0] ?? 0, max: xs[xs.length - 1] ?? 1 };
+      other.plot.setScale("x", min === null ? whole : { min, max });
+    }
+  }
+
+  /** The keys that do what the mouse does. */
+  function keys(state, event) {
+    const { plot } = state;
+    const { min, max } = plot.scales.x;
+    const width = plot.over.clientWidth;
+    const left = plot.cursor.left >= 0 ? plot.cursor.left : width / 2;
+    const move = (by) => plot.setCursor({ left: Math.min(width, Math.max(0, left + by)), top: plot.over.clientHeight / 2 });
+    const about = plot.posToVal(left, "x");
+    const scaled = (factor) => zoom(state, about - (about - min) * factor, about + (max - about) * factor);
+    const step = event.shiftKey ? 40 : 4;
+    const doings = {
+      ArrowLeft: () => move(-step),
+      ArrowRight: () => move(step),
+      "+": () => scaled(0.6),
+      "=": () => scaled(0.6),
+      "-": () => scaled(1 / 0.6),
+      0: () => zoom(state, null, null),
+    };
+    const doing = doings[event.key];
+    if (!doing || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    doing();
+  }
+
+  /** The legend's names as switches that the keyboard reaches. */
+  function legend(state) {
+    const rows = state.plot.root.querySelectorAll(".u-legend .u-series");
+    rows.forEach((row, index) => {
+      if (index === 0) return;
+      const name = row.querySelector("th");
+      name.tabIndex = 0;
+      name.setAttribute("role", "switch");
+      const told = () => name.setAttribute("aria-checked", String(state.plot.series[index].show));
+      told();
+      name.addEventListener("click", () => setTimeout(told));
+      name.addEventListener("keydown", (event) => {
+        if (event.key !== "Enter" && event.key !== " ") return;
+        event.preventDefault();
+        state.plot.setSeries(index, { show: !state.plot.series[index].show });
+        told();
+      });
+    });
+  }
+
+  function axes(spec) {
+    const common = {
+      stroke: () => colour("ink"),
+      grid: { stroke: () => colour("grid"), width: 1 },
+      ticks: { stroke: () => colour("line"), width: 1 },
+      font: font(13),
+      labelFont: font(13),
+    };
+    return [
+      { ...common, label: spec.x.unit ? `${spec.x.label}, ${spec.x.unit}` : spec.x.label, labelSize: 22, size: 36 },
+      { ...common, label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: 22, size: 62 },
+    ];
+  }
+
+  function series(spec) {
+    const x = { label: spec.x.label, value: (_, v) => (v === null || v === undefined ? "—" : `${number(v)} ${spec.x.unit || ""}`) };
+    const lines = spec.series.map((one) => ({
+      label: one.label,
+      stroke: () => colour(one.colour),
+      width: one.width || 2,
+      dash: one.dash,
+      show: one.show !== false,
+      paths: one.stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
+      points: one.points ? { show: true, size: 5 } : { show: false },
+      value: (_, v) => (v === null || v === undefined ? "—" : `${number(v)} ${spec.y.unit || ""}`),
+    }));
+    return [x, ...lines];
+  }
+
+  /**
+   * Draws a chart into `parent`.
+   *
+   * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range },
+   * series: [{ label, colour, width, dash, stepped, points, show }] }`, colours by the theme's names.
+   * `columns`: x, then one array a series, all of a length; what is not a number leaves a gap.
+   * `extras`: `{ shades: [{ from, to, name: "augmented" | "reengaging" }], marks: [{ at, kind: "rupture" | "alarm", label }],
+   * thresholds: [{ value }] }`.
+   * Gives `{ plot, update(columns, extras), destroy() }`.
+   */
+  function chart(parent, spec, columns, extras = {}) {
+    const figure = document.createElement("figure");
+    figure.className = "chart";
+    if (spec.id) figure.id = spec.id;
+    const caption = document.createElement("figcaption");
+    caption.textContent = spec.title;
+    figure.append(caption);
+    parent.append(figure);
+    const group = spec.group ? groups.get(spec.group) || new Set() : new Set();
+    if (spec.group) groups.set(spec.group, group);
+    const state = { spec, group, zoomed: null, shades: [], marks: [], thresholds: [], ...extras };
+    const range = spec.y.range && ((_, low, high) => spec.y.range(low, high));
+    const hooks = decorations(state);
+    state.plot = new uPlot(
+      {
+        width: Math.max(figure.clientWidth, 280),
+        height: spec.height || 240,
+        scales: {
+          x: { time: false, distr: spec.x.log ? 3 : 1 },
+          y: { distr: spec.y.log ? 3 : 1, ...(range ? { range } : {}) },
+        },
+        axes: axes(spec),
+        series: series(spec),
+        legend: { live: true },
+        cursor: {
+          ...(spec.group ? { sync: { key: spec.group, scales: ["x", null] } } : {}),
+          drag: { x: true, y: false, setScale: false },
+          bind: {
+            dblclick: () => () => {
+              zoom(state, null, null);
+              return null;
+            },
+          },
+        },
+        hooks: {
+          drawClear: [hooks.drawClear],
+          draw: [hooks.draw],
+          setSelect: [
+            (plot) => {
+              const { left, width } = plot.select;
+              if (width < 4) return;
+              const [min, max] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+              plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+              zoom(state, min, max);
+            },
+          ],
+        },
+      },
+      columns,
+      figure,
+    );
+    group.add(state);
+    const over = state.plot.over;
+    over.tabIndex = 0;
+    over.setAttribute("role", "img");
+    over.setAttribute("aria-label", spec.alt || spec.title);
+    over.addEventListener("keydown", (event) => keys(state, event));
+    legend(state);
+    const resized = new ResizeObserver(() => {
+      const width = Math.max(figure.clientWidth, 280);
+      if (width !== state.plot.width) state.plot.setSize({ width, height: spec.height || 240 });
+    });
+    resized.observe(figure);
+    const redraw = () => state.plot.redraw(false, true);
+    const dark = window.matchMedia("(prefers-color-scheme: dark)");
+    dark.addEventListener("change", redraw);
+    window.addEventListener("themechange", redraw);
+    return {
+      plot: state.plot,
+      figure,
+      update(newColumns, newExtras = {}) {
+        Object.assign(state, newExtras);
+        state.plot.setData(newColumns, state.zoomed === null);
+        if (state.zoomed !== null) state.plot.setScale("x", state.zoomed);
+      },
+      destroy() {
+        resized.disconnect();
+        dark.removeEventListener("change", redraw);
+        window.removeEventListener("themechange", redraw);
+        group.delete(state);
+        state.plot.destroy();
+        figure.remove();
+      },
+    };
+  }
+
+  return { chart, colour, number };
+})();
