@@ -14,7 +14,7 @@
 //!
 //! | floor | rooms |
 //! |---|---|
-//! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints) |
+//! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints), [`explore`] (the page and its server) |
 //! | 6 | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (the linear verdicts against the engine) |
 //! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers), [`stability`] (the linearised loop; never the engine) |
 //! | 4 | [`engine`] (one tick, N ticks, observers), [`rig`] (one step of a real controller) |
@@ -56,6 +56,8 @@ pub mod detection;
 pub mod engine;
 pub mod error;
 pub mod estimation;
+#[cfg(feature = "std")]
+pub mod explore;
 pub mod lane;
 #[cfg(feature = "std")]
 pub mod lti;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Every room with its floor.
-const ROOMS: [(&str, u8); 29] = [
+const ROOMS: [(&str, u8); 30] = [
     ("error", 0),
     ("lane", 0),
     ("quantiles", 0),
@@ -32,6 +32,7 @@ const ROOMS: [(&str, u8); 29] = [
     ("sweep", 6),
     ("stability_check", 6),
     ("report", 7),
+    ("explore", 7),
     ("cli", 7),
     ("main", 8),
 ];

@@ -82,6 +82,7 @@ const trocarCharts = (() => {
       const whole = { min: xs[0] ?? 0, max: xs[xs.length - 1] ?? 1 };
       other.plot.setScale("x", min === null ? whole : { min, max });
     }
+    window.dispatchEvent(new CustomEvent("chartzoom", { detail: { group: state.spec.group, min, max } }));
   }
 
   /** The keys that do what the mouse does. */
@@ -129,6 +130,12 @@ const trocarCharts = (() => {
   }
 
   function axes(spec) {
+    const named = spec.y.ticks && {
+      splits: () => spec.y.ticks.map((tick) => tick.at),
+      values: () => spec.y.ticks.map((tick) => tick.label),
+      label: undefined,
+      size: 110,
+    };
     const common = {
       stroke: () => colour("ink"),
       grid: { stroke: () => colour("grid"), width: 1 },
@@ -138,7 +145,7 @@ const trocarCharts = (() => {
     };
     return [
       { ...common, label: spec.x.unit ? `${spec.x.label}, ${spec.x.unit}` : spec.x.label, labelSize: 22, size: 36 },
-      { ...common, label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: 22, size: 62 },
+      { ...common, label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: 22, size: 62, ...named },
     ];
   }
 
@@ -160,12 +167,14 @@ const trocarCharts = (() => {
   /**
    * Draws a chart into `parent`.
    *
-   * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range },
+   * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range, ticks },
+   * ticks as `[{ at, label }]` where the values have names,
    * series: [{ label, colour, width, dash, stepped, points, show }] }`, colours by the theme's names.
    * `columns`: x, then one array a series, all of a length; what is not a number leaves a gap.
    * `extras`: `{ shades: [{ from, to, name: "augmented" | "reengaging" }], marks: [{ at, kind: "rupture" | "alarm", label }],
    * thresholds: [{ value }] }`.
-   * Gives `{ plot, update(columns, extras), destroy() }`.
+   * Gives `{ plot, figure, update(columns, extras), destroy() }`. A zoom is told to the window as "chartzoom", with the
+   * group and the stretch of x, none for all of it.
    */
   function chart(parent, spec, columns, extras = {}) {
     const figure = document.createElement("figure");

@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::detect::DetectError;
 use crate::detect::calibration::CalibrationError;
 use crate::error::InvalidValue;
+use crate::explore::ExploreError;
 use crate::report::{OutputError, PictureError, diagnostic};
 use crate::roc::RocError;
 use crate::run::RunError;
@@ -80,6 +81,9 @@ pub(super) enum CliError {
     /// A loop cannot be analysed.
     #[error(transparent)]
     Stability(#[from] StabilityError),
+    /// The page cannot be served.
+    #[error(transparent)]
+    Explore(#[from] ExploreError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -183,6 +187,7 @@ impl CliError {
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
             Self::Sweep(error) => error.is_input(),
+            Self::Explore(error) => matches!(error, ExploreError::Bind { .. }),
             Self::Interrupted { .. }
             | Self::Stability(_)
             | Self::Run(RunError::Integration { .. })

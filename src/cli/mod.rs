@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod detect;
 mod error;
+mod explore;
 mod init;
 mod interrupt;
 mod progress;
@@ -41,6 +42,7 @@ Examples:
   trocar compare                                      classical against augmented, on the shipped insertion
   trocar init my.toml && trocar run my.toml           a scenario of your own
   trocar run builtin:augmented.toml --set augmentation.reengage=snap
+  trocar explore                                      the same in the browser, with sliders
   trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n --contact-m 0.012
 
 Exit codes: 0 done, 1 the work failed, 2 the input is wrong, 130 interrupted by Ctrl-C.";
@@ -57,6 +59,20 @@ enum Command {
     /// Prints the metrics side by side, and for the shipped pair the paper's facts beside ours. Each scenario is also run
     /// with 0.025 N of added noise, by its own detector and by the derivative that the paper compares with.
     Compare(compare::CompareArgs),
+    /// Open a page to explore: both schemes, simulated anew at every move of a slider
+    ///
+    /// Classical beside augmented in the browser: positions, forces, decision function and modes; sliders and switches for
+    /// every key; the metrics that `compare` prints; the stability map, to click into; the rupture to be heard; and the needle
+    /// to be pushed by hand, in real time. The state is in the page's address and goes into TOML, CSV and PNG.
+    ///
+    ///   trocar explore                                   the shipped insertion
+    ///   trocar explore builtin:01_augmented.toml         through the skin
+    ///   trocar explore my.toml --port 8000 --no-open     a scenario of your own, the browser left alone
+    ///
+    /// The program serves the page itself, on this machine alone: other machines are let in by --bind only, and pages of other
+    /// sites never. Ctrl-C ends it.
+    #[command(verbatim_doc_comment)]
+    Explore(explore::ExploreArgs),
     /// Run the estimator and the detector on recordings of your own, or on a live stream
     ///
     /// A column is given by its name in the file's header, with a factor that turns it into SI after a colon: a lever's
@@ -181,6 +197,7 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Explore(args) => explore::run(&args),
         Command::Detect(args) => detect::run(*args),
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Roc(args) => roc::run(&args),

@@ -1,9 +1,11 @@
 //! What the person wants: the desired position that the arm pulls the master towards.
 
+mod hand;
 mod motion;
 mod reflex;
 mod tremor;
 
+pub use hand::Hand;
 pub use motion::{insertion_extraction, minimum_jerk, sine};
 pub use reflex::{Reflex, ReflexSettings};
 pub use tremor::TremorSettings;
@@ -25,6 +27,8 @@ pub enum Motion<L> {
     Recording(Arc<[f64]>),
     /// A constant speed from a start to an end.
     Ramp(Ramp<L>),
+    /// Whatever a hand does that is there now.
+    Hand(Arc<Hand>),
 }
 
 /// A person: what they intend, how their hand trembles, and how they react to what they feel.
@@ -76,6 +80,7 @@ impl<L: Lane> Motion<L> {
         match self {
             Self::Recording(positions) => L::from_lanes(|lane| recorded(positions, ticks.lane(lane) as u64)),
             Self::Ramp(ramp) => (ramp.start + ramp.step * ticks).clamp(ramp.low, ramp.high),
+            Self::Hand(hand) => L::splat(hand.position_m()),
         }
     }
 }
@@ -154,6 +159,8 @@ impl crate::lane::Gather for Motion<f64> {
                 let ramps = all.map(|one| if let Self::Ramp(ramp) = one { Some(ramp) } else { None });
                 crate::lane::Gather::gather(each(ramps)?).map(Motion::Ramp)
             }
+            // Hands do not go side by side.
+            Self::Hand(_) => None,
         }
     }
 }

@@ -33,4 +33,4 @@ pub use stability_text::stability_text;
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
 pub use switching::{released_csv, switching_csv, switching_picture, switching_text};
 pub use table::Table;
-pub use tables::{comparison_csv, comparison_text, facts_text, run_text, write_trace_csv};
+pub use tables::{comparison_csv, comparison_text, facts_text, row_cells, run_text, write_trace_csv};

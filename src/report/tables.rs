@@ -63,16 +63,22 @@ pub fn comparison_text(comparison: &Comparison) -> String {
         heading.push("change".into());
     }
     let mut lines = Table::new(heading);
-    for Row { metric, unit, values } in table.rows {
-        let mut cells = vec![metric];
-        cells.extend(values.iter().map(|value| show(*value, unit)));
-        if pair {
-            cells.push(change(&values, unit));
-        }
-        lines.row(cells);
+    for row in &table.rows {
+        lines.row(row_cells(row));
     }
     let _ = write!(text, "{lines}");
     text
+}
+
+/// A line of the comparison's table: the metric, its values, and of a pair the change.
+#[must_use]
+pub fn row_cells(row: &Row) -> Vec<String> {
+    let mut cells = vec![row.metric.clone()];
+    cells.extend(row.values.iter().map(|value| show(*value, row.unit)));
+    if row.values.len() == 2 {
+        cells.push(change(&row.values, row.unit));
+    }
+    cells
 }
 
 /// From the first to the second value, in per cent; nothing for counts, or where there is nothing to relate to.

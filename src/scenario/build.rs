@@ -14,7 +14,7 @@ use crate::engine::{
 use crate::error::InvalidValue;
 use crate::estimation::{Estimator, VelocityFilter};
 use crate::lane::Lane;
-use crate::operator::{Motion, Operator, Ramp};
+use crate::operator::{Hand, Motion, Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
 use crate::teleoperation::{Link, LinkReport};
@@ -246,6 +246,7 @@ impl Scenario {
             OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
                 Motion::Ramp(Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s)?)
             }
+            OperatorSpec::Hand(hand) => Motion::Hand(hand.clone()),
         };
         let mut person = Operator::new(motion);
         if self.tremor.amplitude_m > 0.0 {
@@ -263,6 +264,16 @@ impl Scenario {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),
             OperatorSpec::Ramp { start_m, .. } => *start_m,
+            OperatorSpec::Hand(hand) => hand.position_m(),
         }
+    }
+
+    /// The same scenario in somebody's hand: where it begins is where the hand is, and nothing else trembles or reacts.
+    #[must_use]
+    pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
+        self.operator = OperatorSpec::Hand(hand);
+        self.tremor.amplitude_m = 0.0;
+        self.reflex = None;
+        self
     }
 }

@@ -268,6 +268,7 @@ impl Scenario {
             }
             OperatorSpec::Ramp { start_m, .. } if beyond(start_m) => ("operator.start_m", Some(*start_m)),
             OperatorSpec::Ramp { end_m, .. } => ("operator.end_m", Some(*end_m).filter(beyond)),
+            OperatorSpec::Hand(_) => return Ok(()),
         };
         let Some(position) = position else { return Ok(()) };
         let message = format!("the person goes to {position} m, must stay within {farthest_m} m of 0, on either side");

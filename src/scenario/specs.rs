@@ -6,7 +6,7 @@ use super::error::ScenarioError;
 use super::layered::layers;
 use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
 use super::values::Values;
-use crate::operator::{insertion_extraction, minimum_jerk, sine};
+use crate::operator::{Hand, insertion_extraction, minimum_jerk, sine};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
 use crate::tissue::LayersParameters;
@@ -25,6 +25,8 @@ pub enum OperatorSpec {
         /// How fast it gets there, in m/s.
         speed_m_per_s: f64,
     },
+    /// Whatever a hand does that is there now.
+    Hand(Arc<Hand>),
 }
 
 /// What the needle meets.

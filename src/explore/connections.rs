@@ -1,0 +1,88 @@
+//! Accepting connections, a bounded number of them, each for a bounded time.
+//!
+//! A connection carries one request and is then closed, unless it has become a page's WebSocket, which is counted elsewhere.
+//! When too many are open, the oldest one goes: a client that opens connections and says nothing takes its own places, not
+//! those of the one that comes and asks.
+
+use std::collections::VecDeque;
+use std::convert::Infallible;
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::{Request, Response};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::net::TcpListener;
+use tokio::task::JoinHandle;
+use tokio::time::{sleep, timeout};
+
+use super::limits::{HEAD, MOST_WAITING, REQUEST};
+
+/// Accepts connections until it is dropped.
+pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible {
+    let mut open: VecDeque<JoinHandle<()>> = VecDeque::with_capacity(MOST_WAITING + 1);
+    loop {
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(_) => {
+                // Out of descriptors, or the peer has gone again: others may come in a moment.
+                sleep(std::time::Duration::from_millis(20)).await;
+                continue;
+            }
+        };
+        if open.len() >= MOST_WAITING {
+            open.retain(|connection| !connection.is_finished());
+        }
+        if open.len() >= MOST_WAITING
+            && let Some(oldest) = open.pop_front()
+        {
+            oldest.abort();
+        }
+        let _ = stream.set_nodelay(true);
+        let service = TowerToHyperService::new(router.clone());
+        open.push_back(tokio::spawn(async move {
+            let mut server = http1::Builder::new();
+            server.timer(TokioTimer::new()).header_read_timeout(HEAD).keep_alive(false).max_buf_size(16 << 10);
+            // Whatever a client does wrong ends its connection and nothing else.
+            let _ = timeout(REQUEST, server.serve_connection(TokioIo::new(stream), service).with_upgrades()).await;
+        }));
+    }
+}
+
+/// A response with a body of text.
+pub(super) fn text(status: u16, media: &'static str, body: &'static str) -> Response<Body> {
+    let mut response = Response::new(Body::from(body));
+    *response.status_mut() = axum::http::StatusCode::from_u16(status).unwrap_or_default();
+    let headers = response.headers_mut();
+    for (name, value) in HEADERS {
+        headers.insert(*name, axum::http::HeaderValue::from_static(value));
+    }
+    headers.insert("content-type", axum::http::HeaderValue::from_static(media));
+    response
+}
+
+/// What every response says: nothing but the page's own files, in no frame, kept by nobody.
+const HEADERS: &[(&str, &str)] = &[
+    (
+        "content-security-policy",
+        "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; \
+         connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    ),
+    ("cache-control", "no-store"),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+    ("referrer-policy", "no-referrer"),
+    ("x-content-type-options", "nosniff"),
+    ("x-frame-options", "DENY"),
+];
+
+/// The `Host` of a request.
+pub(super) fn host<T>(request: &Request<T>) -> &str {
+    header(request, "host").unwrap_or_default()
+}
+
+/// A header of a request, where it is text.
+pub(super) fn header<'a, T>(request: &'a Request<T>, name: &str) -> Option<&'a str> {
+    request.headers().get(name).and_then(|value| value.to_str().ok())
+}

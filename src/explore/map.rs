@@ -1,0 +1,74 @@
+//! The stability map of a page: the loop in permanent contact, over any two parameters, around where the page is.
+
+use serde_json::json;
+
+use super::limits::MAP_POINTS;
+use super::pair::PairMaker;
+use super::protocol::{Answer, MapRequest};
+use super::state::StateError;
+use crate::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, map};
+
+/// How far an axis reaches, either way, from a value that is not 0.
+const REACH: f64 = 12.0;
+
+/// Maps a state.
+///
+/// # Errors
+/// [`StateError`].
+pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Answer, StateError> {
+    let scenario = maker.written(&request.state, false)?;
+    let settings = LoopSettings::of(&scenario);
+    let axes = || StateError::Axes(request.x.chars().take(80).collect(), request.y.chars().take(80).collect());
+    let parameter = |key: &str| Parameter::of_key(key).ok_or_else(axes);
+    let (x, y) = (parameter(&request.x)?, parameter(&request.y)?);
+    if x.varies_with(y) {
+        return Err(axes());
+    }
+    let (across, upwards) = (axis(x, settings.get(x)), axis(y, settings.get(y)));
+    let map = map(&settings, across, upwards)?;
+    let mode = ClosedLoop::new(&settings)?.dominant_mode()?;
+    let told = |axis: &Axis| {
+        json!({
+            "key": axis.parameter.key(),
+            "name": axis.parameter.caption(),
+            "low": axis.low,
+            "high": axis.high,
+            "count": axis.count,
+            "log": axis.spacing == Spacing::Logarithmic,
+            "now": settings.get(axis.parameter),
+        })
+    };
+    let rows = map.stable.iter().map(|stable| if *stable { '1' } else { '0' });
+    Ok(Answer::json(&json!({
+        "type": "mapped",
+        "id": request.id,
+        "x": told(&map.x),
+        "y": told(&map.y),
+        "stable": rows.collect::<String>(),
+        "boundary": map.boundary,
+        "spectral_radius": mode.spectral_radius,
+        "frequency_hz": mode.frequency_hz,
+        "damping_ratio": mode.damping_ratio,
+        "left_out": LoopSettings::left_out(&scenario),
+    })))
+}
+
+/// An axis around a value.
+fn axis(parameter: Parameter, value: f64) -> Axis {
+    let value = value.abs();
+    let (low, high, spacing) = if value > 0.0 && value.is_finite() {
+        (value / REACH, value * REACH, Spacing::Logarithmic)
+    } else if matches!(parameter, Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay) {
+        (0.0, 0.05, Spacing::Linear)
+    } else {
+        (0.0, 10.0, Spacing::Linear)
+    };
+    // What has no tick, no mass or no arm is no loop; a delay is held in a state a tick.
+    let high = match parameter {
+        Parameter::Tick => high.min(0.02),
+        Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => high.min(0.25),
+        _ => high,
+    };
+    let low = if spacing == Spacing::Logarithmic { low.min(high / 2.0) } else { low };
+    Axis { parameter, low, high, count: MAP_POINTS, spacing }
+}

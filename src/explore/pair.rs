@@ -1,0 +1,148 @@
+//! The two runs of a page: the same scenario, classical and augmented.
+
+use super::state::{Catalogue, SCHEME, State, StateError, bounded};
+use crate::compare::{Comparison, NoiseCheck};
+use crate::run::{Run, run};
+use crate::scenario::{Key, Place, Scenario, Template, Value, find_key};
+
+/// What the two are called.
+pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
+
+/// Both runs.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    /// Classical, augmented.
+    pub runs: [Run; 2],
+}
+
+impl Pair {
+    /// The pair as a comparison, with how it stands in noise where that was looked at.
+    #[must_use]
+    pub fn comparison(self, noise: Vec<NoiseCheck>) -> Comparison {
+        Comparison { runs: self.runs.into(), noise }
+    }
+}
+
+/// Makes pairs of a catalogue's scenarios. It keeps the last scenario with its recording, so that moving a slider reads no
+/// file again.
+#[derive(Debug)]
+pub struct PairMaker {
+    catalogue: Catalogue,
+    kept: Option<Kept>,
+}
+
+#[derive(Debug)]
+struct Kept {
+    scenario: String,
+    paths: Vec<&'static str>,
+    template: Template,
+}
+
+impl PairMaker {
+    /// A maker for a catalogue.
+    #[must_use]
+    pub fn new(catalogue: Catalogue) -> Self {
+        Self { catalogue, kept: None }
+    }
+
+    /// Both scenarios of a state, as they are run: their [`Scenario::values`] are the first state's.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn scenarios(&mut self, state: &State) -> Result<[Scenario; 2], StateError> {
+        let (template, values, seed) = self.template(state)?;
+        let mut caster = template.caster();
+        let mut cast = |enabled: bool| -> Result<Scenario, StateError> {
+            let mut scenario = caster.cast(&scheme(&values, enabled), seed)?;
+            SCHEMES[usize::from(enabled)].clone_into(&mut scenario.name);
+            bounded(scenario)
+        };
+        Ok([cast(false)?, cast(true)?])
+    }
+
+    /// Both scenarios of a state as a file would give them, to be written out.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn written(&mut self, state: &State, enabled: bool) -> Result<Scenario, StateError> {
+        let (template, values, seed) = self.template(state)?;
+        bounded(template.whole(&scheme(&values, enabled), seed)?)
+    }
+
+    /// Runs both.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn run(&mut self, state: &State) -> Result<Pair, StateError> {
+        let [classical, augmented] = self.scenarios(state)?;
+        let (classical, augmented) = std::thread::scope(|scope| {
+            let other = scope.spawn(|| run(classical));
+            let augmented = run(augmented);
+            (other.join(), augmented)
+        });
+        // A thread that panicked is this one's panic.
+        let classical = classical.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        Ok(Pair { runs: [classical?, augmented?] })
+    }
+
+    /// The template for a state, the values of its open keys but for the scheme's, and the seed.
+    fn template(&mut self, state: &State) -> Result<(&Template, Vec<Value>, u64), StateError> {
+        let source = self.catalogue.source(&state.scenario)?;
+        let mut given = state.values()?;
+        let seed = given.iter().position(|(key, _)| key.path == "simulation.seed").map(|at| given.remove(at).1);
+        let paths: Vec<&'static str> = given.iter().map(|(key, _)| key.path).collect();
+        let is_kept = |kept: &Kept| kept.scenario == state.scenario && kept.paths == paths;
+        if !self.kept.as_ref().is_some_and(is_kept) {
+            let place = || Place { file: "the page".into(), text: "".into(), span: 0..0 };
+            let scheme = find_key(SCHEME).map(|key| (key, Value::Flag(true)));
+            let all = scheme.into_iter().chain(given.iter().cloned());
+            let open: Vec<(&'static Key, Value, Place)> = all.map(|(key, value)| (key, value, place())).collect();
+            let template = Template::new(&source, vec![], &[], &open)?;
+            self.kept = Some(Kept { scenario: state.scenario.clone(), paths, template });
+        }
+        let Some(kept) = &self.kept else { return Err(StateError::Scenario(state.scenario.clone())) };
+        let seed = match seed {
+            Some(Value::Whole(seed)) => seed,
+            _ => kept.template.first().seed,
+        };
+        Ok((&kept.template, given.into_iter().map(|(_, value)| value).collect(), seed))
+    }
+}
+
+/// The values of the open keys, the scheme's first.
+fn scheme(values: &[Value], enabled: bool) -> Vec<Value> {
+    std::iter::once(Value::Flag(enabled)).chain(values.iter().cloned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Source;
+
+    #[test]
+    fn a_page_runs_what_the_command_line_runs() {
+        let mut maker = PairMaker::new(Catalogue::new(None));
+        let mut state = State { scenario: "builtin:augmented.toml".into(), ..State::default() };
+        for (key, value) in [("scaling.force", 1.5), ("augmentation.min_hold_s", 0.3), ("scaling.force", 0.8)] {
+            state.set.insert(key.into(), value.into());
+            let pair = maker.run(&state).expect("runs");
+            for (shown, enabled) in pair.runs.iter().zip([false, true]) {
+                let mut settings = vec![format!("augmentation.enabled={enabled}")];
+                settings.extend(state.set.iter().map(|(key, value)| format!("{key}={value}")));
+                let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &settings).expect("good");
+                let expected = run(scenario).expect("runs");
+                assert!(shown.trace == expected.trace && shown.metrics == expected.metrics, "{settings:?}");
+                let written = maker.written(&state, enabled).expect("good");
+                assert_eq!(written.echo(), expected.scenario.echo());
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_too_long_for_a_page_is_refused() {
+        let mut maker = PairMaker::new(Catalogue::new(None));
+        let set = [("simulation.duration_s".to_owned(), 900.into())].into();
+        let state = State { scenario: "builtin:01_augmented.toml".into(), set };
+        assert!(matches!(maker.run(&state), Err(StateError::Ticks(900_000))));
+    }
+}

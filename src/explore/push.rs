@@ -1,0 +1,223 @@
+//! An insertion by hand: the pointer is the master's aim, the engine runs in real time.
+//!
+//! The engine is the one of every other run, tick for tick. What is special is its person, who aims where the pointer is
+//! ([`Hand`]), and its observer, which waits for each tick's time and sends what happened to the page 60 times a second.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use tokio::sync::OwnedSemaphorePermit;
+use tokio::sync::mpsc::Sender;
+use tokio::sync::mpsc::error::TrySendError;
+
+use super::pair::PairMaker;
+use super::protocol::Answer;
+use super::state::{State, StateError, bounded};
+use crate::engine::{Observer, Signals};
+use crate::operator::Hand;
+use crate::run::observe;
+use crate::scenario::{OperatorSpec, Scenario};
+
+/// How often the page hears.
+const FRAME: Duration = Duration::from_micros(16_667);
+
+/// How far behind its time the engine may be before it lets that time go.
+const LATE: Duration = Duration::from_millis(100);
+
+/// How far beyond the scenario's own way the hand may go, as a share of it.
+const BEYOND: f64 = 0.15;
+
+/// Longest insertion by hand, in s.
+const LONGEST_S: f64 = 60.0;
+
+/// An insertion that a page drives.
+#[derive(Debug)]
+pub(super) struct Push {
+    hand: Arc<Hand>,
+    stop: Arc<AtomicBool>,
+    range_m: (f64, f64),
+}
+
+impl Push {
+    /// Begins one.
+    ///
+    /// # Errors
+    /// Where the system has no thread left.
+    pub(super) fn begin(
+        id: u32,
+        (state, augmented): (&State, bool),
+        maker: &mut PairMaker,
+        (answers, permit): (Sender<Answer>, Arc<OwnedSemaphorePermit>),
+    ) -> Result<Self, StateError> {
+        let scenario = by_hand(state, augmented, maker)?;
+        let (from_m, to_m) = way(&scenario);
+        let range_m = (from_m, to_m + BEYOND * (to_m - from_m));
+        let hand = Arc::new(Hand::new(from_m));
+        let stop = Arc::new(AtomicBool::new(false));
+        let pacer = Pacer::new(&scenario, hand.clone(), stop.clone(), answers.clone());
+        let told = json!({
+            "type": "pushing", "id": id, "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
+            "tick_s": scenario.grid.tick_s(), "longest_s": scenario.grid.time_s(scenario.grid.ticks()),
+        });
+        let thread_hand = hand.clone();
+        let started = std::thread::Builder::new().name("trocar push".into()).spawn(move || {
+            let _permit = permit;
+            if answers.blocking_send(Answer::json(&told)).is_err() {
+                return;
+            }
+            let mut pacer = pacer;
+            pacer.start();
+            let scenario = scenario.held_by(thread_hand);
+            let outcome = match observe(&scenario, &mut pacer) {
+                Ok(metrics) => json!({
+                    "type": "pushed",
+                    "id": id,
+                    "ruptures": metrics.ruptures.len(),
+                    "missed": metrics.missed_ruptures,
+                    "false_alarms": metrics.false_alarms,
+                    "overshoot_mm": metrics.ruptures.iter().map(|one| one.slave_overshoot_m.map(|m| 1e3 * m)).collect::<Vec<_>>(),
+                }),
+                Err(error) => json!({ "type": "refused", "id": id, "message": error.to_string() }),
+            };
+            let _ = answers.blocking_send(Answer::json(&outcome));
+        });
+        match started {
+            Ok(_) => Ok(Self { hand, stop, range_m }),
+            Err(error) => Err(StateError::Thread(error)),
+        }
+    }
+
+    /// The pointer has moved: aims at a position in m, which is kept within the way.
+    pub(super) fn aim(&self, position_m: f64) {
+        if position_m.is_finite() {
+            self.hand.aim(position_m.clamp(self.range_m.0, self.range_m.1));
+        }
+    }
+}
+
+impl Drop for Push {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The scenario of a state, to be pushed by hand: nobody trembles or reacts but the person at the page, and a recorded force
+/// answers by depth, as the hand goes its own way.
+fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scenario, StateError> {
+    let mut state = state.clone();
+    let plain = maker.written(&state, augmented)?;
+    let mut set = |key: &str, value: serde_json::Value| drop(state.set.insert(key.to_owned(), value));
+    if plain.values().get("tissue.kind").is_some_and(|kind| kind.to_toml().as_str() == Some("recording")) {
+        set("tissue.index", "depth".into());
+    }
+    let duration_s = plain.grid.time_s(plain.grid.ticks());
+    if duration_s < LONGEST_S && plain.values().get("recording.file").is_none() {
+        set("simulation.duration_s", LONGEST_S.into());
+    }
+    bounded(maker.written(&state, augmented)?)
+}
+
+/// From where to where the scenario's own person goes, in m.
+fn way(scenario: &Scenario) -> (f64, f64) {
+    match &scenario.operator {
+        OperatorSpec::Recording(positions) => {
+            let start = positions.first().copied().unwrap_or(0.0);
+            (start, positions.iter().copied().fold(start, f64::max))
+        }
+        OperatorSpec::Ramp { start_m, end_m, .. } => (*start_m, start_m.max(*end_m)),
+        OperatorSpec::Hand(hand) => (hand.position_m(), hand.position_m()),
+    }
+}
+
+/// Waits for each tick's time and tells the page.
+struct Pacer {
+    hand: Arc<Hand>,
+    stop: Arc<AtomicBool>,
+    answers: Sender<Answer>,
+    tick: Duration,
+    tick_s: f64,
+    began: Instant,
+    told: Instant,
+    /// What has happened since the page heard last: a row a tick.
+    rows: Vec<[f32; COLUMNS.len()]>,
+    events: Vec<(f64, &'static str)>,
+    gone: bool,
+}
+
+/// What the page hears of each tick.
+const COLUMNS: [&str; 7] = [
+    "time_s",
+    "desired_position_mm",
+    "master_position_mm",
+    "slave_position_mm",
+    "tissue_force_n",
+    "feedback_force_n",
+    "mode",
+];
+
+impl Pacer {
+    fn new(scenario: &Scenario, hand: Arc<Hand>, stop: Arc<AtomicBool>, answers: Sender<Answer>) -> Self {
+        let tick_s = scenario.grid.tick_s();
+        let now = Instant::now();
+        let tick = Duration::from_secs_f64(tick_s);
+        let rows = Vec::with_capacity((4.0 * FRAME.as_secs_f64() / tick_s) as usize + 8);
+        Self { hand, stop, answers, tick, tick_s, began: now, told: now, rows, events: vec![], gone: false }
+    }
+
+    fn start(&mut self) {
+        self.began = Instant::now();
+        self.told = self.began;
+    }
+
+    fn tell(&mut self) {
+        let told = json!({ "type": "moved", "columns": COLUMNS, "rows": self.rows, "events": self.events });
+        match self.answers.try_send(Answer::json(&told)) {
+            Ok(()) => {
+                self.rows.clear();
+                self.events.clear();
+            }
+            // A page that does not keep up gets the rest with the next frame, or, late beyond measure, not at all.
+            Err(TrySendError::Full(_)) if self.rows.len() < 4096 => {}
+            Err(_) => self.gone = true,
+        }
+    }
+}
+
+impl Observer<f64> for Pacer {
+    fn observe(&mut self, s: &Signals<f64>) {
+        let time_s = s.tick as f64 * self.tick_s;
+        self.rows.push([
+            time_s as f32,
+            (1e3 * s.desired_position_m) as f32,
+            (1e3 * s.master_position_m) as f32,
+            (1e3 * s.slave_position_m) as f32,
+            s.tissue_force_n as f32,
+            s.feedback_force_n as f32,
+            s.mode as f32,
+        ]);
+        if s.ruptured {
+            self.events.push((time_s, "rupture"));
+        }
+        if s.alarm_taken {
+            self.events.push((time_s, "alarm"));
+        }
+        self.hand.step(self.tick_s);
+        let due = self.began + self.tick.mul_f64((s.tick + 1) as f64);
+        let now = Instant::now();
+        if now + self.tick > self.told + FRAME {
+            self.tell();
+            self.told = now;
+        }
+        match due.checked_duration_since(now) {
+            Some(early) => std::thread::sleep(early),
+            None if now - due > LATE => self.began += now - due,
+            None => {}
+        }
+    }
+
+    fn is_done(&self) -> bool {
+        self.gone || self.stop.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,186 @@
+//! One page: its WebSocket, its wishes, its answers.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
+use tokio::sync::OwnedSemaphorePermit;
+use tokio::sync::mpsc::{self, Sender};
+use tokio::time::{interval, timeout};
+
+use super::controls::greeting;
+use super::limits::{MESSAGES, PING, SILENT, STALLED};
+use super::pair::PairMaker;
+use super::protocol::{Answer, Request};
+use super::push::Push;
+use super::state::Catalogue;
+use super::worker::{Job, Mailbox, Office, start};
+
+/// Answers that may wait for a page to read them.
+const MOST_ANSWERS: usize = 4;
+
+/// Allows a number of messages at once, and some more each second.
+struct Allowance {
+    left: f64,
+    at: Instant,
+}
+
+impl Allowance {
+    fn take(&mut self, now: Instant) -> bool {
+        let (most, per_s) = MESSAGES;
+        self.left = (self.left + per_s * now.duration_since(self.at).as_secs_f64()).min(most);
+        self.at = now;
+        self.left -= 1.0;
+        self.left >= 0.0
+    }
+}
+
+/// A page, as long as it is open.
+struct Session {
+    mailbox: Arc<Mailbox>,
+    answers: Sender<Answer>,
+    permit: Arc<OwnedSemaphorePermit>,
+    maker: PairMaker,
+    push: Option<Push>,
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.mailbox.end();
+    }
+}
+
+/// Serves a page until it goes, breaks the rules, or stops reading.
+pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: String, permit: OwnedSemaphorePermit) {
+    let (answers, mut answered) = mpsc::channel(MOST_ANSWERS);
+    let permit = Arc::new(permit);
+    let mailbox = Arc::new(Mailbox::default());
+    let office = Office {
+        mailbox: mailbox.clone(),
+        catalogue: catalogue.clone(),
+        answers: answers.clone(),
+        permit: permit.clone(),
+    };
+    if start(office).is_err() {
+        mailbox.end();
+        return close(&mut socket, close_code::AGAIN, "the machine has no thread left").await;
+    }
+    let mut session = Session { mailbox, answers, permit, maker: PairMaker::new(catalogue.clone()), push: None };
+    if !sent(&mut socket, message(greeting(&catalogue, &first))).await {
+        return;
+    }
+    let mut allowance = Allowance { left: MESSAGES.0, at: Instant::now() };
+    let mut heard = Instant::now();
+    let mut ping = interval(PING);
+    loop {
+        tokio::select! {
+            answer = answered.recv() => {
+                // The session itself holds a sender, so there is always one.
+                let Some(answer) = answer else { return };
+                if !sent(&mut socket, message(answer)).await {
+                    return;
+                }
+            }
+            _ = ping.tick() => {
+                if heard.elapsed() > SILENT || !sent(&mut socket, Message::Ping("".into())).await {
+                    return;
+                }
+            }
+            received = socket.recv() => {
+                heard = Instant::now();
+                let text = match received {
+                    Some(Ok(Message::Text(text))) => text,
+                    Some(Ok(Message::Ping(_) | Message::Pong(_))) => {
+                        if allowance.take(heard) { continue }
+                        return close(&mut socket, close_code::POLICY, "too many messages").await;
+                    }
+                    Some(Ok(Message::Binary(_))) => return close(&mut socket, close_code::UNSUPPORTED, "text only").await,
+                    // Gone, or a message that is none or too large.
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                };
+                if !allowance.take(heard) {
+                    return close(&mut socket, close_code::POLICY, "too many messages").await;
+                }
+                match serde_json::from_str(&text) {
+                    Ok(request) => {
+                        if let Some(answer) = session.take(request)
+                            && !sent(&mut socket, message(answer)).await
+                        {
+                            return;
+                        }
+                    }
+                    Err(_) => return close(&mut socket, close_code::POLICY, "not a message of this page").await,
+                }
+            }
+        }
+    }
+}
+
+impl Session {
+    /// Passes a wish on; gives what is answered at once.
+    fn take(&mut self, request: Request) -> Option<Answer> {
+        match request {
+            Request::Show(show) => self.mailbox.show(show),
+            Request::Map(map) => self.mailbox.map(map),
+            Request::Open { id, scenario } => return self.job(id, Job::Open { id, scenario }),
+            Request::Export(export) => return self.job(export.id, Job::Export(export)),
+            Request::Push { id, state, augmented } => {
+                self.push = None;
+                let (maker, answers, permit) = (&mut self.maker, self.answers.clone(), self.permit.clone());
+                // Reading a recording takes some milliseconds, which other pages need not wait for.
+                let begun =
+                    tokio::task::block_in_place(|| Push::begin(id, (&state, augmented), maker, (answers, permit)));
+                match begun {
+                    Ok(push) => self.push = Some(push),
+                    Err(reason) => return Some(Answer::refused(id, &reason)),
+                }
+            }
+            Request::Aim { m } => {
+                if let Some(push) = &self.push {
+                    push.aim(m);
+                }
+            }
+            Request::Stop {} => self.push = None,
+        }
+        None
+    }
+
+    fn job(&mut self, id: u32, job: Job) -> Option<Answer> {
+        let too_many = |_| Answer::refused(id, &"too many wishes at once");
+        self.mailbox.job(job).err().map(too_many)
+    }
+}
+
+fn message(answer: Answer) -> Message {
+    match answer {
+        Answer::Text(text) => Message::Text(text.into()),
+        Answer::Frame(bytes) => Message::Binary(bytes.into()),
+    }
+}
+
+/// Sends; a page that does not read in time is no page.
+async fn sent(socket: &mut WebSocket, message: Message) -> bool {
+    matches!(timeout(STALLED, socket.send(message)).await, Ok(Ok(())))
+}
+
+async fn close(socket: &mut WebSocket, code: u16, reason: &'static str) {
+    sent(socket, Message::Close(Some(CloseFrame { code, reason: reason.into() }))).await;
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn an_allowance_lets_a_burst_pass_and_then_a_rate() {
+        let start = Instant::now();
+        let mut allowance = Allowance { left: MESSAGES.0, at: start };
+        let passed = (0..10_000).filter(|_| allowance.take(start)).count();
+        assert_eq!(passed as f64, MESSAGES.0);
+        let mut allowance = Allowance { left: 0.0, at: start };
+        let passed = (1..=10_000).filter(|k| allowance.take(start + Duration::from_millis(10 * k))).count();
+        assert_eq!(passed, 10_000, "100 a second are fewer than are allowed");
+    }
+}

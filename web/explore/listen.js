@@ -1,0 +1,102 @@
+// The rupture as sound and light: the fed-back force is a tone, what the detector announces a click and a lamp.
+"use strict";
+
+const trocarListen = (() => {
+  let sound = null;
+  let playing = null;
+
+  function nodes() {
+    if (sound) return sound;
+    const context = new AudioContext();
+    const volume = context.createGain();
+    volume.connect(context.destination);
+    const tone = context.createOscillator();
+    tone.type = "triangle";
+    const loudness = context.createGain();
+    loudness.gain.value = 0;
+    tone.connect(loudness).connect(volume);
+    tone.start();
+    const noise = context.createBuffer(1, context.sampleRate / 8, context.sampleRate);
+    const samples = noise.getChannelData(0);
+    for (let i = 0; i < samples.length; i += 1) samples[i] = (Math.random() * 2 - 1) * Math.exp((-8 * i) / samples.length);
+    sound = { context, volume, tone, loudness, noise };
+    return sound;
+  }
+
+  /** A click as loud as the force fell, and the lamp. */
+  function cue(lamp) {
+    if (sound) {
+      const click = sound.context.createBufferSource();
+      click.buffer = sound.noise;
+      click.connect(sound.volume);
+      click.start();
+    }
+    lamp.classList.add("on");
+    lamp.setAttribute("aria-label", "on: a rupture was detected");
+    setTimeout(() => {
+      lamp.classList.remove("on");
+      lamp.setAttribute("aria-label", "off");
+    }, 350);
+  }
+
+  /** The force as a tone: higher and louder the more it resists. */
+  function force(newtons, most) {
+    if (!sound) return;
+    const share = Math.min(1, Math.max(0, newtons / most));
+    const { context, tone, loudness } = sound;
+    tone.frequency.setTargetAtTime(110 + 440 * share, context.currentTime, 0.01);
+    loudness.gain.setTargetAtTime(0.25 * share, context.currentTime, 0.01);
+  }
+
+  function stop(button, output) {
+    if (!playing) return;
+    cancelAnimationFrame(playing.frame);
+    playing = null;
+    button.textContent = "Listen";
+    output.textContent = "";
+    if (sound) sound.loudness.gain.setTargetAtTime(0, sound.context.currentTime, 0.02);
+  }
+
+  /** Plays what the charts show now, in real time. */
+  function play({ button, output, lamp, volume }, frame, which) {
+    const { context, volume: gain } = nodes();
+    context.resume();
+    gain.gain.value = Number(volume.value);
+    const run = frame.runs[which];
+    const felt = run.lines.feedback_force_n;
+    const most = Math.max(1e-6, ...felt.map((value) => value ?? 0));
+    const [from, to] = [frame.time_s[0], frame.time_s[frame.time_s.length - 1]];
+    const cues = run.alarms.map(([at]) => at).filter((at) => at >= from && at <= to);
+    const began = performance.now();
+    let index = 0;
+    playing = { frame: 0 };
+    button.textContent = "Stop";
+    const step = (at) => {
+      if (!playing) return;
+      const time = from + (at - began) / 1000;
+      gain.gain.value = Number(volume.value);
+      while (index + 1 < frame.time_s.length && frame.time_s[index + 1] <= time) index += 1;
+      force(felt[index] ?? 0, most);
+      while (cues.length > 0 && cues[0] <= time) {
+        cues.shift();
+        cue(lamp);
+      }
+      trocarPictures.point(time);
+      output.textContent = `${time.toFixed(1)} s of ${to.toFixed(1)} s`;
+      if (time >= to) stop(button, output);
+      else playing.frame = requestAnimationFrame(step);
+    };
+    playing.frame = requestAnimationFrame(step);
+  }
+
+  return {
+    begin(parts) {
+      parts.button.addEventListener("click", () => {
+        const frame = trocarPictures.frame();
+        if (playing) stop(parts.button, parts.output);
+        else if (frame && frame.time_s.length > 1) play(parts, frame, Number(parts.scheme.value));
+      });
+    },
+    cue,
+  };
+})();

@@ -1,0 +1,144 @@
+// The signals of both runs, and the table of what they are worth.
+"use strict";
+
+const trocarPictures = (() => {
+  const GROUP = "signals";
+  /** What each chart draws: the run (0 classical, 1 augmented), its column, and how. */
+  const CHARTS = [
+    {
+      id: "chart-position", title: "Position", height: 280, y: { label: "position", unit: "mm" },
+      lines: [
+        [1, "master_position_mm", { label: "master, augmented", colour: "sky", width: 4 }],
+        [0, "slave_position_mm", { label: "slave, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
+        [1, "slave_position_mm", { label: "slave, augmented", colour: "vermilion", width: 2 }],
+      ],
+    },
+    {
+      id: "chart-force", title: "Force", height: 280, y: { label: "force", unit: "N" },
+      lines: [
+        [1, "tissue_force_n", { label: "tissue, augmented", colour: "sky", width: 4 }],
+        [0, "feedback_force_n", { label: "fed back, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
+        [1, "feedback_force_n", { label: "fed back, augmented", colour: "vermilion", width: 2 }],
+        [0, "tissue_force_n", { label: "tissue, classical", colour: "grey", width: 1.25, show: false }],
+        [0, "operator_force_n", { label: "hand, classical", colour: "purple", width: 1.25, show: false }],
+        [1, "operator_force_n", { label: "hand, augmented", colour: "green", width: 1.25, show: false }],
+      ],
+    },
+    {
+      id: "chart-decision", title: "Decision function and its threshold", height: 200, y: { label: "g", unit: "" },
+      lines: [
+        [0, "decision", { label: "g, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
+        [1, "decision", { label: "g, augmented", colour: "vermilion", width: 2 }],
+      ],
+    },
+    {
+      id: "chart-stiffness", title: "Estimated stiffness", height: 200, y: { label: "K", unit: "N/m" },
+      lines: [
+        [0, "stiffness_n_per_m", { label: "K, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
+        [1, "stiffness_n_per_m", { label: "K, augmented", colour: "vermilion", width: 2 }],
+      ],
+    },
+    {
+      id: "chart-mode", title: "Mode of the augmented run", height: 150,
+      y: {
+        label: "mode", unit: "", range: () => [-0.3, 2.3],
+        ticks: [{ at: 0, label: "teleoperation" }, { at: 1, label: "frozen" }, { at: 2, label: "re-engaging" }],
+      },
+      lines: [[1, "mode", { label: "mode", colour: "vermilion", width: 2, stepped: true }]],
+    },
+  ];
+  let charts = null;
+  let last = null;
+
+  function extras(frame, chart) {
+    const [classical, augmented] = frame.runs;
+    const shades = augmented.modes.map(([from, to, mode]) => ({ from, to, name: mode === 1 ? "augmented" : "reengaging" }));
+    const ruptures = new Set([...classical.ruptures_s, ...augmented.ruptures_s]);
+    const marks = [...ruptures].map((at) => ({ at, kind: "rupture" }));
+    marks.push(...augmented.alarms.map(([at]) => ({ at, kind: "alarm" })));
+    return { shades, marks, thresholds: chart.id === "chart-decision" ? [{ value: augmented.threshold }] : [] };
+  }
+
+  function columns(frame, chart) {
+    return [frame.time_s, ...chart.lines.map(([run, column]) => frame.runs[run].lines[column])];
+  }
+
+  /** Draws a frame: the charts the first time, then only what they hold. */
+  function draw(parent, frame) {
+    last = frame;
+    if (charts === null) {
+      charts = CHARTS.map((chart) => {
+        const spec = { ...chart, group: GROUP, x: { label: "time", unit: "s" }, series: chart.lines.map((line) => line[2]) };
+        return trocarCharts.chart(parent, spec, columns(frame, chart), extras(frame, chart));
+      });
+      return;
+    }
+    charts.forEach((chart, index) => chart.update(columns(frame, CHARTS[index]), extras(frame, CHARTS[index])));
+  }
+
+  /** The table that `compare` prints. */
+  function table(body, told) {
+    const rows = told.rows.map((row) => {
+      const line = document.createElement("tr");
+      row.cells.forEach((cell, index) => {
+        const made = document.createElement(index === 0 ? "th" : "td");
+        if (index === 0) made.scope = "row";
+        made.textContent = cell;
+        line.append(made);
+      });
+      return line;
+    });
+    body.replaceChildren(...rows);
+  }
+
+  /** All charts in one picture, as a blob. */
+  function png(title) {
+    const ratio = window.devicePixelRatio || 1;
+    const sources = charts.map((chart) => chart.plot.ctx.canvas);
+    const head = 34 * ratio;
+    const canvas = document.createElement("canvas");
+    canvas.width = Math.max(...sources.map((source) => source.width));
+    canvas.height = sources.reduce((sum, source) => sum + source.height + head, head);
+    const context = canvas.getContext("2d");
+    context.fillStyle = trocarCharts.colour("page");
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.fillStyle = trocarCharts.colour("ink");
+    context.font = `bold ${15 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
+    context.fillText(title, 10 * ratio, 22 * ratio);
+    let top = head;
+    charts.forEach((chart, index) => {
+      const spec = CHARTS[index];
+      context.font = `bold ${13 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
+      context.fillStyle = trocarCharts.colour("ink");
+      context.fillText(spec.title, 10 * ratio, top + 20 * ratio);
+      let left = (30 + 9 * spec.title.length) * ratio;
+      context.font = `${12 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
+      chart.plot.series.slice(1).forEach((series, line) => {
+        if (!series.show) return;
+        const { label, colour } = spec.lines[line][2];
+        context.fillStyle = trocarCharts.colour(colour);
+        context.fillRect(left, top + 14 * ratio, 18 * ratio, 4 * ratio);
+        context.fillStyle = trocarCharts.colour("ink");
+        context.fillText(label, left + 24 * ratio, top + 20 * ratio);
+        left += 34 * ratio + context.measureText(label).width;
+      });
+      context.drawImage(sources[index], 0, top + head);
+      top += sources[index].height + head;
+    });
+    return new Promise((done) => canvas.toBlob(done, "image/png"));
+  }
+
+  return {
+    GROUP,
+    draw,
+    table,
+    png,
+    frame: () => last,
+    /** Points the cursor of the charts at a time. */
+    point(time_s) {
+      if (charts === null) return;
+      const { plot } = charts[0];
+      plot.setCursor({ left: plot.valToPos(time_s, "x"), top: 10 }, true);
+    },
+  };
+})();

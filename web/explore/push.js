@@ -1,0 +1,244 @@
+// Push it yourself: the pointer is the hand on the master, and the insertion runs in real time.
+"use strict";
+
+const trocarPush = (() => {
+  /** How long a stretch the charts show, in s. */
+  const SHOWN_S = 8;
+  const MODES = ["teleoperation", "augmented: the slave is frozen", "re-engaging"];
+  let parts = null;
+  let state = null;
+  let charts = null;
+
+  const mm = (value) => `${value.toFixed(1)} mm`;
+
+  function fresh(id, augmented) {
+    return { id, augmented, range: null, aim: null, rows: [], events: [], most: 1, pressed: false, sent: 0, gone: false };
+  }
+
+  /** From a height in the field to a position: deeper is lower. */
+  const position = (y, height) => {
+    const [from, to] = state.range;
+    return from + (to - from) * Math.min(1, Math.max(0, (y - 14) / (height - 28)));
+  };
+  const depth = (value, height) => 14 + ((value - state.range[0]) / (state.range[1] - state.range[0])) * (height - 28);
+
+  function aim(value) {
+    const [from, to] = state.range;
+    state.aim = Math.min(to, Math.max(from, value));
+    parts.field.setAttribute("aria-valuenow", state.aim.toFixed(1));
+    parts.field.setAttribute("aria-valuetext", mm(state.aim));
+    if (performance.now() - state.sent > 8) send();
+  }
+
+  function send() {
+    state.sent = performance.now();
+    trocarLink.tell({ type: "aim", m: state.aim / 1000 });
+  }
+
+  function draw() {
+    const { field } = parts;
+    const ratio = window.devicePixelRatio || 1;
+    const box = field.getBoundingClientRect();
+    if (field.width !== Math.round(box.width * ratio) || field.height !== Math.round(box.height * ratio)) {
+      field.width = Math.round(box.width * ratio);
+      field.height = Math.round(box.height * ratio);
+    }
+    const context = field.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, box.width, box.height);
+    context.font = '12px system-ui, "DejaVu Sans", sans-serif';
+    context.fillStyle = trocarCharts.colour("quiet");
+    if (!state || !state.range || state.rows.length === 0) {
+      context.fillText("press Begin", 12, 24);
+      return;
+    }
+    const row = state.rows[state.rows.length - 1];
+    const [, , master, slave, , , mode] = row;
+    const [left, right] = [box.width * 0.32, box.width * 0.72];
+    context.fillText("master", left - 22, 11);
+    context.fillText("needle", right - 20, 11);
+    context.lineWidth = 1;
+    context.strokeStyle = trocarCharts.colour("grid");
+    for (let value = Math.ceil(state.range[0] / 10) * 10; value <= state.range[1]; value += 10) {
+      const y = depth(value, box.height);
+      context.beginPath();
+      context.moveTo(0, y);
+      context.lineTo(box.width, y);
+      context.stroke();
+      context.fillText(String(value), 3, y - 2);
+    }
+    context.strokeStyle = trocarCharts.colour("sky");
+    context.lineWidth = 7;
+    context.beginPath();
+    context.moveTo(left, 16);
+    context.lineTo(left, depth(master, box.height));
+    context.stroke();
+    context.fillStyle = trocarCharts.colour("blue");
+    context.beginPath();
+    context.arc(left, depth(master, box.height), 9, 0, 7);
+    context.fill();
+    if (state.aim !== null) {
+      context.strokeStyle = trocarCharts.colour("quiet");
+      context.lineWidth = 1.5;
+      context.setLineDash([4, 4]);
+      context.beginPath();
+      context.moveTo(left - 22, depth(state.aim, box.height));
+      context.lineTo(left + 22, depth(state.aim, box.height));
+      context.stroke();
+      context.setLineDash([]);
+    }
+    const tip = depth(slave, box.height);
+    context.strokeStyle = trocarCharts.colour(mode === 1 ? "orange" : "vermilion");
+    context.lineWidth = mode === 1 ? 6 : 3;
+    context.beginPath();
+    context.moveTo(right, 16);
+    context.lineTo(right, tip);
+    context.stroke();
+    context.fillStyle = context.strokeStyle;
+    context.beginPath();
+    context.moveTo(right - 5, tip - 8);
+    context.lineTo(right + 5, tip - 8);
+    context.lineTo(right, tip + 2);
+    context.fill();
+    if (mode === 1) context.fillText("frozen", right - 18, Math.min(box.height - 6, tip + 16));
+  }
+
+  function felt() {
+    const row = state.rows[state.rows.length - 1];
+    const force = row[5];
+    state.most = Math.max(state.most, Math.abs(force));
+    parts.felt.style.height = `${(100 * Math.max(0, force)) / state.most}%`;
+    parts.felt.classList.toggle("frozen", row[6] === 1);
+    parts.feltTold.textContent = `${force.toFixed(2)} N`;
+    if (parts.mode.textContent !== MODES[row[6]]) parts.mode.textContent = MODES[row[6]];
+    for (const pad of navigator.getGamepads ? navigator.getGamepads() : []) {
+      const share = Math.min(1, Math.max(0, force / state.most));
+      if (pad && pad.vibrationActuator) {
+        pad.vibrationActuator.playEffect("dual-rumble", { duration: 60, strongMagnitude: share, weakMagnitude: 0 }).catch(() => {});
+      }
+    }
+  }
+
+  function strips() {
+    const last = state.rows[state.rows.length - 1][0];
+    while (state.rows.length > 2 && state.rows[0][0] < last - SHOWN_S) state.rows.shift();
+    const every = Math.max(1, Math.round(state.rows.length / 1500));
+    const rows = state.rows.filter((_, index) => index % every === 0 || index === state.rows.length - 1);
+    const column = (index) => rows.map((row) => row[index]);
+    const shades = [];
+    for (const row of rows) {
+      const open = shades[shades.length - 1];
+      const name = row[6] === 1 ? "augmented" : "reengaging";
+      if (row[6] === 0) continue;
+      if (open && open.name === name && row[0] - open.to < 0.05) open.to = row[0];
+      else shades.push({ from: row[0], to: row[0], name });
+    }
+    const from = rows[0][0];
+    const marks = state.events.filter(([at]) => at >= from).map(([at, kind]) => ({ at, kind }));
+    const extras = { shades, marks, thresholds: [] };
+    const positions = [column(0), column(2), column(3)];
+    const forces = [column(0), column(4), column(5)];
+    if (charts === null) {
+      const x = { label: "time", unit: "s" };
+      charts = [
+        trocarCharts.chart(parts.strips, {
+          id: "push-position", title: "Position", height: 170, x, y: { label: "position", unit: "mm" },
+          series: [{ label: "master", colour: "sky", width: 4 }, { label: "slave", colour: "vermilion", width: 2 }],
+        }, positions, extras),
+        trocarCharts.chart(parts.strips, {
+          id: "push-force", title: "Force", height: 150, x, y: { label: "force", unit: "N" },
+          series: [{ label: "tissue", colour: "sky", width: 4 }, { label: "fed back", colour: "vermilion", width: 2 }],
+        }, forces, extras),
+      ];
+      return;
+    }
+    charts[0].update(positions, extras);
+    charts[1].update(forces, extras);
+  }
+
+  function end(text) {
+    parts.button.textContent = "Begin";
+    parts.mode.textContent = "";
+    parts.told.textContent = text;
+    parts.felt.style.height = "0";
+    parts.felt.classList.remove("frozen");
+    if (state) state.gone = true;
+  }
+
+  function begin() {
+    const id = trocarLink.ask({ type: "push", state: parts.state(), augmented: parts.scheme.value === "1" });
+    if (!id) return;
+    state = fresh(id, parts.scheme.value === "1");
+    parts.button.textContent = "End";
+    parts.told.textContent = "";
+    parts.field.focus();
+  }
+
+  return {
+    begin(given) {
+      parts = given;
+      const { field, button } = parts;
+      button.addEventListener("click", () => {
+        if (state && !state.gone) {
+          trocarLink.tell({ type: "stop" });
+          end("ended");
+        } else begin();
+      });
+      const at = (event) => {
+        const box = field.getBoundingClientRect();
+        aim(position(event.clientY - box.top, box.height));
+      };
+      const ready = () => state && state.range && !state.gone;
+      field.addEventListener("pointerdown", (event) => {
+        if (!ready()) return;
+        state.pressed = true;
+        field.setPointerCapture(event.pointerId);
+        at(event);
+      });
+      field.addEventListener("pointermove", (event) => ready() && state.pressed && at(event));
+      const up = () => {
+        if (!ready()) return;
+        state.pressed = false;
+        send();
+      };
+      field.addEventListener("pointerup", up);
+      field.addEventListener("pointercancel", up);
+      field.addEventListener("keydown", (event) => {
+        const by = { ArrowDown: 0.25, ArrowUp: -0.25, PageDown: 2, PageUp: -2 }[event.key];
+        if (!by || !ready()) return;
+        event.preventDefault();
+        aim((state.aim ?? state.range[0]) + by);
+      });
+      new ResizeObserver(draw).observe(field);
+      window.addEventListener("themechange", draw);
+    },
+    /** What the program says of the insertion. */
+    hear(message) {
+      if (!state) return;
+      if (message.type === "pushing") {
+        state.range = message.range_mm;
+        state.aim = message.range_mm[0];
+        parts.field.setAttribute("aria-valuemin", message.range_mm[0].toFixed(1));
+        parts.field.setAttribute("aria-valuemax", message.range_mm[1].toFixed(1));
+        parts.mode.textContent = MODES[0];
+      } else if (message.type === "moved" && !state.gone && state.range) {
+        if (state.pressed) send();
+        state.rows.push(...message.rows);
+        for (const [at, kind] of message.events) {
+          state.events.push([at, kind]);
+          if (kind === "alarm") trocarListen.cue(parts.lamp);
+        }
+        if (state.rows.length === 0) return;
+        felt();
+        draw();
+        strips();
+      } else if (message.type === "pushed" && message.id === state.id && !state.gone) {
+        const overshoot = message.overshoot_mm.map((value) => (value === null ? "—" : mm(value))).join(", ");
+        end(`${message.ruptures} ruptures, ${message.missed} missed, ${message.false_alarms} false alarms; overshoot ${overshoot || "—"}`);
+      }
+    },
+    /** The program has refused to begin. */
+    refused: (id) => state && state.id === id && end(""),
+    state: () => state,
+  };
+})();
