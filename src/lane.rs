@@ -18,6 +18,11 @@ pub(crate) use gathered::{by_index, gather, gather_variants};
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+/// Marks a way as seldom taken, so that the other one is laid out straight.
+#[cold]
+#[inline(never)]
+pub(crate) fn seldom() {}
+
 /// A truth value for each lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {
     /// The same truth value in every lane.

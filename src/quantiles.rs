@@ -1,4 +1,7 @@
-//! Quantiles between order statistics, and the order statistics that a median lies between.
+//! Quantiles between order statistics, the order statistics that a median lies between, and the spread about a median.
+
+/// Makes the median absolute deviation of a Gaussian its standard deviation.
+const GAUSSIAN_MAD: f64 = 1.4826;
 
 /// The value below which a `share` (0 to 1) of `count` values lies, linear between the two order statistics beside it, which
 /// `of_rank` gives (from 0, the smallest); none of no values.
@@ -21,6 +24,19 @@ pub(crate) fn median_ranks(count: u64) -> (u64, u64) {
     (low, count - 1 - low)
 }
 
+/// The upper median; none of no values.
+pub(crate) fn upper_median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// 1.4826 times the median deviation from the median, upper medians both: the spread that outliers do not move; none of no
+/// values.
+pub(crate) fn robust_std(values: &[f64]) -> Option<f64> {
+    let median = upper_median(values.to_vec())?;
+    Some(GAUSSIAN_MAD * upper_median(values.iter().map(|value| (value - median).abs()).collect())?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -31,5 +47,13 @@ mod tests {
         let at = |share| quantile(3, share, |rank| values[rank as usize]);
         assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(at), [1.0, 1.5, 2.0, 3.0, 4.0].map(Some));
         assert_eq!(quantile(0, 0.5, |_| 0.0), None);
+    }
+
+    #[test]
+    fn the_upper_median_and_the_spread_about_it_are_of_order_statistics() {
+        assert_eq!(upper_median(vec![4.0, 1.0, 3.0, 2.0]), Some(3.0));
+        // Deviations 2, 1, 0 and 97 from 3: their upper median is 2.
+        assert_eq!(robust_std(&[1.0, 2.0, 3.0, 100.0]), Some(1.4826 * 2.0));
+        assert_eq!((upper_median(vec![]), robust_std(&[])), (None, None));
     }
 }

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use trocar::detect::calibration::{Calibration, CalibrationError, CalibrationRequest, ContactRule, calibrate};
 use trocar::detect::{DetectionReport, detect};
 use trocar::recording::{InVivoLikeVariant, in_vivo_like_variant_csv};
-use trocar::scenario::{DetectionSpec, Values};
+use trocar::scenario::{DetectionSettings, DetectionSpec, Values};
 
 fn spec(settings: &[String]) -> DetectionSpec {
     let mut values = Values::from_settings("calibration", settings).expect("good settings");
@@ -71,8 +71,9 @@ fn calibrated_as(spec: &DetectionSpec, request: &CalibrationRequest) -> (Calibra
     blind.recording.ruptures_s = vec![];
     let calibration = calibrate(&blind, request).expect("calibrates");
     let chosen = calibration.settings();
-    let with =
-        DetectionSpec { estimator: chosen.estimator, detector: chosen.detector, contact_m: chosen.contact_m, ..blind };
+    let (estimator, detector, contact_m) = (chosen.estimator, chosen.detector, chosen.contact_m);
+    let settings = DetectionSettings { estimator, detector, contact_m, ..blind.settings };
+    let with = DetectionSpec { settings, ..blind };
     let report = DetectionReport::of(&detect(&with).expect("detects"), &labels);
     (calibration, report)
 }
@@ -126,11 +127,11 @@ fn a_contact_that_is_given_wrongly_does_little_harm() {
     let request = CalibrationRequest { keeps_contact: true, ..CalibrationRequest::default() };
     for (name, mut spec) in real() {
         for contact_mm in [-9.0, -7.5, -5.0, -2.0, 0.0, 3.0] {
-            spec.contact_m = 1e-3 * contact_mm;
+            spec.settings.contact_m = 1e-3 * contact_mm;
             let calibration = assert_right_as(&format!("{name}, {contact_mm} mm"), &spec, &request);
             assert_eq!(
                 (calibration.contact_rule, calibration.settings().contact_m),
-                (ContactRule::Given, spec.contact_m)
+                (ContactRule::Given, spec.settings.contact_m)
             );
         }
     }

@@ -86,8 +86,9 @@ fn a_point_is_what_detect_reports_with_its_threshold() {
             let mut detector = DetectorSettings::for_kind(kind, Hypotheses::default());
             detector.cusum.threshold = point.threshold;
             detector.cusum.cap = 10.0 * point.threshold;
-            let report =
-                DetectionReport::of(&detect(&DetectionSpec { detector, ..spec.clone() }).expect("runs"), &RUPTURES_S);
+            let mut with = spec.clone();
+            with.settings.detector = detector;
+            let report = DetectionReport::of(&detect(&with).expect("runs"), &RUPTURES_S);
             let matched: Vec<f64> = report.alarms.iter().filter_map(|alarm| alarm.delay_s).collect();
             let in_time = matched.iter().filter(|delay| **delay <= 0.010).count() as u64;
             assert_eq!((point.detected, point.late), (in_time, matched.len() as u64 - in_time), "{kind:?}");

@@ -42,30 +42,15 @@ impl Run {
     }
 
     /// The table's rows: metric, unit, value in SI.
-    fn rows(&self) -> Vec<(String, String, Option<f64>)> {
+    fn rows(&self) -> Vec<(String, &'static str, Option<f64>)> {
         let rows = trocar::compare::rows(&[&self.run.metrics], &[]);
-        rows.into_iter().map(|row| (row.metric, unit(row.unit), row.values[0])).collect()
+        rows.into_iter().map(|row| (row.metric, row.unit.si(), row.values[0])).collect()
     }
 
     #[getter]
     fn name(&self) -> &str {
         &self.run.scenario.name
     }
-}
-
-/// The SI unit in which values are.
-pub(crate) fn unit(unit: trocar::compare::Unit) -> String {
-    use trocar::compare::Unit;
-    match unit {
-        Unit::Metre => "m",
-        Unit::MetrePerSecond => "m/s",
-        Unit::Second => "s",
-        Unit::Newton => "N",
-        Unit::NewtonPerSecond => "N/s",
-        Unit::Joule => "J",
-        Unit::Share | Unit::Count | Unit::Number => "1",
-    }
-    .into()
 }
 
 /// Records every tick, and looks for signals now and then; the run ends where there is one.

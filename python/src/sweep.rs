@@ -4,49 +4,18 @@ use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar::scenario::{Kind, Source, Value};
-use trocar::sweep::{Column, Design, Part, Plan, Progress, Rows, Shard, SweepError, execute};
+use trocar::scenario::Source;
+use trocar::sweep::{AxisColumn, Column, Design, Part, Plan, Progress, Rows, Shard, SweepError, execute};
 
 use crate::arrays::put;
 use crate::error;
 use crate::interrupt::interruptible;
 use crate::scenario::{Scenario, text_source};
 
-/// What an axis's values are kept in.
-enum Levels {
-    Number(Vec<f64>),
-    Whole(Vec<i64>),
-    Flag(Vec<bool>),
-    Text(Vec<String>),
-}
-
-impl Levels {
-    fn of(kind: Kind) -> Self {
-        match kind {
-            Kind::Number(_) | Kind::Sign => Self::Number(vec![]),
-            Kind::Whole(_) => Self::Whole(vec![]),
-            Kind::Flag => Self::Flag(vec![]),
-            Kind::Numbers | Kind::Choice(_) | Kind::Text | Kind::File => Self::Text(vec![]),
-        }
-    }
-
-    fn push(&mut self, value: &Value) {
-        match (self, value) {
-            (Self::Number(all), Value::Number(number)) => all.push(*number),
-            (Self::Whole(all), Value::Whole(whole)) => all.push(i64::try_from(*whole).unwrap_or(i64::MAX)),
-            (Self::Flag(all), Value::Flag(flag)) => all.push(*flag),
-            (Self::Text(all), Value::Text(text)) => all.push(text.clone()),
-            (Self::Text(all), other) => all.push(other.to_toml().to_string()),
-            // A value is of its axis's kind.
-            _ => {}
-        }
-    }
-}
-
 /// What came out, column by column.
 struct Columns {
     case: Vec<i64>,
-    axes: Vec<(String, Levels)>,
+    axes: Vec<(String, AxisColumn)>,
     seed: Vec<i64>,
     outcome: Vec<u8>,
     metrics: Vec<(String, Vec<f64>)>,
@@ -56,7 +25,7 @@ impl Columns {
     fn read(design: &Design, rows: &Rows, first: u64) -> Result<Self, SweepError> {
         let mut all = Self {
             case: vec![],
-            axes: design.axes.iter().map(|axis| (axis.key.path.to_owned(), Levels::of(axis.key.kind))).collect(),
+            axes: design.axes.iter().map(|axis| (axis.key.path.to_owned(), AxisColumn::of(axis))).collect(),
             seed: vec![],
             outcome: vec![],
             metrics: design.columns.iter().map(|column| (column.name.clone(), vec![])).collect(),
@@ -68,7 +37,7 @@ impl Columns {
             all.case.push(case as i64);
             all.seed.push(design.seed(case) as i64);
             all.outcome.push(outcome as u8);
-            all.axes.iter_mut().zip(&values).for_each(|((_, levels), value)| levels.push(value));
+            all.axes.iter_mut().zip(&values).for_each(|((_, column), value)| column.push(value));
             all.metrics.iter_mut().zip(metrics).for_each(|((_, column), metric)| column.push(*metric));
             Ok(())
         })?;
@@ -78,12 +47,12 @@ impl Columns {
     fn hand_over(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let columns = PyDict::new(py);
         put(&columns, "case", self.case)?;
-        for (name, levels) in self.axes {
-            match levels {
-                Levels::Number(values) => put(&columns, &name, values)?,
-                Levels::Whole(values) => put(&columns, &name, values)?,
-                Levels::Flag(values) => put(&columns, &name, values)?,
-                Levels::Text(values) => columns.set_item(&name, values)?,
+        for (name, column) in self.axes {
+            match column {
+                AxisColumn::Number(values) => put(&columns, &name, values)?,
+                AxisColumn::Whole(values) => put(&columns, &name, values)?,
+                AxisColumn::Flag(values) => put(&columns, &name, values)?,
+                AxisColumn::Text(values) => columns.set_item(&name, values)?,
             }
         }
         put(&columns, "seed", self.seed)?;

@@ -50,6 +50,13 @@ impl Default for ForceLaw {
     }
 }
 
+/// `u² (3 - 2u)`: the weight of what a cross-fade ends on, by its progress `u` from 0 to 1.
+#[inline(always)]
+#[must_use]
+pub fn cross_fade<L: Lane>(progress: L) -> L {
+    progress * progress * (L::splat(3.0) - L::splat(2.0) * progress)
+}
+
 /// The fed-back force.
 ///
 /// ```text
@@ -157,7 +164,7 @@ impl<L: Lane> ForceFeedback<L> {
         let progress = (progress + self.blend_step).min(one);
         // The last step ends on 1 whatever the rounding of the sum.
         let progress = L::select(progress.ge(one - L::splat(0.5) * self.blend_step), one, progress);
-        let weight = progress * progress * (L::splat(3.0) - L::splat(2.0) * progress);
+        let weight = cross_fade(progress);
         let faded = self.augmented + weight * (force - self.augmented);
         let faded_step = weight * moved + (weight - last_weight) * (self.measured - self.augmented).abs();
         self.progress = L::select(is_reengaging, progress, one);

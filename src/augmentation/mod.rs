@@ -8,11 +8,11 @@ mod force;
 mod position;
 
 pub use automaton::{AutomatonSettings, Mode};
-pub use force::ForceLaw;
+pub use force::{ForceLaw, cross_fade};
 pub use position::{Freeze, Reengage};
 
 use crate::error::InvalidValue;
-use crate::lane::{Lane, Mask};
+use crate::lane::{Lane, Mask, seldom};
 use automaton::Automaton;
 use force::ForceFeedback;
 use position::SlaveReference;
@@ -202,7 +202,7 @@ impl<L: Lane> Supervisor<L> {
     /// Decides the tick on the slave's side alone.
     #[inline(always)]
     pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
-        if (self.automaton.is_teleoperation() & !(self.enabled & now.alarm)).all() {
+        if self.passes(now.alarm) {
             let mode = L::splat(Mode::Teleoperation.code());
             let slave_reference_m = self.reference.follow(now.hand_m);
             return SlaveCommand { mode, slave_reference_m, alarm_taken: now.alarm };
@@ -217,11 +217,6 @@ impl<L: Lane> Supervisor<L> {
         self.feedback.arrive(mode, force_n)
     }
 }
-
-/// Marks a way as seldom taken, so that the other one is laid out straight.
-#[cold]
-#[inline(never)]
-fn seldom() {}
 
 crate::lane::gather!(Supervisor { automaton, reference, feedback } masks { enabled });
 

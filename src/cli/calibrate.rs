@@ -103,8 +103,9 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     };
     let calibration = calibrate(&spec, &request)?;
     let chosen = calibration.settings();
-    let calibrated =
-        DetectionSpec { estimator: chosen.estimator, detector: chosen.detector, contact_m: chosen.contact_m, ..spec };
+    let mut calibrated = spec;
+    let settings = &mut calibrated.settings;
+    (settings.estimator, settings.detector, settings.contact_m) = (chosen.estimator, chosen.detector, chosen.contact_m);
     let detection = detect(&calibrated)?;
     let report = DetectionReport::of(&detection, &calibrated.recording.ruptures_s);
     let folder = Folder::new(&args.output.out).folder(values.name());
@@ -141,7 +142,8 @@ fn write(
     let heading = format!("# Calibrated on the first {looked_at_s:.3} s by trocar {}.\n", env!("CARGO_PKG_VERSION"));
     folder.write("calibrated.toml", format!("{heading}{own}\n{}", calibration_toml(calibration)).as_bytes())?;
     folder.write("calibration.json", to_json(&calibration_object(name, calibration)).as_bytes())?;
-    let scale = (spec.detector.cusum.threshold, spec.detector.distance.kind.unit());
+    let detector = &spec.settings.detector;
+    let scale = (detector.cusum.threshold, detector.distance.kind.unit());
     Ok(detection_pictures(folder, name, detection, report, scale)?)
 }
 

@@ -9,11 +9,8 @@ use crate::report::{
     stability_text, switching_csv, switching_picture,
 };
 use crate::scenario::Source;
-use crate::stability::{Analysis, Axis, LoopSettings, Switching, SwitchingSettings, map};
-use crate::stability_check::{self, check};
-
-/// The stiffest tissue that events are looked at on, in N/m.
-const MOST_STIFFNESS_N_PER_M: f64 = 1e6;
+use crate::stability::Axis;
+use crate::stability_check::{self, MOST_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 /// Say where the loop is stable.
 #[derive(Debug, Args)]
@@ -47,32 +44,21 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         return Err(CliError::Axis { axis: args.y.clone(), reason });
     }
     let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
-    let settings = LoopSettings::of(&scenario);
-    let analysis = Analysis::of(&settings)?;
-    let range = tissue(&args.tissue)?;
-    let map = map(&settings, x, y)?;
-    let switching = match SwitchingSettings::of(&scenario, range) {
-        Ok(settings) => Ok(Switching::of(&settings)?),
-        Err(reason) => Err(reason),
-    };
-    let switching = switching.as_ref().map_err(|reason| *reason);
-    let check = if args.simulate {
-        let bar = progress::rated_bar(map.stable.len(), args.output.quiet);
+    let mut study = StabilityStudy::of(&scenario, (x, y), tissue(&args.tissue)?)?;
+    if args.simulate {
+        let bar = progress::rated_bar(study.map.stable.len(), args.output.quiet);
         bar.set_message("runs");
-        let check = check((&scenario, &settings), &map, interrupt::listen(), || bar.inc(1))?;
+        study.simulate(&scenario, interrupt::listen(), || bar.inc(1))?;
         bar.finish_and_clear();
-        Some(check)
-    } else {
-        None
-    };
-    let left_out = LoopSettings::left_out(&scenario);
+    }
+    let StabilityStudy { analysis, map, switching, check, .. } = &study;
     let folder = Folder::new(&args.output.out).folder(&scenario.name);
-    let json = stability_json((&scenario.name, &left_out), &analysis, &map, switching, check.as_ref());
+    let json = stability_json(&study);
     folder.write("stability.json", json.as_bytes())?;
-    folder.write("sensitivities.csv", sensitivities_csv(&analysis).as_bytes())?;
-    folder.write("stability_map.csv", map_csv(&map, check.as_ref()).as_bytes())?;
-    folder.write("stability_boundary.csv", boundary_csv(&map).as_bytes())?;
-    folder.write("ports.csv", ports_csv(&analysis).as_bytes())?;
+    folder.write("sensitivities.csv", sensitivities_csv(analysis).as_bytes())?;
+    folder.write("stability_map.csv", map_csv(map, check.as_ref()).as_bytes())?;
+    folder.write("stability_boundary.csv", boundary_csv(map).as_bytes())?;
+    folder.write("ports.csv", ports_csv(analysis).as_bytes())?;
     if let Ok(switching) = switching {
         folder.write("switching.csv", switching_csv(switching).as_bytes())?;
         folder.write("released.csv", released_csv(switching).as_bytes())?;
@@ -81,11 +67,11 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         let shown = stability_check::worst_events(&source, &args.changes.settings, switching)?;
         folder.write("worst_events.toml", shown.echo().as_bytes())?;
     }
-    stability_pictures(&folder, &analysis, &map, check.as_ref())?;
+    stability_pictures(&folder, &study)?;
     if args.output.json {
         terminal::print(&json)?;
     } else if !args.output.quiet {
-        let text = stability_text((&scenario.name, &left_out), &analysis, &map, switching, check.as_ref());
+        let text = stability_text(&study);
         let further = if switching.is_ok() { ", switching.png" } else { "" };
         let files = folder.path().display();
         terminal::print(&format!("{text}\nfigures: stability.png, ports.png{further}; files: {files}\n"))?;
@@ -104,7 +90,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
 fn tissue(text: &str) -> Result<(f64, f64), CliError> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
-    numbers.filter(|(low, high)| 0.0 <= *low && low <= high && *high <= MOST_STIFFNESS_N_PER_M).ok_or_else(|| {
+    numbers.filter(|range| is_tissue(*range)).ok_or_else(|| {
         let reason = format!("write LOW:HIGH in N/m, as in 50:600, from 0 to {MOST_STIFFNESS_N_PER_M}");
         CliError::Axis { axis: text.to_owned(), reason }
     })

@@ -29,6 +29,22 @@ pub enum Unit {
     Count,
 }
 
+impl Unit {
+    /// The SI unit in which values are; `"1"` for numbers without one.
+    #[must_use]
+    pub fn si(self) -> &'static str {
+        match self {
+            Self::Metre => "m",
+            Self::MetrePerSecond => "m/s",
+            Self::Second => "s",
+            Self::Newton => "N",
+            Self::NewtonPerSecond => "N/s",
+            Self::Joule => "J",
+            Self::Share | Self::Number | Self::Count => "1",
+        }
+    }
+}
+
 /// One metric, a value per scenario.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {

@@ -64,10 +64,10 @@ const LEAST_STEP_M: f64 = 1e-9;
 pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     let Samples { time_s, position_m, velocity_m_per_s: measured, force_n } = samples(&spec.recording.recording);
     let interval_s = spec.recording.recording.median_interval_s();
-    let settings = spec.settings();
+    let settings = &spec.settings;
     let filtered = || VelocitySource::Filtered { step_m: position_step_m(&position_m, settings.position_resolution_m) };
     let velocity = measured.as_ref().map_or_else(filtered, |_| VelocitySource::Measured);
-    let mut chain = Chain::new(&settings, interval_s, velocity)?;
+    let mut chain = Chain::new(settings, interval_s, velocity)?;
     let count = time_s.len();
     let room = || Vec::with_capacity(count);
     let mut detection = Detection {
@@ -81,7 +81,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         damping_n_s_per_m: room(),
         distance: room(),
         decision: room(),
-        further: spec.estimator.parameters.further_column().map(|name| (name, room())),
+        further: settings.estimator.parameters.further_column().map(|name| (name, room())),
         alarms: vec![],
         contact_m: settings.contact_m,
         touched: false,

@@ -6,8 +6,9 @@ use super::Detection;
 use super::matching::match_alarms;
 use super::phases::{PhaseRule, Stretch};
 use super::scores::{Scores, Tally};
-use super::statistics::{PhaseStatistics, ResidualStatistics, median_of};
+use super::statistics::{PhaseStatistics, ResidualStatistics};
 use crate::metrics::RUPTURE_WINDOW_S;
+use crate::quantiles::upper_median;
 
 /// An alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -55,7 +56,7 @@ impl FurtherEstimate {
     #[must_use]
     pub fn of(further: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
         let (column, values) = further.as_ref()?;
-        Some(Self { column, median: median_of(values.clone()), last: *values.last()? })
+        Some(Self { column, median: upper_median(values.clone())?, last: *values.last()? })
     }
 }
 

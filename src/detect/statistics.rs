@@ -4,9 +4,7 @@ use serde::Serialize;
 
 use super::Detection;
 use super::phases::{Phase, Stretch};
-
-/// Makes the median absolute deviation of a Gaussian its standard deviation.
-const GAUSSIAN_MAD: f64 = 1.4826;
+use crate::quantiles::robust_std;
 
 /// The residual over the whole recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -29,8 +27,6 @@ impl ResidualStatistics {
         let count = residual.len().max(1) as f64;
         let mean_n = residual.iter().sum::<f64>() / count;
         let variance = residual.iter().map(|e| (e - mean_n).powi(2)).sum::<f64>() / count;
-        let median = median_of(residual.to_vec());
-        let deviation = median_of(residual.iter().map(|e| (e - median).abs()).collect());
         let mut magnitudes: Vec<f64> = residual.iter().map(|e| e.abs()).collect();
         magnitudes.sort_by(f64::total_cmp);
         Self {
@@ -38,15 +34,9 @@ impl ResidualStatistics {
             std_n: variance.sqrt(),
             mean_absolute_n: magnitudes.iter().sum::<f64>() / count,
             greatest_absolute_n: magnitudes.last().copied().unwrap_or(0.0),
-            robust_std_n: GAUSSIAN_MAD * deviation,
+            robust_std_n: robust_std(residual).unwrap_or(0.0),
         }
     }
-}
-
-/// The upper median; 0 of nothing.
-pub(super) fn median_of(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// The estimates of one phase, all its stretches taken together. What a phase that never was, or the needle outside of the

@@ -41,7 +41,7 @@ use std::ops::ControlFlow;
 use crate::augmentation::{Command, Situation, SlaveCommand, Supervisor};
 use crate::detection::{Detector, Evidence};
 use crate::estimation::{Estimate, Estimator, VelocityFilter};
-use crate::lane::{Lane, Mask};
+use crate::lane::{Lane, Mask, seldom};
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
 use crate::teleoperation::{AtMaster, AtSlave, Link};
@@ -418,8 +418,3 @@ impl<L: Lane> Sensed<L> {
         }
     }
 }
-
-/// Marks a way as seldom taken.
-#[cold]
-#[inline(never)]
-fn seldom() {}

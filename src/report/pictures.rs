@@ -19,10 +19,10 @@ pub enum PictureError {
     Write(#[from] OutputError),
 }
 
-type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure, FigureError> + Send + Sync + 'a>);
+pub(super) type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure, FigureError> + Send + Sync + 'a>);
 
 /// Draws figures in parallel and writes each as SVG and PNG.
-fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureError> {
+pub(super) fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureError> {
     jobs.into_par_iter().try_for_each(|(name, job)| Ok(keep(folder, name, &job()?)?))
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::Table;
 use super::number::{readable, significant};
-use super::tables::{quoted, shortest, si};
+use super::tables::{quoted, shortest};
 use crate::compare::{SeedStudy, Spread, Unit};
 
 /// The metrics that a person compares first; the files hold all of them.
@@ -75,7 +75,7 @@ pub fn seeds_csv(study: &SeedStudy) -> String {
             let spread =
                 numbers(row.spreads[index], &|s| vec![s.median, s.low, s.high, s.median_low, s.median_high], 5);
             let ratio = numbers(row.ratios[index], &|s| vec![s.median, s.low, s.high], 3);
-            let _ = writeln!(text, "{},{},{scenario},{defined},{spread},{ratio}", quoted(&row.metric), si(row.unit));
+            let _ = writeln!(text, "{},{},{scenario},{defined},{spread},{ratio}", quoted(&row.metric), row.unit.si());
         }
     }
     text

@@ -2,16 +2,15 @@
 
 use std::fmt::Write as _;
 
-use rayon::prelude::*;
 use serde_json::{Value as Json, json};
 
 use super::Folder;
 use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView};
-use super::pictures::PictureError;
+use super::pictures::{Job, PictureError, draw};
 use super::tables::shortest;
 use crate::lti::Complex64;
-use crate::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, Switching};
-use crate::stability_check::{Check, Verdict};
+use crate::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, gives_nothing};
+use crate::stability_check::{Check, StabilityStudy, Verdict};
 
 /// A verdict in a word.
 pub(super) fn word(verdict: Verdict) -> &'static str {
@@ -25,13 +24,8 @@ pub(super) fn word(verdict: Verdict) -> &'static str {
 /// `stability.json`: everything but the points of map and ports, which the CSV files hold. What is undefined is `null`; a
 /// limit that was not reached within the search is `null` too, with `is_beyond_search`.
 #[must_use]
-pub fn stability_json(
-    (name, left_out): (&str, &[&str]),
-    analysis: &Analysis,
-    map: &StabilityMap,
-    switching: Result<&Switching, &str>,
-    check: Option<&Check>,
-) -> String {
+pub fn stability_json(study: &StabilityStudy) -> String {
+    let StabilityStudy { name, left_out, analysis, map, switching, check } = study;
     let Analysis { settings, mode, margins, limits, sensitivities, ports, sampled } = analysis;
     let limit = |limit: &Limit| {
         let largest = limit.largest();
@@ -53,7 +47,7 @@ pub fn stability_json(
         .iter()
         .map(|s| json!({ "limit": s.limit.key(), "parameter": s.parameter.key(), "relative": s.relative }))
         .collect();
-    let checked = check.map(|check| {
+    let checked = check.as_ref().map(|check| {
         let disagreements: Vec<Json> = check
             .disagreements
             .iter()
@@ -116,11 +110,6 @@ pub fn stability_json(
 /// Whether something holds at every frequency; `None` without any.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
-}
-
-/// Whether a port of this impedance or admittance gives no power away: its real part is at least 0, up to rounding.
-pub(super) fn gives_nothing(immittance: Complex64) -> bool {
-    immittance.re >= -1e-12 * immittance.norm()
 }
 
 /// `sensitivities.csv`: the percentage by which each limit changes with a per cent of each parameter.
@@ -197,25 +186,16 @@ pub fn ports_csv(analysis: &Analysis) -> String {
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn stability_pictures(
-    folder: &Folder,
-    analysis: &Analysis,
-    map: &StabilityMap,
-    check: Option<&Check>,
-) -> Result<(), PictureError> {
-    let write = |name: &str, figure: Figure| -> Result<(), PictureError> {
-        folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
-        folder.write(&format!("{name}.png"), &figure.png)?;
-        Ok(())
-    };
-    ["stability", "ports"].into_par_iter().try_for_each(|name| match name {
-        "stability" => write(name, map_figure(analysis, map, check)?),
-        _ if analysis.ports.is_empty() => Ok(()),
-        _ => write(name, ports_figure(&analysis.ports)?),
-    })
+pub fn stability_pictures(folder: &Folder, study: &StabilityStudy) -> Result<(), PictureError> {
+    let mut jobs: Vec<Job<'_>> = vec![("stability", Box::new(|| map_figure(study)))];
+    if !study.analysis.ports.is_empty() {
+        jobs.push(("ports", Box::new(|| ports_figure(&study.analysis.ports))));
+    }
+    draw(folder, jobs)
 }
 
-fn map_figure(analysis: &Analysis, map: &StabilityMap, check: Option<&Check>) -> Result<Figure, FigureError> {
+fn map_figure(study: &StabilityStudy) -> Result<Figure, FigureError> {
+    let StabilityStudy { analysis, map, check, .. } = study;
     let values = |axis: &Axis| -> Vec<f64> { (0..axis.count).map(|index| axis.value(index)).collect() };
     let (across, upwards) = (values(&map.x), values(&map.y));
     let view = |axis: &Axis, values| MapAxisView {
@@ -224,7 +204,7 @@ fn map_figure(analysis: &Analysis, map: &StabilityMap, check: Option<&Check>) ->
         is_logarithmic: axis.spacing == Spacing::Logarithmic,
         here: analysis.settings.get(axis.parameter),
     };
-    let grew: Vec<Option<bool>> = check.map_or(vec![], |check| {
+    let grew: Vec<Option<bool>> = check.as_ref().map_or(vec![], |check| {
         let grew = |verdict: &Option<Verdict>| match verdict {
             Some(Verdict::Decays) => Some(false),
             Some(Verdict::Grows) => Some(true),

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use super::Table;
 use super::number::significant;
-use super::stability::{all, gives_nothing, word};
-use crate::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, Switching};
-use crate::stability_check::Check;
+use super::stability::{all, word};
+use crate::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, gives_nothing};
+use crate::stability_check::{Check, StabilityStudy};
 
 /// Frequencies in Hz at which impedances are printed.
 const SHOWN_HZ: [f64; 4] = [0.5, 1.0, 5.0, 10.0];
@@ -19,13 +19,8 @@ const SHOWN_SENSITIVITIES: usize = 3;
 
 /// The tables.
 #[must_use]
-pub fn stability_text(
-    (name, left_out): (&str, &[&str]),
-    analysis: &Analysis,
-    map: &StabilityMap,
-    switching: Result<&Switching, &str>,
-    check: Option<&Check>,
-) -> String {
+pub fn stability_text(study: &StabilityStudy) -> String {
+    let StabilityStudy { name, left_out, analysis, map, switching, check } = study;
     let settings = &analysis.settings;
     let mut text = format!(
         "{name}: {} in permanent contact with {} N/m and {} N·s/m\n",

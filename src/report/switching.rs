@@ -6,7 +6,7 @@ use serde_json::{Value as Json, json};
 
 use super::figures::{self, SwitchingView};
 use super::number::significant;
-use super::pictures::PictureError;
+use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use super::{Folder, Table};
 use crate::augmentation::Reengage;
@@ -33,7 +33,7 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
 
 /// What is said of the switching, or why nothing is.
 #[must_use]
-pub fn switching_text(switching: Result<&Switching, &str>) -> String {
+pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
     let switching = match switching {
         Ok(switching) => switching,
         Err(reason) => return format!("switching: {reason}\n"),
@@ -140,7 +140,7 @@ fn event_table(events: &[EventBound]) -> Table {
 }
 
 /// The part `switching` of `stability.json`.
-pub(super) fn switching_object(switching: Result<&Switching, &str>) -> Json {
+pub(super) fn switching_object(switching: &Result<Switching, &'static str>) -> Json {
     let switching = match switching {
         Ok(switching) => switching,
         Err(reason) => return json!({ "left_out": reason }),
@@ -242,7 +242,5 @@ pub fn switching_picture(folder: &Folder, switching: &Switching) -> Result<(), P
         found: points.iter().map(|point| point.growth.0).collect(),
         enumerated: points.iter().map(|point| point.growth.1).collect(),
     })?;
-    folder.write("switching.svg", figure.svg.as_bytes())?;
-    folder.write("switching.png", &figure.png)?;
-    Ok(())
+    Ok(keep(folder, "switching", &figure)?)
 }

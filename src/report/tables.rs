@@ -108,25 +108,13 @@ pub fn comparison_csv(comparison: &Comparison) -> String {
     let mut text = format!("metric,unit,{}\n", table.scenarios.join(","));
     for row in table.rows {
         let values: Vec<String> = row.values.iter().map(|value| value.map_or(String::new(), shortest)).collect();
-        let _ = writeln!(text, "{},{},{}", quoted(&row.metric), si(row.unit), values.join(","));
+        let _ = writeln!(text, "{},{},{}", quoted(&row.metric), row.unit.si(), values.join(","));
     }
     text
 }
 
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
-}
-
-pub(super) fn si(unit: Unit) -> &'static str {
-    match unit {
-        Unit::Metre => "m",
-        Unit::MetrePerSecond => "m/s",
-        Unit::Second => "s",
-        Unit::Newton => "N",
-        Unit::NewtonPerSecond => "N/s",
-        Unit::Joule => "J",
-        Unit::Share | Unit::Number | Unit::Count => "1",
-    }
 }
 
 pub(super) fn shortest(value: f64) -> String {

@@ -77,9 +77,9 @@ impl Signal {
             name,
             variant: InVivoLikeVariant::default(),
             kind: SignalKind::Recorded(samples),
-            estimator: spec.estimator,
-            contact_m: spec.contact_m,
-            detectors: detectors(&spec.detector, kinds),
+            estimator: spec.settings.estimator,
+            contact_m: spec.settings.contact_m,
+            detectors: detectors(&spec.settings.detector, kinds),
         })
     }
 

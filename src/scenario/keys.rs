@@ -39,6 +39,9 @@ pub fn is_section(path: &str) -> bool {
     SECTIONS.iter().any(|(section, _)| *section == path)
 }
 
+/// From which likeness on a name may be meant.
+const NEAR: f64 = 0.8;
+
 /// The known key nearest to a path in spelling, if any is near.
 #[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
@@ -46,7 +49,14 @@ pub fn nearest(path: &str) -> Option<&'static str> {
     let likeness =
         |known: &str| strsim::jaro_winkler(path, known).max(0.98 * strsim::jaro_winkler(&last(path), &last(known)));
     let best = KEYS.iter().map(|key| (likeness(key.path), key.path)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 > 0.8).then_some(best.1)
+    (best.0 > NEAR).then_some(best.1)
+}
+
+/// The one of some names that is nearest in spelling, if any is near.
+pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
+    let likeness = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
+    let best = known.into_iter().map(likeness).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 > NEAR).then_some(best.1)
 }
 
 #[cfg(test)]

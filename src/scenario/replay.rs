@@ -39,16 +39,8 @@ pub struct RecordingSpec {
 pub struct DetectionSpec {
     /// The recording and its labels.
     pub recording: RecordingSpec,
-    /// The estimator.
-    pub estimator: RlsSettings,
-    /// The detector.
-    pub detector: DetectorSettings,
-    /// Where the tissue begins, in m.
-    pub contact_m: f64,
-    /// Step of the recorded positions in m, for the velocity filter; 0: taken from the recording.
-    pub position_resolution_m: f64,
-    /// Acceleration that the velocity filter expects, in m/s².
-    pub acceleration_std_m_per_s2: f64,
+    /// Everything else.
+    pub settings: DetectionSettings,
 }
 
 /// What detecting ruptures needs apart from the samples.
@@ -60,7 +52,7 @@ pub struct DetectionSettings {
     pub detector: DetectorSettings,
     /// Where the tissue begins, in m.
     pub contact_m: f64,
-    /// Step of the positions in m, for the velocity filter; 0: not known.
+    /// Step of the positions in m, for the velocity filter; 0: not known, and taken from the recording where there is one.
     pub position_resolution_m: f64,
     /// Acceleration that the velocity filter expects, in m/s².
     pub acceleration_std_m_per_s2: f64,
@@ -86,18 +78,6 @@ impl DetectionSettings {
 }
 
 impl DetectionSpec {
-    /// What it says apart from the samples.
-    #[must_use]
-    pub fn settings(&self) -> DetectionSettings {
-        DetectionSettings {
-            estimator: self.estimator,
-            detector: self.detector,
-            contact_m: self.contact_m,
-            position_resolution_m: self.position_resolution_m,
-            acceleration_std_m_per_s2: self.acceleration_std_m_per_s2,
-        }
-    }
-
     /// Resolves the values that detection needs; derived ones are filled in.
     ///
     /// # Errors
@@ -121,14 +101,7 @@ impl DetectionSpec {
 
     fn new(values: &Values, settings: DetectionSettings, recording: RecordingSpec) -> Result<Self, ScenarioError> {
         check_even_samples(values, &recording.recording)?;
-        Ok(Self {
-            recording,
-            estimator: settings.estimator,
-            detector: settings.detector,
-            contact_m: settings.contact_m,
-            position_resolution_m: settings.position_resolution_m,
-            acceleration_std_m_per_s2: settings.acceleration_std_m_per_s2,
-        })
+        Ok(Self { recording, settings })
     }
 }
 

@@ -51,6 +51,12 @@ impl DelayTicks {
     }
 }
 
+/// Whether what arrives within a tick is read at the next one: only the paper's continuous controllers take it as it arrives.
+#[must_use]
+pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
+    timing == ControlTiming::Sampled || !link.is_the_papers()
+}
+
 /// How the sides are brought from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EngineKind {
@@ -155,7 +161,7 @@ impl Scenario {
         let slave = slave(&values)?;
         let link = link_settings(&values, &master, &slave)?;
         let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
-        let waits_for_tick = timing == ControlTiming::Sampled || !link.is_the_papers();
+        let waits_for_tick = waits_for_tick(timing, &link);
         let scenario = Self {
             name: name(&values)?,
             grid,

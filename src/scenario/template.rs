@@ -12,14 +12,13 @@ use super::key_table::KEYS;
 use super::keys::{Fallback, Key};
 use super::link::link_settings;
 use super::person::{reflex, tremor};
-use super::resolve::{Scenario, delay_ticks};
+use super::resolve::{Scenario, delay_ticks, waits_for_tick};
 use super::schedule::events;
 use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
 use super::specs::{TissueSpec, operator, tissue};
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::channel::Irregularity;
-use crate::plant::ControlTiming;
 
 /// What a key reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -293,7 +292,7 @@ fn set_link(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioErro
 }
 
 fn set_delays(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioError> {
-    let waits_for_tick = scenario.timing == ControlTiming::Sampled || !scenario.link.is_the_papers();
+    let waits_for_tick = waits_for_tick(scenario.timing, &scenario.link);
     scenario.forward = delay_ticks(values, "channel.forward_delay_s", &scenario.grid, waits_for_tick)?;
     scenario.backward = delay_ticks(values, "channel.backward_delay_s", &scenario.grid, waits_for_tick)?;
     Ok(())

@@ -1,7 +1,7 @@
 //! An axis of a map as people write it.
 
 use super::{Axis, Parameter, Spacing};
-use crate::scenario::{KEYS, Kind, Range};
+use crate::scenario::{Kind, Range, find_key, nearest_of};
 
 /// Most values of an axis.
 const MOST_VALUES: usize = 2000;
@@ -21,11 +21,9 @@ impl Axis {
         let (key, range) = text.split_once('=').ok_or_else(|| MANNER.to_owned())?;
         let key = key.trim();
         let parameter = Parameter::of_key(key).ok_or_else(|| {
-            let likeness = |known: &Parameter| strsim::jaro_winkler(key, known.key());
-            let nearest = Parameter::all().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
             let known: Vec<&str> = Parameter::all().map(Parameter::key).collect();
-            let nearest = nearest.filter(|nearest| likeness(nearest) > 0.8);
-            let nearest = nearest.map_or(String::new(), |nearest| format!("; did you mean {}?", nearest.key()));
+            let nearest = nearest_of(key, known.iter().copied());
+            let nearest = nearest.map_or(".".to_owned(), |nearest| format!("; did you mean {nearest}?"));
             format!("the loop has no parameter {key}{nearest} There are {}", known.join(", "))
         })?;
         let parts: Vec<&str> = range.split(':').map(str::trim).collect();
@@ -34,10 +32,7 @@ impl Axis {
         };
         let number = |text: &str| {
             let toml = text.parse().ok().map(toml::Value::Float);
-            let kind = KEYS
-                .iter()
-                .find(|key| key.path == parameter.key())
-                .map_or(Kind::Number(Range::NON_NEGATIVE), |key| key.kind);
+            let kind = find_key(parameter.key()).map_or(Kind::Number(Range::NON_NEGATIVE), |key| key.kind);
             let accepted = toml.as_ref().and_then(|value| kind.accept(value));
             match (accepted, toml) {
                 (Some(_), Some(toml::Value::Float(value))) => Ok(value),

@@ -2,7 +2,7 @@
 
 use super::Parameter;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
-use crate::scenario::{DelayTicks, Scenario, TissueSpec, Value};
+use crate::scenario::{DelayTicks, Scenario, TissueSpec, Value, waits_for_tick};
 use crate::teleoperation::{LinkSettings, PassivitySettings, Scheme};
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
@@ -127,7 +127,7 @@ impl LoopSettings {
     /// Whether a sample that arrives within a tick is read at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
-        self.timing == ControlTiming::Sampled || !self.link.is_the_papers()
+        waits_for_tick(self.timing, &self.link)
     }
 
     /// Where a parameter stands.

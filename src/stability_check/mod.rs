@@ -7,9 +7,11 @@
 
 mod events;
 mod run;
+mod study;
 
 pub use events::worst_events;
 pub use run::{Verdict, simulate};
+pub use study::{MOST_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};

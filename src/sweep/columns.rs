@@ -3,6 +3,7 @@
 use super::stability::{LoopOfCase, OF_LOOP};
 use crate::compare::Unit;
 use crate::metrics::{EventMetrics, Metrics, Outcome, RuptureMetrics};
+use crate::scenario::nearest_of;
 
 /// Where a column's value comes from.
 #[derive(Debug, Clone, Copy)]
@@ -158,9 +159,7 @@ impl Column {
     /// The name most like another, if any is.
     #[must_use]
     pub fn nearest(name: &str) -> Option<String> {
-        let likeness = |known: &String| strsim::jaro_winkler(name, known);
-        let best = Self::names().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
-        (likeness(&best) > 0.8).then_some(best)
+        nearest_of(name, Self::names())
     }
 
     /// Whether it takes the case's loop.

@@ -4,7 +4,7 @@ use super::axis::{Axis, Levels};
 use super::columns::Column;
 use super::design::{Filling, MOST_CASES};
 use super::sobol::MOST_DIMENSIONS;
-use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key};
+use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key, nearest_of};
 
 /// The keys of a sweep file, with what each is about.
 pub const SWEEP_KEYS: [(&str, &str); 11] = [
@@ -105,9 +105,7 @@ fn unknown(entry: &Entry) -> ScenarioError {
     if find_key(path).is_some() {
         return error.remedy(format!("write axes.{path} to vary it, set.{path} to fix it"));
     }
-    let likeness = |known: &str| strsim::jaro_winkler(path, known);
-    let known = SWEEP_KEYS.iter().map(|(known, _)| *known).chain(["axes"]);
-    match known.max_by(|a, b| likeness(a).total_cmp(&likeness(b))).filter(|best| likeness(best) > 0.8) {
+    match nearest_of(path, SWEEP_KEYS.iter().map(|(known, _)| *known).chain(["axes"])) {
         Some(best) => error.remedy(format!("did you mean {best}?")),
         None => error.remedy("`trocar sweep --help` names them all"),
     }

@@ -7,6 +7,7 @@
 //! reading one after the other.
 
 mod axis;
+mod axis_column;
 mod columns;
 mod design;
 mod error;
@@ -23,6 +24,7 @@ mod stability;
 mod statistics;
 
 pub use axis::{Axis, Levels, number};
+pub use axis_column::{AxisColumn, text};
 pub use columns::Column;
 pub use design::{Design, Filling, MOST_CASES, Shares};
 pub use error::SweepError;

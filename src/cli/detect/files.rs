@@ -170,7 +170,7 @@ fn write(
     (values, detection, report): (&Values, &Detection, &DetectionReport),
     json: &Json,
 ) -> Result<(), CliError> {
-    let detector = &spec.detector;
+    let detector = &spec.settings.detector;
     let files = || -> Result<(), CliError> {
         folder.stream("detection.csv", |out| write_detection_csv(detection, out))?;
         folder.write("detection.json", to_json(json).as_bytes())?;

@@ -89,7 +89,7 @@ impl<'a> Bench<'a> {
             return Err(CalibrationError::NoQuiet { from_s, to_s, samples: range.len(), first_s });
         }
         let contact = match request.keeps_contact {
-            true => (spec.contact_m, ContactRule::Given),
+            true => (spec.settings.contact_m, ContactRule::Given),
             false => {
                 let (contact_m, rule) = contact(signal.position_m, signal.force_n, noise_n);
                 (rounded(contact_m), rule)

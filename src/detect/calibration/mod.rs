@@ -160,8 +160,8 @@ pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<C
     let velocity_m_per_s = match velocity_m_per_s {
         Some(velocity) => velocity,
         None => {
-            let step_m = position_step_m(&position_m, spec.position_resolution_m);
-            let mut filter = VelocityFilter::<f64>::new(interval_s, step_m, spec.acceleration_std_m_per_s2)?;
+            let step_m = position_step_m(&position_m, spec.settings.position_resolution_m);
+            let mut filter = VelocityFilter::<f64>::new(interval_s, step_m, spec.settings.acceleration_std_m_per_s2)?;
             position_m.iter().map(|&position| filter.update(position)).collect()
         }
     };

@@ -32,7 +32,7 @@ fn stream(
     velocity: VelocitySource,
     samples: &[LiveSample],
 ) -> (Vec<LiveStep>, Vec<Oddity>, LiveSummary) {
-    let mut live = LiveDetector::new(spec.settings(), interval_s, velocity).expect("valid");
+    let mut live = LiveDetector::new(spec.settings.clone(), interval_s, velocity).expect("valid");
     let (mut ticks, mut oddities) = (vec![], vec![]);
     for sample in samples {
         oddities.extend(live.take(sample, |tick| ticks.push(*tick)).expect("an interval"));
@@ -149,5 +149,5 @@ fn a_stream_of_nothing_has_no_numbers() {
     assert_eq!((summary.samples, summary.mean_n, summary.std_n, summary.interval_s), (0, None, None, None));
     let (ticks, _, _) = stream(&spec, None, VelocitySource::Measured, &samples(&spec)[..1]);
     assert!(ticks.is_empty(), "without a second sample there is no interval");
-    assert!(LiveDetector::new(spec.settings(), Some(0.0), VelocitySource::Measured).is_err());
+    assert!(LiveDetector::new(spec.settings.clone(), Some(0.0), VelocitySource::Measured).is_err());
 }

@@ -47,13 +47,17 @@ impl Axis {
         Self::exact((0.0, 1.14 * high), most_ticks)
     }
 
-    /// A logarithmic axis over `range`, both positive.
+    /// A logarithmic axis over `range`, both positive; one with less than three powers of ten has ticks at 2 and 5 of each too.
     pub(super) fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
         let step = ((high - low) / 6.0).ceil().max(1.0);
         let first = (low / step).ceil() as i32;
         let last = (high / step).floor() as i32;
-        let ticks = (first..=last).map(|k| f64::from(k) * step).collect();
+        let mut ticks: Vec<f64> = (first..=last).map(|k| f64::from(k) * step).collect();
+        if ticks.len() < 3 && step == 1.0 {
+            let between = (first - 1..=last + 1).flat_map(|k| [1.0_f64, 2.0, 5.0].map(|m| f64::from(k) + m.log10()));
+            ticks = between.filter(|tick| (low..=high).contains(tick)).collect();
+        }
         Self { low, high, ticks, log: true, step }
     }
 
@@ -65,7 +69,7 @@ impl Axis {
     /// The label of a tick, with a real minus sign.
     pub(super) fn label(&self, tick: f64) -> String {
         if self.log {
-            return format!("10{}", superscript(tick.round() as i32));
+            return self.power(tick);
         }
         let largest = self.low.abs().max(self.high.abs());
         if largest >= 1e6 || self.step < 1e-4 {
@@ -76,6 +80,21 @@ impl Axis {
         let scaled = self.step * 10_f64.powi(decimals as i32);
         let decimals = if (scaled - scaled.round()).abs() > 1e-6 { decimals + 1 } else { decimals };
         minus(&format!("{:.decimals$}", tick + 0.0))
+    }
+}
+
+impl Axis {
+    /// The label of a logarithmic axis's tick: a power of ten, or where others are ticks too a plain number.
+    fn power(&self, tick: f64) -> String {
+        let is_power = |tick: f64| (tick - tick.round()).abs() < 1e-9;
+        let exponent = (tick + 1e-9).floor();
+        if self.ticks.iter().all(|tick| is_power(*tick)) {
+            format!("10{}", superscript(tick.round() as i32))
+        } else if (-3.0..4.0).contains(&exponent) {
+            format!("{:.*}", (-exponent).max(0.0) as usize, 10_f64.powf(tick))
+        } else {
+            format!("{:.0}·10{}", 10_f64.powf(tick - exponent), superscript(exponent as i32))
+        }
     }
 }
 
@@ -201,6 +220,18 @@ mod tests {
         let axis = Axis::padded((-2.5, 5.7), Y_TICKS);
         let labels: Vec<String> = axis.ticks.iter().map(|&t| axis.label(t)).collect();
         assert_eq!(labels, ["−2", "0", "2", "4", "6"]);
+    }
+
+    #[test]
+    fn a_short_logarithmic_axis_has_ticks_between_its_powers() {
+        let labels = |low: f64, high: f64| {
+            let axis = Axis::log10((low, high));
+            axis.ticks.iter().map(|&tick| axis.label(tick)).collect::<Vec<_>>()
+        };
+        assert_eq!(labels(0.25, 8.0), ["0.5", "1", "2", "5"]);
+        assert_eq!(labels(2e-3, 2e-1), ["0.002", "0.005", "0.01", "0.02", "0.05", "0.1", "0.2"]);
+        assert_eq!(labels(1e6, 5e6), ["1·10⁶", "2·10⁶", "5·10⁶"]);
+        assert_eq!(labels(0.1, 10.0), ["10⁻¹", "10⁰", "10¹"]);
     }
 
     #[test]

@@ -33,7 +33,8 @@ pub fn decision(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
     let mut legend = Vec::new();
     if view.threshold.is_finite() {
         upper.levels.push((view.threshold, THRESHOLD));
-        legend.push((Sample::Line(THRESHOLD), format!("threshold γ = {}", short(view.threshold))));
+        let value = format!("threshold γ = {} {}", short(view.threshold), view.decision_unit);
+        legend.push((Sample::Line(THRESHOLD), value.trim_end().to_owned()));
     }
     let lower = panel(view.force_axis(), "Force (N)", view.measured_force_n);
     Grid {

@@ -22,6 +22,7 @@ const GAP: f64 = 26.0;
 #[derive(Clone)]
 pub(super) enum Sample {
     Line(Stroke),
+    Dot(Stroke),
     Shade(RGBAColor),
     Alarm,
     Rupture,
@@ -136,7 +137,7 @@ fn sample_width(sample: &Sample) -> f64 {
     match sample {
         Sample::Line(_) => SAMPLE + 14.0,
         Sample::Shade(_) => 48.0 + 12.0,
-        Sample::Alarm | Sample::Rupture => 24.0 + 10.0,
+        Sample::Dot(_) | Sample::Alarm | Sample::Rupture => 24.0 + 10.0,
     }
 }
 
@@ -147,6 +148,7 @@ fn legend(area: &Area<'_>, layout: &Layout, origin: (f64, f64)) -> Result<(), Fi
             Sample::Line(line) => {
                 stroke(area, vec![vec![(left, middle), (left + SAMPLE, middle)]], line)?;
             }
+            Sample::Dot(dot) => stroke(area, vec![vec![(left + 12.0, middle)]], dot)?,
             Sample::Shade(color) => {
                 let corners = [(units(left), units(middle - 15.0)), (units(left + 48.0), units(middle + 15.0))];
                 area.draw(&Rectangle::new(corners, color.filled()))?;

@@ -6,6 +6,7 @@ use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
 use super::grid::{Entry, Grid, Row, Sample};
 use super::panel::Panel;
 use super::{Figure, FigureError};
+use crate::report::number::significant;
 
 /// Colours from little to much, evenly spaced: five of viridis (van der Walt and Smith 2015), whose lightness rises evenly, so
 /// that they are told apart in grey and with the common forms of colour blindness.
@@ -67,7 +68,7 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure, FigureError> {
     };
     let step = |k: usize| {
         let value = least + (most - least) * k as f64 / (STEPS - 1) as f64;
-        (Sample::Shade(color(value)), crate::report::number::significant(value))
+        (Sample::Shade(color(value)), told_apart(value, (most - least) / (STEPS - 1) as f64))
     };
     let steps: Vec<Entry> = if most > least { (0..STEPS).map(step).collect() } else { vec![step(0)] };
     let rows = vec![Row { title: Some(view.caption), height: 760.0, panels: vec![panel] }];
@@ -88,6 +89,18 @@ fn edges(middles: &[f64], log: bool) -> Vec<f64> {
     edges[0] = 2.0 * first - edges[1];
     edges[end] = 2.0 * last - edges[end - 1];
     edges
+}
+
+/// A number with the four digits that tables have, or as many decimals as tell it from one a `step` away.
+fn told_apart(value: f64, step: f64) -> String {
+    let decimals = -step.log10().floor();
+    let plain = significant(value);
+    let shown = plain.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    if step > 0.0 && decimals > shown as f64 && decimals <= 12.0 && !plain.contains('e') {
+        format!("{value:.*}", decimals as usize)
+    } else {
+        plain
+    }
 }
 
 /// The colour at a share of the scale.
@@ -118,6 +131,13 @@ mod tests {
             assert!(figure.svg.contains(end), "{end}");
         }
         assert!(figure.svg.contains("\nwhat\n") && !figure.svg.contains("NaN"));
+    }
+
+    #[test]
+    fn numbers_of_the_legend_differ() {
+        assert_eq!([101.20, 101.22, 101.24].map(|value| told_apart(value, 0.02)), ["101.20", "101.22", "101.24"]);
+        assert_eq!(told_apart(2.85, 0.85), "2.850");
+        assert_eq!(told_apart(1.0, 0.0), "1.000");
     }
 
     #[test]

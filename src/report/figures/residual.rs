@@ -5,10 +5,9 @@ use super::grid::{Grid, Row, Sample};
 use super::panel::{Events, Panel, Trace};
 use super::style::{MAIN, SKY};
 use super::{EstimationView, Figure, FigureError};
+use crate::quantiles::robust_std;
 use plotters::style::{Color, RGBAColor};
 
-/// Makes the median absolute deviation of a Gaussian its standard deviation.
-const GAUSSIAN_MAD: f64 = 1.4826;
 /// Half width of the figure in σ, at most.
 const WIDEST: f64 = 8.0;
 const BINS: usize = 96;
@@ -62,14 +61,7 @@ pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureErr
 
 /// 1.4826 times the median absolute deviation from the median; none where it is zero or has no meaning.
 fn robust_spread(values: &[f64]) -> Option<f64> {
-    let center = median(values.to_vec())?;
-    let spread = GAUSSIAN_MAD * median(values.iter().map(|v| (v - center).abs()).collect())?;
-    (spread > 1e-12 && spread < 1e12).then_some(spread)
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len().checked_sub(1)? / 2;
-    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+    robust_std(values).filter(|spread| *spread > 1e-12 && *spread < 1e12)
 }
 
 fn densities(values: &[f64], half: f64, bin: f64) -> Vec<f64> {

@@ -85,11 +85,14 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
     let mut legend = vec![
         (Sample::Shade(SKY.mix(0.38)), "stable".to_owned()),
         (Sample::Line(BOUNDARY), "boundary, from the matrices".to_owned()),
-        (Sample::Line(Stroke::solid(GREEN, 12.0)), "the scenario".to_owned()),
+        (Sample::Dot(HERE), "the scenario".to_owned()),
     ];
     if view.grew.iter().any(Option::is_some) {
-        legend.push((Sample::Line(DECAYS), "engine: dies out".to_owned()));
-        legend.push((Sample::Line(GROWS), "engine: grows".to_owned()));
+        legend.push((Sample::Dot(DECAYS), "engine: dies out".to_owned()));
+        legend.push((Sample::Dot(GROWS), "engine: grows".to_owned()));
+    }
+    if view.grew.iter().zip(view.stable).any(|(grew, stable)| *grew == Some(*stable)) {
+        legend.push((Sample::Dot(DIFFERS), "engine: disagrees".to_owned()));
     }
     Grid { legends: vec![legend], common: vec![], rows: vec![Row { title: None, height: 820.0, panels: vec![panel] }] }
         .draw()
@@ -143,7 +146,10 @@ mod tests {
         assert!(plain.svg.contains("Tissue stiffness (N/m)") && !plain.svg.contains("engine"));
         let grew: Vec<Option<bool>> = stable.iter().map(|stable| Some(!stable)).collect();
         let checked = stability_map(&MapView { grew: &grew, ..view.clone() }).expect("a figure");
-        assert!(checked.svg.contains("engine: grows"));
+        assert!(checked.svg.contains("engine: grows") && !checked.svg.contains("engine: disagrees"));
+        let differs: Vec<Option<bool>> = stable.iter().map(|stable| Some(*stable)).collect();
+        let apart = stability_map(&MapView { grew: &differs, ..view.clone() }).expect("a figure");
+        assert!(apart.svg.contains("engine: disagrees"));
         assert!(matches!(stability_map(&MapView { stable: &[], ..view }), Err(FigureError::Empty { .. })));
     }
 }

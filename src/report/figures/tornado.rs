@@ -67,8 +67,8 @@ pub fn tornado(views: &[TornadoView<'_>]) -> Result<Figure, FigureError> {
         })
         .collect();
     let common = vec![
-        (Sample::Shade(VERMILION.to_rgba()), "rises with its rank".to_owned()),
-        (Sample::Shade(BLUE.to_rgba()), "falls".to_owned()),
+        (Sample::Shade(VERMILION.to_rgba()), "rank regression: rises with the axis".to_owned()),
+        (Sample::Shade(BLUE.to_rgba()), "falls with it".to_owned()),
         (Sample::Shade(SKY.to_rgba()), "first-order Sobol index".to_owned()),
     ];
     Grid { legends: vec![], common, rows }.draw()

@@ -12,62 +12,31 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::report::tables::{quoted, shortest};
-use crate::scenario::{Kind, Value};
-use crate::sweep::{Axis, Design, Outcome, Rows, SweepError};
+use crate::scenario::Value;
+use crate::sweep::{AxisColumn, Design, Outcome, Rows, SweepError, text};
 
 /// Rows that are held in memory at once.
 const GROUP_ROWS: usize = 1 << 16;
 
 /// A column of a group of rows.
 enum Column {
-    Whole(Vec<i64>),
-    Number(Vec<f64>),
-    Text(Vec<ByteArray>),
-    Flag(Vec<bool>),
+    Given(AxisColumn),
     /// Numbers, NaN where there is none; whole ones if so.
     Metric(Vec<f64>, bool),
 }
 
 impl Column {
-    fn of_axis(axis: &Axis) -> Self {
-        match axis.key.kind {
-            Kind::Number(_) | Kind::Sign => Self::Number(vec![]),
-            Kind::Whole(_) => Self::Whole(vec![]),
-            Kind::Flag => Self::Flag(vec![]),
-            Kind::Numbers | Kind::Choice(_) | Kind::Text | Kind::File => Self::Text(vec![]),
-        }
-    }
-
-    fn push(&mut self, value: &Value) {
-        match (self, value) {
-            (Self::Whole(column), Value::Whole(whole)) => column.push(i64::try_from(*whole).unwrap_or(i64::MAX)),
-            (Self::Number(column), Value::Number(number)) => column.push(*number),
-            (Self::Flag(column), Value::Flag(flag)) => column.push(*flag),
-            (Self::Text(column), value) => column.push(text(value).as_str().into()),
-            // A value is of its axis's kind.
-            _ => {}
-        }
-    }
-
     fn field(&self, name: &str) -> Result<Arc<Type>, ParquetError> {
         let (physical, converted) = match self {
-            Self::Whole(_) | Self::Metric(_, true) => (Physical::INT64, ConvertedType::NONE),
-            Self::Number(_) | Self::Metric(_, false) => (Physical::DOUBLE, ConvertedType::NONE),
-            Self::Text(_) => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
-            Self::Flag(_) => (Physical::BOOLEAN, ConvertedType::NONE),
+            Self::Given(AxisColumn::Whole(_)) | Self::Metric(_, true) => (Physical::INT64, ConvertedType::NONE),
+            Self::Given(AxisColumn::Number(_)) | Self::Metric(_, false) => (Physical::DOUBLE, ConvertedType::NONE),
+            Self::Given(AxisColumn::Text(_)) => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
+            Self::Given(AxisColumn::Flag(_)) => (Physical::BOOLEAN, ConvertedType::NONE),
         };
         let is_optional = matches!(self, Self::Metric(..));
         let repetition = if is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
         let field = Type::primitive_type_builder(name, physical).with_converted_type(converted);
         Ok(Arc::new(field.with_repetition(repetition).build()?))
-    }
-}
-
-/// A value as a cell holds it.
-fn text(value: &Value) -> String {
-    match value {
-        Value::Text(text) => text.clone(),
-        other => other.to_toml().to_string(),
     }
 }
 
@@ -91,9 +60,9 @@ struct Group<'a> {
 
 impl<'a> Group<'a> {
     fn new(design: &'a Design) -> Self {
-        let mut columns = vec![Column::Whole(vec![])];
-        columns.extend(design.axes.iter().map(Column::of_axis));
-        columns.extend([Column::Whole(vec![]), Column::Text(vec![])]);
+        let (case, seed, outcome) = (AxisColumn::Whole(vec![]), AxisColumn::Whole(vec![]), AxisColumn::Text(vec![]));
+        let given = std::iter::once(case).chain(design.axes.iter().map(AxisColumn::of)).chain([seed, outcome]);
+        let mut columns: Vec<Column> = given.map(Column::Given).collect();
         columns.extend(design.columns.iter().map(|column| Column::Metric(vec![], column.is_count())));
         Self { design, columns, rows: 0 }
     }
@@ -102,11 +71,11 @@ impl<'a> Group<'a> {
         let seed = self.design.seed(case);
         let given = [Value::Whole(case)].into_iter().chain(values.iter().cloned());
         let given = given.chain([Value::Whole(seed), Value::Text(outcome.word().into())]);
-        let before = values.len() + 3;
-        self.columns[..before].iter_mut().zip(given).for_each(|(column, value)| column.push(&value));
-        for (column, metric) in self.columns[before..].iter_mut().zip(metrics) {
-            if let Column::Metric(column, _) = column {
-                column.push(*metric);
+        let (mut given, mut metrics) = (given, metrics.iter());
+        for column in &mut self.columns {
+            match column {
+                Column::Given(column) => given.by_ref().take(1).for_each(|value| column.push(&value)),
+                Column::Metric(column, _) => column.extend(metrics.next()),
             }
         }
         self.rows += 1;
@@ -117,10 +86,19 @@ impl<'a> Group<'a> {
         for column in &mut self.columns {
             let Some(mut writer) = group.next_column()? else { break };
             match column {
-                Column::Whole(values) => drop(writer.typed::<Int64Type>().write_batch(values, None, None)?),
-                Column::Number(values) => drop(writer.typed::<DoubleType>().write_batch(values, None, None)?),
-                Column::Text(values) => drop(writer.typed::<ByteArrayType>().write_batch(values, None, None)?),
-                Column::Flag(values) => drop(writer.typed::<BoolType>().write_batch(values, None, None)?),
+                Column::Given(AxisColumn::Whole(values)) => {
+                    writer.typed::<Int64Type>().write_batch(values, None, None)?;
+                }
+                Column::Given(AxisColumn::Number(values)) => {
+                    writer.typed::<DoubleType>().write_batch(values, None, None)?;
+                }
+                Column::Given(AxisColumn::Text(values)) => {
+                    let texts: Vec<ByteArray> = values.drain(..).map(|text| text.into_bytes().into()).collect();
+                    writer.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
+                }
+                Column::Given(AxisColumn::Flag(values)) => {
+                    writer.typed::<BoolType>().write_batch(values, None, None)?;
+                }
                 Column::Metric(values, is_count) => {
                     let levels: Vec<i16> = values.iter().map(|value| i16::from(!value.is_nan())).collect();
                     let defined = values.iter().filter(|value| !value.is_nan());
@@ -138,10 +116,8 @@ impl<'a> Group<'a> {
         group.close()?;
         for column in &mut self.columns {
             match column {
-                Column::Whole(values) => values.clear(),
-                Column::Number(values) | Column::Metric(values, _) => values.clear(),
-                Column::Text(values) => values.clear(),
-                Column::Flag(values) => values.clear(),
+                Column::Given(values) => values.clear(),
+                Column::Metric(values, _) => values.clear(),
             }
         }
         self.rows = 0;

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::compare::Unit;
 use crate::report::number::{readable, show, significant};
-use crate::report::tables::{shortest, si};
+use crate::report::tables::shortest;
 use crate::report::{Table, json};
 use crate::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
@@ -120,7 +120,7 @@ pub fn sweep_summary_csv(findings: &Findings) -> String {
             ]
         });
         let cells = numbers.map_or_else(|| ",".repeat(13), |numbers| numbers.map(shortest).join(","));
-        let _ = writeln!(text, "{metric},{},{defined},{cells}", si(*unit));
+        let _ = writeln!(text, "{metric},{},{defined},{cells}", unit.si());
     }
     text
 }

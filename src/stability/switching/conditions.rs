@@ -29,6 +29,7 @@ use super::interval::{Enclosure, exact, middle, power, product, rounded, transpo
 use super::modes::Modes;
 use super::sdp;
 use super::settings::Phases;
+use crate::augmentation::cross_fade;
 
 /// Pieces of `P_T`.
 const DWELL_PIECES: u64 = 2;
@@ -307,10 +308,7 @@ impl Builder<'_> {
     fn fade(&mut self, roles: &Roles, gaps: &[usize], lengths: &[u64]) {
         let modes = self.modes;
         let all: u64 = lengths.iter().sum();
-        let weight = |tick: u64| {
-            let u = tick as f64 / all as f64;
-            u * u * (3.0 - 2.0 * u)
-        };
+        let weight = |tick: u64| cross_fade(tick as f64 / all as f64);
         let rows: &[Space] = if modes.has_gap() { &[Space::Fading, Space::Gap] } else { &[Space::Fading] };
         let width = self.size(rows);
         let one = self.part(rows, 0);

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::modes::Modes;
 use super::{Phases, SwitchingSettings};
-use crate::augmentation::Reengage;
+use crate::augmentation::{Reengage, cross_fade};
 use crate::stability::StabilityError;
 
 /// How long the end of an event is looked at, in s.
@@ -96,8 +96,7 @@ impl EventBound {
         };
         let mut before = 0.0;
         for tick in 0..(LOOK_S / tick_s) as u64 {
-            let u = ((tick + 1) as f64 / phases.blend as f64).min(1.0);
-            let weight = u * u * (3.0 - 2.0 * u);
+            let weight = cross_fade(((tick + 1) as f64 / phases.blend as f64).min(1.0));
             if tick > 0 {
                 gap -= gap.clamp(-closing, closing);
             }

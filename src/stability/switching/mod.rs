@@ -27,6 +27,7 @@ pub use settings::{Phases, SwitchingSettings};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use crate::stability::StabilityError;
 use conditions::Choice;
@@ -102,13 +103,12 @@ impl Switching {
         let certificate = found.map(|(found, _)| found);
         let norm = certificate.as_ref().map(|found| found.at_events.clone());
         let dwell_ticks = certificate.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
-        let grows = |dwell| products::growth(&modes, phases, dwell, &[0, 1], norm.as_ref());
         let alone = |vertex| products::growth(&modes, phases, phases.refractory, &[vertex], norm.as_ref());
         let [softest, stiffest] = [alone(0)?, alone(1)?];
         let mut growing_dwell_ticks = None;
         let mut dwell = dwell_ticks;
         loop {
-            if search.point(dwell, norm.as_ref())? >= 1.0 {
+            if search.growth_at(dwell, norm.as_ref())?.lower >= 1.0 {
                 growing_dwell_ticks = Some(dwell);
                 break;
             }
@@ -121,7 +121,7 @@ impl Switching {
             phases,
             reach,
             certificate,
-            growth: grows(dwell_ticks)?,
+            growth: search.growth_at(dwell_ticks, norm.as_ref())?.clone(),
             by_dwell: search.points(norm.as_ref())?,
             shown: if stiffest.lower >= softest.lower { stiffest } else { softest },
             dwell_ticks,
@@ -159,7 +159,7 @@ struct Search<'a> {
     /// Each dwell with its margin, and the contraction where there is a certificate.
     tried: BTreeMap<u64, (f64, Option<f64>)>,
     /// Growth by dwell.
-    growth: BTreeMap<u64, (f64, f64)>,
+    growth: BTreeMap<u64, Growth>,
 }
 
 impl<'a> Search<'a> {
@@ -217,26 +217,24 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Looks at the growth at a dwell; gives the lower bound.
-    fn point(&mut self, dwell: u64, norm: Option<&DMatrix<f64>>) -> Result<f64, StabilityError> {
-        if let Some((lower, _)) = self.growth.get(&dwell) {
-            return Ok(*lower);
-        }
-        let growth = products::growth(self.modes, self.phases, dwell, &[0, 1], norm)?;
-        self.growth.insert(dwell, (growth.lower, growth.upper));
-        Ok(growth.lower)
+    /// The growth at a dwell, looked at once.
+    fn growth_at(&mut self, dwell: u64, norm: Option<&DMatrix<f64>>) -> Result<&Growth, StabilityError> {
+        Ok(match self.growth.entry(dwell) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(products::growth(self.modes, self.phases, dwell, &[0, 1], norm)?),
+        })
     }
 
     /// Every dwell for which a certificate was looked for.
     fn points(&mut self, norm: Option<&DMatrix<f64>>) -> Result<Vec<DwellPoint>, StabilityError> {
         for dwell in self.tried.keys().copied().collect::<Vec<_>>() {
-            self.point(dwell, norm)?;
+            self.growth_at(dwell, norm)?;
         }
         let point = |(&dwell_ticks, &(margin, contraction)): (&u64, &(f64, Option<f64>))| DwellPoint {
             dwell_ticks,
             contraction,
             margin,
-            growth: self.growth[&dwell_ticks],
+            growth: (self.growth[&dwell_ticks].lower, self.growth[&dwell_ticks].upper),
         };
         Ok(self.tried.iter().map(point).collect())
     }

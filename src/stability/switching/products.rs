@@ -10,6 +10,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::modes::Modes;
 use super::settings::Phases;
+use crate::augmentation::cross_fade;
 use crate::lti::eigenvalues;
 use crate::stability::StabilityError;
 
@@ -92,8 +93,8 @@ pub(super) fn matrix(modes: &Modes, phases: Phases, cycle: Cycle) -> DMatrix<f64
         state.rows_mut(n + 1, 1).copy_from(&(modes.gap() * &frozen));
     }
     for tick in 0..phases.blend {
-        let u = (tick + 1) as f64 / phases.blend as f64;
-        let next = modes.blend(vertex, u * u * (3.0 - 2.0 * u)) * &state;
+        let weight = cross_fade((tick + 1) as f64 / phases.blend as f64);
+        let next = modes.blend(vertex, weight) * &state;
         state.rows_mut(0, n + 1).copy_from(&next);
         if modes.forgets() {
             state.row_mut(n + 1).fill(0.0);

@@ -9,6 +9,7 @@ use super::conditions::{Choice, GROWTH_FROZEN, Space};
 use super::interval::{middle, power, product, rounded};
 use super::modes::Modes;
 use super::settings::Phases;
+use crate::augmentation::cross_fade;
 use crate::stability::StabilityError;
 
 /// Stiffnesses on which sequences are tried.
@@ -157,12 +158,8 @@ fn run(modes: &Modes, phases: Phases, sequence: &Sequence, further: u64) -> f64 
     let n = modes.states();
     let share = *modes.shares().last().unwrap_or(&1.0);
     let (teleoperation, frozen, slave) = (modes.teleoperation(0), modes.frozen(0, share), modes.slave());
-    let blends: Vec<DMatrix<f64>> = (1..=phases.blend)
-        .map(|tick| {
-            let u = tick as f64 / phases.blend as f64;
-            modes.blend(0, u * u * (3.0 - 2.0 * u))
-        })
-        .collect();
+    let blends: Vec<DMatrix<f64>> =
+        (1..=phases.blend).map(|tick| modes.blend(0, cross_fade(tick as f64 / phases.blend as f64))).collect();
     let mut state = modes.let_go(0);
     let mut most: f64 = 0.0;
     let mut tick = 1;
