@@ -7,9 +7,20 @@ const trocarCharts = (() => {
   const groups = new Map();
   const font = (size) => `${size}px system-ui, "DejaVu Sans", Arial, sans-serif`;
 
+  /** The theme's colours, as they were looked up: asking the browser makes it compute every style anew. */
+  let colours = new Map();
+  const forget = () => {
+    colours = new Map();
+  };
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", forget);
+  window.addEventListener("themechange", forget);
+
   /** What a name such as "blue" is in the theme that is shown now. */
   function colour(name) {
-    return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || name;
+    if (!colours.has(name)) {
+      colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || name);
+    }
+    return colours.get(name);
   }
 
   /** A number in four significant digits; a dash where there is none. */
@@ -173,7 +184,7 @@ const trocarCharts = (() => {
    * `columns`: x, then one array a series, all of a length; what is not a number leaves a gap.
    * `extras`: `{ shades: [{ from, to, name: "augmented" | "reengaging" }], marks: [{ at, kind: "rupture" | "alarm", label }],
    * thresholds: [{ value }] }`.
-   * Gives `{ plot, figure, update(columns, extras), destroy() }`. A zoom is told to the window as "chartzoom", with the
+   * Gives `{ plot, figure, update(columns, extras), flush(), destroy() }`. A zoom is told to the window as "chartzoom", with the
    * group and the stretch of x, none for all of it.
    */
   function chart(parent, spec, columns, extras = {}) {
@@ -186,7 +197,7 @@ const trocarCharts = (() => {
     parent.append(figure);
     const group = spec.group ? groups.get(spec.group) || new Set() : new Set();
     if (spec.group) groups.set(spec.group, group);
-    const state = { spec, group, zoomed: null, shades: [], marks: [], thresholds: [], ...extras };
+    const state = { spec, group, zoomed: null, pending: null, shades: [], marks: [], thresholds: [], ...extras };
     const range = spec.y.range && ((_, low, high) => spec.y.range(low, high));
     const hooks = decorations(state);
     state.plot = new uPlot(
@@ -239,6 +250,21 @@ const trocarCharts = (() => {
       if (width !== state.plot.width) state.plot.setSize({ width, height: spec.height || 240 });
     });
     resized.observe(figure);
+    const apply = () => {
+      if (!state.pending) return;
+      const columns = state.pending;
+      state.pending = null;
+      state.plot.setData(columns, state.zoomed === null);
+      if (state.zoomed !== null) state.plot.setScale("x", state.zoomed);
+    };
+    // What nobody sees is drawn when somebody does.
+    state.seen = true;
+    const watch = new IntersectionObserver((entries) => {
+      state.seen = entries[entries.length - 1].isIntersecting;
+      if (state.seen) apply();
+    });
+    watch.observe(figure);
+    window.addEventListener("beforeprint", apply);
     const redraw = () => state.plot.redraw(false, true);
     const dark = window.matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", redraw);
@@ -248,11 +274,15 @@ const trocarCharts = (() => {
       figure,
       update(newColumns, newExtras = {}) {
         Object.assign(state, newExtras);
-        state.plot.setData(newColumns, state.zoomed === null);
-        if (state.zoomed !== null) state.plot.setScale("x", state.zoomed);
+        state.pending = newColumns;
+        if (state.seen) apply();
       },
+      /** Draws what waits to be seen. */
+      flush: apply,
       destroy() {
         resized.disconnect();
+        watch.disconnect();
+        window.removeEventListener("beforeprint", apply);
         dark.removeEventListener("change", redraw);
         window.removeEventListener("themechange", redraw);
         group.delete(state);

@@ -92,7 +92,10 @@ const trocarPictures = (() => {
   }
 
   /** All charts in one picture, as a blob. */
-  function png(title) {
+  async function png(title) {
+    charts.forEach((chart) => chart.flush());
+    // uPlot draws at the end of the task that gave it data.
+    await Promise.resolve();
     const ratio = window.devicePixelRatio || 1;
     const sources = charts.map((chart) => chart.plot.ctx.canvas);
     const head = 34 * ratio;

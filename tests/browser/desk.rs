@@ -1,0 +1,105 @@
+//! A server, a browser and a person at it.
+
+use std::future::Future;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use fantoccini::elements::Element;
+use fantoccini::{Client, ClientBuilder, Locator};
+use serde_json::{Value as Json, json};
+
+use crate::page::{Running, explore};
+
+/// What a trial does.
+pub type Body = fn(Desk) -> Pin<Box<dyn Future<Output = Desk>>>;
+
+/// How long a page may take for what it was asked; a machine that runs every test at once is slow.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn found(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
+}
+
+/// Whether there is a browser with its driver.
+pub fn is_there() -> bool {
+    found("chromium") && found("chromedriver")
+}
+
+/// A page that is open.
+pub struct Desk {
+    pub client: Client,
+    pub address: SocketAddr,
+}
+
+/// Runs a trial at a desk of its own.
+pub fn attend(body: Body) -> Result<(), String> {
+    let (_server, address) = explore(&[]);
+    let port = |line: &str| line.split("on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
+    let (_driver, port) = Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|e| e.to_string())?;
+    runtime.block_on(async {
+        let options = json!({
+            "binary": "/usr/bin/chromium",
+            "args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1400,1000"],
+        });
+        let mut builder = ClientBuilder::new(hyper_util::client::legacy::connect::HttpConnector::new());
+        builder.capabilities([("goog:chromeOptions".to_owned(), options)].into_iter().collect());
+        let client = builder.connect(&format!("http://127.0.0.1:{port}")).await.map_err(|error| error.to_string())?;
+        let desk = Desk { client, address };
+        let desk = body(desk).await;
+        desk.client.close().await.map_err(|error| error.to_string())
+    })
+}
+
+impl Desk {
+    /// Opens the page of a state and waits for its pictures.
+    pub async fn open(&self, state: &str) {
+        // The same address with another hash is no new page.
+        self.client.goto("about:blank").await.expect("goes");
+        self.client.goto(&format!("http://{}/#{state}", self.address)).await.expect("goes");
+        self.wait("return window.trocar && trocar.timings.length > 0 && !trocar.busy()").await;
+    }
+
+    /// What a script gives.
+    pub async fn ask(&self, script: &str) -> Json {
+        self.client.execute(script, vec![]).await.expect("a script of this test")
+    }
+
+    /// Waits until a script gives true.
+    pub async fn wait(&self, script: &str) {
+        let until = Instant::now() + PATIENCE;
+        while self.ask(script).await != Json::Bool(true) {
+            if Instant::now() > until {
+                let trouble = self.ask("return document.getElementById('trouble')?.textContent").await;
+                panic!("in vain: {script}; the page says {trouble}");
+            }
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+    }
+
+    pub async fn element(&self, id: &str) -> Element {
+        self.client.find(Locator::Id(id)).await.expect("an element of the page")
+    }
+
+    pub async fn text(&self, id: &str) -> String {
+        self.element(id).await.text().await.expect("text")
+    }
+
+    /// Waits for the whole table, detection in noise included; gives it line by line.
+    pub async fn table(&self) -> Vec<Vec<String>> {
+        self.wait("return !trocar.busy() && document.querySelector('#metrics tbody').textContent.includes('in noise')").await;
+        let script = "return [...document.querySelectorAll('#metrics tbody tr')].map(r => [...r.children].map(c => c.textContent))";
+        serde_json::from_value(self.ask(script).await).expect("a table")
+    }
+
+    /// A file that a button saves.
+    pub async fn file(&self, button: &str) -> (String, String) {
+        self.ask("trocar.file.before = trocar.file(); return null").await;
+        self.element(button).await.click().await.expect("clicked");
+        self.wait("return trocar.file() !== null && trocar.file() !== trocar.file.before").await;
+        let file = self.ask("return trocar.file()").await;
+        (file["name"].as_str().unwrap_or_default().to_owned(), file["content"].as_str().unwrap_or_default().to_owned())
+    }
+}
