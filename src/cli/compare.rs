@@ -6,7 +6,7 @@ use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, progress, run, terminal};
 use crate::compare::{Comparison, Fact, MOST_SEEDS, SeedStudy, paper_facts};
 use crate::report::{
-    Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, seeds_csv, seeds_text,
+    Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, runs_chart, seeds_csv, seeds_text,
 };
 use crate::scenario::Scenario;
 
@@ -46,6 +46,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     } else if args.output.quiet {
         Ok(())
     } else {
+        terminal::draw(|| runs_chart(&comparison.runs))?;
         terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))
     }
 }

@@ -8,6 +8,7 @@ mod error;
 mod explore;
 mod init;
 mod interrupt;
+mod manual;
 mod progress;
 mod record;
 mod recorded;
@@ -145,6 +146,19 @@ enum Command {
     },
     /// Write a commented starter scenario
     Init(init::InitArgs),
+    /// Print completions for a shell
+    ///
+    ///   trocar completions bash > ~/.local/share/bash-completion/completions/trocar
+    ///   trocar completions zsh > "${fpath[1]}/_trocar"
+    ///   trocar completions fish > ~/.config/fish/completions/trocar.fish
+    #[command(verbatim_doc_comment)]
+    Completions(manual::CompletionsArgs),
+    /// Print the manual page, or write those of every command
+    ///
+    ///   trocar man | man -l -
+    ///   trocar man --out ~/.local/share/man/man1
+    #[command(verbatim_doc_comment)]
+    Man(manual::ManArgs),
 }
 
 /// Where to write, and what to say.
@@ -209,6 +223,8 @@ pub fn main() -> ExitCode {
         Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),
         Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),
         Command::Init(args) => init::run(&args),
+        Command::Completions(args) => manual::completions(&args),
+        Command::Man(args) => manual::man(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, progress, terminal};
-use crate::report::{Folder, run_pictures, run_text, summary_json, write_trace_csv};
+use crate::report::{Folder, run_pictures, run_text, runs_chart, summary_json, write_trace_csv};
 use crate::run::{Run, run as run_scenario};
 
 /// Run scenarios.
@@ -33,6 +33,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
             terminal::print(&summary_json(&run))?;
         } else if !args.output.quiet {
             let written = folder.folder(&run.scenario.name);
+            terminal::draw(|| runs_chart(std::slice::from_ref(&run)))?;
             terminal::print(&format!("{}files: {}\n", run_text(&run), written.path().display()))?;
         }
     }

@@ -1,6 +1,6 @@
 //! Printing on standard output.
 
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 
 use super::error::CliError;
 
@@ -8,6 +8,19 @@ use super::error::CliError;
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Print(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Draws a picture where somebody sees it: standard output is a terminal. Its colours follow NO_COLOR and what the terminal
+/// can do.
+pub(super) fn draw(picture: impl FnOnce() -> Option<String>) -> Result<(), CliError> {
+    if !std::io::stdout().is_terminal() {
+        return Ok(());
+    }
+    let Some(text) = picture() else { return Ok(()) };
+    match write!(anstream::stdout().lock(), "{text}\n") {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Print(error)),
         _ => Ok(()),
     }

@@ -43,7 +43,7 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
         let service = TowerToHyperService::new(router.clone());
         open.push_back(tokio::spawn(async move {
             let mut server = http1::Builder::new();
-            server.timer(TokioTimer::new()).header_read_timeout(HEAD).keep_alive(false).max_buf_size(16 << 10);
+            server.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(16 << 10);
             // Whatever a client does wrong ends its connection and nothing else.
             let _ = timeout(REQUEST, server.serve_connection(TokioIo::new(stream), service).with_upgrades()).await;
         }));
@@ -62,7 +62,7 @@ pub(super) fn text(status: u16, media: &'static str, body: &'static str) -> Resp
     response
 }
 
-/// What every response says: nothing but the page's own files, in no frame, kept by nobody.
+/// What every response says: nothing but the page's own files, in no frame, kept by nobody, and that was it.
 const HEADERS: &[(&str, &str)] = &[
     (
         "content-security-policy",
@@ -70,6 +70,7 @@ const HEADERS: &[(&str, &str)] = &[
          connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
     ),
     ("cache-control", "no-store"),
+    ("connection", "close"),
     ("cross-origin-opener-policy", "same-origin"),
     ("cross-origin-resource-policy", "same-origin"),
     ("referrer-policy", "no-referrer"),

@@ -18,6 +18,7 @@ mod sweep;
 mod switching;
 mod table;
 mod tables;
+mod terminal_chart;
 
 pub use calibration::{calibration_object, calibration_text, calibration_toml, run_lengths_text};
 pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection_csv};
@@ -33,4 +34,5 @@ pub use stability_text::stability_text;
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
 pub use switching::{released_csv, switching_csv, switching_picture, switching_text};
 pub use table::Table;
+pub use terminal_chart::runs_chart;
 pub use tables::{comparison_csv, comparison_text, facts_text, row_cells, run_text, write_trace_csv};

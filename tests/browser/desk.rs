@@ -36,7 +36,7 @@ pub struct Desk {
 /// Runs a trial at a desk of its own.
 pub fn attend(body: Body) -> Result<(), String> {
     let (_server, address) = explore(&[]);
-    let port = |line: &str| line.split("on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
+    let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
     let (_driver, port) = Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|e| e.to_string())?;
     runtime.block_on(async {
