@@ -16,7 +16,7 @@ use crate::page::{Running, explore};
 pub type Body = fn(Desk) -> Pin<Box<dyn Future<Output = Desk>>>;
 
 /// How long a page may take for what it was asked; a machine that runs every test at once is slow.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(20);
 
 fn found(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
@@ -59,7 +59,7 @@ impl Desk {
         // The same address with another hash is no new page.
         self.client.goto("about:blank").await.expect("goes");
         self.client.goto(&format!("http://{}/#{state}", self.address)).await.expect("goes");
-        self.wait("return window.trocar && trocar.timings.length > 0 && !trocar.busy()").await;
+        self.wait("return typeof trocar !== 'undefined' && trocar.timings.length > 0 && !trocar.busy()").await;
     }
 
     /// What a script gives.

@@ -200,7 +200,7 @@ async fn access(desk: Desk) -> Desk {
         assert!(reached.iter().any(|one| one == id), "{id} is not reached by Tab: {reached:?}");
     }
     // Without names nothing of this is heard.
-    let nameless = "return [...document.querySelectorAll('input, select, button, canvas, [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
+    let nameless = "return [...document.querySelectorAll('input, select, button, canvas[tabindex], [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
     assert_eq!(desk.ask(nameless).await, Json::Array(vec![]));
     // 1400 pixels at 125 %, a small window, a telephone.
     for (width, height) in [(1120, 800), (800, 600), (500, 800)] {
