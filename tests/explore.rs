@@ -196,7 +196,8 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     watch("a frame of a gigabyte", 1.1);
 
     // Garbage, as requests and as messages.
-    for garbage in ["\0\0\0\0\0\0\0\0\r\n\r\n", "GET / HTTP/9.9\r\n\r\n", "\u{16}\u{3}\u{1}\u{2}", &"A".repeat(1 << 20)] {
+    for garbage in ["\0\0\0\0\0\0\0\0\r\n\r\n", "GET / HTTP/9.9\r\n\r\n", "\u{16}\u{3}\u{1}\u{2}", &"A".repeat(1 << 20)]
+    {
         let mut stream = connect(address);
         let _ = stream.write_all(garbage.as_bytes());
         let _ = stream.shutdown(Shutdown::Write);
@@ -243,7 +244,8 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     for socket in &mut deaf {
         socket.get_ref().set_write_timeout(Some(Duration::from_millis(200))).expect("set");
         for id in 0..200 {
-            let state = json!({ "scenario": "builtin:augmented.toml", "set": { "scaling.force": 1.0 + f64::from(id) } });
+            let state =
+                json!({ "scenario": "builtin:augmented.toml", "set": { "scaling.force": 1.0 + f64::from(id) } });
             let wish = json!({ "type": "show", "id": id, "state": state, "points": 4000 });
             if socket.send(Message::text(wish.to_string())).is_err() {
                 break;

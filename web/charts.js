@@ -32,6 +32,13 @@ const trocarCharts = (() => {
     return value.toFixed(Math.min(4, Math.max(0, 3 - Math.floor(Math.log10(size)))));
   }
 
+  /** A number without digits that say nothing. */
+  function short(value) {
+    const size = Math.abs(value);
+    if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(1).replace(".0e", "e");
+    return String(Number(value.toPrecision(6)));
+  }
+
   /** Draws the intervals of the modes, the events and the thresholds, beneath and above the lines. */
   function decorations(state) {
     const across = (plot, value) => plot.valToPos(value, "x", true);
@@ -66,6 +73,7 @@ const trocarCharts = (() => {
           ctx.stroke();
           if (label && state.spec.markLabels) {
             ctx.font = font(12 * ratio);
+            ctx.textAlign = "left";
             ctx.fillStyle = colour("quiet");
             ctx.fillText(label, x + 4 * ratio, bbox.top + 13 * ratio);
           }
@@ -102,9 +110,19 @@ const trocarCharts = (() => {
     const { min, max } = plot.scales.x;
     const width = plot.over.clientWidth;
     const left = plot.cursor.left >= 0 ? plot.cursor.left : width / 2;
-    const move = (by) => plot.setCursor({ left: Math.min(width, Math.max(0, left + by)), top: plot.over.clientHeight / 2 });
+    const top = plot.over.clientHeight / 2;
+    // Told to the group, as a motion of the mouse is.
+    const move = (by) => plot.setCursor({ left: Math.min(width, Math.max(0, left + by)), top }, true, true);
     const about = plot.posToVal(left, "x");
-    const scaled = (factor) => zoom(state, about - (about - min) * factor, about + (max - about) * factor);
+    // On a logarithmic axis by ratios; never beyond what there is.
+    const [to, from] = state.spec.x.log ? [Math.log, Math.exp] : [(x) => x, (x) => x];
+    const scaled = (factor) => {
+      const [xs] = plot.data;
+      const end = (x) => from(to(about) + (to(x) - to(about)) * factor);
+      const [low, high] = [Math.max(end(min), xs[0]), Math.min(end(max), xs[xs.length - 1])];
+      if (low <= xs[0] && high >= xs[xs.length - 1]) zoom(state, null, null);
+      else if (low < high) zoom(state, low, high);
+    };
     const step = event.shiftKey ? 40 : 4;
     const doings = {
       ArrowLeft: () => move(-step),
@@ -168,15 +186,16 @@ const trocarCharts = (() => {
       width: one.width || 2,
       dash: one.dash,
       show: one.show !== false,
-      paths: one.stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
-      points: one.points ? { show: true, size: 5 } : { show: false },
+      paths: one.scatter ? () => null : one.stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
+      points: one.points || one.scatter ? { show: true, size: one.scatter ? 6 : 5 } : { show: false },
       value: (_, v) => (v === null || v === undefined ? "—" : `${number(v)} ${spec.y.unit || ""}`),
     }));
     return [x, ...lines];
   }
 
   /**
-   * Draws a chart into `parent`.
+   * Draws a chart into `parent`. A series that has `scatter` is points without a line; what is given back also has
+   * `zoom(min, max)`, which shows a stretch of x in the whole group, or all of it where both are null.
    *
    * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range, ticks },
    * ticks as `[{ at, label }]` where the values have names,
@@ -205,7 +224,8 @@ const trocarCharts = (() => {
         width: Math.max(figure.clientWidth, 280),
         height: spec.height || 240,
         scales: {
-          x: { time: false, distr: spec.x.log ? 3 : 1 },
+          // A logarithmic axis too ends where it is told to, and not at the next power of ten.
+          x: { time: false, distr: spec.x.log ? 3 : 1, ...(spec.x.log ? { range: (_, low, high) => [low, high] } : {}) },
           y: { distr: spec.y.log ? 3 : 1, ...(range ? { range } : {}) },
         },
         axes: axes(spec),
@@ -279,6 +299,7 @@ const trocarCharts = (() => {
       },
       /** Draws what waits to be seen. */
       flush: apply,
+      zoom: (min, max) => zoom(state, min, max),
       destroy() {
         resized.disconnect();
         watch.disconnect();
@@ -292,5 +313,5 @@ const trocarCharts = (() => {
     };
   }
 
-  return { chart, colour, number };
+  return { chart, colour, number, short };
 })();

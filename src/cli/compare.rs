@@ -3,10 +3,12 @@
 use clap::Args;
 
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, progress, run, terminal};
+use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
 use crate::compare::{Comparison, Fact, MOST_SEEDS, SeedStudy, paper_facts};
+use crate::report::html::{command_line, comparison_html};
 use crate::report::{
-    Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, runs_chart, seeds_csv, seeds_text,
+    Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, runs_chart, seeds_csv,
+    seeds_text,
 };
 use crate::scenario::Scenario;
 
@@ -22,6 +24,10 @@ pub(super) struct CompareArgs {
     /// Also run every scenario with N seeds, from its own on: medians, and the middle 95 % of the seeds
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MOST_SEEDS))]
     seeds: Option<u64>,
+    /// Also write report.html into DIR: one page to hand on, which needs nothing but itself, with the scenarios, the metrics and
+    /// what they mean, the events, and charts of all runs to zoom into
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -41,14 +47,35 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     if let Some(study) = &study {
         folder.write("seeds.csv", seeds_csv(study).as_bytes())?;
     }
+    if args.report {
+        let line = (is_paper_pair && !names_files(args)).then(|| own_line(args));
+        let html = comparison_html(&comparison, facts.as_deref(), study.as_ref(), line)?;
+        folder.write(report::FILE, html.as_bytes())?;
+    }
     if args.output.json {
         terminal::print(&json)
     } else if args.output.quiet {
         Ok(())
     } else {
         terminal::draw(|| runs_chart(&comparison.runs))?;
-        terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))
+        terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))?;
+        if args.report { report::say(&folder) } else { Ok(()) }
     }
+}
+
+/// Whether a setting names a file, which lies on this machine alone.
+fn names_files(args: &CompareArgs) -> bool {
+    args.changes
+        .settings
+        .iter()
+        .any(|setting| setting.trim_start().starts_with("recording.") || setting.contains("file"))
+}
+
+/// The command that compares the shipped pair again.
+fn own_line(args: &CompareArgs) -> String {
+    let seeds = args.seeds.map(|seeds| ["--seeds".to_owned(), seeds.to_string()]);
+    let flags = report::set_flags(&args.changes.settings).chain(seeds.into_iter().flatten());
+    command_line(["compare".to_owned()].into_iter().chain(flags).chain(["--report".to_owned()]))
 }
 
 fn over_seeds(args: &CompareArgs, scenarios: &[Scenario], seeds: u64) -> Result<SeedStudy, CliError> {

@@ -18,9 +18,10 @@ use clap::Args;
 
 use super::error::CliError;
 use super::recorded::{ColumnArgs, RecordedFlags};
-use super::{OutputArgs, ScenarioArgs};
+use super::{OutputArgs, ScenarioArgs, report};
 use crate::error::{non_negative, positive};
 use crate::metrics::RUPTURE_WINDOW_S;
+use crate::report::html::command_line;
 use crate::scenario::{Source, Values};
 use warnings::Warnings;
 
@@ -67,6 +68,10 @@ pub(super) struct DetectArgs {
     /// What that file says.
     #[arg(skip)]
     tuning: Vec<String>,
+    /// Also write report.html into each recording's folder, and of many recordings one of all into DIR: pages to hand on, which
+    /// need nothing but themselves, with tables, events, and charts to zoom into
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -86,7 +91,12 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
         if args.recordings.len() > 1 {
             return Err(DetectError::StreamAmongOthers.into());
         }
-        for (flag, given) in [("--labels", args.labels.is_some()), ("--rupture-s", !args.ruptures_s.is_empty())] {
+        let not_for_streams = [
+            ("--labels", args.labels.is_some()),
+            ("--rupture-s", !args.ruptures_s.is_empty()),
+            ("--report", args.report),
+        ];
+        for (flag, given) in not_for_streams {
             if given {
                 return Err(DetectError::NotForStreams { flag }.into());
             }
@@ -125,5 +135,23 @@ impl DetectArgs {
             changes: &self.changes,
         };
         flags.settings(recording, &self.tuning)
+    }
+
+    /// The command that detects again in some recordings.
+    fn line(&self, recordings: &[String]) -> String {
+        let mut words = vec!["detect".to_owned()];
+        words.extend(recordings.iter().map(|recording| report::shown(recording)));
+        words.extend(self.columns.flags());
+        words.extend(self.contact_m.iter().flat_map(|contact_m| ["--contact-m".to_owned(), format!("{contact_m:?}")]));
+        words.extend(self.ruptures_s.iter().flat_map(|rupture_s| ["--rupture-s".to_owned(), format!("{rupture_s:?}")]));
+        let labels = self.labels.iter().map(|file| report::shown(&file.to_string_lossy()));
+        words.extend(labels.flat_map(|file| ["--labels".to_owned(), file]));
+        if self.window_s != RUPTURE_WINDOW_S {
+            words.extend(["--window-s".to_owned(), format!("{:?}", self.window_s)]);
+        }
+        words.extend(self.settings_file.iter().flat_map(|file| ["--settings".to_owned(), report::shown(file)]));
+        words.extend(report::set_flags(&self.changes.settings));
+        words.push("--report".to_owned());
+        command_line(words)
     }
 }

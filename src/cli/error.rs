@@ -8,6 +8,7 @@ use super::detect::DetectError;
 use crate::detect::calibration::CalibrationError;
 use crate::error::InvalidValue;
 use crate::explore::ExploreError;
+use crate::report::html::HtmlError;
 use crate::report::{OutputError, PictureError, diagnostic};
 use crate::roc::RocError;
 use crate::run::RunError;
@@ -93,6 +94,9 @@ pub(super) enum CliError {
     /// A figure could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// A report could not be made.
+    #[error(transparent)]
+    Html(#[from] HtmlError),
     /// Standard output could not be written.
     #[error("standard output cannot be written: {0}")]
     Print(std::io::Error),
@@ -193,6 +197,7 @@ impl CliError {
             | Self::Run(RunError::Integration { .. })
             | Self::Output(_)
             | Self::Picture(_)
+            | Self::Html(_)
             | Self::Print(_) => false,
         }
     }

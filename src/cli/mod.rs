@@ -12,6 +12,7 @@ mod manual;
 mod progress;
 mod record;
 mod recorded;
+mod report;
 mod roc;
 mod run;
 mod scenarios;

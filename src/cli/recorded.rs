@@ -49,6 +49,22 @@ impl RecordedFlags<'_> {
 }
 
 impl ColumnArgs {
+    /// The flags as they were given.
+    pub(super) fn flags(&self) -> Vec<String> {
+        let given = [
+            ("--time", &self.time),
+            ("--position", &self.position),
+            ("--velocity", &self.velocity),
+            ("--force", &self.force),
+        ];
+        let words = |(flag, column): (&str, &Option<Column>)| {
+            let column = column.as_ref()?;
+            let scale = if column.scale() == 1.0 { String::new() } else { format!(":{:?}", column.scale()) };
+            Some([flag.to_owned(), format!("{}{scale}", column.name())])
+        };
+        given.into_iter().filter_map(words).flatten().collect()
+    }
+
     /// The flags as settings.
     fn settings(&self) -> Vec<String> {
         let mut settings = vec![];

@@ -4,7 +4,8 @@ use clap::Args;
 use rayon::prelude::*;
 
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, progress, terminal};
+use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
+use crate::report::html::run_html;
 use crate::report::{Folder, run_pictures, run_text, runs_chart, summary_json, write_trace_csv};
 use crate::run::{Run, run as run_scenario};
 
@@ -14,6 +15,10 @@ pub(super) struct RunArgs {
     /// Scenario files, or shipped ones as builtin:classical.toml: `trocar scenarios` lists them
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<String>,
+    /// Also write report.html beside each trace.csv: one page to hand on, which needs nothing but itself, with the scenario,
+    /// the metrics and what they mean, the events, and charts to zoom into
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -28,13 +33,19 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     for scenario in scenarios {
         let run = run_scenario(scenario)?;
         write_run(&folder, &run)?;
+        let written = folder.folder(&run.scenario.name);
+        if args.report {
+            written.write(report::FILE, run_html(&run)?.as_bytes())?;
+        }
         bar.inc(1);
         if args.output.json {
             terminal::print(&summary_json(&run))?;
         } else if !args.output.quiet {
-            let written = folder.folder(&run.scenario.name);
             terminal::draw(|| runs_chart(std::slice::from_ref(&run)))?;
             terminal::print(&format!("{}files: {}\n", run_text(&run), written.path().display()))?;
+            if args.report {
+                report::say(&written)?;
+            }
         }
     }
     bar.finish_and_clear();

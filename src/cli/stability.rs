@@ -3,7 +3,8 @@
 use clap::Args;
 
 use super::error::CliError;
-use super::{OutputArgs, ScenarioArgs, interrupt, progress, terminal};
+use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
+use crate::report::html::{StabilityPage, command_line, stability_html};
 use crate::report::{
     Folder, boundary_csv, map_csv, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
     stability_text, switching_csv, switching_picture,
@@ -12,6 +13,10 @@ use crate::scenario::Source;
 use crate::stability::Axis;
 use crate::stability_check::{self, MOST_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
+const DEFAULT_X: &str = "scaling.force=0.1:10:200";
+const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
+const DEFAULT_TISSUE: &str = "50:600";
+
 /// Say where the loop is stable.
 #[derive(Debug, Args)]
 pub(super) struct StabilityArgs {
@@ -19,17 +24,21 @@ pub(super) struct StabilityArgs {
     #[arg(value_name = "SCENARIO", default_value = "builtin:classical.toml")]
     scenario: String,
     /// What varies across the map
-    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = "scaling.force=0.1:10:200")]
+    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_X)]
     x: String,
     /// What varies upwards
-    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = "tissue.stiffness_n_per_m=10:2000:200")]
+    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_Y)]
     y: String,
     /// Run the engine at every point of the map too, from equilibrium in the tissue, and list where it disagrees
     #[arg(long)]
     simulate: bool,
     /// Stiffnesses (N/m) between which the tissue may be anything at any tick while events switch
-    #[arg(long, value_name = "LOW:HIGH", default_value = "50:600")]
+    #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_TISSUE)]
     tissue: String,
+    /// Also write report.html beside the other files: one page to hand on, which needs nothing but itself, with the map, limits,
+    /// sensitivities, ports and events
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -68,6 +77,10 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         folder.write("worst_events.toml", shown.echo().as_bytes())?;
     }
     stability_pictures(&folder, &study)?;
+    if args.report {
+        let page = StabilityPage { study: &study, toml: &scenario.echo(), line: &own_line(args, &scenario.name) };
+        folder.write(report::FILE, stability_html(&page)?.as_bytes())?;
+    }
     if args.output.json {
         terminal::print(&json)?;
     } else if !args.output.quiet {
@@ -75,6 +88,9 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         let further = if switching.is_ok() { ", switching.png" } else { "" };
         let files = folder.path().display();
         terminal::print(&format!("{text}\nfigures: stability.png, ports.png{further}; files: {files}\n"))?;
+        if args.report {
+            report::say(&folder)?;
+        }
     }
     if let Some(check) = check {
         let kept = check.simulated.iter().flatten().count();
@@ -84,6 +100,20 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         }
     }
     Ok(())
+}
+
+/// The command that analyses a scenario again.
+fn own_line(args: &StabilityArgs, name: &str) -> String {
+    let mut words = vec!["stability".to_owned(), format!("{name}.toml")];
+    for (flag, value, default) in
+        [("--x", &args.x, DEFAULT_X), ("--y", &args.y, DEFAULT_Y), ("--tissue", &args.tissue, DEFAULT_TISSUE)]
+    {
+        if value != default {
+            words.extend([flag.to_owned(), value.clone()]);
+        }
+    }
+    words.extend(args.simulate.then(|| "--simulate".to_owned()));
+    command_line(words.into_iter().chain(["--report".to_owned()]))
 }
 
 /// A range of stiffnesses as written on the command line: `LOW:HIGH`.

@@ -10,8 +10,9 @@ use clap::{Args, Subcommand};
 
 use self::finish::{Whole, finish, report};
 use super::error::CliError;
-use super::{OutputArgs, interrupt, progress, terminal};
+use super::{OutputArgs, interrupt, progress, report as page, terminal};
 use crate::report::Folder;
+use crate::report::html::command_line;
 use crate::scenario::Source;
 use crate::sweep::{CASES, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute};
 
@@ -36,6 +37,10 @@ pub(super) struct SweepArgs {
     /// Print a case as a scenario file, and run nothing
     #[arg(long, value_name = "NUMBER")]
     case: Option<u64>,
+    /// Also write report.html beside summary.txt: one page to hand on, which needs nothing but itself, with the metrics and what
+    /// they mean, what matters, and the metrics in focus over the axes; of a sweep in shards, give it to `merge`
+    #[arg(long, conflicts_with = "shard")]
+    report: bool,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -79,7 +84,9 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         part: (first, first + layout.part_cases()),
         is_complete: false,
     };
-    if is_complete(&folder, plan.canonical())? {
+    // What the page draws of single cases is not kept: a sweep that is done without it is run again, to the same bytes.
+    let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
+    if is_complete(&folder, plan.canonical())? && !lacks_report {
         return report(&folder, &args.output, "done already");
     }
     folder.write(SWEEP, plan.canonical().as_bytes())?;
@@ -94,7 +101,11 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         return shard_done(args, &of_sweep, &manifest);
     }
     let (design, canonical) = (&plan.design, plan.canonical());
-    let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]) };
+    let line = args.report.then(|| {
+        let words = ["sweep".to_owned(), page::shown(file)].into_iter().chain(page::set_flags(&args.settings));
+        command_line(words.chain(["--report".to_owned()]))
+    });
+    let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]), report: line };
     finish(&folder, whole, &args.output)?;
     let _ = std::fs::remove_file(folder.path().join(CASES));
     Ok(())

@@ -4,6 +4,7 @@
 //! that ended before.
 
 mod event;
+pub mod meaning;
 mod observer;
 mod rupture;
 mod summary;

@@ -28,14 +28,7 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
         );
     }
     let _ = writeln!(text, "{}", phases_table(&report.phases));
-    let mut table = Table::new(["residual", "value"]);
-    let newton = |value| show(Some(value), Unit::Newton);
-    table.row(["mean".to_owned(), newton(report.residual.mean_n)]);
-    table.row(["standard deviation".to_owned(), newton(report.residual.std_n)]);
-    table.row(["robust standard deviation".to_owned(), newton(report.residual.robust_std_n)]);
-    table.row(["mean magnitude".to_owned(), newton(report.residual.mean_absolute_n)]);
-    table.row(["greatest magnitude".to_owned(), newton(report.residual.greatest_absolute_n)]);
-    let _ = write!(text, "{table}");
+    let _ = write!(text, "{}", residual_table(report));
     if let Some(scores) = &report.scores {
         let _ = writeln!(
             text,
@@ -49,6 +42,18 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
         text.push('\n');
     }
     text
+}
+
+/// The residual's statistics.
+pub(super) fn residual_table(report: &DetectionReport) -> Table {
+    let mut table = Table::new(["residual", "value"]);
+    let newton = |value| show(Some(value), Unit::Newton);
+    table.row(["mean".to_owned(), newton(report.residual.mean_n)]);
+    table.row(["standard deviation".to_owned(), newton(report.residual.std_n)]);
+    table.row(["robust standard deviation".to_owned(), newton(report.residual.robust_std_n)]);
+    table.row(["mean magnitude".to_owned(), newton(report.residual.mean_absolute_n)]);
+    table.row(["greatest magnitude".to_owned(), newton(report.residual.greatest_absolute_n)]);
+    table
 }
 
 /// The events of recordings in the order of time: alarms with the rupture that they announce, and ruptures that none did.
@@ -150,7 +155,7 @@ pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
 }
 
 /// The scores of one recording, one below the other.
-fn scores_table(scores: &Scores, window_s: f64) -> Table {
+pub(super) fn scores_table(scores: &Scores, window_s: f64) -> Table {
     let mut table =
         Table::new([format!("alarms within {} of a rupture", show(Some(window_s), Unit::Second)), "".into()]);
     let share = |value| show(value, Unit::Share);

@@ -23,7 +23,7 @@ pub struct DetectionEntry {
 }
 
 impl DetectionEntry {
-    fn report(&self) -> Option<&DetectionReport> {
+    pub(super) fn report(&self) -> Option<&DetectionReport> {
         self.outcome.as_ref().ok().map(|(report, _)| report)
     }
 }
@@ -37,7 +37,7 @@ pub fn pooled_scores(entries: &[DetectionEntry]) -> Option<Scores> {
     (!tallies.is_empty()).then(|| Scores::of(&all))
 }
 
-fn pooled_phases(entries: &[DetectionEntry]) -> Vec<PhaseStatistics> {
+pub(super) fn pooled_phases(entries: &[DetectionEntry]) -> Vec<PhaseStatistics> {
     let of = |phase| {
         let reports = entries.iter().filter_map(DetectionEntry::report);
         PhaseStatistics::pooled(phase, reports.flat_map(|report| &report.phases))
@@ -71,7 +71,7 @@ pub fn detections_text(entries: &[DetectionEntry]) -> String {
     text
 }
 
-fn recordings_table(entries: &[DetectionEntry]) -> Table {
+pub(super) fn recordings_table(entries: &[DetectionEntry]) -> Table {
     let heading = ["recording", "samples", "duration", "contact", "mean |e|", "σ of e", "robust σ", "alarms"];
     let mut table = Table::new(heading);
     let newton = |value| show(Some(value), Unit::Newton);
@@ -113,7 +113,7 @@ fn recordings_table(entries: &[DetectionEntry]) -> Table {
 }
 
 /// The scores of the labelled recordings and of all of them; none if there is none.
-fn scores_table(entries: &[DetectionEntry]) -> Option<Table> {
+pub(super) fn scores_table(entries: &[DetectionEntry]) -> Option<Table> {
     let total = pooled_scores(entries)?;
     let window_s = entries.iter().find_map(DetectionEntry::report).map(|report| report.window_s);
     let heading = [

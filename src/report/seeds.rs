@@ -21,7 +21,7 @@ const FIRST: [&str; 7] = [
 /// The study's first metrics: for each scenario the median and the middle 95 % of the seeds; then the second's ratio to the
 /// first, seed by seed.
 #[must_use]
-pub fn seeds_text(study: &SeedStudy) -> String {
+pub(super) fn seeds_table(study: &SeedStudy) -> Table {
     let mut heading = vec![format!("{} seeds: median [2.5 %, 97.5 %]", study.seeds)];
     heading.extend(study.scenarios.iter().cloned());
     let is_pair = study.scenarios.len() == 2;
@@ -38,6 +38,13 @@ pub fn seeds_text(study: &SeedStudy) -> String {
         }
         table.row(cells);
     }
+    table
+}
+
+/// The table, and a remark where the seeds change nothing.
+#[must_use]
+pub fn seeds_text(study: &SeedStudy) -> String {
+    let table = seeds_table(study);
     let varies = |spread: &Spread| spread.low < spread.high;
     if study.rows.iter().flat_map(|row| &row.spreads).flatten().any(varies) {
         table.to_string()

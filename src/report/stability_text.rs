@@ -49,30 +49,61 @@ pub fn stability_text(study: &StabilityStudy) -> String {
     text
 }
 
-fn loop_table(analysis: &Analysis) -> Table {
+/// A line of the loop's table: what, its value, where; and what it means, in a sentence.
+pub(super) type LoopLine = ([String; 3], &'static str);
+
+/// What is said of the loop.
+pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
     let (mode, margins) = (&analysis.mode, &analysis.margins);
     let shown = |value: Option<f64>, factor: f64, unit: &str| {
         value.map_or("—".into(), |value| format!("{}{unit}", significant(factor * value)))
     };
+    let hertz = |frequency: Option<f64>| shown(frequency, 1.0, " Hz");
+    vec![
+        (
+            ["spectral radius".into(), format!("{:.6}", mode.spectral_radius), String::new()],
+            "The magnitude of the slowest pole per tick; below 1 motions die out.",
+        ),
+        (
+            [
+                "dominant mode: damping ratio".into(),
+                significant(mode.damping_ratio),
+                format!("{} Hz", significant(mode.frequency_hz)),
+            ],
+            "How fast the slowest motion dies out, of its frequency; below 0 it grows.",
+        ),
+        (
+            ["dominant mode: growth".into(), format!("{} 1/s", significant(mode.growth_per_s)), String::new()],
+            "The rate at which the slowest motion grows; below 0 it dies out.",
+        ),
+        (
+            ["gain margin".into(), shown(margins.gain, 1.0, " times"), hertz(margins.gain_frequency_hz)],
+            "The factor by which the loop's gain may change before motions no longer die out.",
+        ),
+        (
+            [
+                "phase margin".into(),
+                shown(margins.phase_rad.map(f64::to_degrees), 1.0, "°"),
+                hertz(margins.phase_frequency_hz),
+            ],
+            "The phase that the loop may lose before motions no longer die out.",
+        ),
+        (
+            ["delay margin, around the loop".into(), shown(margins.delay_s, 1e3, " ms"), String::new()],
+            "The delay around the loop that may be added before motions no longer die out.",
+        ),
+    ]
+}
+
+fn loop_table(analysis: &Analysis) -> Table {
     let mut table = Table::new(["loop", "", "at"]);
-    table.row(["spectral radius".into(), format!("{:.6}", mode.spectral_radius), String::new()]);
-    table.row([
-        "dominant mode: damping ratio".into(),
-        significant(mode.damping_ratio),
-        format!("{} Hz", significant(mode.frequency_hz)),
-    ]);
-    table.row(["dominant mode: growth".into(), format!("{} 1/s", significant(mode.growth_per_s)), String::new()]);
-    table.row(["gain margin".into(), shown(margins.gain, 1.0, " times"), shown(margins.gain_frequency_hz, 1.0, " Hz")]);
-    table.row([
-        "phase margin".into(),
-        shown(margins.phase_rad.map(f64::to_degrees), 1.0, "°"),
-        shown(margins.phase_frequency_hz, 1.0, " Hz"),
-    ]);
-    table.row(["delay margin, around the loop".into(), shown(margins.delay_s, 1e3, " ms"), String::new()]);
+    for (cells, _) in loop_lines(analysis) {
+        table.row(cells);
+    }
     table
 }
 
-fn limit_table(analysis: &Analysis) -> Table {
+pub(super) fn limit_table(analysis: &Analysis) -> Table {
     let mut table = Table::new(["parameter", "now", "largest stable", "moved most by (% per %)"]);
     for limit in &analysis.limits {
         let mut strongest: Vec<(Parameter, f64)> = analysis
@@ -102,7 +133,7 @@ fn largest(limit: &Limit) -> String {
     if limit.is_not_all() { format!("{value} (stable: {})", ranges.collect::<Vec<_>>().join(", ")) } else { value }
 }
 
-fn port_table(analysis: &Analysis) -> Table {
+pub(super) fn port_table(analysis: &Analysis) -> Table {
     let mut table = Table::new([
         "ports",
         "|felt free|",
@@ -149,7 +180,7 @@ fn answer(holds: Option<bool>) -> String {
 }
 
 /// Whether each port, the other one as it is, gives no power away at any frequency.
-fn each_port(analysis: &Analysis) -> String {
+pub(super) fn each_port(analysis: &Analysis) -> String {
     let ports = &analysis.ports;
     format!(
         "passive at the hand in free motion: {}, in the tissue: {}; at the needle with the hand still: {}\n",
@@ -159,7 +190,7 @@ fn each_port(analysis: &Analysis) -> String {
     )
 }
 
-fn sampled(analysis: &Analysis) -> String {
+pub(super) fn sampled(analysis: &Analysis) -> String {
     let Some(bound) = analysis.sampled else {
         return "sampled-data passivity: the condition does not apply (it takes a force of the sampled position alone)\n".into();
     };
@@ -171,7 +202,7 @@ fn sampled(analysis: &Analysis) -> String {
     )
 }
 
-fn checked(map: &StabilityMap, check: &Check) -> String {
+pub(super) fn checked(map: &StabilityMap, check: &Check) -> String {
     let runs = check.simulated.iter().flatten().count();
     let apart = check.disagreements.iter().filter(|d| !d.is_near_boundary).count();
     let mut text = format!(

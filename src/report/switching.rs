@@ -21,7 +21,7 @@ fn policy(reengage: Reengage) -> &'static str {
 }
 
 /// A number of ticks in s.
-fn seconds(switching: &Switching, ticks: u64) -> f64 {
+pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
     // Without the last digits of the product, which a tick of 0.001 s has.
     (ticks as f64 * switching.settings.of_loop.tick_s * 1e12).round() / 1e12
 }
@@ -34,10 +34,14 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
 /// What is said of the switching, or why nothing is.
 #[must_use]
 pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
-    let switching = match switching {
-        Ok(switching) => switching,
-        Err(reason) => return format!("switching: {reason}\n"),
-    };
+    match switching {
+        Ok(switching) => format!("{}\n{}", switching_lines(switching), event_table(&switching.events)),
+        Err(reason) => format!("switching: {reason}\n"),
+    }
+}
+
+/// What is said of the switching, a line each.
+pub(super) fn switching_lines(switching: &Switching) -> String {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let phases = switching.phases;
@@ -110,11 +114,10 @@ pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
             significant(1e-3 * reach.force_bound_n_per_m),
         );
     }
-    let _ = write!(text, "\n{}", event_table(&switching.events));
     text
 }
 
-fn event_table(events: &[EventBound]) -> Table {
+pub(super) fn event_table(events: &[EventBound]) -> Table {
     let mut table = Table::new([
         format!("released {} mm behind the hand", significant(1e3 * GAP_M)).as_str(),
         "reference jumps",

@@ -23,6 +23,18 @@ impl Table {
         self
     }
 
+    /// The heading and the rows, cell by cell.
+    #[must_use]
+    pub fn rows(&self) -> &[Vec<String>] {
+        &self.rows
+    }
+
+    /// Whether every column is flush left.
+    #[must_use]
+    pub fn is_flush_left(&self) -> bool {
+        self.flush_left
+    }
+
     /// Adds a row.
     pub fn row<S: Into<String>>(&mut self, cells: impl IntoIterator<Item = S>) {
         self.rows.push(cells.into_iter().map(Into::into).collect());

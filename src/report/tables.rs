@@ -11,7 +11,7 @@ use crate::metrics::Outcome;
 use crate::run::Run;
 
 /// A run's outcome in words.
-fn outcome(run: &Run) -> String {
+pub(super) fn outcome(run: &Run) -> String {
     match run.metrics.outcome {
         Outcome::Completed => {
             let lasted = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
@@ -27,7 +27,7 @@ pub fn run_text(run: &Run) -> String {
     let mut text = outcome(run);
     text.push_str("\n\n");
     let mut table = Table::new(["metric", run.scenario.name.as_str()]);
-    for Row { metric, unit, values } in crate::compare::rows(&[&run.metrics], &[]) {
+    for Row { metric, unit, values, .. } in crate::compare::rows(&[&run.metrics], &[]) {
         if let [value] = values.as_slice() {
             table.row([metric, show(*value, unit)]);
         }
@@ -82,7 +82,7 @@ pub fn row_cells(row: &Row) -> Vec<String> {
 }
 
 /// From the first to the second value, in per cent; nothing for counts, or where there is nothing to relate to.
-fn change(values: &[Option<f64>], unit: Unit) -> String {
+pub(super) fn change(values: &[Option<f64>], unit: Unit) -> String {
     let (&[Some(first), Some(second)], false) = (values, unit == Unit::Count) else { return String::new() };
     let percent = 100.0 * (second - first) / first.abs();
     if first.abs() < 1e-9 || !percent.is_finite() || percent.abs() >= 1e4 {
@@ -94,11 +94,16 @@ fn change(values: &[Option<f64>], unit: Unit) -> String {
 /// The paper's facts beside ours.
 #[must_use]
 pub fn facts_text(facts: &[Fact]) -> String {
+    facts_table(facts).to_string()
+}
+
+/// The paper's facts beside ours, cell by cell.
+pub(super) fn facts_table(facts: &[Fact]) -> Table {
     let mut table = Table::new(["rupture one, unless it says more", "paper", "asked", "here", ""]).flush_left();
     for fact in facts {
         table.row([fact.what, fact.paper, fact.asked, &fact.ours, if fact.holds { "✓" } else { "✗" }]);
     }
-    table.to_string()
+    table
 }
 
 /// `comparison.csv`: a row per metric, a column per scenario, SI units; empty where undefined.

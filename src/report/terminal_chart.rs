@@ -26,7 +26,8 @@ pub fn runs_chart(runs: &[Run]) -> Option<String> {
     let first_s = ruptures.reduce(f64::min);
     let (from_s, to_s) =
         first_s.map_or((0.0, last_s), |at| ((at - AROUND_S.0).max(0.0), (at + AROUND_S.1).min(last_s)));
-    let lines: Vec<(&str, Vec<(f32, f32)>)> = runs.iter().map(|run| (&*run.scenario.name, line(run, from_s, to_s))).collect();
+    let lines: Vec<(&str, Vec<(f32, f32)>)> =
+        runs.iter().map(|run| (&*run.scenario.name, line(run, from_s, to_s))).collect();
     let positions = || lines.iter().flat_map(|(_, points)| points.iter().map(|(_, y)| *y));
     let (low, high) = (positions().reduce(f32::min)?, positions().reduce(f32::max)?);
     // A needle that stands still is a line, not a division by nothing.

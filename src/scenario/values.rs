@@ -280,7 +280,9 @@ pub fn harmless_name(name: &str) -> String {
     let name = name.trim_matches([' ', '.']);
     match name {
         "" => "scenario".into(),
-        taken if taken.starts_with("comparison.") || taken.starts_with("overlay.") => taken.replace('.', "_"),
+        taken if ["comparison.", "overlay.", "report."].iter().any(|file| taken.starts_with(file)) => {
+            taken.replace('.', "_")
+        }
         free => free.to_owned(),
     }
 }

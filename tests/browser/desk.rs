@@ -37,7 +37,8 @@ pub struct Desk {
 pub fn attend(body: Body) -> Result<(), String> {
     let (_server, address) = explore(&[]);
     let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
-    let (_driver, port) = Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
+    let (_driver, port) =
+        Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|e| e.to_string())?;
     runtime.block_on(async {
         let options = json!({
@@ -89,7 +90,8 @@ impl Desk {
 
     /// Waits for the whole table, detection in noise included; gives it line by line.
     pub async fn table(&self) -> Vec<Vec<String>> {
-        self.wait("return !trocar.busy() && document.querySelector('#metrics tbody').textContent.includes('in noise')").await;
+        self.wait("return !trocar.busy() && document.querySelector('#metrics tbody').textContent.includes('in noise')")
+            .await;
         let script = "return [...document.querySelectorAll('#metrics tbody tr')].map(r => [...r.children].map(c => c.textContent))";
         serde_json::from_value(self.ask(script).await).expect("a table")
     }

@@ -17,7 +17,9 @@ fn main() {
     let there = desk::is_there();
     let required = std::env::var("TROCAR_BROWSER").is_ok_and(|word| word == "required");
     if !there && !required && !arguments.list {
-        eprintln!("left out: the tests in a browser, as there is no chromium with a chromedriver (Debian: chromium, chromium-driver)");
+        eprintln!(
+            "left out: the tests in a browser, as there is no chromium with a chromedriver (Debian: chromium, chromium-driver)"
+        );
     }
     let trial = |(name, run): (&'static str, desk::Body)| {
         Trial::test(name, move || desk::attend(run).map_err(Into::into)).with_ignored_flag(!there && !required)

@@ -68,7 +68,10 @@ async fn timing(desk: Desk) -> Desk {
     let slider = desk.element("key-scaling-force").await;
     for count in 0..40 {
         slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");
-        desk.wait(&format!("return !trocar.busy() && trocar.timings.filter(t => t.total_ms !== null).length > {count}")).await;
+        desk.wait(&format!(
+            "return !trocar.busy() && trocar.timings.filter(t => t.total_ms !== null).length > {count}"
+        ))
+        .await;
     }
     let timings = desk.ask("return trocar.timings.filter(t => t.total_ms !== null)").await;
     let of = |name: &str| {
@@ -79,7 +82,8 @@ async fn timing(desk: Desk) -> Desk {
     };
     let (server, total) = (of("server_ms"), of("total_ms"));
     assert_eq!((server.len(), total.len()), (40, 40));
-    let told = |values: &[f64]| format!("best {:.1} ms, median {:.1} ms, worst {:.1} ms", values[0], values[20], values[39]);
+    let told =
+        |values: &[f64]| format!("best {:.1} ms, median {:.1} ms, worst {:.1} ms", values[0], values[20], values[39]);
     let build = if cfg!(debug_assertions) { "as tests are built" } else { "as releases are built" };
     eprintln!("two 7 s insertions on the server ({build}): {}", told(&server));
     eprintln!("from the input event to the drawn frame: {}", told(&total));
@@ -90,7 +94,10 @@ async fn map(desk: Desk) -> Desk {
     desk.open("").await;
     desk.wait("return trocarMap.told() !== null").await;
     let map = desk.element("map").await;
-    desk.client.execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&map).expect("JSON")]).await.expect("scrolled");
+    desk.client
+        .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&map).expect("JSON")])
+        .await
+        .expect("scrolled");
     let spot = desk.ask("const c = document.getElementById('map'), b = c.getBoundingClientRect(), s = trocarMap.spot(c, 8, 1500); return [s[0] - b.width / 2, s[1] - b.height / 2]").await;
     let at = |index: usize| spot[index].as_f64().expect("a number").round();
     let mouse = MouseActions::new("mouse".into())
@@ -118,7 +125,10 @@ async fn push(desk: Desk) -> Desk {
     let field = desk.element("field").await;
     desk.element("push").await.click().await.expect("clicked");
     desk.wait("return !!trocarPush.state()?.range").await;
-    desk.client.execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&field).expect("JSON")]).await.expect("scrolled");
+    desk.client
+        .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&field).expect("JSON")])
+        .await
+        .expect("scrolled");
     let height = desk.ask("return document.getElementById('field').getBoundingClientRect().height").await;
     let top = -height.as_f64().expect("a number") / 2.0 + 16.0;
     let mouse = MouseActions::new("mouse".into())
@@ -159,14 +169,20 @@ async fn push(desk: Desk) -> Desk {
 }
 
 async fn export(desk: Desk) -> Desk {
-    desk.open("scenario=builtin:augmented.toml&scaling.force=1.5&sensor.force_noise_std_n=0.01&simulation.seed=7").await;
+    desk.open("scenario=builtin:augmented.toml&scaling.force=1.5&sensor.force_noise_std_n=0.01&simulation.seed=7")
+        .await;
     let folder = tempfile::tempdir().expect("a folder");
     let (name, toml) = desk.file("export-toml").await;
     let (_, csv) = desk.file("export-csv").await;
     assert!(toml.contains("force = 1.5") && name.ends_with(".toml"), "{name}: {toml}");
     std::fs::write(folder.path().join(&name), &toml).expect("written");
     let run = |folder: &Path, name: &str| {
-        Command::cargo_bin("trocar").expect("built").current_dir(folder).args(["run", name, "--quiet"]).assert().success();
+        Command::cargo_bin("trocar")
+            .expect("built")
+            .current_dir(folder)
+            .args(["run", name, "--quiet"])
+            .assert()
+            .success();
     };
     run(folder.path(), &name);
     let out = folder.path().join("out").join(name.trim_end_matches(".toml"));
@@ -175,7 +191,12 @@ async fn export(desk: Desk) -> Desk {
     // What the page says that one should type gives the same too.
     let command = desk.text("command").await.replace('\'', "");
     let arguments: Vec<&str> = command.split_whitespace().skip(1).collect();
-    let typed = Command::cargo_bin("trocar").expect("built").current_dir(folder.path()).args(arguments).args(["--out", "typed"]).assert();
+    let typed = Command::cargo_bin("trocar")
+        .expect("built")
+        .current_dir(folder.path())
+        .args(arguments)
+        .args(["--out", "typed"])
+        .assert();
     typed.success();
     let typed = folder.path().join("typed").join(name.trim_end_matches(".toml"));
     assert!(std::fs::read_to_string(typed.join("trace.csv")).expect("there") == csv, "the same bytes");
@@ -196,7 +217,9 @@ async fn access(desk: Desk) -> Desk {
         reached.push(id);
         active.send_keys(&tab).await.expect("sent");
     }
-    for id in ["scenario", "theme", "find", "key-scaling-force", "map-x", "map", "listen", "push", "field", "export-toml"] {
+    for id in
+        ["scenario", "theme", "find", "key-scaling-force", "map-x", "map", "listen", "push", "field", "export-toml"]
+    {
         assert!(reached.iter().any(|one| one == id), "{id} is not reached by Tab: {reached:?}");
     }
     // Without names nothing of this is heard.
@@ -217,7 +240,10 @@ async fn screenshots(desk: Desk) -> Desk {
     desk.open("scenario=builtin:augmented.toml").await;
     desk.table().await;
     desk.client.set_window_size(1400, 1000).await.expect("set");
-    desk.ask("document.documentElement.dataset.theme = 'light'; window.dispatchEvent(new Event('themechange')); return null").await;
+    desk.ask(
+        "document.documentElement.dataset.theme = 'light'; window.dispatchEvent(new Event('themechange')); return null",
+    )
+    .await;
     sleep(Duration::from_millis(500)).await;
     let page = desk.client.screenshot().await.expect("a picture");
     assert!(page.len() > 20_000, "a page that shows something");

@@ -10,13 +10,17 @@ use super::labels::{self, LabelRows};
 use super::warnings::{Warnings, too_far_apart};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
-use crate::cli::{progress, recorded, terminal};
+use crate::cli::{progress, recorded, report as page, terminal};
 use crate::detect::{Detection, DetectionReport, Label, detect};
+use crate::report::html::{DetectionPage, detection_html, detections_html};
 use crate::report::{
     DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
     detections_pictures, detections_text, event_rows, to_json, write_detection_csv,
 };
 use crate::scenario::{DetectionSpec, Values};
+
+/// The sections of a scenario that a detection depends on.
+const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
 
 /// What was found in one recording.
 struct Found {
@@ -60,7 +64,8 @@ fn alone(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows
         Ok(())
     } else {
         let written = folder.path().display();
-        terminal::print(&format!("{}files: {written}\n", detection_text(&name, &found.report)))
+        terminal::print(&format!("{}files: {written}\n", detection_text(&name, &found.report)))?;
+        if args.report { page::say(&folder) } else { Ok(()) }
     }
 }
 
@@ -97,6 +102,9 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
         terminal::print(&json)?;
     } else if !args.output.quiet {
         terminal::print(&format!("{}files: {}\n", detections_text(&entries), out.path().display()))?;
+        if args.report {
+            page::say(out)?;
+        }
     }
     if failed > 0 {
         return Err(DetectError::Some { failed, recordings: entries.len(), input_at_fault }.into());
@@ -112,6 +120,9 @@ fn write_joint(args: &DetectArgs, out: &Folder, entries: &[DetectionEntry], json
     let mut events = format!("{EVENT_COLUMNS}\n");
     events.extend(reports.iter().map(|(entry, report)| event_rows(&entry.file, report)));
     out.write("events.csv", events.as_bytes())?;
+    if args.report {
+        out.write(page::FILE, detections_html(entries, &args.line(&args.recordings))?.as_bytes())?;
+    }
     if !args.no_figures {
         let named: Vec<_> = reports.iter().map(|(entry, report)| (entry.name.as_str(), *report)).collect();
         detections_pictures(out, &named)?;
@@ -177,6 +188,17 @@ fn write(
         folder.write("events.csv", format!("{EVENT_COLUMNS}\n{}", event_rows(given, report)).as_bytes())?;
         Ok(())
     };
+    if args.report {
+        let page = DetectionPage {
+            name: values.name(),
+            detection,
+            report,
+            scale: (detector.cusum.threshold, detector.distance.kind.unit()),
+            settings: &values.sections_toml(SETTINGS),
+            line: &args.line(&[given.to_owned()]),
+        };
+        folder.write(page::FILE, detection_html(&page)?.as_bytes())?;
+    }
     if args.no_figures {
         return files();
     }

@@ -12,7 +12,8 @@ use crate::scenario::{ScenarioError, Source, Values};
 pub(super) const SIDECAR_END: &str = ".labels.csv";
 
 /// What stands beside the recordings' folders.
-const TAKEN: [&str; 6] = ["detections.json", "events.csv", "timeline.svg", "timeline.png", "delays.svg", "delays.png"];
+const TAKEN: [&str; 7] =
+    ["report.html", "detections.json", "events.csv", "timeline.svg", "timeline.png", "delays.svg", "delays.png"];
 
 /// A recording to be read.
 #[derive(Debug)]

@@ -5,6 +5,8 @@ use std::io;
 use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
 use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
+use crate::cli::report as page;
+use crate::report::html::{DrawnCases, SweepPage, sweep_html};
 use crate::report::{
     Folder, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet,
 };
@@ -17,12 +19,14 @@ pub(super) struct Whole<'a> {
     /// That of the whole, not complete yet.
     pub(super) manifest: Manifest,
     pub(super) rows: Rows,
+    /// The command that repeats it, where there is to be a page.
+    pub(super) report: Option<String>,
 }
 
 /// Writes the tables, the findings and the figures, and says so. Nothing is lost if it does not get to its end: the manifest
 /// comes last.
 pub(super) fn finish(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), CliError> {
-    let Whole { design, canonical, manifest, rows } = whole;
+    let Whole { design, canonical, manifest, rows, report: line } = whole;
     let hash = &manifest.sweep_sha256;
     folder.write(SWEEP, canonical.as_bytes())?;
     let tables = || -> Result<(), CliError> {
@@ -37,13 +41,19 @@ pub(super) fn finish(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> 
         folder.write("summary.csv", sweep_summary_csv(&findings).as_bytes())?;
         folder.write("summary.json", sweep_json(design, hash, &findings).as_bytes())?;
         folder.write("summary.txt", sweep_text(design, &findings).as_bytes())?;
+        if let Some(line) = &line {
+            let cases = DrawnCases::of(design, &rows)?;
+            let html = sweep_html(&SweepPage { design, findings: &findings, cases: &cases, canonical, line })?;
+            folder.write(page::FILE, html.as_bytes())?;
+        }
         Ok(sweep_pictures(folder, design, &findings)?)
     };
     let (tables, summary) = rayon::join(tables, summary);
     tables?;
     summary?;
     folder.write(MANIFEST, manifest_json(&Manifest { is_complete: true, ..manifest }).as_bytes())?;
-    report(folder, output, "files")
+    report(folder, output, "files")?;
+    if line.is_some() && !output.quiet && !output.json { page::say(folder) } else { Ok(()) }
 }
 
 /// Prints what a sweep that is done has left.

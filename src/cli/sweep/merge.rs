@@ -7,7 +7,9 @@ use clap::Args;
 use super::finish::{Whole, finish};
 use super::{MANIFEST, Manifest, OutputArgs, is_complete};
 use crate::cli::error::CliError;
+use crate::cli::report as page;
 use crate::report::Folder;
+use crate::report::html::command_line;
 use crate::sweep::{Joined, SweepError, join};
 
 /// Join the parts of a sweep.
@@ -16,6 +18,9 @@ pub(super) struct MergeArgs {
     /// Folders of shards, or folders that hold them
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
+    /// Also write report.html beside summary.txt, as `trocar sweep --report` does
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -35,7 +40,12 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
         part: (0, design.cases()),
         is_complete: false,
     };
-    finish(&folder, Whole { design: &design, canonical: &canonical, manifest, rows }, &args.output)
+    let line = args.report.then(|| {
+        let folders = args.folders.iter().map(|folder| page::shown(&folder.to_string_lossy()));
+        let words = ["sweep".to_owned(), "merge".to_owned()].into_iter().chain(folders);
+        command_line(words.chain(["--report".to_owned()]))
+    });
+    finish(&folder, Whole { design: &design, canonical: &canonical, manifest, rows, report: line }, &args.output)
 }
 
 /// The folder itself where it is a shard's, else those of shards in it.

@@ -67,7 +67,7 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure, FigureError> {
 }
 
 /// Counts in bins from 0 on, each open above, and the bins' width: a round number.
-fn bins(delays_ms: &[f64], greatest: f64) -> (Vec<usize>, f64) {
+pub(in crate::report) fn bins(delays_ms: &[f64], greatest: f64) -> (Vec<usize>, f64) {
     let wanted = (greatest / (BINS as f64 - 1.0)).max(1e-3);
     let power = 10.0_f64.powf(wanted.log10().floor());
     let bin = [1.0, 2.0, 5.0, 10.0].into_iter().map(|round| round * power).find(|&bin| bin >= wanted).unwrap_or(wanted);

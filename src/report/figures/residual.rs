@@ -20,17 +20,7 @@ const BINS: usize = 96;
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
     view.check("residual")?;
-    let residuals: Vec<f64> = view.residual_n.iter().copied().filter(|e| e.is_finite()).collect();
-    let sigma = robust_spread(&residuals);
-    let (low, high) = extent(residuals.iter().copied()).unwrap_or((0.0, 0.0));
-    let largest = low.abs().max(high.abs());
-    let half = match sigma {
-        Some(sigma) => (1.05 * largest).clamp(4.0 * sigma, WIDEST * sigma),
-        None if largest > 0.0 => 1.2 * largest,
-        None => 1.0,
-    };
-    let bin = 2.0 * half / BINS as f64;
-    let densities = densities(&residuals, half, bin);
+    let (residuals, Spectrum { half, bin, densities, sigma }) = spectrum(view.residual_n);
     let single = 1.0 / (residuals.len().max(1) as f64 * bin);
     let peak = densities.iter().copied().fold(single, f64::max);
     let y = Axis::log10((0.5 * single, 3.0 * peak));
@@ -57,6 +47,31 @@ pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureErr
         rows: vec![Row { title: None, height: 640.0, panels: vec![panel] }],
     }
     .draw()
+}
+
+/// How a prediction error is distributed: densities (1/N) in equal bins of a width (N) from `-half` to `half` (N), and the
+/// robust σ (N) where there is one.
+pub(in crate::report) struct Spectrum {
+    pub(in crate::report) half: f64,
+    pub(in crate::report) bin: f64,
+    pub(in crate::report) densities: Vec<f64>,
+    pub(in crate::report) sigma: Option<f64>,
+}
+
+/// The finite errors (N), and how they are distributed.
+pub(in crate::report) fn spectrum(residual_n: &[f64]) -> (Vec<f64>, Spectrum) {
+    let residuals: Vec<f64> = residual_n.iter().copied().filter(|e| e.is_finite()).collect();
+    let sigma = robust_spread(&residuals);
+    let (low, high) = extent(residuals.iter().copied()).unwrap_or((0.0, 0.0));
+    let largest = low.abs().max(high.abs());
+    let half = match sigma {
+        Some(sigma) => (1.05 * largest).clamp(4.0 * sigma, WIDEST * sigma),
+        None if largest > 0.0 => 1.2 * largest,
+        None => 1.0,
+    };
+    let bin = 2.0 * half / BINS as f64;
+    let densities = densities(&residuals, half, bin);
+    (residuals, Spectrum { half, bin, densities, sigma })
 }
 
 /// 1.4826 times the median absolute deviation from the median; none where it is zero or has no meaning.
@@ -87,7 +102,7 @@ fn outline(densities: &[f64], half: f64, bin: f64, y: &Axis) -> Vec<(f64, f64)> 
     points
 }
 
-fn gaussian(e: f64, sigma: f64) -> f64 {
+pub(in crate::report) fn gaussian(e: f64, sigma: f64) -> f64 {
     (-0.5 * (e / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
 }
 

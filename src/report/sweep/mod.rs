@@ -6,4 +6,5 @@ mod text;
 
 pub use pictures::sweep_pictures;
 pub use tables::{write_sweep_csv, write_sweep_parquet};
+pub(super) use text::{SUMMARY_HEADING, heading, summary_row};
 pub use text::{sweep_json, sweep_summary_csv, sweep_text};

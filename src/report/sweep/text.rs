@@ -10,12 +10,15 @@ use crate::report::tables::shortest;
 use crate::report::{Table, json};
 use crate::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
+/// What a metric's row tells.
+pub(in crate::report) const SUMMARY_HEADING: [&str; 6] =
+    ["metric", "defined", "median [95 %]", "5 % to 95 %", "least to greatest", "mean ± 95 %"];
+
 /// The tables: how each metric spreads, and what those in focus depend on.
 #[must_use]
 pub fn sweep_text(design: &Design, findings: &Findings) -> String {
     let mut text = heading(design, findings);
-    let mut table =
-        Table::new(["metric", "defined", "median [95 %]", "5 % to 95 %", "least to greatest", "mean ± 95 %"]);
+    let mut table = Table::new(SUMMARY_HEADING);
     for summary in &findings.summaries {
         table.row(summary_row(summary));
     }
@@ -41,7 +44,7 @@ pub fn sweep_text(design: &Design, findings: &Findings) -> String {
     text
 }
 
-fn heading(design: &Design, findings: &Findings) -> String {
+pub(in crate::report) fn heading(design: &Design, findings: &Findings) -> String {
     let axes: Vec<&str> = design.axes.iter().map(|axis| axis.key.path).collect();
     let points = design.points().unwrap_or(0);
     let mut text = format!(
@@ -60,7 +63,7 @@ fn heading(design: &Design, findings: &Findings) -> String {
     text
 }
 
-fn summary_row(summary: &Summary) -> [String; 6] {
+pub(in crate::report) fn summary_row(summary: &Summary) -> [String; 6] {
     let name = summary.metric.clone();
     let defined = summary.defined.to_string();
     let Some(spread) = &summary.spread else {

@@ -1,0 +1,58 @@
+//! Numbers as a page's data hold them: few digits.
+
+use serde::{Serialize, Serializer};
+
+/// Significant digits of what is drawn: a hundredth of a pixel.
+const SHOWN: i32 = 5;
+
+/// Significant digits of time and the like: a millionth of a run.
+const EXACT: i32 = 9;
+
+/// A value in five significant digits; `null` where it is no number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Few(pub(super) f64);
+
+/// A value in nine significant digits, for what others are told apart by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fine(pub(super) f64);
+
+impl Serialize for Few {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        short(self.0, SHOWN, serializer)
+    }
+}
+
+impl Serialize for Fine {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        short(self.0, EXACT, serializer)
+    }
+}
+
+fn short<S: Serializer>(value: f64, digits: i32, serializer: S) -> Result<S::Ok, S::Error> {
+    match rounded(value, digits) {
+        None => serializer.serialize_none(),
+        Some(value) if value.fract() == 0.0 && value.abs() < 1e9 => serializer.serialize_i64(value as i64),
+        Some(value) => serializer.serialize_f64(value),
+    }
+}
+
+/// The value with so many significant digits; none if it is no finite number.
+fn rounded(value: f64, digits: i32) -> Option<f64> {
+    if !value.is_finite() {
+        return None;
+    }
+    format!("{value:.*e}", (digits - 1).max(0) as usize).parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_few_and_no_number_is_null() {
+        let all = [0.1234567, -12345.678, 0.0, 1e-12, 3.0, f64::NAN, f64::INFINITY, 17.001];
+        let text = serde_json::to_string(&all.map(Few)).expect("JSON");
+        assert_eq!(text, "[0.12346,-12346,0,1e-12,3,null,null,17.001]");
+        assert_eq!(serde_json::to_string(&Fine(16.9999999)).expect("JSON"), "16.9999999");
+    }
+}
