@@ -504,3 +504,51 @@ fn an_interrupted_roc_says_what_it_kept() {
         assert_eq!(desk.files("out").len(), 4);
     }
 }
+
+#[test]
+fn completions_and_manual_pages_know_every_command() {
+    let desk = Desk::new();
+    let help = desk.good(&["--help"]);
+    let listed = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
+    let commands: Vec<&str> = listed.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(commands.len() > 12 && commands.contains(&"explore"), "{commands:?}");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = desk.good(&["completions", shell]);
+        for command in &commands {
+            assert!(script.contains(command), "{shell}: {command}");
+        }
+    }
+    desk.good(&["man", "--out", "pages"]);
+    assert!(desk.good(&["man"]).starts_with(".ie"), "troff");
+    for command in commands.iter().filter(|command| **command != "help") {
+        let page = fs::read_to_string(desk.path(&format!("pages/trocar-{command}.1"))).expect("a page");
+        assert!(
+            page.contains(&format!(".TH trocar\\-{command} ")) || page.contains(&format!(".TH trocar-{command} ")),
+            "{page}"
+        );
+    }
+}
+
+#[test]
+fn what_is_no_terminal_gets_no_chart_and_no_colour() {
+    let desk = Desk::new();
+    let printed = desk.good(&["run", "builtin:augmented.toml"]);
+    assert!(!printed.contains('\u{1b}') && !printed.contains("slave position around"), "{printed}");
+    // What a terminal does is seen by `script`, which makes one.
+    let trocar = env!("CARGO_BIN_EXE_trocar");
+    let on_terminal = |colours: &[(&str, &str)]| {
+        let line = format!("{trocar} run builtin:augmented.toml --out on-terminal");
+        let mut command = std::process::Command::new("script");
+        command.args(["--quiet", "--return", "--command", &line, "/dev/null"]).current_dir(desk.path("."));
+        command.env("TERM", "xterm-256color").env_remove("NO_COLOR").envs(colours.iter().copied());
+        command.output().ok().map(|output| String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let Some(plain) = on_terminal(&[("NO_COLOR", "1")]) else {
+        eprintln!("left out: there is no `script` to make a terminal");
+        return;
+    };
+    assert!(plain.contains("slave position around rupture 1"), "{plain}");
+    assert!(!plain.contains("\u{1b}[3"), "{plain}");
+    let coloured = on_terminal(&[]).expect("there is one");
+    assert!(coloured.contains("\u{1b}[3"), "{coloured}");
+}

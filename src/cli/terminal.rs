@@ -20,7 +20,7 @@ pub(super) fn draw(picture: impl FnOnce() -> Option<String>) -> Result<(), CliEr
         return Ok(());
     }
     let Some(text) = picture() else { return Ok(()) };
-    match write!(anstream::stdout().lock(), "{text}\n") {
+    match writeln!(anstream::stdout().lock(), "{text}") {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Print(error)),
         _ => Ok(()),
     }

@@ -37,9 +37,10 @@ impl Drop for Running {
     }
 }
 
-/// Serves a scenario's page on a free port.
+/// Serves a scenario's page on a free port, by the program of this build or by the one that `TROCAR_BIN` names.
 pub fn explore(arguments: &[&str]) -> (Running, SocketAddr) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trocar"));
+    let program = std::env::var_os("TROCAR_BIN").unwrap_or_else(|| env!("CARGO_BIN_EXE_trocar").into());
+    let mut command = Command::new(program);
     command.args(["explore", "--no-open", "--port", "0"]).args(arguments);
     let address = |line: &str| line.split("http://").nth(1)?.trim_end_matches('/').parse().ok();
     Running::start(&mut command, address).expect("the page is served")
