@@ -5,6 +5,9 @@
 
 const trocarCharts = (() => {
   const groups = new Map();
+  /** How wide an axis is whose values have names, and its label where it has one. */
+  const NAMED_SIZE = 110;
+  const LABEL_SIZE = 22;
   const font = (size) => `${size}px system-ui, "DejaVu Sans", Arial, sans-serif`;
 
   /** The theme's colours, as they were looked up: asking the browser makes it compute every style anew. */
@@ -93,13 +96,18 @@ const trocarCharts = (() => {
     };
   }
 
+  /** From where to where there is something to see: told where the columns are only a part of it. */
+  function whole(state) {
+    const [xs] = state.plot.data;
+    return state.whole ?? [xs[0] ?? 0, xs[xs.length - 1] ?? 1];
+  }
+
   /** The same stretch of x in every chart of the group. */
   function zoom(state, min, max) {
     for (const other of state.group) {
       other.zoomed = min === null ? null : { min, max };
-      const [xs] = other.plot.data;
-      const whole = { min: xs[0] ?? 0, max: xs[xs.length - 1] ?? 1 };
-      other.plot.setScale("x", min === null ? whole : { min, max });
+      const [first, last] = whole(other);
+      other.plot.setScale("x", min === null ? { min: first, max: last } : { min, max });
     }
     window.dispatchEvent(new CustomEvent("chartzoom", { detail: { group: state.spec.group, min, max } }));
   }
@@ -117,10 +125,10 @@ const trocarCharts = (() => {
     // On a logarithmic axis by ratios; never beyond what there is.
     const [to, from] = state.spec.x.log ? [Math.log, Math.exp] : [(x) => x, (x) => x];
     const scaled = (factor) => {
-      const [xs] = plot.data;
+      const [first, last] = whole(state);
       const end = (x) => from(to(about) + (to(x) - to(about)) * factor);
-      const [low, high] = [Math.max(end(min), xs[0]), Math.min(end(max), xs[xs.length - 1])];
-      if (low <= xs[0] && high >= xs[xs.length - 1]) zoom(state, null, null);
+      const [low, high] = [Math.max(end(min), first), Math.min(end(max), last)];
+      if (low <= first && high >= last) zoom(state, null, null);
       else if (low < high) zoom(state, low, high);
     };
     const step = event.shiftKey ? 40 : 4;
@@ -163,7 +171,7 @@ const trocarCharts = (() => {
       splits: () => spec.y.ticks.map((tick) => tick.at),
       values: () => spec.y.ticks.map((tick) => tick.label),
       label: undefined,
-      size: 110,
+      size: NAMED_SIZE,
     };
     const common = {
       stroke: () => colour("ink"),
@@ -174,7 +182,7 @@ const trocarCharts = (() => {
     };
     return [
       { ...common, label: spec.x.unit ? `${spec.x.label}, ${spec.x.unit}` : spec.x.label, labelSize: 22, size: 36 },
-      { ...common, label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: 22, size: 62, ...named },
+      { ...common, label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: LABEL_SIZE, size: spec.y.named ? NAMED_SIZE - LABEL_SIZE : 62, ...named },
     ];
   }
 
@@ -197,13 +205,13 @@ const trocarCharts = (() => {
    * Draws a chart into `parent`. A series that has `scatter` is points without a line; what is given back also has
    * `zoom(min, max)`, which shows a stretch of x in the whole group, or all of it where both are null.
    *
-   * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range, ticks },
-   * ticks as `[{ at, label }]` where the values have names,
+   * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range, ticks, named },
+   * ticks as `[{ at, label }]` where the values have names, named where the axis stands above one whose values have,
    * series: [{ label, colour, width, dash, stepped, points, show }] }`, colours by the theme's names.
    * `columns`: x, then one array a series, all of a length; what is not a number leaves a gap.
    * `extras`: `{ shades: [{ from, to, name: "augmented" | "reengaging" }], marks: [{ at, kind: "rupture" | "alarm", label }],
-   * thresholds: [{ value }] }`.
-   * Gives `{ plot, figure, update(columns, extras), flush(), destroy() }`. A zoom is told to the window as "chartzoom", with the
+   * thresholds: [{ value }], whole: [from, to] where the columns are only a part of what there is }`.
+   * Gives `{ plot, figure, update(columns, extras), flush(), unzoom(), destroy() }`. A zoom is told to the window as "chartzoom", with the
    * group and the stretch of x, none for all of it.
    */
   function chart(parent, spec, columns, extras = {}) {
@@ -300,6 +308,10 @@ const trocarCharts = (() => {
       /** Draws what waits to be seen. */
       flush: apply,
       zoom: (min, max) => zoom(state, min, max),
+      /** Lets the next columns be seen whole, in all of the group. */
+      unzoom() {
+        for (const other of group) other.zoomed = null;
+      },
       destroy() {
         resized.disconnect();
         watch.disconnect();

@@ -1,6 +1,6 @@
 //! `trocar explore`.
 
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 
 use clap::Args;
 
@@ -38,9 +38,17 @@ pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
         first: args.scenario.clone(),
     };
     serve(options, |address| {
-        let page = format!("http://{address}/");
+        // An address that stands for all of the machine's is none to be opened.
+        let everywhere = address.ip().is_unspecified();
+        let here = match address {
+            SocketAddr::V4(_) if everywhere => IpAddr::V4(Ipv4Addr::LOCALHOST),
+            SocketAddr::V6(_) if everywhere => IpAddr::V6(Ipv6Addr::LOCALHOST),
+            _ => address.ip(),
+        };
+        let page = format!("http://{}/", SocketAddr::new(here, address.port()));
+        let others = if everywhere { ", and to other machines at this one's addresses" } else { "" };
         // A terminal that is gone need not keep the page from being served.
-        let _ = terminal::print(&format!("exploring {} at {page}\nCtrl-C ends it\n", args.scenario));
+        let _ = terminal::print(&format!("exploring {} at {page}{others}\nCtrl-C ends it\n", args.scenario));
         if !args.no_open {
             // Where there is no browser to open, the address above is there to be copied.
             let _ = open::that_detached(page);

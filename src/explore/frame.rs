@@ -33,8 +33,8 @@ const COLUMNS: [Column; 8] = [
     ("decision", 1.0, |trace| &trace.decision),
 ];
 
-/// The frame that shows a pair.
-pub(super) fn frame(pair: &Pair, show: &Show, took: Duration) -> Vec<u8> {
+/// The frame that shows a pair, with how it stands in noise where that was looked at.
+pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, took: Duration) -> Vec<u8> {
     let [classical, _] = &pair.runs;
     let grid = classical.scenario.grid;
     let length = pair.runs.iter().map(|run| run.trace.len()).max().unwrap_or(0);
@@ -59,7 +59,7 @@ pub(super) fn frame(pair: &Pair, show: &Show, took: Duration) -> Vec<u8> {
         "columns": columns,
         "whole_s": [0.0, grid.time_s(length.saturating_sub(1) as u64)],
         "runs": pair.runs.iter().map(told).collect::<Vec<_>>(),
-        "table": table(&pair.runs, &[]),
+        "table": table(&pair.runs, noise),
         "server_ms": 1e3 * took.as_secs_f64(),
     });
     packed(&header, &points)

@@ -31,6 +31,9 @@ pub const SILENT: Duration = Duration::from_secs(35);
 /// Ticks of a run that a page may ask for: at 1 kHz two minutes.
 pub const MOST_TICKS: u64 = 120_000;
 
+/// Insertions by hand of a page that have been ended and have not gone yet.
+pub const MOST_ENDING: usize = 8;
+
 /// Points of a line on the page.
 pub const MOST_POINTS: usize = 4000;
 

@@ -61,7 +61,13 @@ fn axis(parameter: Parameter, value: f64) -> Axis {
     } else if matches!(parameter, Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay) {
         (0.0, 0.05, Spacing::Linear)
     } else {
-        (0.0, 10.0, Spacing::Linear)
+        let high = match parameter {
+            Parameter::Compliance => 0.01,
+            Parameter::MasterLag | Parameter::SlaveLag => 0.02,
+            Parameter::AccelerationBandwidth | Parameter::ForceBandwidth => 200.0,
+            _ => 10.0,
+        };
+        (0.0, high, Spacing::Linear)
     };
     // What has no tick, no mass or no arm is no loop; a delay is held in a state a tick.
     let high = match parameter {

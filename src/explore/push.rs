@@ -12,10 +12,12 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::mpsc::error::TrySendError;
 
+use super::limits::MOST_TICKS;
 use super::pair::PairMaker;
 use super::protocol::Answer;
 use super::state::{State, StateError, bounded};
 use crate::engine::{Observer, Signals};
+use crate::metrics::Outcome;
 use crate::operator::Hand;
 use crate::run::observe;
 use crate::scenario::{OperatorSpec, Scenario};
@@ -25,6 +27,9 @@ const FRAME: Duration = Duration::from_micros(16_667);
 
 /// How far behind its time the engine may be before it lets that time go.
 const LATE: Duration = Duration::from_millis(100);
+
+/// How long it sleeps at most until it looks whether it shall end: a tick may be long.
+const NAP: Duration = Duration::from_millis(50);
 
 /// How far beyond the scenario's own way the hand may go, as a share of it.
 const BEYOND: f64 = 0.15;
@@ -56,7 +61,7 @@ impl Push {
         let range_m = (from_m, to_m + BEYOND * (to_m - from_m));
         let hand = Arc::new(Hand::new(from_m));
         let stop = Arc::new(AtomicBool::new(false));
-        let pacer = Pacer::new(&scenario, hand.clone(), stop.clone(), answers.clone());
+        let pacer = Pacer::new(id, &scenario, hand.clone(), stop.clone(), answers.clone());
         let told = json!({
             "type": "pushing", "id": id, "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
             "tick_s": scenario.grid.tick_s(), "longest_s": scenario.grid.time_s(scenario.grid.ticks()),
@@ -74,6 +79,10 @@ impl Push {
                 Ok(metrics) => json!({
                     "type": "pushed",
                     "id": id,
+                    "diverged_s": match metrics.outcome {
+                        Outcome::Completed => None,
+                        Outcome::Diverged { time_s } => Some(time_s),
+                    },
                     "ruptures": metrics.ruptures.len(),
                     "missed": metrics.missed_ruptures,
                     "false_alarms": metrics.false_alarms,
@@ -113,8 +122,10 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
         set("tissue.index", "depth".into());
     }
     let duration_s = plain.grid.time_s(plain.grid.ticks());
-    if duration_s < LONGEST_S && plain.values().get("recording.file").is_none() {
-        set("simulation.duration_s", LONGEST_S.into());
+    // A finer tick makes it shorter: an insertion has as many ticks as any other run of a page.
+    let longest_s = LONGEST_S.min((MOST_TICKS - 1) as f64 * plain.grid.tick_s());
+    if duration_s < longest_s && plain.values().get("recording.file").is_none() {
+        set("simulation.duration_s", longest_s.into());
     }
     bounded(maker.written(&state, augmented)?)
 }
@@ -133,6 +144,7 @@ fn way(scenario: &Scenario) -> (f64, f64) {
 
 /// Waits for each tick's time and tells the page.
 struct Pacer {
+    id: u32,
     hand: Arc<Hand>,
     stop: Arc<AtomicBool>,
     answers: Sender<Answer>,
@@ -158,12 +170,12 @@ const COLUMNS: [&str; 7] = [
 ];
 
 impl Pacer {
-    fn new(scenario: &Scenario, hand: Arc<Hand>, stop: Arc<AtomicBool>, answers: Sender<Answer>) -> Self {
+    fn new(id: u32, scenario: &Scenario, hand: Arc<Hand>, stop: Arc<AtomicBool>, answers: Sender<Answer>) -> Self {
         let tick_s = scenario.grid.tick_s();
         let now = Instant::now();
         let tick = Duration::from_secs_f64(tick_s);
         let rows = Vec::with_capacity((4.0 * FRAME.as_secs_f64() / tick_s) as usize + 8);
-        Self { hand, stop, answers, tick, tick_s, began: now, told: now, rows, events: vec![], gone: false }
+        Self { id, hand, stop, answers, tick, tick_s, began: now, told: now, rows, events: vec![], gone: false }
     }
 
     fn start(&mut self) {
@@ -172,7 +184,8 @@ impl Pacer {
     }
 
     fn tell(&mut self) {
-        let told = json!({ "type": "moved", "columns": COLUMNS, "rows": self.rows, "events": self.events });
+        let told =
+            json!({ "type": "moved", "id": self.id, "columns": COLUMNS, "rows": self.rows, "events": self.events });
         match self.answers.try_send(Answer::json(&told)) {
             Ok(()) => {
                 self.rows.clear();
@@ -211,7 +224,13 @@ impl Observer<f64> for Pacer {
             self.told = now;
         }
         match due.checked_duration_since(now) {
-            Some(early) => std::thread::sleep(early),
+            Some(mut early) => {
+                while !early.is_zero() && !self.is_done() {
+                    let nap = early.min(NAP);
+                    std::thread::sleep(nap);
+                    early -= nap;
+                }
+            }
             None if now - due > LATE => self.began += now - due,
             None => {}
         }

@@ -9,7 +9,7 @@ use tokio::sync::mpsc::{self, Sender};
 use tokio::time::{interval, timeout};
 
 use super::controls::greeting;
-use super::limits::{MESSAGES, PING, SILENT, STALLED};
+use super::limits::{MESSAGES, MOST_ENDING, PING, SILENT, STALLED};
 use super::pair::PairMaker;
 use super::protocol::{Answer, Request};
 use super::push::Push;
@@ -126,6 +126,10 @@ impl Session {
             Request::Export(export) => return self.job(export.id, Job::Export(export)),
             Request::Push { id, state, augmented } => {
                 self.push = None;
+                // The page itself and its two threads hold a permit each, and so does each insertion until it is gone.
+                if Arc::strong_count(&self.permit) > 3 + MOST_ENDING {
+                    return Some(Answer::refused(id, &"too many wishes at once"));
+                }
                 let (maker, answers, permit) = (&mut self.maker, self.answers.clone(), self.permit.clone());
                 // Reading a recording takes some milliseconds, which other pages need not wait for.
                 let begun =

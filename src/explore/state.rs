@@ -68,7 +68,7 @@ pub enum StateError {
     #[error("the insertion cannot be run: {0}")]
     Thread(std::io::Error),
     /// Two axes of a map that are one, or none that a map can have.
-    #[error("no map over {0} and {1}")]
+    #[error("no map over {0} and {1}: its axes are two parameters, neither of them a part of the other")]
     Axes(String, String),
 }
 

@@ -11,12 +11,13 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::Sender;
 
 use super::controls;
-use super::frame::frame;
+use super::frame::{frame, table};
 use super::map::mapped;
 use super::noise::in_noise;
-use super::pair::{Pair, PairMaker};
+use super::pair::{Pair, PairMaker, SCHEMES};
 use super::protocol::{Answer, Export, File, MapRequest, Show};
 use super::state::{Catalogue, State, StateError};
+use crate::compare::NoiseCheck;
 use crate::report::write_trace_csv;
 use crate::run::run;
 
@@ -113,7 +114,7 @@ pub(super) fn start(office: Office) -> std::io::Result<()> {
         drop(permit);
     })?;
     std::thread::Builder::new().name("trocar runs".into()).spawn(move || {
-        let mut desk = Desk { maker: PairMaker::new(catalogue), shown: None, in_noise: true };
+        let mut desk = Desk { maker: PairMaker::new(catalogue), shown: None, in_noise: true, noise: vec![] };
         while let Some(task) = next_task(&mailbox, !desk.in_noise) {
             if answers.blocking_send(desk.answer(task)).is_err() {
                 break;
@@ -174,8 +175,9 @@ fn next_task(mailbox: &Mailbox, wants_rest: bool) -> Option<Task> {
 struct Desk {
     maker: PairMaker,
     shown: Option<(Show, Pair)>,
-    /// Whether that pair was looked at in noise.
+    /// Whether that pair was looked at in noise, and what was seen.
     in_noise: bool,
+    noise: Vec<NoiseCheck>,
 }
 
 impl Desk {
@@ -192,9 +194,14 @@ impl Desk {
             }
             Task::Rest => {
                 self.in_noise = true;
-                match &self.shown {
-                    Some((show, pair)) => or_refused(show.id, in_noise(show.id, pair)),
-                    None => Answer::json(&serde_json::Value::Null),
+                let Some((show, pair)) = &self.shown else { return Answer::json(&serde_json::Value::Null) };
+                match in_noise(pair) {
+                    Ok(noise) => {
+                        self.noise = noise;
+                        let table = table(&pair.runs, &self.noise);
+                        Answer::json(&serde_json::json!({ "type": "table", "id": show.id, "table": table }))
+                    }
+                    Err(reason) => Answer::refused(show.id, &reason),
                 }
             }
         }
@@ -207,10 +214,11 @@ impl Desk {
             Some((_, pair)) => pair,
             None => {
                 self.in_noise = false;
+                self.noise.clear();
                 self.maker.run(&show.state)?
             }
         };
-        let frame = frame(&pair, &show, began.elapsed());
+        let frame = frame(&pair, &self.noise, &show, began.elapsed());
         self.shown = Some((show, pair));
         Ok(Answer::Frame(frame))
     }
@@ -228,6 +236,9 @@ impl Desk {
                 String::from_utf8(bytes).unwrap_or_default()
             }
         };
+        let scheme = SCHEMES[usize::from(export.augmented)];
+        // Both files of a scenario may lie in one folder.
+        let name = if name.ends_with(scheme) { name } else { format!("{name}_{scheme}") };
         Ok(Answer::json(&serde_json::json!({
             "type": "file",
             "id": export.id,

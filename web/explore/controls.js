@@ -77,6 +77,8 @@ const trocarControls = (() => {
     back.addEventListener("click", () => {
       made.show(made.base);
       give(made.base);
+      // The button hides itself: who is on the keyboard stays at this key.
+      inputs.firstElementChild.focus();
     });
     if (key.kind.type === "flag") {
       const input = element("input", { type: "checkbox", id, "aria-describedby": meaning.id });
@@ -94,7 +96,9 @@ const trocarControls = (() => {
       input.addEventListener("change", () => {
         const numbers = input.value.split(/[,;\s]+/).filter(Boolean).map(Number);
         box.classList.toggle("wrong", numbers.some((number) => !Number.isFinite(number)));
-        if (!numbers.some((number) => !Number.isFinite(number))) give(numbers.length ? numbers : undefined, performance.now());
+        if (numbers.some((number) => !Number.isFinite(number))) return;
+        if (numbers.length === 0) made.show(made.base);
+        give(numbers.length ? numbers : made.base, performance.now());
       });
       made.show = (value) => { input.value = Array.isArray(value) ? value.join(", ") : ""; };
       inputs.append(input);
@@ -123,14 +127,16 @@ const trocarControls = (() => {
         inputs.append(slider);
       }
       number.addEventListener("change", () => {
-        const value = number.value === "" ? undefined : Number(number.value);
-        if (slider && value !== undefined) slider.value = sliding.at(value);
-        give(value === undefined ? made.base : whole ? Math.round(value) : value, performance.now());
+        const given = Number(number.value);
+        const value = number.value === "" ? made.base : whole ? Math.round(given) : given;
+        made.show(value);
+        give(value, performance.now());
       });
       made.show = (value) => {
         number.value = value ?? "";
         if (slider && typeof value === "number") {
-          slider.value = sliding.at(value);
+          // A value that the slider does not reach, as 0 by ratios, is at its end and not in its middle.
+          slider.value = Math.min(STEPS, Math.max(0, sliding.at(value) || 0));
           slider.setAttribute("aria-valuetext", String(value));
         }
       };
@@ -152,6 +158,8 @@ const trocarControls = (() => {
     draw(form, keys, values, onChange) {
       const open = new Set([...form.querySelectorAll("details[open]")].map((group) => group.dataset.group));
       const first = form.children.length === 0;
+      // Where the signals are below the controls, they are not to be far below.
+      const narrow = window.matchMedia("(max-width: 60rem)").matches;
       form.replaceChildren();
       controls.clear();
       changed = onChange;
@@ -161,7 +169,7 @@ const trocarControls = (() => {
         const here = paths.filter((path) => byPath.has(path) && !placed.has(path));
         if (here.length === 0) return;
         const details = element("details", { "data-group": title });
-        details.open = first ? isOpen : open.has(title);
+        details.open = first ? isOpen && (title === "Scales" || !narrow) : open.has(title);
         details.append(element("summary", {}, title));
         for (const path of here) {
           placed.add(path);
@@ -205,9 +213,9 @@ const trocarControls = (() => {
       mark(made);
     },
     value: (path) => controls.get(path)?.value,
-    /** Marks the control that a refusal names. */
+    /** Marks the controls that a refusal names, and no others. */
     blame(message) {
-      for (const [path, made] of controls) if (message.includes(path)) made.box.classList.add("wrong");
+      for (const [path, made] of controls) made.box.classList.toggle("wrong", message.includes(path));
     },
     /** Shows the controls whose key or meaning has all the words. */
     find(form, words) {

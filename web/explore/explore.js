@@ -11,6 +11,8 @@ const trocar = (() => {
   let window_s = null;
   let asked = { id: 0, at: null, busy: false, again: false };
   let opened = 0;
+  /** What was wrong with the address: said until something changes. */
+  let notice = "";
   let mapped = { id: 0, timer: 0 };
   let files = { id: 0, waiting: false, last: null };
 
@@ -61,6 +63,7 @@ const trocar = (() => {
   }
 
   function changed(path, at) {
+    notice = "";
     state.set = trocarControls.changes();
     toAddress();
     show(at ?? null);
@@ -71,9 +74,24 @@ const trocar = (() => {
     state.scenario = scenario;
     state.set = set;
     window_s = null;
+    trocarPictures.unzoom();
+    trocarPush.leave("");
     part("scenario").value = scenario;
     part("question").textContent = hello.scenarios.find((one) => one.name === scenario)?.question ?? "";
     opened = trocarLink.ask({ type: "open", scenario });
+  }
+
+  /** Goes where the address says, as far as there is such a place. */
+  function follow(given, otherwise) {
+    const known = hello.scenarios.some((one) => one.name === given.scenario);
+    const isAxis = (key) => hello.axes.some((axis) => axis.key === key);
+    if (isAxis(given.x)) state.map.x = given.x;
+    if (isAxis(given.y)) state.map.y = given.y;
+    part("map-x").value = state.map.x;
+    part("map-y").value = state.map.y;
+    const missing = given.scenario && !known;
+    notice = missing ? `there is no scenario ${given.scenario.slice(0, 80)} here: this is ${otherwise}` : "";
+    open(known ? given.scenario : otherwise, missing ? {} : given.set);
   }
 
   function trouble(text) {
@@ -82,7 +100,7 @@ const trocar = (() => {
   }
 
   function timed(frame) {
-    part("timing").textContent = `both runs and their lines: ${frame.server_ms.toFixed(1)} ms`;
+    part("timing").textContent = `both runs: ${frame.server_ms.toFixed(1)} ms`;
     const { at } = asked;
     requestAnimationFrame(() => {
       // A message that is posted within a frame is heard when the frame is drawn.
@@ -111,14 +129,8 @@ const trocar = (() => {
           for (const { key, name } of message.axes) part(`map-${axis}`).append(new Option(name, key));
         }
       }
-      const given = address();
-      const known = message.scenarios.some((one) => one.name === given.scenario);
-      const isAxis = (key) => message.axes.some((axis) => axis.key === key);
-      if (isAxis(given.x)) state.map.x = given.x;
-      if (isAxis(given.y)) state.map.y = given.y;
-      part("map-x").value = state.map.x;
-      part("map-y").value = state.map.y;
-      if (isNew || !state.scenario) open(known ? given.scenario : message.first, known || !given.scenario ? given.set : {});
+      const known = message.scenarios.some((one) => one.name === state.scenario);
+      if (isNew || !known) follow(address(), message.first);
       else open(state.scenario, state.set);
     },
     values(message) {
@@ -136,7 +148,16 @@ const trocar = (() => {
     },
     shown(frame) {
       if (frame.id !== asked.id) return;
-      trouble("");
+      if (window_s !== null && window_s[0] >= frame.whole_s[1]) {
+        // The run has become shorter than what was looked at.
+        window_s = null;
+        trocarPictures.unzoom();
+        asked.again = true;
+        next();
+        return;
+      }
+      trouble(notice);
+      trocarControls.blame("");
       part("status").textContent = frame.runs
         .filter((run) => run.diverged_s !== null)
         .map((run) => `${run.name} diverges at ${run.diverged_s} s`)
@@ -158,10 +179,15 @@ const trocar = (() => {
       if (message.id === files.id) save(message.name, new Blob([message.content], { type: "text/plain" }), message.content);
     },
     refused(message) {
-      trouble(message.message);
-      trocarControls.blame(message.message);
+      // Where a key was set here, there is no line of a file to be named.
+      const reason = message.message.replace(/^the page:\d+:\d+: /, "");
+      if (message.id === mapped.id) {
+        part("map-told").textContent = reason;
+        return;
+      }
+      trouble(reason);
+      trocarControls.blame(reason);
       trocarPush.refused(message.id);
-      if (message.id === mapped.id) part("map-told").textContent = message.message;
       if (message.id === asked.id) {
         part("status").textContent = "refused";
         next();
@@ -181,12 +207,14 @@ const trocar = (() => {
 
   /** From a point of the map to the controls; both delays are one axis. */
   function moved(x, y, at) {
-    for (const [key, value] of [[state.map.x, x], [state.map.y, y]]) {
+    // The axes of the map that is drawn: others may have been chosen, and not have come yet.
+    const { x: across, y: upwards } = trocarMap.told();
+    for (const [key, value] of [[across.key, x], [upwards.key, y]]) {
       const keys = key === "channel.delay_s" ? ["channel.forward_delay_s", "channel.backward_delay_s"] : [key];
       for (const one of keys) trocarControls.put(one, value);
     }
     trocarMap.at(part("map"), x, y);
-    changed(state.map.x, at);
+    changed(across.key, at);
   }
 
   function theme(name) {
@@ -210,7 +238,10 @@ const trocar = (() => {
     part("theme").value = kept;
     theme(part("theme").value);
     part("theme").addEventListener("change", () => theme(part("theme").value));
-    part("scenario").addEventListener("change", () => open(part("scenario").value));
+    part("scenario").addEventListener("change", () => {
+      notice = "";
+      open(part("scenario").value);
+    });
     part("reset").addEventListener("click", () => {
       trocarControls.give({});
       changed("", performance.now());
@@ -233,9 +264,11 @@ const trocar = (() => {
     for (const file of ["toml", "csv"]) {
       part(`export-${file}`).addEventListener("click", () => {
         files.id = trocarLink.ask({ type: "export", state: wish(), augmented: part("export-scheme").value === "1", file });
+        if (!files.id) part("status").textContent = "the program is not there: nothing is saved";
       });
     }
     part("export-png").addEventListener("click", async () => {
+      if (trocarPictures.frame() === null) return;
       save(`${state.scenario.replace(/^builtin:|\.toml$/g, "")}.png`, await trocarPictures.png(part("command").textContent), null);
     });
     part("copy-link").addEventListener("click", async () => {
@@ -252,8 +285,7 @@ const trocar = (() => {
       show();
     });
     window.addEventListener("hashchange", () => {
-      const given = address();
-      if (given.scenario && hello) open(given.scenario, given.set);
+      if (hello) follow(address(), state.scenario);
     });
     trocarLink.begin(
       (message) => {
@@ -264,6 +296,7 @@ const trocar = (() => {
       (text) => {
         part("status").textContent = text;
         asked.busy = false;
+        trocarPush.leave("the program has gone");
       },
     );
   }

@@ -28,15 +28,24 @@ const trocarLink = (() => {
   }
 
   function connect() {
+    let opened = false;
     socket = new WebSocket(`ws://${location.host}/link`);
     socket.binaryType = "arraybuffer";
-    socket.addEventListener("open", () => changed("connected"));
+    socket.addEventListener("open", () => {
+      opened = true;
+      changed("connected");
+    });
     socket.addEventListener("message", (event) => {
       const told = typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data);
       if (told) hear(told);
     });
     socket.addEventListener("close", (event) => {
       changed(event.reason ? `ended: ${event.reason}` : "the program is not there; trying again");
+      if (!opened) {
+        // It answers, and takes no further page.
+        const full = (answer) => answer.ok && changed("the program takes no more pages: close another one; trying again");
+        fetch("/icon.svg").then(full, () => {});
+      }
       setTimeout(connect, 1500);
     });
   }

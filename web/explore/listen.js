@@ -23,7 +23,7 @@ const trocarListen = (() => {
     return sound;
   }
 
-  /** A click as loud as the force fell, and the lamp. */
+  /** A click and the lamp. */
   function cue(lamp) {
     if (sound) {
       const click = sound.context.createBufferSource();
@@ -96,6 +96,8 @@ const trocarListen = (() => {
         if (playing) stop(parts.button, parts.output);
         else if (frame && frame.time_s.length > 1) play(parts, frame, Number(parts.scheme.value));
       });
+      // A page that nobody sees is not drawn, and its tone would go on as it is.
+      document.addEventListener("visibilitychange", () => document.hidden && stop(parts.button, parts.output));
     },
     cue,
   };

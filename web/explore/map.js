@@ -64,7 +64,10 @@ const trocarMap = (() => {
         const [x0, x1] = [edge(column, columns), edge(column + 1, columns)];
         const [y0, y1] = [edge(row, rows), edge(row + 1, rows)];
         context.globalAlpha = stable ? 0.45 : 1;
-        context.fillRect(left + x0 * width, top + (1 - y1) * height, (x1 - x0) * width + 0.5, (y1 - y0) * height + 0.5);
+        // On whole pixels: what is half transparent must not overlap.
+        const [from, to] = [Math.round(left + x0 * width), Math.round(left + x1 * width)];
+        const [above, below] = [Math.round(top + (1 - y1) * height), Math.round(top + (1 - y0) * height)];
+        context.fillRect(from, above, to - from, below - above);
       }
     }
     context.globalAlpha = 1;
@@ -132,9 +135,9 @@ const trocarMap = (() => {
   function tell(canvas, line) {
     const where = `${told.x.name} ${written(now.x)}, ${told.y.name} ${written(now.y)}`;
     const radius = told.spectral_radius;
-    const word = radius < 1 ? "stable" : "unstable";
+    const word = radius !== null && radius < 1 ? "stable" : "unstable";
     const left = told.left_out.length ? ` Left out: ${told.left_out.join("; ")}.` : "";
-    line.textContent = `${where}: ${word}, spectral radius ${radius.toFixed(6)}, dominant mode at ${trocarCharts.number(told.frequency_hz)} Hz with damping ratio ${trocarCharts.number(told.damping_ratio)}. Blue is stable.${left}`;
+    line.textContent = `${where}: ${word}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(told.frequency_hz)} Hz with damping ratio ${trocarCharts.number(told.damping_ratio)}. Blue is stable.${left}`;
     canvas.setAttribute("aria-label", `Stability map. ${line.textContent}`);
   }
 
@@ -153,6 +156,7 @@ const trocarMap = (() => {
       };
       let dragging = false;
       canvas.addEventListener("pointerdown", (event) => {
+        if (event.button !== 0) return;
         dragging = true;
         canvas.setPointerCapture(event.pointerId);
         at(event);

@@ -6,7 +6,7 @@ const trocarPictures = (() => {
   /** What each chart draws: the run (0 classical, 1 augmented), its column, and how. */
   const CHARTS = [
     {
-      id: "chart-position", title: "Position", height: 280, y: { label: "position", unit: "mm" },
+      id: "chart-position", title: "Position", height: 280, y: { label: "position", unit: "mm", named: true },
       lines: [
         [1, "master_position_mm", { label: "master, augmented", colour: "sky", width: 4 }],
         [0, "slave_position_mm", { label: "slave, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
@@ -14,7 +14,7 @@ const trocarPictures = (() => {
       ],
     },
     {
-      id: "chart-force", title: "Force", height: 280, y: { label: "force", unit: "N" },
+      id: "chart-force", title: "Force", height: 280, y: { label: "force", unit: "N", named: true },
       lines: [
         [1, "tissue_force_n", { label: "tissue, augmented", colour: "sky", width: 4 }],
         [0, "feedback_force_n", { label: "fed back, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
@@ -25,14 +25,14 @@ const trocarPictures = (() => {
       ],
     },
     {
-      id: "chart-decision", title: "Decision function and its threshold", height: 200, y: { label: "g", unit: "" },
+      id: "chart-decision", title: "Decision function and its threshold", height: 200, y: { label: "g", unit: "", named: true },
       lines: [
         [0, "decision", { label: "g, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
         [1, "decision", { label: "g, augmented", colour: "vermilion", width: 2 }],
       ],
     },
     {
-      id: "chart-stiffness", title: "Estimated stiffness", height: 200, y: { label: "K", unit: "N/m" },
+      id: "chart-stiffness", title: "Estimated stiffness", height: 200, y: { label: "K", unit: "N/m", named: true },
       lines: [
         [0, "stiffness_n_per_m", { label: "K, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
         [1, "stiffness_n_per_m", { label: "K, augmented", colour: "vermilion", width: 2 }],
@@ -56,7 +56,7 @@ const trocarPictures = (() => {
     const ruptures = new Set([...classical.ruptures_s, ...augmented.ruptures_s]);
     const marks = [...ruptures].map((at) => ({ at, kind: "rupture" }));
     marks.push(...augmented.alarms.map(([at]) => ({ at, kind: "alarm" })));
-    return { shades, marks, thresholds: chart.id === "chart-decision" ? [{ value: augmented.threshold }] : [] };
+    return { shades, marks, whole: frame.whole_s, thresholds: chart.id === "chart-decision" ? [{ value: augmented.threshold }] : [] };
   }
 
   function columns(frame, chart) {
@@ -137,11 +137,15 @@ const trocarPictures = (() => {
     table,
     png,
     frame: () => last,
+    /** Lets the next frame be seen whole. */
+    unzoom() {
+      if (charts !== null) charts[0].unzoom();
+    },
     /** Points the cursor of the charts at a time. */
     point(time_s) {
       if (charts === null) return;
       const { plot } = charts[0];
-      plot.setCursor({ left: plot.valToPos(time_s, "x"), top: 10 }, true);
+      plot.setCursor({ left: plot.valToPos(time_s, "x"), top: 10 }, true, true);
     },
   };
 })();

@@ -59,7 +59,9 @@ const trocarPush = (() => {
     context.fillText("needle", right - 20, 11);
     context.lineWidth = 1;
     context.strokeStyle = trocarCharts.colour("grid");
-    for (let value = Math.ceil(state.range[0] / 10) * 10; value <= state.range[1]; value += 10) {
+    const most = (state.range[1] - state.range[0]) / 10;
+    const unit = [1, 2, 5, 10, 20, 50, 100, 200].find((size) => size >= most) ?? 500;
+    for (let value = Math.ceil(state.range[0] / unit) * unit; value <= state.range[1]; value += unit) {
       const y = depth(value, box.height);
       context.beginPath();
       context.moveTo(0, y);
@@ -167,7 +169,10 @@ const trocarPush = (() => {
 
   function begin() {
     const id = trocarLink.ask({ type: "push", state: parts.state(), augmented: parts.scheme.value === "1" });
-    if (!id) return;
+    if (!id) {
+      parts.told.textContent = "the program is not there";
+      return;
+    }
     state = fresh(id, parts.scheme.value === "1");
     parts.button.textContent = "End";
     parts.told.textContent = "";
@@ -180,6 +185,7 @@ const trocarPush = (() => {
       const { field, button } = parts;
       button.addEventListener("click", () => {
         if (state && !state.gone) {
+          // What it came to follows.
           trocarLink.tell({ type: "stop" });
           end("ended");
         } else begin();
@@ -190,7 +196,7 @@ const trocarPush = (() => {
       };
       const ready = () => state && state.range && !state.gone;
       field.addEventListener("pointerdown", (event) => {
-        if (!ready()) return;
+        if (!ready() || event.button !== 0) return;
         state.pressed = true;
         field.setPointerCapture(event.pointerId);
         at(event);
@@ -205,17 +211,20 @@ const trocarPush = (() => {
       field.addEventListener("pointercancel", up);
       field.addEventListener("keydown", (event) => {
         const by = { ArrowDown: 0.25, ArrowUp: -0.25, PageDown: 2, PageUp: -2 }[event.key];
-        if (!by || !ready()) return;
+        if (!ready() || event.ctrlKey || event.metaKey || event.altKey) return;
+        const to = by ? (state.aim ?? state.range[0]) + by : { Home: state.range[0], End: state.range[1] }[event.key];
+        if (to === undefined) return;
         event.preventDefault();
-        aim((state.aim ?? state.range[0]) + by);
+        aim(to);
       });
       new ResizeObserver(draw).observe(field);
       window.addEventListener("themechange", draw);
     },
     /** What the program says of the insertion. */
     hear(message) {
-      if (!state) return;
-      if (message.type === "pushing") {
+      // What an insertion that was ended before still says is not this one's.
+      if (!state || message.id !== state.id) return;
+      if (message.type === "pushing" && !state.gone) {
         state.range = message.range_mm;
         state.aim = message.range_mm[0];
         parts.field.setAttribute("aria-valuemin", message.range_mm[0].toFixed(1));
@@ -232,10 +241,17 @@ const trocarPush = (() => {
         felt();
         draw();
         strips();
-      } else if (message.type === "pushed" && message.id === state.id && !state.gone) {
+      } else if (message.type === "pushed") {
         const overshoot = message.overshoot_mm.map((value) => (value === null ? "—" : mm(value))).join(", ");
-        end(`${message.ruptures} ruptures, ${message.missed} missed, ${message.false_alarms} false alarms; overshoot ${overshoot || "—"}`);
+        const diverged = message.diverged_s === null ? "" : `diverged at ${message.diverged_s} s; `;
+        end(`${diverged}ruptures: ${message.ruptures}, missed: ${message.missed}, false alarms: ${message.false_alarms}; overshoot: ${overshoot || "—"}`);
       }
+    },
+    /** Ends it without further ado: the page goes elsewhere, or the program has gone. */
+    leave(text) {
+      if (!state || state.gone) return;
+      trocarLink.tell({ type: "stop" });
+      end(text);
     },
     /** The program has refused to begin. */
     refused: (id) => state && state.id === id && end(""),
