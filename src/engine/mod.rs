@@ -154,6 +154,9 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         let mut tissue = std::mem::replace(&mut self.tissue, Tissue::nothing());
         let outcome = if APART && O::is_common() {
             self.run_with(observer, &mut operator, &mut tissue)
+        } else if APART && L::WIDTH == 1 && self.passes_positions_on() {
+            // Whoever watches: one straight way for all persons, tissues and sensors.
+            self.run_where::<true, false, _, _, _>(observer, &mut operator, &mut tissue)
         } else {
             self.run_where::<false, false, _, _, _>(observer, &mut operator, &mut tissue)
         };

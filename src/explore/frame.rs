@@ -4,7 +4,7 @@
 //! the lines one after another, 32-bit floats, little endian, each of `points` points: the times in s, then for each run the
 //! columns that `columns` names, positions in mm, forces in N.
 
-use std::time::Duration;
+use std::time::Instant;
 
 use serde_json::{Value as Json, json};
 
@@ -34,7 +34,7 @@ const COLUMNS: [Column; 8] = [
 ];
 
 /// The frame that shows a pair, with how it stands in noise where that was looked at.
-pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, took: Duration) -> Vec<u8> {
+pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Instant) -> Vec<u8> {
     let [classical, _] = &pair.runs;
     let grid = classical.scenario.grid;
     let length = pair.runs.iter().map(|run| run.trace.len()).max().unwrap_or(0);
@@ -52,6 +52,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, took: Durati
         window.line(|tick| f64::from(mode[tick]), mode.len(), 1.0, &mut points);
     }
     let columns: Vec<&str> = COLUMNS.iter().map(|(name, ..)| *name).chain(["mode"]).collect();
+    let table = table(&pair.runs, noise);
     let header = json!({
         "type": "shown",
         "id": show.id,
@@ -59,8 +60,8 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, took: Durati
         "columns": columns,
         "whole_s": [0.0, grid.time_s(length.saturating_sub(1) as u64)],
         "runs": pair.runs.iter().map(told).collect::<Vec<_>>(),
-        "table": table(&pair.runs, noise),
-        "server_ms": 1e3 * took.as_secs_f64(),
+        "table": table,
+        "server_ms": 1e3 * began.elapsed().as_secs_f64(),
     });
     packed(&header, &points)
 }

@@ -25,7 +25,7 @@ use crate::run::run;
 const MOST_JOBS: usize = 8;
 
 /// How long a page's controls must rest until its runs are looked at in noise.
-const REST: Duration = Duration::from_millis(250);
+const REST: Duration = Duration::from_millis(600);
 
 /// What is asked for besides the state to show.
 #[derive(Debug)]
@@ -218,7 +218,7 @@ impl Desk {
                 self.maker.run(&show.state)?
             }
         };
-        let frame = frame(&pair, &self.noise, &show, began.elapsed());
+        let frame = frame(&pair, &self.noise, &show, began);
         self.shown = Some((show, pair));
         Ok(Answer::Frame(frame))
     }

@@ -136,11 +136,11 @@ async fn push(desk: Desk) -> Desk {
         .then(PointerAction::Down { button: 0 });
     desk.client.perform_actions(mouse).await.expect("pressed");
     let mut modes = vec![];
-    for _ in 0..400 {
+    for _ in 0..150 {
         let down = MouseActions::new("mouse".into()).then(PointerAction::MoveBy {
             duration: Some(Duration::from_millis(15)),
             x: 0.0,
-            y: 1.0,
+            y: 3.0,
         });
         desk.client.perform_actions(down).await.expect("pulled");
         let mode = desk.text("push-mode").await;
@@ -251,6 +251,7 @@ async fn screenshots(desk: Desk) -> Desk {
     let pair = ["compare", "builtin:classical.toml", "builtin:augmented.toml", "--report", "--quiet"];
     Command::cargo_bin("trocar").expect("built").current_dir(folder.path()).args(pair).assert().success();
     desk.client.goto(&format!("file://{}", folder.path().join("out/report.html").display())).await.expect("goes");
+    desk.ask("document.getElementById('signals').scrollIntoView(); return null").await;
     sleep(Duration::from_millis(1000)).await;
     let report = desk.client.screenshot().await.expect("a picture");
     assert!(report.len() > 20_000, "a report that shows something");

@@ -3,6 +3,10 @@
 
 const trocar = (() => {
   const part = (id) => document.getElementById(id);
+  /** Text for a part of the page; the same again costs nothing. */
+  const say = (id, text) => {
+    if (part(id).textContent !== text) part(id).textContent = text;
+  };
   /** From the input event to the drawn frame, and the program's own time, in ms: the last hundred. */
   const timings = [];
   const state = { scenario: "", set: {}, map: { x: "scaling.force", y: "tissue.stiffness_n_per_m" } };
@@ -11,6 +15,7 @@ const trocar = (() => {
   let window_s = null;
   let asked = { id: 0, at: null, busy: false, again: false };
   let opened = 0;
+  let addressed = 0;
   /** What was wrong with the address: said until something changes. */
   let notice = "";
   let mapped = { id: 0, timer: 0 };
@@ -31,14 +36,20 @@ const trocar = (() => {
     return { scenario: given.get("scenario"), set, x: given.get("x"), y: given.get("y") };
   }
 
+  /** Puts the state into the address, soon: browsers count how often that is done. */
   function toAddress() {
+    clearTimeout(addressed);
+    addressed = setTimeout(writeAddress, 120);
+  }
+
+  function writeAddress() {
     const given = new URLSearchParams({ scenario: state.scenario });
     for (const [key, value] of Object.entries(state.set)) given.set(key, JSON.stringify(value));
     if (state.map.x !== "scaling.force") given.set("x", state.map.x);
     if (state.map.y !== "tissue.stiffness_n_per_m") given.set("y", state.map.y);
     history.replaceState(null, "", `#${given}`);
     const sets = Object.entries(state.set).map(([key, value]) => ` --set '${key}=${JSON.stringify(value)}'`);
-    part("command").textContent = `trocar run ${state.scenario}${sets.join("")}`;
+    say("command", `trocar run ${state.scenario}${sets.join("")}`);
   }
 
   const wish = () => ({ scenario: state.scenario, set: state.set });
@@ -55,7 +66,7 @@ const trocar = (() => {
     if (id) asked = { id, at, busy: true, again: false };
   }
 
-  function map(delay = 250) {
+  function map(delay = 500) {
     clearTimeout(mapped.timer);
     mapped.timer = setTimeout(() => {
       mapped.id = trocarLink.ask({ type: "map", state: wish(), x: state.map.x, y: state.map.y });
@@ -100,7 +111,7 @@ const trocar = (() => {
   }
 
   function timed(frame) {
-    part("timing").textContent = `both runs: ${frame.server_ms.toFixed(1)} ms`;
+    say("timing", `both runs: ${frame.server_ms.toFixed(1)} ms`);
     const { at } = asked;
     requestAnimationFrame(() => {
       // A message that is posted within a frame is heard when the frame is drawn.
@@ -158,10 +169,8 @@ const trocar = (() => {
       }
       trouble(notice);
       trocarControls.blame("");
-      part("status").textContent = frame.runs
-        .filter((run) => run.diverged_s !== null)
-        .map((run) => `${run.name} diverges at ${run.diverged_s} s`)
-        .join("; ") || "up to date";
+      const diverged = frame.runs.filter((run) => run.diverged_s !== null);
+      say("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
       trocarPictures.draw(part("signals"), frame);
       trocarPictures.table(part("metrics").tBodies[0], frame.table);
       timed(frame);

@@ -12,9 +12,11 @@ const trocarLink = (() => {
     const length = new DataView(buffer).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
     const numbers = new Float32Array(buffer, 4 + length);
+    // Where a run has diverged there are gaps, which charts want as null; else the numbers are taken as they are.
+    const gaps = head.runs.some((run) => run.diverged_s !== null);
     const line = (index) => {
       const raw = numbers.subarray(index * head.points, (index + 1) * head.points);
-      return Array.from(raw, (value) => (Number.isFinite(value) ? value : null));
+      return gaps ? Array.from(raw, (value) => (Number.isFinite(value) ? value : null)) : raw;
     };
     const width = head.columns.length;
     head.time_s = line(0);

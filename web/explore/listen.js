@@ -64,7 +64,7 @@ const trocarListen = (() => {
     gain.gain.value = Number(volume.value);
     const run = frame.runs[which];
     const felt = run.lines.feedback_force_n;
-    const most = Math.max(1e-6, ...felt.map((value) => value ?? 0));
+    const most = felt.reduce((greatest, value) => Math.max(greatest, value ?? 0), 1e-6);
     const [from, to] = [frame.time_s[0], frame.time_s[frame.time_s.length - 1]];
     const cues = run.alarms.map(([at]) => at).filter((at) => at >= from && at <= to);
     const began = performance.now();

@@ -6,6 +6,7 @@ const trocarMap = (() => {
   let told = null;
   let now = { x: null, y: null };
   let move = () => {};
+  let seen = false;
 
   /** The ways between values of an axis and shares of its length. */
   function scale(axis) {
@@ -176,6 +177,11 @@ const trocarMap = (() => {
         move(stepped(told.x, now.x, by[0]), stepped(told.y, now.y, by[1]), performance.now());
       });
       new ResizeObserver(() => draw(canvas)).observe(canvas);
+      // Asking where a canvas is makes the browser lay out everything: what nobody sees waits.
+      new IntersectionObserver((entries) => {
+        seen = entries[entries.length - 1].isIntersecting;
+        if (seen) draw(canvas);
+      }).observe(canvas);
       window.addEventListener("themechange", () => draw(canvas));
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw(canvas));
     },
@@ -189,7 +195,7 @@ const trocarMap = (() => {
     at(canvas, x, y) {
       if (!told || (now.x === x && now.y === y)) return;
       now = { x, y };
-      draw(canvas);
+      if (seen) draw(canvas);
     },
     is: (x, y) => told !== null && told.x.key === x && told.y.key === y,
     stable: () => (told === null ? null : verdict()),

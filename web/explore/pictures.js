@@ -76,19 +76,21 @@ const trocarPictures = (() => {
     charts.forEach((chart, index) => chart.update(columns(frame, CHARTS[index]), extras(frame, CHARTS[index])));
   }
 
-  /** The table that `compare` prints. */
+  /** The table that `compare` prints. Only what differs is touched: the browser lays out no more than that anew. */
   function table(body, told) {
-    const rows = told.rows.map((row) => {
-      const line = document.createElement("tr");
+    while (body.rows.length > told.rows.length) body.lastElementChild.remove();
+    told.rows.forEach((row, at) => {
+      const line = body.rows[at] ?? body.insertRow();
       row.cells.forEach((cell, index) => {
-        const made = document.createElement(index === 0 ? "th" : "td");
-        if (index === 0) made.scope = "row";
-        made.textContent = cell;
-        line.append(made);
+        let made = line.children[index];
+        if (!made) {
+          made = document.createElement(index === 0 ? "th" : "td");
+          if (index === 0) made.scope = "row";
+          line.append(made);
+        }
+        if (made.textContent !== cell) made.textContent = cell;
       });
-      return line;
     });
-    body.replaceChildren(...rows);
   }
 
   /** All charts in one picture, as a blob. */
