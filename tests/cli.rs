@@ -510,7 +510,10 @@ fn completions_and_manual_pages_know_every_command() {
     let desk = Desk::new();
     let help = desk.good(&["--help"]);
     let listed = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
-    let commands: Vec<&str> = listed.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    // What is set in farther belongs to the line above.
+    let of_command = |line: &&str| line.starts_with("  ") && !line.starts_with("   ");
+    let commands: Vec<&str> =
+        listed.lines().filter(of_command).filter_map(|line| line.split_whitespace().next()).collect();
     assert!(commands.len() > 12 && commands.contains(&"explore"), "{commands:?}");
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = desk.good(&["completions", shell]);
