@@ -11,7 +11,6 @@ mod frame;
 mod guard;
 pub mod limits;
 mod map;
-mod noise;
 mod pair;
 mod protocol;
 mod push;

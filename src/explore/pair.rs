@@ -1,8 +1,8 @@
 //! The two runs of a page: the same scenario, classical and augmented.
 
 use super::state::{Catalogue, SCHEME, State, StateError, bounded};
-use crate::compare::{Comparison, NoiseCheck};
-use crate::run::{Run, run};
+use crate::compare::{NoiseCheck, check_in_noise};
+use crate::run::{Run, RunError, run};
 use crate::scenario::{Key, Place, Scenario, Template, Value, find_key};
 
 /// What the two are called.
@@ -16,10 +16,12 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// The pair as a comparison, with how it stands in noise where that was looked at.
-    #[must_use]
-    pub fn comparison(self, noise: Vec<NoiseCheck>) -> Comparison {
-        Comparison { runs: self.runs.into(), noise }
+    /// How both stand in noise: what `compare` adds to its table.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub fn in_noise(&self) -> Result<Vec<NoiseCheck>, RunError> {
+        self.runs.iter().map(|run| check_in_noise(&run.scenario)).collect()
     }
 }
 

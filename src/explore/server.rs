@@ -110,28 +110,31 @@ fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     })
 }
 
+/// What is said where there is nothing to give.
+fn refusal(status: u16, reason: &'static str) -> Response<Body> {
+    text(status, "text/plain; charset=utf-8", reason)
+}
+
 async fn answer(desk: Arc<Desk>, request: Request<Body>) -> Response<Body> {
-    const PLAIN: &str = "text/plain; charset=utf-8";
     if !desk.guard.admits_host(host(&request)) {
-        return text(421, PLAIN, "This server is addressed by its address or as localhost.\n");
+        return refusal(421, "This server is addressed by its address or as localhost.\n");
     }
     if request.method() != Method::GET {
-        return text(405, PLAIN, "GET only.\n");
+        return refusal(405, "GET only.\n");
     }
     if request.uri().path() == "/link" {
         return link(&desk, request).await;
     }
     match ASSETS.iter().find(|asset| asset.path == request.uri().path()) {
         Some(asset) => text(200, asset.media, asset.content),
-        None => text(404, PLAIN, "There is nothing here.\n"),
+        None => refusal(404, "There is nothing here.\n"),
     }
 }
 
 /// A page's WebSocket.
 async fn link(desk: &Desk, request: Request<Body>) -> Response<Body> {
-    const PLAIN: &str = "text/plain; charset=utf-8";
     if !desk.guard.admits_origin(header(&request, "origin"), host(&request)) {
-        return text(403, PLAIN, "Only pages of this server may talk to it.\n");
+        return refusal(403, "Only pages of this server may talk to it.\n");
     }
     let (mut parts, _) = request.into_parts();
     let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {
@@ -139,7 +142,7 @@ async fn link(desk: &Desk, request: Request<Body>) -> Response<Body> {
         Err(refused) => return refused.into_response(),
     };
     let Ok(permit) = desk.sessions.clone().try_acquire_owned() else {
-        return text(503, PLAIN, "Too many pages are open; close one.\n");
+        return refusal(503, "Too many pages are open; close one.\n");
     };
     let (catalogue, first) = (desk.catalogue.clone(), desk.first.clone());
     upgrade

@@ -13,10 +13,9 @@ use tokio::sync::mpsc::Sender;
 use super::controls;
 use super::frame::{frame, table};
 use super::map::mapped;
-use super::noise::in_noise;
 use super::pair::{Pair, PairMaker, SCHEMES};
 use super::protocol::{Answer, Export, File, MapRequest, Show};
-use super::state::{Catalogue, State, StateError};
+use super::state::{Catalogue, StateError};
 use crate::compare::NoiseCheck;
 use crate::report::write_trace_csv;
 use crate::run::run;
@@ -114,8 +113,8 @@ pub(super) fn start(office: Office) -> std::io::Result<()> {
         drop(permit);
     })?;
     std::thread::Builder::new().name("trocar runs".into()).spawn(move || {
-        let mut desk = Desk { maker: PairMaker::new(catalogue), shown: None, in_noise: true, noise: vec![] };
-        while let Some(task) = next_task(&mailbox, !desk.in_noise) {
+        let mut desk = Desk { maker: PairMaker::new(catalogue), shown: None, noise: None };
+        while let Some(task) = next_task(&mailbox, desk.shown.is_some() && desk.noise.is_none()) {
             if answers.blocking_send(desk.answer(task)).is_err() {
                 break;
             }
@@ -175,9 +174,8 @@ fn next_task(mailbox: &Mailbox, wants_rest: bool) -> Option<Task> {
 struct Desk {
     maker: PairMaker,
     shown: Option<(Show, Pair)>,
-    /// Whether that pair was looked at in noise, and what was seen.
-    in_noise: bool,
-    noise: Vec<NoiseCheck>,
+    /// What was seen of that pair in noise, once it was looked at.
+    noise: Option<Vec<NoiseCheck>>,
 }
 
 impl Desk {
@@ -193,12 +191,13 @@ impl Desk {
                 or_refused(id, self.export(&export))
             }
             Task::Rest => {
-                self.in_noise = true;
                 let Some((show, pair)) = &self.shown else { return Answer::json(&serde_json::Value::Null) };
-                match in_noise(pair) {
-                    Ok(noise) => {
-                        self.noise = noise;
-                        let table = table(&pair.runs, &self.noise);
+                // What fails once would fail again: it is not looked at anew.
+                let noise = self.noise.insert(vec![]);
+                match pair.in_noise() {
+                    Ok(seen) => {
+                        *noise = seen;
+                        let table = table(&pair.runs, noise);
                         Answer::json(&serde_json::json!({ "type": "table", "id": show.id, "table": table }))
                     }
                     Err(reason) => Answer::refused(show.id, &reason),
@@ -213,18 +212,17 @@ impl Desk {
         let pair = match self.shown.take().filter(same) {
             Some((_, pair)) => pair,
             None => {
-                self.in_noise = false;
-                self.noise.clear();
+                self.noise = None;
                 self.maker.run(&show.state)?
             }
         };
-        let frame = frame(&pair, &self.noise, &show, began);
+        let frame = frame(&pair, self.noise.as_deref().unwrap_or_default(), &show, began);
         self.shown = Some((show, pair));
         Ok(Answer::Frame(frame))
     }
 
     fn export(&mut self, export: &Export) -> Result<Answer, StateError> {
-        let scenario = self.written(&export.state, export.augmented)?;
+        let scenario = self.maker.written(&export.state, export.augmented)?;
         let (name, ending) = (scenario.name.clone(), if export.file == File::Toml { "toml" } else { "csv" });
         let content = match export.file {
             File::Toml => scenario.echo(),
@@ -245,9 +243,5 @@ impl Desk {
             "name": format!("{name}.{ending}"),
             "content": content,
         })))
-    }
-
-    fn written(&mut self, state: &State, augmented: bool) -> Result<crate::scenario::Scenario, StateError> {
-        self.maker.written(state, augmented)
     }
 }

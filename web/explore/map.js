@@ -127,12 +127,6 @@ const trocarMap = (() => {
     }
   }
 
-  /** The verdict at the point of the grid next to where the page is. */
-  function verdict() {
-    const nearest = (axis, value) => Math.round(Math.min(1, Math.max(0, scale(axis).share(value))) * (axis.count - 1));
-    return told.stable[nearest(told.y, now.y) * told.x.count + nearest(told.x, now.x)] === "1";
-  }
-
   function tell(canvas, line) {
     const where = `${told.x.name} ${written(now.x)}, ${told.y.name} ${written(now.y)}`;
     const radius = told.spectral_radius;
@@ -198,7 +192,6 @@ const trocarMap = (() => {
       if (seen) draw(canvas);
     },
     is: (x, y) => told !== null && told.x.key === x && told.y.key === y,
-    stable: () => (told === null ? null : verdict()),
     /** Where on the screen a pair of values is: for tests. */
     spot(canvas, x, y) {
       const { left, top, width, height } = place(canvas);
