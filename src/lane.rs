@@ -12,16 +12,19 @@ mod gathered;
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 pub(crate) use eight::{Avx2, Avx512};
 #[cfg(feature = "std")]
-pub(crate) use gather::{Gather, LANES, each, gather_mask, same_list};
+pub(crate) use gather::{Gather, LANES, gather_mask, same_list};
+#[cfg(feature = "std")]
+pub(crate) use gathered::of_each;
 pub(crate) use gathered::{by_index, gather, gather_variants};
 
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// Marks a way as seldom taken, so that the other one is laid out straight.
-#[cold]
-#[inline(never)]
-pub(crate) fn seldom() {}
+#[inline(always)]
+pub(crate) fn seldom() {
+    core::hint::cold_path();
+}
 
 /// A truth value for each lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {

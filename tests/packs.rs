@@ -56,7 +56,7 @@ fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, s
             load(name, &all)
         };
         let scenarios: Vec<Scenario> = (0..PACK).map(|_| case(&mut rng)).collect();
-        assert!(can_share(&scenarios), "{name} {fixed:?}");
+        assert!(can_share(&scenarios) || !InstructionSet::Avx2.is_available(), "{name} {fixed:?}");
         let single: Vec<String> = scenarios.iter().map(alone).collect();
         for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
             for (lane, (packed, single)) in in_packs(set, &scenarios).iter().zip(&single).enumerate() {
@@ -152,7 +152,7 @@ fn delays_of_whole_ticks_may_differ() {
         load("01_through_the_skin", &delays)
     };
     let scenarios: Vec<Scenario> = [1, 2, 3, 7, 12, 20, 25, 29].map(case).into();
-    assert!(can_share(&scenarios));
+    assert!(can_share(&scenarios) || !InstructionSet::Avx2.is_available());
     let single: Vec<String> = scenarios.iter().map(alone).collect();
     for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
         assert_eq!(in_packs(set, &scenarios), single, "{set:?}");

@@ -150,8 +150,8 @@ impl<const N: usize> crate::lane::Gather for Irregular<f64, N> {
             return None;
         }
         Some(Irregular {
-            arriving: Gather::gather(all.map(|one| &one.arriving))?,
-            held: Gather::gather(all.map(|one| &one.held))?,
+            arriving: Gather::gather(crate::lane::of_each!(all, |one| &one.arriving))?,
+            held: Gather::gather(crate::lane::of_each!(all, |one| &one.held))?,
             tick: first.tick,
             delay_ticks: first.delay_ticks,
             schedule: first.schedule.clone(),

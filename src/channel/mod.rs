@@ -106,17 +106,17 @@ impl<const N: usize> crate::lane::Gather for Delay<f64, N> {
     /// Delays of a tick and more may differ: the line is then as long as the longest.
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Delay<L, N>> {
         use crate::lane::Gather;
-        let lengths = all.map(|one| one.line.len());
-        let irregular = Gather::gather(all.map(|one| &one.irregular))?;
+        let lengths = crate::lane::of_each!(all, |one| one.line.len());
+        let irregular = Gather::gather(crate::lane::of_each!(all, |one| &one.irregular))?;
         if all.iter().any(|one| one.next != 0) {
             return None;
         }
         if lengths == [lengths[0]; crate::lane::LANES] {
-            let line = Gather::gather(all.map(|one| &one.line))?;
+            let line = Gather::gather(crate::lane::of_each!(all, |one| &one.line))?;
             return Some(Delay { line, next: 0, own_ticks: None, irregular });
         }
         // Nothing has been sent yet: a line holds the initial sample all along.
-        let initial: [L; N] = Gather::gather(crate::lane::each(all.map(|one| one.line.first()))?)?;
+        let initial: [L; N] = Gather::gather(crate::lane::of_each!(all, |one| one.line.first()?))?;
         let longest = lengths.into_iter().max().unwrap_or(0);
         let line = vec![initial; longest].into_boxed_slice();
         irregular.is_none().then(|| Delay { line, next: 0, own_ticks: Some(Box::new(lengths)), irregular: None })

@@ -100,16 +100,16 @@ pub(crate) fn gather<L: Lane, S: Gather>(all: [&Engine<f64, S>; LANES]) -> Optio
     }
     Some(Engine {
         grid,
-        sides: Gather::gather(all.map(|one| &one.sides))?,
-        operator: Gather::gather(all.map(|one| &one.operator))?,
-        tissue: Gather::gather(all.map(|one| &one.tissue))?,
-        sensor: Gather::gather(all.map(|one| &one.sensor))?,
-        velocity_filter: Gather::gather(all.map(|one| &one.velocity_filter))?,
-        contact_m: Gather::gather(all.map(|one| &one.contact_m))?,
-        estimator: Gather::gather(all.map(|one| &one.estimator))?,
-        detector: Gather::gather(all.map(|one| &one.detector))?,
-        supervisor: Gather::gather(all.map(|one| &one.supervisor))?,
-        link: Gather::gather(all.map(|one| &one.link))?,
-        scheduled: all[0].scheduled.in_all(all.map(|one| &one.scheduled))?,
+        sides: Gather::gather(crate::lane::of_each!(all, |one| &one.sides))?,
+        operator: Gather::gather(crate::lane::of_each!(all, |one| &one.operator))?,
+        tissue: Gather::gather(crate::lane::of_each!(all, |one| &one.tissue))?,
+        sensor: Gather::gather(crate::lane::of_each!(all, |one| &one.sensor))?,
+        velocity_filter: Gather::gather(crate::lane::of_each!(all, |one| &one.velocity_filter))?,
+        contact_m: Gather::gather(crate::lane::of_each!(all, |one| &one.contact_m))?,
+        estimator: Gather::gather(crate::lane::of_each!(all, |one| &one.estimator))?,
+        detector: Gather::gather(crate::lane::of_each!(all, |one| &one.detector))?,
+        supervisor: Gather::gather(crate::lane::of_each!(all, |one| &one.supervisor))?,
+        link: Gather::gather(crate::lane::of_each!(all, |one| &one.link))?,
+        scheduled: all[0].scheduled.in_all(crate::lane::of_each!(all, |one| &one.scheduled))?,
     })
 }

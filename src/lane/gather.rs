@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Lane, Mask};
+use super::{Lane, Mask, of_each};
 
 /// How many numbers there are side by side.
 pub const LANES: usize = 8;
@@ -28,7 +28,7 @@ impl<T: Gather, const N: usize> Gather for [T; N] {
     type Of<L: Lane> = [T::Of<L>; N];
 
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
-        let parts: Option<Vec<_>> = (0..N).map(|i| T::gather(all.map(|one| &one[i]))).collect();
+        let parts: Option<Vec<_>> = (0..N).map(|i| T::gather(of_each!(all, |one| &one[i]))).collect();
         parts?.try_into().ok()
     }
 }
@@ -37,7 +37,7 @@ impl<T: Gather, U: Gather> Gather for (T, U) {
     type Of<L: Lane> = (T::Of<L>, U::Of<L>);
 
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
-        Some((T::gather(all.map(|one| &one.0))?, U::gather(all.map(|one| &one.1))?))
+        Some((T::gather(of_each!(all, |one| &one.0))?, U::gather(of_each!(all, |one| &one.1))?))
     }
 }
 
@@ -48,7 +48,7 @@ impl<T: Gather> Gather for Option<T> {
         if all.iter().all(|one| one.is_none()) {
             return Some(None);
         }
-        T::gather(each(all.map(Option::as_ref))?).map(Some)
+        T::gather(of_each!(all, |one| one.as_ref()?)).map(Some)
     }
 }
 
@@ -56,7 +56,7 @@ impl<T: Gather> Gather for Box<T> {
     type Of<L: Lane> = Box<T::Of<L>>;
 
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
-        T::gather(all.map(|one| &**one)).map(Box::new)
+        T::gather(of_each!(all, |one| &**one)).map(Box::new)
     }
 }
 
@@ -66,7 +66,7 @@ impl<T: Gather> Gather for Box<[T]> {
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let length = all[0].len();
         let alike = all.iter().all(|one| one.len() == length);
-        alike.then(|| (0..length).map(|i| T::gather(all.map(|one| &one[i]))).collect())?
+        alike.then(|| (0..length).map(|i| T::gather(of_each!(all, |one| &one[i]))).collect())?
     }
 }
 
@@ -76,17 +76,8 @@ impl<T: Gather> Gather for Arc<[T]> {
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let length = all[0].len();
         let alike = all.iter().all(|one| one.len() == length);
-        alike.then(|| (0..length).map(|i| T::gather(all.map(|one| &one[i]))).collect())?
+        alike.then(|| (0..length).map(|i| T::gather(of_each!(all, |one| &one[i]))).collect())?
     }
-}
-
-/// All eight, if there are eight.
-pub(crate) fn each<T: Copy>(all: [Option<T>; LANES]) -> Option<[T; LANES]> {
-    let mut found = [all[0]?; LANES];
-    for (found, one) in found.iter_mut().zip(all) {
-        *found = one?;
-    }
-    Some(found)
 }
 
 /// Truth values side by side.

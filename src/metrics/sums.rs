@@ -206,9 +206,8 @@ impl<L: Lane> Partial<L> {
 /// Takes a block's values in their order, number `k` to partial result `k mod WAYS`.
 #[inline(always)]
 fn gather<L: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
-    for four in values.as_chunks::<WAYS>().0 {
-        for (way, &value) in ways.iter_mut().zip(four) {
-            *way = take(*way, value);
-        }
+    // By index: what iterators are made of may stay a call each where it is not compiled beside this.
+    for at in 0..BLOCK {
+        ways[at % WAYS] = take(ways[at % WAYS], values[at]);
     }
 }

@@ -149,15 +149,21 @@ impl crate::lane::Gather for Motion<f64> {
     type Of<L: Lane> = Motion<L>;
 
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Motion<L>> {
-        use crate::lane::{each, same_list};
+        use crate::lane::{of_each, same_list};
         match all[0] {
             Self::Recording(positions) => {
-                let lists = all.map(|one| if let Self::Recording(list) = one { Some(list) } else { None });
-                same_list(each(lists)?).then(|| Motion::Recording(positions.clone()))
+                let lists = of_each!(all, |one| {
+                    let Self::Recording(list) = one else { return None };
+                    list
+                });
+                same_list(lists).then(|| Motion::Recording(positions.clone()))
             }
             Self::Ramp(_) => {
-                let ramps = all.map(|one| if let Self::Ramp(ramp) = one { Some(ramp) } else { None });
-                crate::lane::Gather::gather(each(ramps)?).map(Motion::Ramp)
+                let ramps = of_each!(all, |one| {
+                    let Self::Ramp(ramp) = one else { return None };
+                    ramp
+                });
+                crate::lane::Gather::gather(ramps).map(Motion::Ramp)
             }
             // Hands do not go side by side.
             Self::Hand(_) => None,

@@ -4,7 +4,7 @@ use super::{RunError, measure};
 use crate::engine::{Engine, ExactSides, InstructionSet, Sides, Wide, gather};
 #[cfg(target_arch = "x86_64")]
 use crate::lane::{Avx2, Avx512};
-use crate::lane::{Gather, LANES};
+use crate::lane::{Gather, LANES, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
 
@@ -30,7 +30,7 @@ pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Me
     scenarios.chunks(PACK).flat_map(|pack| run_eight(set, pack)).collect()
 }
 
-/// Whether scenarios, [`PACK`] of them at most, can be run side by side.
+/// Whether scenarios, [`PACK`] of them at most, can be run side by side on this machine.
 #[must_use]
 pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
@@ -67,13 +67,20 @@ impl Engines {
     }
 
     fn can_share(&self) -> bool {
-        self.exact().is_some_and(|engines| gather::<f64, _>(engines).is_some())
+        let Some(engines) = self.exact() else { return false };
+        match InstructionSet::widest() {
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => gather::<Avx512, _>(engines).is_some(),
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => gather::<Avx2, _>(engines).is_some(),
+            _ => false,
+        }
     }
 
     fn exact(&self) -> Option<[&Engine<f64, ExactSides<f64>>; LANES]> {
-        crate::lane::each(self.lanes().map(|engine| match engine {
-            ScenarioEngine::Exact(engine) => Some(&**engine),
-            _ => None,
+        Some(of_each!(self.lanes(), |engine| match engine {
+            ScenarioEngine::Exact(engine) => &**engine,
+            _ => return None,
         }))
     }
 

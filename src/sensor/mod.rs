@@ -145,7 +145,7 @@ impl crate::lane::Gather for Quantiser<f64> {
     type Of<L: Lane> = Quantiser<L>;
 
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Quantiser<L>> {
-        crate::lane::Gather::gather(all.map(|one| &one.0)).map(Quantiser)
+        crate::lane::Gather::gather(crate::lane::of_each!(all, |one| &one.0)).map(Quantiser)
     }
 }
 

@@ -34,21 +34,22 @@ impl<L: Lane> WhiteNoise<L> {
     #[inline(always)]
     pub(super) fn draw(&mut self) -> L {
         if self.next >= BLOCK {
-            self.refill();
+            refill(&mut self.streams, &mut self.block);
+            self.next = 0;
         }
         let drawn = self.block[self.next];
         self.next += 1;
         drawn
     }
+}
 
-    #[inline(never)]
-    fn refill(&mut self) {
-        for (lane, rng) in self.streams.iter_mut().enumerate() {
-            for number in self.block.iter_mut() {
-                number.set_lane(lane, StandardNormal.sample(rng));
-            }
+/// Draws the next block. It is handed nothing of the sensor itself, so that a tick need not read that again after the call.
+#[inline(never)]
+fn refill<L: Lane>(streams: &mut [ChaCha8Rng], block: &mut [L; BLOCK]) {
+    for (lane, rng) in streams.iter_mut().enumerate() {
+        for number in block.iter_mut() {
+            number.set_lane(lane, StandardNormal.sample(rng));
         }
-        self.next = 0;
     }
 }
 

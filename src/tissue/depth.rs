@@ -134,7 +134,7 @@ impl crate::lane::Gather for DepthReplay<f64> {
 
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<DepthReplay<L>> {
         use crate::lane::{Gather, same_list};
-        let alike = same_list(all.map(|one| &one.rupture_depths_m))
+        let alike = same_list(crate::lane::of_each!(all, |one| &one.rupture_depths_m))
             && all.iter().all(|one| one.way_in == all[0].way_in && one.way_out == all[0].way_out);
         if !alike {
             return None;
@@ -143,8 +143,8 @@ impl crate::lane::Gather for DepthReplay<f64> {
             way_in: all[0].way_in.clone(),
             way_out: all[0].way_out.clone(),
             rupture_depths_m: all[0].rupture_depths_m.clone(),
-            inverse_presliding: Gather::gather(all.map(|one| &one.inverse_presliding))?,
-            deepest_m: Gather::gather(all.map(|one| &one.deepest_m))?,
+            inverse_presliding: Gather::gather(crate::lane::of_each!(all, |one| &one.inverse_presliding))?,
+            deepest_m: Gather::gather(crate::lane::of_each!(all, |one| &one.deepest_m))?,
         })
     }
 }

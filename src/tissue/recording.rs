@@ -54,7 +54,8 @@ impl crate::lane::Gather for RecordedForce {
 
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Self> {
         use crate::lane::same_list;
-        let alike = same_list(all.map(|one| &one.force_n)) && same_list(all.map(|one| &one.rupture_ticks));
+        let alike = same_list(crate::lane::of_each!(all, |one| &one.force_n))
+            && same_list(crate::lane::of_each!(all, |one| &one.rupture_ticks));
         let at_once = all.iter().all(|one| one.ruptures == all[0].ruptures);
         (alike && at_once).then(|| all[0].clone())
     }
