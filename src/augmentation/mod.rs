@@ -176,7 +176,7 @@ impl<L: Lane> Supervisor<L> {
     /// Decides any tick: some lane may be augmented, re-engaging or alarmed. Told to be cold, so that registers are saved
     /// around this call and not on the common way; the same goes wherever the tick leaves it.
     #[cold]
-    #[inline(never)]
+    #[inline]
     fn act(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
         self.act_here(tick, alarm, decision, hand_m, slave_m, force_n)
     }

@@ -321,7 +321,7 @@ impl<L: Lane> MetricsObserver<L> {
 
     /// A tick at which something happens or is still happening, and the first.
     #[cold]
-    #[inline(never)]
+    #[inline]
     fn observe_closely(&mut self, s: Signals<L>) {
         let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
         let sound = s.master_position_m.abs().le(bound_m)

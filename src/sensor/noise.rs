@@ -44,7 +44,8 @@ impl<L: Lane> WhiteNoise<L> {
 }
 
 /// Draws the next block. It is handed nothing of the sensor itself, so that a tick need not read that again after the call.
-#[inline(never)]
+#[cold]
+#[inline]
 fn refill<L: Lane>(streams: &mut [ChaCha8Rng], block: &mut [L; BLOCK]) {
     for (lane, rng) in streams.iter_mut().enumerate() {
         for number in block.iter_mut() {

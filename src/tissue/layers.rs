@@ -280,7 +280,7 @@ impl<L: Lane> Layers<L> {
 
     /// Takes over what happened to layers at this tick, and what it means for the next ones. Gives where one ruptured.
     #[cold]
-    #[inline(never)]
+    #[inline]
     fn pass_events(&mut self, position: L) -> L::Mask {
         self.pass_events_here(position)
     }

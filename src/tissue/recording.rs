@@ -31,7 +31,7 @@ impl RecordedForce {
 
     /// The force after the end. Out of line, as looking for it at every tick would cost more than the force itself.
     #[cold]
-    #[inline(never)]
+    #[inline]
     fn held(&self) -> f64 {
         self.last_force_n
     }
