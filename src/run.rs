@@ -2,7 +2,7 @@
 
 mod pack;
 
-pub use pack::{PACK, can_share, run_pack, run_pack_in};
+pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 
 use thiserror::Error;
 

@@ -199,10 +199,10 @@ impl<L: Lane> MetricsObserver<L> {
         let ticks = history.diverged_at.unwrap_or(self.ticks);
         let tick_s = self.grid.tick_s();
         let ran = ticks > 0;
-        let mean = |sum: L, count: f64| (count > 0.0).then(|| sum.lane(index) / count);
-        let totals = self.sums.totals(self.ticks);
+        let mean = |sum: f64, count: f64| (count > 0.0).then(|| sum / count);
+        let totals = self.sums.totals_of(index, self.ticks);
         let (first, last) = (self.first.lane(index), history.last_sound.unwrap_or(self.last(self.ticks).lane(index)));
-        let energy = |sum: L, first: f64, last: f64| ran.then(|| (sum.lane(index) - 0.5 * (first + last)) * tick_s);
+        let energy = |sum: f64, first: f64, last: f64| ran.then(|| (sum - 0.5 * (first + last)) * tick_s);
         let (slave_m, reference_m) = (last.slave_m, last.reference_m);
         let events: Vec<_> = history.events.iter().map(|event| event.close(&self.grid)).collect();
         let ruptures: Vec<_> = history.ruptures.iter().map(RuptureWindow::close).collect();
@@ -222,8 +222,8 @@ impl<L: Lane> MetricsObserver<L> {
             false_alarms: history.false_alarms,
             ignored_alarms: history.ignored_alarms,
             mean_absolute_residual_n: mean(totals.absolute_residual_n, ticks as f64),
-            least_tissue_force_n: ran.then(|| totals.least_force_n.lane(index)),
-            greatest_tissue_force_n: ran.then(|| totals.greatest_force_n.lane(index)),
+            least_tissue_force_n: ran.then_some(totals.least_force_n),
+            greatest_tissue_force_n: ran.then_some(totals.greatest_force_n),
             tracking_rmse_m: mean(totals.squared_tracking_error_m2, following as f64).map(f64::sqrt),
             final_slave_position_m: ran.then_some(slave_m),
             final_tracking_error: (ran && reference_m != 0.0).then(|| (reference_m - slave_m) / reference_m),

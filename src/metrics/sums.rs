@@ -82,19 +82,19 @@ struct Partial<L> {
 
 /// Sums and extremes over the samples so far.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Totals<L> {
+pub(super) struct Totals {
     /// `Σ |e|` in N.
-    pub absolute_residual_n: L,
+    pub absolute_residual_n: f64,
     /// `Σ (x_e - x_ref)²` in m².
-    pub squared_tracking_error_m2: L,
+    pub squared_tracking_error_m2: f64,
     /// `Σ F_h v_h` in W.
-    pub operator_power_w: L,
+    pub operator_power_w: f64,
     /// `Σ f_e v_e` in W.
-    pub tissue_power_w: L,
+    pub tissue_power_w: f64,
     /// Least `f_e` in N.
-    pub least_force_n: L,
+    pub least_force_n: f64,
     /// Greatest `f_e` in N.
-    pub greatest_force_n: L,
+    pub greatest_force_n: f64,
 }
 
 /// Sums that take a sample a tick.
@@ -149,8 +149,36 @@ impl<L: Lane> Sums<L> {
         }
     }
 
+    /// The sums of lane `index` over `count` samples: by itself, as what is done after a run is not done in its instruction set.
+    pub(super) fn totals_of(&self, index: usize, count: u64) -> Totals {
+        let Self { waiting, partial } = self;
+        let lanes = |all: &[L; BLOCK]| -> [f64; BLOCK] { std::array::from_fn(|at| all[at].lane(index)) };
+        let ways = |all: &[L; WAYS]| -> [f64; WAYS] { std::array::from_fn(|way| all[way].lane(index)) };
+        let lane = Sums {
+            waiting: Block {
+                residual_n: lanes(&waiting.residual_n),
+                slave_m: lanes(&waiting.slave_m),
+                reference_m: lanes(&waiting.reference_m),
+                operator_power_w: lanes(&waiting.operator_power_w),
+                tissue_power_w: lanes(&waiting.tissue_power_w),
+                tissue_force_n: lanes(&waiting.tissue_force_n),
+            },
+            partial: Partial {
+                absolute_residual: ways(&partial.absolute_residual),
+                squared_tracking_error: ways(&partial.squared_tracking_error),
+                operator_power: ways(&partial.operator_power),
+                tissue_power: ways(&partial.tissue_power),
+                least_force: ways(&partial.least_force),
+                greatest_force: ways(&partial.greatest_force),
+            },
+        };
+        lane.totals(count)
+    }
+}
+
+impl Sums<f64> {
     /// The sums over `count` samples.
-    pub(super) fn totals(&self, count: u64) -> Totals<L> {
+    fn totals(&self, count: u64) -> Totals {
         let mut rest = Block::neutral();
         let mut partial = self.partial;
         let waiting = count as usize % BLOCK;
@@ -161,9 +189,9 @@ impl<L: Lane> Sums<L> {
         rest.tissue_power_w[..waiting].copy_from_slice(&self.waiting.tissue_power_w[..waiting]);
         rest.tissue_force_n[..waiting].copy_from_slice(&self.waiting.tissue_force_n[..waiting]);
         partial.add(&rest);
-        let sum = |ways: [L; WAYS]| (ways[0] + ways[1]) + (ways[2] + ways[3]);
-        let least = |ways: [L; WAYS]| ways[0].min(ways[1]).min(ways[2].min(ways[3]));
-        let greatest = |ways: [L; WAYS]| ways[0].max(ways[1]).max(ways[2].max(ways[3]));
+        let sum = |ways: [f64; WAYS]| (ways[0] + ways[1]) + (ways[2] + ways[3]);
+        let least = |ways: [f64; WAYS]| ways[0].min(ways[1]).min(ways[2].min(ways[3]));
+        let greatest = |ways: [f64; WAYS]| ways[0].max(ways[1]).max(ways[2].max(ways[3]));
         Totals {
             absolute_residual_n: sum(partial.absolute_residual),
             squared_tracking_error_m2: sum(partial.squared_tracking_error),

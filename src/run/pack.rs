@@ -7,6 +7,7 @@ use crate::lane::{Avx2, Avx512};
 use crate::lane::{Gather, LANES, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
+use crate::sensor::NoiseBank;
 
 /// How many scenarios run side by side at most; more make more packs.
 pub const PACK: usize = LANES;
@@ -26,8 +27,21 @@ pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
 
 /// [`run_pack`] in a given instruction set, or one after the other where the machine has not got it.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    run_packs(set, None, scenarios)
+}
+
+/// [`run_pack`] with noise that runs of the same seed share: the same bits, sooner.
+pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    run_packs(InstructionSet::widest(), Some(bank), scenarios)
+}
+
+fn run_packs(
+    set: InstructionSet,
+    mut bank: Option<&mut NoiseBank>,
+    scenarios: &[Scenario],
+) -> Vec<Result<Metrics, RunError>> {
     let set = if set.is_available() { set } else { InstructionSet::Baseline };
-    scenarios.chunks(PACK).flat_map(|pack| run_eight(set, pack)).collect()
+    scenarios.chunks(PACK).flat_map(|pack| run_eight(set, bank.as_deref_mut(), pack)).collect()
 }
 
 /// Whether scenarios, [`PACK`] of them at most, can be run side by side on this machine.
@@ -37,9 +51,19 @@ pub fn can_share(scenarios: &[Scenario]) -> bool {
 }
 
 /// Up to eight scenarios.
-fn run_eight(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+fn run_eight(
+    set: InstructionSet,
+    bank: Option<&mut NoiseBank>,
+    scenarios: &[Scenario],
+) -> Vec<Result<Metrics, RunError>> {
     let enough = scenarios.len() >= FEWEST && set != InstructionSet::Baseline;
-    let together = if enough { Engines::of(scenarios).and_then(|engines| engines.run(set, scenarios)) } else { None };
+    let engines = if enough { Engines::of(scenarios) } else { None };
+    let together = engines.and_then(|mut engines| {
+        if let Some(bank) = bank {
+            engines.share_noise(bank);
+        }
+        engines.run(set, scenarios)
+    });
     match together {
         Some(metrics) => {
             // A link goes on counting after its lane has diverged, where a run of its own ends.
@@ -59,6 +83,14 @@ impl Engines {
     fn of(scenarios: &[Scenario]) -> Option<Self> {
         let engines: Result<Vec<_>, _> = scenarios.iter().map(Scenario::build).collect();
         engines.ok().filter(|engines| !engines.is_empty()).map(Self)
+    }
+
+    fn share_noise(&mut self, bank: &mut NoiseBank) {
+        for engine in &mut self.0 {
+            if let ScenarioEngine::Exact(engine) = engine {
+                engine.sensor.share_noise(bank, engine.grid.ticks());
+            }
+        }
     }
 
     /// Lanes that are left over run the last scenario again.

@@ -9,9 +9,11 @@
 //! noise is the amplifier's and stays white, whatever the bandwidth. The converter has only codes within its range, so a
 //! reading never exceeds it; that is why clipping comes last.
 
+mod bank;
 mod lag;
 mod noise;
 
+pub use self::bank::NoiseBank;
 use self::lag::Lag;
 use self::noise::WhiteNoise;
 use crate::error::{InvalidValue, finite, non_negative, positive};
@@ -95,6 +97,13 @@ impl<L: Lane> Sensor<L> {
             force: Quantiser::new(settings.force_resolution_n),
             range_n: settings.force_range_n.map(L::splat),
             position: Quantiser::new(settings.position_resolution_m),
+        }
+    }
+
+    /// Takes the noise of `ticks` readings out of a bank, where it has them or has room: the same numbers as without it.
+    pub fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64) {
+        if let Some(noise) = &mut self.noise {
+            noise.take_from(bank, ticks);
         }
     }
 

@@ -1,9 +1,12 @@
 //! White noise, a block at a time.
 
+use std::sync::Arc;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::bank::NoiseBank;
 use crate::lane::Lane;
 
 /// How many numbers of each lane are drawn at once.
@@ -15,9 +18,17 @@ const BLOCK: usize = 64;
 /// the tick. The numbers are those that drawing one by one gives.
 #[derive(Debug, Clone)]
 pub(super) struct WhiteNoise<L> {
-    streams: Box<[ChaCha8Rng]>,
+    streams: Box<[Stream]>,
     block: Box<[L; BLOCK]>,
     next: usize,
+}
+
+/// Where a lane's numbers come from.
+#[derive(Debug, Clone)]
+struct Stream {
+    rng: ChaCha8Rng,
+    /// Numbers that stand before those of the generator, whole blocks of them, and how many are taken.
+    drawn: Option<(Arc<[f64]>, usize)>,
 }
 
 impl<L: Lane> WhiteNoise<L> {
@@ -25,9 +36,22 @@ impl<L: Lane> WhiteNoise<L> {
         let stream = |lane| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(first_stream + lane as u64);
-            rng
+            Stream { rng, drawn: None }
         };
         Self { streams: (0..L::WIDTH).map(stream).collect(), block: Box::new([L::zero(); BLOCK]), next: BLOCK }
+    }
+
+    /// Takes the first `count` numbers out of a bank, as far as it has room.
+    pub(super) fn take_from(&mut self, bank: &mut NoiseBank, count: u64) {
+        let whole_blocks = usize::try_from(count).ok().and_then(|count| count.checked_next_multiple_of(BLOCK));
+        for stream in &mut self.streams {
+            // Once anything was drawn, the bank has what is past.
+            if stream.rng.get_word_pos() == 0
+                && let Some((numbers, rng)) = whole_blocks.and_then(|count| bank.numbers(&stream.rng, count))
+            {
+                *stream = Stream { rng, drawn: Some((numbers, 0)) };
+            }
+        }
     }
 
     /// The next number of each lane.
@@ -46,10 +70,19 @@ impl<L: Lane> WhiteNoise<L> {
 /// Draws the next block. It is handed nothing of the sensor itself, so that a tick need not read that again after the call.
 #[cold]
 #[inline]
-fn refill<L: Lane>(streams: &mut [ChaCha8Rng], block: &mut [L; BLOCK]) {
-    for (lane, rng) in streams.iter_mut().enumerate() {
-        for number in block.iter_mut() {
-            number.set_lane(lane, StandardNormal.sample(rng));
+fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {
+    for (lane, Stream { rng, drawn }) in streams.iter_mut().enumerate() {
+        if let Some((numbers, taken)) = drawn
+            && let Some(numbers) = numbers.get(*taken..*taken + BLOCK)
+        {
+            *taken += BLOCK;
+            for (number, &drawn) in block.iter_mut().zip(numbers) {
+                number.set_lane(lane, drawn);
+            }
+        } else {
+            for number in block.iter_mut() {
+                number.set_lane(lane, StandardNormal.sample(rng));
+            }
         }
     }
 }
@@ -81,6 +114,21 @@ mod tests {
         for k in 0..1000 {
             let expected: f64 = StandardNormal.sample(&mut rng);
             assert_eq!(noise.draw(), expected, "{k}");
+        }
+    }
+
+    #[test]
+    fn a_bank_changes_no_number() {
+        let mut bank = NoiseBank::new(10 * BLOCK);
+        for seed in [7, 8, 7, 9, 8] {
+            // The third seed finds no room. All go on where the bank's numbers end.
+            let mut own = WhiteNoise::<f64>::new(seed, 3);
+            let mut shared = own.clone();
+            shared.take_from(&mut bank, 5 * BLOCK as u64 - 3);
+            assert_eq!(shared.streams[0].drawn.is_some(), seed != 9, "seed {seed}");
+            for k in 0..7 * BLOCK {
+                assert_eq!(shared.draw(), own.draw(), "seed {seed}, number {k}");
+            }
         }
     }
 }

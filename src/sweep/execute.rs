@@ -10,7 +10,11 @@ use super::part::{Outcome, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
 use super::stability::LoopOfCase;
 use crate::metrics;
-use crate::run::{RunError, run_pack};
+use crate::run::{RunError, run_pack_sharing};
+use crate::sensor::NoiseBank;
+
+/// Numbers of noise that all threads keep together, 64 MB of them.
+const MOST_NUMBERS_KEPT: usize = 8 << 20;
 
 /// How a sweep is watched and ended.
 pub struct Progress<'a> {
@@ -44,6 +48,9 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
     };
     let work = || {
         let (mut maker, mut rows, mut scenarios) = (plan.maker(), PackRows::default(), vec![]);
+        // Only where there are several points does a seed come again.
+        let comes_again = plan.design.points().is_some_and(|points| points > 1);
+        let mut bank = NoiseBank::new(if comes_again { MOST_NUMBERS_KEPT / threads.max(1) } else { 0 });
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
             let pack = next.fetch_add(1, Ordering::Relaxed);
             if pack >= packs.end {
@@ -51,7 +58,11 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
             }
             // Where nothing was done before, nothing is there.
             let mut run = |is_done: bool| {
-                if is_done { Ok(0) } else { run_one(plan, part, pack, &mut maker, &mut scenarios, &mut rows) }
+                if is_done {
+                    Ok(0)
+                } else {
+                    run_one(plan, part, pack, (&mut maker, &mut bank), &mut scenarios, &mut rows)
+                }
             };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {
                 Ok(cases) => {
@@ -76,7 +87,7 @@ fn run_one(
     plan: &Plan,
     part: &Part,
     pack: u64,
-    maker: &mut CaseMaker<'_>,
+    (maker, bank): (&mut CaseMaker<'_>, &mut NoiseBank),
     scenarios: &mut Vec<crate::scenario::Scenario>,
     rows: &mut PackRows,
 ) -> Result<u64, SweepError> {
@@ -90,7 +101,7 @@ fn run_one(
         scenarios.push(scenario);
     }
     rows.clear();
-    for (k, (case, run)) in cases.clone().zip(run_pack(scenarios)).enumerate() {
+    for (k, (case, run)) in cases.clone().zip(run_pack_sharing(bank, scenarios)).enumerate() {
         let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
         match run {
             Ok(metrics) => {

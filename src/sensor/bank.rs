@@ -1,0 +1,43 @@
+//! Noise that many runs share.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Standard normal numbers of streams that were drawn before. A sweep runs every seed at all of its points, and drawing a
+/// number costs as much as the tick that it is for.
+#[derive(Debug)]
+pub struct NoiseBank {
+    kept: HashMap<Stream, Drawn>,
+    /// How many numbers may still be kept.
+    room: usize,
+}
+
+/// A seed, its stream, and how many numbers of it.
+type Stream = ([u8; 32], u64, usize);
+
+/// The numbers, and the generator as it stands after them.
+type Drawn = (Arc<[f64]>, ChaCha8Rng);
+
+impl NoiseBank {
+    /// A bank for `most_numbers` (8 bytes each): the streams that come when it is full are drawn anew by each run.
+    #[must_use]
+    pub fn new(most_numbers: usize) -> Self {
+        Self { kept: HashMap::new(), room: most_numbers }
+    }
+
+    /// The next `count` numbers of a generator, where there is room for them.
+    pub(super) fn numbers(&mut self, rng: &ChaCha8Rng, count: usize) -> Option<Drawn> {
+        let stream = (rng.get_seed(), rng.get_stream(), count);
+        if let Some(drawn) = self.kept.get(&stream) {
+            return Some(drawn.clone());
+        }
+        self.room = self.room.checked_sub(count)?;
+        let mut rng = rng.clone();
+        let numbers = (0..count).map(|_| StandardNormal.sample(&mut rng)).collect();
+        self.kept.insert(stream, (numbers, rng));
+        self.kept.get(&stream).cloned()
+    }
+}
