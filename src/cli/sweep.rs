@@ -87,8 +87,13 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     // What the page draws of single cases is not kept: a sweep that is done without it is run again, to the same bytes.
     let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
+        if shard.is_whole() {
+            // Killed between its last two steps.
+            let _ = std::fs::remove_file(folder.path().join(CASES));
+        }
         return report(&folder, &args.output, "done already");
     }
+    folder.remove_leftovers();
     folder.write(SWEEP, plan.canonical().as_bytes())?;
     folder.write(MANIFEST, manifest_json(&manifest).as_bytes())?;
     let part = Part::open(&folder.path().join(CASES), layout)?;

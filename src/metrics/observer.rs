@@ -202,7 +202,7 @@ impl<L: Lane> MetricsObserver<L> {
         let mean = |sum: f64, count: f64| (count > 0.0).then(|| sum / count);
         let totals = self.sums.totals_of(index, self.ticks);
         let (first, last) = (self.first.lane(index), history.last_sound.unwrap_or(self.last(self.ticks).lane(index)));
-        let energy = |sum: f64, first: f64, last: f64| ran.then(|| (sum - 0.5 * (first + last)) * tick_s);
+        let energy = |sum: f64, first: f64, last: f64| ran.then_some((sum - 0.5 * (first + last)) * tick_s);
         let (slave_m, reference_m) = (last.slave_m, last.reference_m);
         let events: Vec<_> = history.events.iter().map(|event| event.close(&self.grid)).collect();
         let ruptures: Vec<_> = history.ruptures.iter().map(RuptureWindow::close).collect();

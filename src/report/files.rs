@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+/// How the temporary names begin.
+const TEMPORARY: &str = ".trocar-";
+
 /// A file or folder that cannot be written.
 #[derive(Debug, Error)]
 #[error("{path} cannot be written: {source}; give another place", path = path.display())]
@@ -35,7 +38,7 @@ pub fn stream_file(
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(failed)?;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".trocar-");
+    builder.prefix(TEMPORARY);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -72,6 +75,17 @@ impl Folder {
         &self.0
     }
 
+    /// Removes what a program that was killed while it wrote has left under temporary names. Whoever else writes into the folder
+    /// at that moment is told that the file cannot be written.
+    pub fn remove_leftovers(&self) {
+        for entry in std::fs::read_dir(&self.0).into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+                // It is of no use and does no harm.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+
     /// Writes a file into it.
     ///
     /// # Errors
@@ -105,6 +119,19 @@ mod tests {
         deep.write("x.csv", b"two").expect("written");
         assert_eq!(std::fs::read(deep.path().join("x.csv")).expect("there"), b"two");
         assert_eq!(std::fs::read_dir(deep.path()).expect("there").count(), 1);
+    }
+
+    #[test]
+    fn what_a_killed_writer_has_left_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = Folder::new(folder.path());
+        folder.write("x.csv", b"one").expect("written");
+        let (left, own) = (folder.path().join(".trocar-Ab3"), folder.path().join(".trocarrc"));
+        std::fs::write(&left, b"ha").expect("written");
+        std::fs::write(&own, b"mine").expect("written");
+        folder.remove_leftovers();
+        assert!(!left.exists() && own.exists() && folder.path().join("x.csv").exists());
+        folder.folder("is not there").remove_leftovers();
     }
 
     #[test]

@@ -1,0 +1,104 @@
+//! A tick by component: each alone, fed with what it was given in a whole run.
+
+use std::hint::black_box;
+
+use crate::markdown::{Table, figure};
+use crate::parts::{BothSides, Detected, Estimated, Met, Nothing, Observed, Part, Sensed, Supervised};
+use crate::record::Inputs;
+use crate::shipped::{ready, scenario};
+use crate::timing::{Cost, elapsed_s, time_ns};
+
+/// How many ticks are fed at once: their inputs fit into the nearest cache, where a tick would find them.
+const AT_ONCE: usize = 128;
+
+/// Feeds a part, in the instruction set that the engine's single run is compiled for.
+#[allow(unsafe_code, reason = "calling a function that is compiled for an instruction set")]
+fn feed<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the machine has the instructions that the function is compiled for, as was just asked.
+        return unsafe { feed_avx2(part, inputs) };
+    }
+    feed_here(part, inputs)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn feed_avx2<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
+    feed_here(part, inputs)
+}
+
+#[inline(always)]
+fn feed_here<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
+    let mut bits = 0;
+    for input in inputs {
+        bits ^= part.tick(input);
+    }
+    bits
+}
+
+/// What a part costs, in ns a tick.
+fn cost_ns<P: Part>(part: &P, inputs: &[P::Input]) -> Cost {
+    time_ns(inputs.len() as f64, || {
+        let mut part = part.clone();
+        let mut spent_s = 0.0;
+        for inputs in inputs.chunks(AT_ONCE) {
+            // Fetched before the clock runs.
+            for input in inputs {
+                black_box(*input);
+            }
+            spent_s += elapsed_s(|| {
+                black_box(feed(&mut part, inputs));
+            });
+        }
+        spent_s
+    })
+}
+
+/// The components of a shipped scenario, and its whole run.
+fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
+    let scenario = scenario(name);
+    let (engine, observer) = ready(&scenario);
+    let inputs = Inputs::of(&engine);
+    let ticks = scenario.grid.ticks() as f64;
+    let is_noisy = !engine.sensor.reads_force_exactly();
+    let bare = time_ns(ticks, || {
+        let mut engine = engine.clone();
+        elapsed_s(|| engine.run(&mut ()).expect("runs"))
+    });
+    let with_metrics = time_ns(ticks, || {
+        let (mut engine, mut observer) = (engine.clone(), observer.clone());
+        elapsed_s(|| engine.run(&mut observer).expect("runs"))
+    });
+    vec![
+        ("nothing (the loop that feeds)", Some(cost_ns(&Nothing(()), &inputs.sensor))),
+        ("both sides, stepped exactly", Some(cost_ns(&BothSides(engine.sides.clone()), &inputs.sides))),
+        ("tissue", Some(cost_ns(&Met(engine.tissue.clone()), &inputs.tissue))),
+        ("force sensor with noise", is_noisy.then(|| cost_ns(&Sensed(engine.sensor.clone()), &inputs.sensor))),
+        ("estimator", Some(cost_ns(&Estimated(engine.estimator.clone()), &inputs.estimator))),
+        ("detector", Some(cost_ns(&Detected(engine.detector.clone()), &inputs.detector))),
+        ("supervisor", Some(cost_ns(&Supervised(engine.supervisor.clone()), &inputs.supervisor))),
+        ("metrics", Some(cost_ns(&Observed(observer), &inputs.observer))),
+        ("the whole tick without metrics", Some(bare)),
+        ("the whole tick", Some(with_metrics)),
+    ]
+}
+
+/// A tick by component.
+pub fn section() -> String {
+    let header = ["ns per tick", "augmented, best", "median", "through the skin, best", "median"];
+    let mut table = Table::new(1, &header);
+    for ((name, replayed), (_, layered)) in costs("augmented").into_iter().zip(costs("01_through_the_skin")) {
+        let cells = |cost: Option<Cost>| {
+            cost.map_or(["—".to_owned(), "—".to_owned()], |cost| [figure(cost.best), figure(cost.median)])
+        };
+        table.row([name.to_owned()].into_iter().chain(cells(replayed)).chain(cells(layered)));
+    }
+    let about = format!(
+        "A single run. Each component alone is fed with what it was given in a whole run, {AT_ONCE} ticks at a time, \
+         which the clock and the loop are part of. In the engine a component waits for the one before it and does its \
+         work beside the others', so that the whole tick is not their sum. The tissue of `augmented` is a recorded \
+         force, that of `01_through_the_skin` is five layers, here called and in the engine in line."
+    );
+    table.section("A tick by component", &about)
+}

@@ -1,0 +1,75 @@
+//! What everything costs on this machine, as the tables of `benches/README.md`.
+//!
+//! `cargo bench --bench table` measures and prints them; with `-- --write` the file is written, too. All is measured in
+//! one process and one run, so that ratios hold whatever the machine was doing; progress goes to standard error.
+
+mod components;
+mod counted;
+mod handwritten;
+mod lanes;
+mod linear;
+mod machine;
+mod markdown;
+mod operations;
+mod parts;
+mod peak;
+mod record;
+mod share;
+mod shipped;
+mod single;
+mod sweeps;
+mod timing;
+
+use std::io::Write;
+use std::path::Path;
+
+const HEAD: &str = "# What a tick costs
+
+Written by `cargo bench --bench table -- --write`, which takes one to two minutes; without `-- --write` the tables are
+printed only. All figures are of one run of that command: the best and the median of many repetitions, in ns per tick,
+or per tick and case where cases run side by side. On a machine that does other things besides, the best is what the
+code costs, and the distance to the median is what the others do.
+";
+
+fn main() {
+    let has = |flag: &str| std::env::args().any(|argument| argument == flag);
+    if !has("--bench") {
+        // Built and started by `cargo test --benches`: there is nothing to find out in an unoptimised build.
+        return;
+    }
+    let peaks = begin("the machine", peak::measure);
+    let machine = machine::section();
+    let components = begin("a tick by component", components::section);
+    let single = begin("a single run", single::section);
+    let costs = begin("lanes", lanes::measure);
+    let counts = begin("operations", operations::count);
+    let sweeps = begin("sweeps", sweeps::section);
+    let linear = begin("cost against cases and ticks", linear::section);
+    let (lanes, operations) = (lanes::section(&costs), operations::section(&counts));
+    let share = share::section(&peaks, &counts, &costs);
+    let sections = [HEAD.to_owned(), machine, components, single, lanes, operations, share, sweeps, linear];
+    let page = sections.join("\n");
+    print!("{page}");
+    if has("--write") {
+        write(&Path::new(env!("CARGO_MANIFEST_DIR")).join("benches"), &page).expect("benches/README.md can be written");
+    }
+}
+
+/// Says what is measured, and measures it.
+fn begin<T>(what: &str, measure: impl FnOnce() -> T) -> T {
+    eprintln!("measuring {what}");
+    measure()
+}
+
+/// Writes `README.md` in a folder under a temporary name first, so that there is never half a file.
+fn write(folder: &Path, page: &str) -> std::io::Result<()> {
+    let mut file = tempfile::Builder::new().prefix(".README").tempfile_in(folder)?;
+    file.write_all(page.as_bytes())?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
+    }
+    file.persist(folder.join("README.md"))?;
+    Ok(())
+}

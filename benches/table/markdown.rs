@@ -1,0 +1,84 @@
+//! Tables in Markdown that can also be read as they are.
+
+use std::fmt::Write;
+
+/// How long a line of text may be, in characters.
+const WIDTH: usize = 120;
+
+/// A table: names at the left, figures at the right.
+pub struct Table {
+    /// How many columns, from the left, are names.
+    names: usize,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// An empty table of which the first `names` columns are not figures.
+    pub fn new(names: usize, header: &[&str]) -> Self {
+        Self { names, rows: vec![header.iter().map(|&cell| cell.to_owned()).collect()] }
+    }
+
+    /// Adds a row, as wide as the header.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// A section: heading, what is measured, and the table.
+    pub fn section(&self, heading: &str, about: &str) -> String {
+        format!("## {heading}\n\n{}\n\n{}", wrapped(about), self.text())
+    }
+
+    /// The table alone.
+    pub fn text(&self) -> String {
+        let columns = self.rows[0].len();
+        let width = |j: usize| self.rows.iter().map(|row| row[j].chars().count()).max().unwrap_or(0).max(3);
+        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let mut text = String::new();
+        for (i, row) in self.rows.iter().enumerate() {
+            for (j, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+                let _ =
+                    if j < self.names { write!(text, "| {cell:<width$} ") } else { write!(text, "| {cell:>width$} ") };
+            }
+            text.push_str("|\n");
+            if i == 0 {
+                for (j, &width) in widths.iter().enumerate() {
+                    let (line, end) = ("-".repeat(width + 1), if j < self.names { '-' } else { ':' });
+                    let _ = write!(text, "|{line}{end}");
+                }
+                text.push_str("|\n");
+            }
+        }
+        text
+    }
+}
+
+/// A paragraph in lines of at most [`WIDTH`] characters.
+fn wrapped(paragraph: &str) -> String {
+    let mut lines: Vec<String> = vec![];
+    for word in paragraph.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines.join("\n")
+}
+
+/// A figure to three digits, or in whole numbers where it has more.
+pub fn figure(value: f64) -> String {
+    let decimals = match value.abs() {
+        size if size >= 99.95 => 0,
+        size if size >= 9.995 => 1,
+        size if size >= 0.9995 || size == 0.0 => 2,
+        _ => 3,
+    };
+    format!("{value:.decimals$}")
+}
+
+/// A share in per cent.
+pub fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}

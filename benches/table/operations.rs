@@ -1,0 +1,98 @@
+//! How many operations a tick takes, counted as it runs.
+
+use trocar::engine::Observer;
+use trocar::metrics::MetricsObserver;
+use trocar::run::PACK;
+use trocar::scenario::Scenario;
+
+use crate::counted::{Counted, Counts};
+use crate::markdown::{Table, figure};
+use crate::shipped::{MEASURED, scenario_with};
+
+/// The operations of a tick, on average over a run.
+pub struct TickCounts {
+    /// Which of the measured scenarios.
+    pub name: &'static str,
+    /// How many cases side by side.
+    pub lanes: usize,
+    /// Whether metrics are in it.
+    pub metrics: bool,
+    /// All of a run.
+    counts: Counts,
+    ticks: f64,
+}
+
+impl TickCounts {
+    fn per_tick(&self, count: u64) -> f64 {
+        count as f64 / self.ticks
+    }
+
+    /// Additions, subtractions, multiplications, divisions, roots and extremes.
+    pub fn arithmetic(&self) -> f64 {
+        let Counts { add, mul, div, extreme, .. } = self.counts;
+        self.per_tick(add + mul + div + extreme)
+    }
+
+    /// Those, and comparisons, selections and signs: all that vector registers are needed for.
+    pub fn all(&self) -> f64 {
+        self.arithmetic() + self.per_tick(self.counts.select + self.counts.sign)
+    }
+}
+
+fn counts_of<const N: usize>(scenario: &Scenario, observer: &mut impl Observer<Counted<N>>) -> Counts {
+    let mut engine = scenario.exact_engine::<Counted<N>>(0).expect("a shipped scenario builds");
+    Counts::take();
+    engine.run(observer).expect("runs");
+    Counts::take()
+}
+
+fn with_and_without<const N: usize>(name: &'static str, scenario: &Scenario) -> [TickCounts; 2] {
+    let ticks = scenario.grid.ticks() as f64;
+    let mut observer = MetricsObserver::<Counted<N>>::new(scenario.grid, scenario.rupture_times_s().len());
+    let of = |metrics, counts| TickCounts { name, lanes: N, metrics, counts, ticks };
+    [of(false, counts_of::<N>(scenario, &mut ())), of(true, counts_of::<N>(scenario, &mut observer))]
+}
+
+/// The measured scenarios, singly and side by side, without metrics and with them.
+pub fn count() -> Vec<TickCounts> {
+    let of = |(name, file, settings)| {
+        let scenario = scenario_with(file, settings);
+        with_and_without::<1>(name, &scenario).into_iter().chain(with_and_without::<PACK>(name, &scenario))
+    };
+    MEASURED.into_iter().flat_map(of).collect()
+}
+
+/// The operations of a tick.
+pub fn section(all: &[TickCounts]) -> String {
+    let header = [
+        "operations per tick",
+        "cases",
+        "metrics",
+        "+ −",
+        "×",
+        "÷ √",
+        "min max",
+        "sign",
+        "compare, select",
+        "masks",
+        "arithmetic",
+    ];
+    let mut table = Table::new(3, &header);
+    for one in all {
+        let Counts { add, mul, div, extreme, sign, select, mask } = one.counts;
+        let names =
+            [one.name.to_owned(), one.lanes.to_string(), if one.metrics { "with" } else { "without" }.to_owned()];
+        let counts = [add, mul, div, extreme, sign, select, mask].map(|count| figure(one.per_tick(count)));
+        table.row(names.into_iter().chain(counts).chain([figure(one.arithmetic())]));
+    }
+    let about = format!(
+        "Counted by running the engine over a number that counts (`benches/table/counted.rs`), as an average over the \
+         run. {PACK} cases side by side share each operation, so that a figure is per tick and case whatever the \
+         lanes; they take more of them as what only one case needs is done for all, and differ here in their noise \
+         alone. Counted is what the source says: of it the compiler drops what nobody reads, as the fourth row of the \
+         slave's matrix where cases are side by side (four multiplications and three additions). Drawing noise, \
+         integers, and what is done lane by lane around an event are not counted. Arithmetic is the first four \
+         columns."
+    );
+    table.section("The operations of a tick", &about)
+}

@@ -1,0 +1,90 @@
+//! The components of a tick, each to be fed alone.
+
+use trocar::augmentation::{Situation, Supervisor};
+use trocar::detection::{Detector, Evidence};
+use trocar::engine::{ExactSides, Observer, Sides, Signals};
+use trocar::estimation::Estimator;
+use trocar::metrics::MetricsObserver;
+use trocar::sensor::Sensor;
+use trocar::tissue::Tissue;
+
+/// Something that is fed once a tick.
+pub trait Part: Clone {
+    /// What it is fed.
+    type Input: Copy;
+    /// Takes a tick's input; gives bits of what came out, so that nothing is optimised away.
+    fn tick(&mut self, input: &Self::Input) -> u64;
+}
+
+/// A part by its name, its input and its tick.
+macro_rules! part {
+    ($(#[$doc:meta])* $Name:ident($Inner:ty), $Input:ty, |$inner:ident, $input:ident| $tick:expr) => {
+        $(#[$doc])*
+        #[derive(Clone)]
+        pub struct $Name(pub $Inner);
+
+        impl Part for $Name {
+            type Input = $Input;
+
+            #[inline(always)]
+            fn tick(&mut self, $input: &$Input) -> u64 {
+                let $inner = &mut self.0;
+                $tick
+            }
+        }
+    };
+}
+
+part!(
+    /// Nothing: what feeding costs by itself.
+    Nothing(()), f64, |_nothing, input| input.to_bits()
+);
+part!(
+    /// Both sides.
+    BothSides(ExactSides<f64>), [f64; 4], |sides, input| {
+        let [desired_m, next_m, force_n, reference_m] = *input;
+        let stepped = sides.step(desired_m, next_m, force_n, reference_m).is_ok();
+        sides.slave().position_m.to_bits() ^ u64::from(stepped)
+    }
+);
+part!(
+    /// The tissue.
+    Met(Tissue<f64>), (u64, f64, f64), |tissue, input| {
+        let (tick, position_m, velocity_m_per_s) = *input;
+        let reaction = tissue.react(tick, position_m, velocity_m_per_s);
+        reaction.force_n.to_bits() ^ u64::from(reaction.ruptured)
+    }
+);
+part!(
+    /// The force sensor.
+    Sensed(Sensor<f64>), f64, |sensor, force_n| sensor.read_force(*force_n).to_bits()
+);
+part!(
+    /// The estimator of the paper.
+    Estimated(Estimator<f64>), [f64; 3], |estimator, input| {
+        let [force_n, depth_m, velocity_m_per_s] = *input;
+        estimator.update_papers(force_n, depth_m, velocity_m_per_s).residual_n.to_bits()
+    }
+);
+part!(
+    /// The detector with a squared distance.
+    Detected(Detector<f64>), Evidence<f64>, |detector, evidence| {
+        let decision = detector.update_square(evidence);
+        decision.decision.to_bits() ^ u64::from(decision.alarm)
+    }
+);
+part!(
+    /// The supervisor, asked as the engine asks it.
+    Supervised(Supervisor<f64>), Situation<f64>, |supervisor, situation| {
+        let passes = supervisor.passes_on(situation.alarm);
+        let command = if passes { supervisor.pass(situation) } else { supervisor.update(situation) };
+        command.slave_reference_m.to_bits() ^ command.feedback_force_n.to_bits()
+    }
+);
+part!(
+    /// The metrics.
+    Observed(MetricsObserver<f64>), Signals<f64>, |observer, signals| {
+        observer.observe(signals);
+        u64::from(observer.is_done())
+    }
+);

@@ -1,0 +1,89 @@
+//! A single run beside the loop that is written by hand.
+
+use std::hint::black_box;
+
+use crate::handwritten::Handwritten;
+use crate::markdown::{Table, figure};
+use crate::record::Inputs;
+use crate::shipped::{ready, scenario};
+use crate::timing::{Cost, elapsed_s, time_ns};
+
+/// The share of the slave's greatest excursion to which the hand-written loop has to agree with the engine.
+const AGREEMENT: f64 = 1e-9;
+
+/// The baseline of the augmented scenario, once it has given the engine's trajectory.
+fn baseline() -> (Handwritten, Vec<f64>) {
+    let scenario = scenario("augmented");
+    let (engine, mut observer) = ready(&scenario);
+    let inputs = Inputs::of(&engine);
+    let last = inputs.sides.last().map(|side| side[1]);
+    let desired_m = inputs.sides.iter().map(|side| side[0]).chain(last).collect();
+    let handwritten = Handwritten::new(&scenario, desired_m, inputs.sensor.clone());
+    let mut slave_m = vec![0.0; handwritten.ticks()];
+    let alarms = handwritten.run(&mut slave_m);
+    engine.clone().run(&mut observer).expect("runs");
+    let events = observer.metrics(0).alarms.len() as u64;
+    assert!(events > 0 && alarms == events, "{alarms} alarms by hand, {events} by the engine");
+    let of_engine = inputs.observer.iter().map(|signals| signals.slave_position_m);
+    let peak_m = of_engine.clone().fold(0.0, |peak: f64, x| peak.max(x.abs()));
+    let apart_m = of_engine.zip(&slave_m).fold(0.0, |most: f64, (x, y)| most.max((x - y).abs()));
+    assert!(apart_m <= AGREEMENT * peak_m, "{apart_m} m apart where the peak is {peak_m} m");
+    eprintln!("  by hand and by the engine: {:.1e} of the peak apart", apart_m / peak_m);
+    (handwritten, slave_m)
+}
+
+/// The baseline as it is, and where the machine has it compiled for AVX2, as the engine is.
+#[allow(unsafe_code, reason = "calling a function that is compiled for an instruction set")]
+fn baseline_costs() -> Vec<(&'static str, Cost)> {
+    let (handwritten, mut slave_m) = baseline();
+    let ticks = handwritten.ticks() as f64;
+    let plain = time_ns(ticks, || {
+        elapsed_s(|| {
+            black_box(black_box(&handwritten).run(black_box(&mut slave_m)));
+        })
+    });
+    let mut costs = vec![("written by hand", plain)];
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        let wide = time_ns(ticks, || {
+            elapsed_s(|| {
+                // SAFETY: the machine has the instructions that the function is compiled for, as was just asked.
+                black_box(unsafe { black_box(&handwritten).run_avx2(black_box(&mut slave_m)) });
+            })
+        });
+        costs.push(("written by hand, for AVX2", wide));
+    }
+    costs
+}
+
+/// A single run.
+pub fn section() -> String {
+    let mut costs: Vec<_> = baseline_costs().into_iter().map(|(name, cost)| (name.to_owned(), cost)).collect();
+    let reference = costs.iter().map(|(_, cost)| cost.best).fold(f64::INFINITY, f64::min);
+    for name in ["augmented", "classical", "01_through_the_skin"] {
+        let scenario = scenario(name);
+        let (engine, observer) = ready(&scenario);
+        let ticks = scenario.grid.ticks() as f64;
+        let bare = time_ns(ticks, || {
+            let mut engine = engine.clone();
+            elapsed_s(|| engine.run(&mut ()).expect("runs"))
+        });
+        let with_metrics = time_ns(ticks, || {
+            let (mut engine, mut observer) = (engine.clone(), observer.clone());
+            elapsed_s(|| engine.run(&mut observer).expect("runs"))
+        });
+        costs.push((format!("`{name}` without metrics"), bare));
+        costs.push((format!("`{name}`"), with_metrics));
+    }
+    let mut table = Table::new(1, &["ns per tick", "best", "median", "best / by hand"]);
+    for (name, cost) in costs {
+        table.row([name, figure(cost.best), figure(cost.median), figure(cost.best / reference)]);
+    }
+    let about = format!(
+        "From a ready engine to its metrics, one case, one thread. The loop written by hand \
+         (`benches/table/handwritten.rs`) does the `augmented` experiment and no other, without metrics; its slave was \
+         just found within {AGREEMENT:.0e} of its peak of the engine's over the whole run. Ratios are to the quicker \
+         of its two."
+    );
+    table.section("A single run beside a loop written by hand", &about)
+}

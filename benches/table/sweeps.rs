@@ -1,0 +1,92 @@
+//! Sweeps end to end: the program itself, from a sweep file to its results.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::markdown::{Table, figure};
+use crate::timing::{Cost, elapsed_s};
+
+const TICK_S: f64 = 1e-3;
+
+/// A sweep over force scale, threshold and seeds of the shipped augmented scenario.
+pub struct Sweep {
+    /// How many force scales and thresholds.
+    pub axes: (u64, u64),
+    /// How many seeds.
+    pub seeds: u64,
+    /// How long each case is, in s.
+    pub duration_s: f64,
+    /// Noise on the force in N.
+    pub noise_n: f64,
+}
+
+impl Sweep {
+    /// How many cases.
+    pub fn cases(&self) -> u64 {
+        self.axes.0 * self.axes.1 * self.seeds
+    }
+
+    /// Ticks of all cases.
+    pub fn case_ticks(&self) -> f64 {
+        self.cases() as f64 * (self.duration_s / TICK_S).round()
+    }
+
+    fn text(&self) -> String {
+        let Self { axes: (scales, thresholds), seeds, duration_s, noise_n } = self;
+        format!(
+            "base = \"builtin:augmented.toml\"\n\
+             seeds = {seeds}\n\
+             metrics = [\"detected_ruptures\", \"false_alarms\", \"tissue_energy_j\"]\n\
+             focus = [\"tissue_energy_j\"]\n\
+             csv = false\n\
+             [set]\n\
+             simulation.duration_s = {duration_s:?}\n\
+             sensor.force_noise_std_n = {noise_n:?}\n\
+             [axes]\n\
+             scaling.force = {{ from = 0.5, to = 2.0, points = {scales} }}\n\
+             detector.threshold = {{ from = 2e-3, to = 2e-1, points = {thresholds}, log = true }}\n"
+        )
+    }
+
+    /// Runs it with the program, so many times; the best and the median in s.
+    pub fn run_s(&self, threads: usize, times: usize) -> Cost {
+        let run = |_| {
+            let folder = tempfile::tempdir().expect("there is a temporary directory");
+            let file = folder.path().join("bench.toml");
+            std::fs::write(&file, self.text()).expect("the sweep file can be written");
+            elapsed_s(|| sweep(&file, threads))
+        };
+        Cost::of((0..times).map(run).collect())
+    }
+}
+
+fn sweep(file: &Path, threads: usize) {
+    let out = file.with_file_name("out");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trocar"));
+    command.arg("sweep").arg(file).args(["--quiet", "--threads", &threads.to_string(), "--out"]).arg(out);
+    let status = command.stdout(Stdio::null()).status().expect("the program starts");
+    assert!(status.success(), "trocar sweep: {status}");
+}
+
+/// Sweeps on one thread and on two.
+pub fn section() -> String {
+    let header = ["sweep", "threads", "s, best", "s, median", "ns per tick and case", "one thread / this"];
+    let mut table = Table::new(1, &header);
+    for (name, noise_n) in [("augmented", 0.0), ("augmented, noise", 0.025)] {
+        let sweep = Sweep { axes: (40, 25), seeds: 8, duration_s: 7.0, noise_n };
+        let mut single = f64::NAN;
+        for threads in [1, 2] {
+            let cost = sweep.run_s(threads, 5);
+            if threads == 1 {
+                single = cost.best;
+            }
+            let ns = figure(1e9 * cost.best / sweep.case_ticks());
+            let figures = [threads.to_string(), figure(cost.best), figure(cost.median), ns, figure(single / cost.best)];
+            table.row([name.to_owned()].into_iter().chain(figures));
+        }
+    }
+    let about = "`trocar sweep` as a process: 8000 insertions of 7 s (40 force scales, 25 thresholds, 8 seeds; 5.6·10⁷ \
+         ticks), from the sweep file to Parquet, summary and heat maps. Two threads gain less where they share a core, \
+         or other programs run.";
+    table.section("A sweep end to end", about)
+}
