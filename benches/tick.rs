@@ -8,7 +8,6 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use nalgebra::{SMatrix, SVector};
 use trocar::engine::{Engine, ExactSides, IntegratedSides, Sides};
 use trocar::metrics::MetricsObserver;
 use trocar::plant::{
@@ -43,34 +42,51 @@ fn full(engine: &mut Engine<f64, ExactSides<f64>>, observer: &mut MetricsObserve
 
 /// The sides without anything around them: two matrices times their states and inputs, as anyone would write it.
 struct Baseline {
-    master: SMatrix<f64, MASTER_STATES, MASTER_STATES>,
-    master_inputs: SMatrix<f64, MASTER_STATES, 3>,
-    slave: SMatrix<f64, SLAVE_STATES, SLAVE_STATES>,
-    slave_input: SVector<f64, SLAVE_STATES>,
+    /// Row by row: states, then `x_d` now and next, and `F_ed`.
+    master: [[f64; MASTER_STATES + 3]; MASTER_STATES],
+    /// Row by row: states, then `x_ref`.
+    slave: [[f64; SLAVE_STATES + 1]; SLAVE_STATES],
+}
+
+/// A matrix times a vector.
+#[inline(always)]
+fn times<const ROWS: usize, const COLUMNS: usize>(
+    matrix: &[[f64; COLUMNS]; ROWS],
+    inputs: [f64; COLUMNS],
+) -> [f64; ROWS] {
+    let mut product = [0.0; ROWS];
+    for j in 0..COLUMNS {
+        for i in 0..ROWS {
+            product[i] += matrix[i][j] * inputs[j];
+        }
+    }
+    product
 }
 
 impl Baseline {
     fn new() -> Self {
         let (master, slave) = steps();
         let inputs = [master.desired_now, master.desired_next, master.feedback];
+        let states = |i: usize, j: usize| master.transition[i][j];
         Self {
-            master: SMatrix::from_fn(|i, j| master.transition[i][j]),
-            master_inputs: SMatrix::from_fn(|i, j| inputs[j][i]),
-            slave: SMatrix::from_fn(|i, j| slave.transition[i][j]),
-            slave_input: SVector::from(slave.reference),
+            master: std::array::from_fn(|i| {
+                std::array::from_fn(|j| if j < MASTER_STATES { states(i, j) } else { inputs[j - MASTER_STATES][i] })
+            }),
+            slave: std::array::from_fn(|i| {
+                std::array::from_fn(|j| if j < SLAVE_STATES { slave.transition[i][j] } else { slave.reference[i] })
+            }),
         }
     }
 
     fn run(&self, ticks: u64) -> f64 {
-        let mut master = SVector::<f64, MASTER_STATES>::zeros();
-        let mut slave = SVector::<f64, SLAVE_STATES>::zeros();
+        let (mut master, mut slave) = ([0.0; MASTER_STATES], [0.0; SLAVE_STATES]);
         let mut desired = 0.0;
         for tick in 0..ticks {
             let desired_next = 1e-5 * (tick + 1) as f64;
             let force = 100.0 * slave[0];
-            let reference = master[0];
-            master = self.master * master + self.master_inputs * SVector::<f64, 3>::new(desired, desired_next, force);
-            slave = self.slave * slave + self.slave_input * reference;
+            let ([x_h, v_h, x_a, v_a, integral], [x_e, v_e, third]) = (master, slave);
+            master = times(&self.master, [x_h, v_h, x_a, v_a, integral, desired, desired_next, force]);
+            slave = times(&self.slave, [x_e, v_e, third, x_h]);
             desired = desired_next;
         }
         master[0] + slave[0]
