@@ -2,10 +2,12 @@
 //!
 //! `full` is a run with its metrics, `bare` one that nobody observes, `baseline` the two matrix products alone: the
 //! ratio full / baseline says how much the rest of the tick costs, whatever the machine. Criterion gives the throughput
-//! in ticks (elements) a second; the table before it gives the best of many runs in ns a tick.
+//! in ticks (elements) a second; `cargo bench --bench table` gives ns.
+
+#[path = "table/shipped.rs"]
+mod shipped;
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use trocar::engine::{Engine, ExactSides, IntegratedSides, Sides};
@@ -13,21 +15,12 @@ use trocar::metrics::MetricsObserver;
 use trocar::plant::{
     ArmParameters, ControlTiming, MASTER_STATES, MasterParameters, MasterStep, SLAVE_STATES, SlaveParameters, SlaveStep,
 };
-use trocar::scenario::{Scenario, Source};
+
+use shipped::scenario;
 
 const TICK_S: f64 = 1e-3;
 /// Layers, noise on the force, the loop closed.
 const LAYERED: &str = "01_through_the_skin";
-const MOST_TIMED: usize = 300;
-
-fn scenario(name: &str) -> Scenario {
-    scenario_with(name, &[])
-}
-
-fn scenario_with(name: &str, settings: &[String]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    Scenario::load(&Source::parse(&path), settings).expect("loads")
-}
 
 fn steps() -> (MasterStep, SlaveStep) {
     let timing = ControlTiming::Continuous;
@@ -93,64 +86,6 @@ impl Baseline {
     }
 }
 
-/// The shortest and the median of many runs, in ns a tick.
-fn time_ns(ticks: u64, mut run: impl FnMut() -> f64) -> (f64, f64) {
-    let mut times: Vec<f64> = (0..MOST_TIMED).map(|_| 1e9 * run() / ticks as f64).collect();
-    times.sort_by(f64::total_cmp);
-    (times[0], times[MOST_TIMED / 2])
-}
-
-fn elapsed_s(run: impl FnOnce()) -> f64 {
-    let start = Instant::now();
-    run();
-    start.elapsed().as_secs_f64()
-}
-
-/// Prints ns a tick and the ratio to the baseline, all measured in the same minute.
-fn table(_: &mut Criterion) {
-    println!("{:<22} {:>12} {:>12} {:>16}", "ns per tick", "best", "median", "best / baseline");
-    let baseline = Baseline::new();
-    let ticks = scenario("classical").grid.ticks();
-    let reference = time_ns(ticks, || {
-        elapsed_s(|| {
-            black_box(baseline.run(black_box(ticks)));
-        })
-    });
-    let row = |name: &str, (best, median): (f64, f64)| {
-        println!("{name:<22} {best:>12.2} {median:>12.2} {:>16.2}", best / reference.0);
-    };
-    row("baseline", reference);
-    for name in ["classical", "augmented", LAYERED] {
-        let scenario = scenario(name);
-        let engine = scenario.exact_engine::<f64>(0).expect("builds");
-        let ticks = scenario.grid.ticks();
-        let with_metrics = time_ns(ticks, || {
-            let (mut engine, mut observer) = (engine.clone(), MetricsObserver::new(scenario.grid, 4));
-            elapsed_s(|| full(&mut engine, &mut observer))
-        });
-        row(&format!("full/{name}"), with_metrics);
-        let bare = time_ns(ticks, || {
-            let mut engine = engine.clone();
-            elapsed_s(|| engine.run(&mut ()).expect("runs"))
-        });
-        row(&format!("bare/{name}"), bare);
-    }
-    for (name, key) in [
-        ("exponential forgetting", "forgetting=exponential"),
-        ("with friction", "parameters=stiffness-damping-friction"),
-        ("least residual", "parameters=least-residual"),
-        ("Hunt-Crossley", "parameters=hunt-crossley"),
-    ] {
-        let scenario = scenario_with("classical", &[format!("estimator.{key}")]);
-        let engine = scenario.exact_engine::<f64>(0).expect("builds");
-        let with_metrics = time_ns(scenario.grid.ticks(), || {
-            let (mut engine, mut observer) = (engine.clone(), MetricsObserver::new(scenario.grid, 4));
-            elapsed_s(|| full(&mut engine, &mut observer))
-        });
-        row(name, with_metrics);
-    }
-}
-
 fn ticks(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("tick");
     for name in ["classical", "augmented", LAYERED] {
@@ -198,5 +133,5 @@ fn sides(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, table, ticks, sides);
+criterion_group!(benches, ticks, sides);
 criterion_main!(benches);

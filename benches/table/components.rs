@@ -5,8 +5,9 @@ use std::hint::black_box;
 use crate::markdown::{Table, figure};
 use crate::parts::{BothSides, Detected, Estimated, Met, Nothing, Observed, Part, Sensed, Supervised};
 use crate::record::Inputs;
-use crate::shipped::{ready, scenario};
+use crate::shipped::scenario;
 use crate::timing::{Cost, elapsed_s, time_ns};
+use crate::whole::{bare_ns, full_ns, ready};
 
 /// How many ticks are fed at once: their inputs fit into the nearest cache, where a tick would find them.
 const AT_ONCE: usize = 128;
@@ -60,16 +61,7 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     let scenario = scenario(name);
     let (engine, observer) = ready(&scenario);
     let inputs = Inputs::of(&engine);
-    let ticks = scenario.grid.ticks() as f64;
     let is_noisy = !engine.sensor.reads_force_exactly();
-    let bare = time_ns(ticks, || {
-        let mut engine = engine.clone();
-        elapsed_s(|| engine.run(&mut ()).expect("runs"))
-    });
-    let with_metrics = time_ns(ticks, || {
-        let (mut engine, mut observer) = (engine.clone(), observer.clone());
-        elapsed_s(|| engine.run(&mut observer).expect("runs"))
-    });
     vec![
         ("nothing (the loop that feeds)", Some(cost_ns(&Nothing(()), &inputs.sensor))),
         ("both sides, stepped exactly", Some(cost_ns(&BothSides(engine.sides.clone()), &inputs.sides))),
@@ -79,8 +71,8 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
         ("detector", Some(cost_ns(&Detected(engine.detector.clone()), &inputs.detector))),
         ("supervisor", Some(cost_ns(&Supervised(engine.supervisor.clone()), &inputs.supervisor))),
         ("metrics", Some(cost_ns(&Observed(observer), &inputs.observer))),
-        ("the whole tick without metrics", Some(bare)),
-        ("the whole tick", Some(with_metrics)),
+        ("the whole tick without metrics", Some(bare_ns(&scenario))),
+        ("the whole tick", Some(full_ns(&scenario))),
     ]
 }
 

@@ -1,13 +1,12 @@
 //! Eight cases side by side, by instruction set.
 
-use std::hint::black_box;
-
 use trocar::engine::InstructionSet;
-use trocar::run::{PACK, measure as measure_one, run_pack_in};
-use trocar::scenario::Scenario;
+use trocar::run::PACK;
 
 use crate::markdown::{Table, figure};
-use crate::shipped::{MEASURED, available, name_of, scenario_with};
+use crate::measured::{MEASURED, available, name_of};
+use crate::shipped::scenario_with;
+use crate::side_by_side::{cases, run_in, run_singly};
 use crate::timing::{Cost, elapsed_s, time_ns};
 
 /// What a pack of a scenario costs; without a set, its cases one after the other.
@@ -20,18 +19,6 @@ pub struct PackCost {
     pub ns: Cost,
 }
 
-/// Cases that differ in the force scale, the threshold and the seed.
-fn cases(base: &Scenario) -> Vec<Scenario> {
-    let case = |i: usize| {
-        let mut case = base.clone();
-        case.link.machines.force_scale *= 0.8 + 0.05 * i as f64;
-        case.detector.cusum.threshold *= 0.9 + 0.03 * i as f64;
-        case.seed = 100 + i as u64;
-        case
-    };
-    (0..PACK).map(case).collect()
-}
-
 /// Every measured scenario in every instruction set, and singly.
 pub fn measure() -> Vec<PackCost> {
     let mut costs = vec![];
@@ -39,22 +26,10 @@ pub fn measure() -> Vec<PackCost> {
         let cases = cases(&scenario_with(file, settings));
         let items = cases[0].grid.ticks() as f64 * cases.len() as f64;
         for set in available().filter(|&set| set != InstructionSet::Baseline) {
-            let ns = time_ns(items, || {
-                elapsed_s(|| {
-                    for metrics in black_box(run_pack_in(set, black_box(&cases))) {
-                        metrics.expect("runs");
-                    }
-                })
-            });
+            let ns = time_ns(items, || elapsed_s(|| run_in(set, &cases)));
             costs.push(PackCost { name, set: Some(set), ns });
         }
-        let ns = time_ns(items, || {
-            elapsed_s(|| {
-                for case in &cases {
-                    black_box(measure_one(black_box(case)).expect("runs"));
-                }
-            })
-        });
+        let ns = time_ns(items, || elapsed_s(|| run_singly(&cases)));
         costs.push(PackCost { name, set: None, ns });
     }
     costs

@@ -1,9 +1,10 @@
 //! What ten times as many cases or ticks cost.
 
 use crate::markdown::{Table, figure};
-use crate::shipped::{ready, scenario_with};
+use crate::shipped::scenario_with;
 use crate::sweeps::Sweep;
-use crate::timing::{Cost, elapsed_s, time_ns};
+use crate::timing::Cost;
+use crate::whole::full_ns;
 
 /// Ticks of each case where cases grow.
 const CASE_S: f64 = 0.1;
@@ -36,12 +37,8 @@ fn ticks() -> Table {
         let ticks = 10_f64.powi(exponent as i32);
         let duration = format!("simulation.duration_s={}", ticks * 1e-3);
         let scenario = scenario_with("classical", &["operator.kind=sine", "tissue.kind=kelvin-voigt", &duration]);
-        let (engine, observer) = ready(&scenario);
         assert_eq!(scenario.grid.ticks() as f64, ticks);
-        let cost = time_ns(ticks, || {
-            let (mut engine, mut observer) = (engine.clone(), observer.clone());
-            elapsed_s(|| engine.run(&mut observer).expect("runs"))
-        });
+        let cost = full_ns(&scenario);
         table.row([power(exponent), figure(1e-3 * ticks * cost.best), figure(cost.best), figure(cost.median)]);
     }
     table

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use crate::markdown::Table;
-use crate::shipped::{available, name_of};
+use crate::measured::{available, name_of};
 use crate::timing::{elapsed_s, time_ns};
 
 /// Rotations, and as many exclusive ors, in a run of the clock's measurement.

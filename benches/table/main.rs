@@ -10,15 +10,18 @@ mod lanes;
 mod linear;
 mod machine;
 mod markdown;
+mod measured;
 mod operations;
 mod parts;
 mod peak;
 mod record;
 mod share;
 mod shipped;
+mod side_by_side;
 mod single;
 mod sweeps;
 mod timing;
+mod whole;
 
 use std::io::Write;
 use std::path::Path;

@@ -7,7 +7,8 @@ use trocar::scenario::Scenario;
 
 use crate::counted::{Counted, Counts};
 use crate::markdown::{Table, figure};
-use crate::shipped::{MEASURED, scenario_with};
+use crate::measured::MEASURED;
+use crate::shipped::scenario_with;
 
 /// The operations of a tick, on average over a run.
 pub struct TickCounts {

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use trocar::engine::InstructionSet;
 
-use crate::shipped::available;
+use crate::measured::available;
 use crate::timing::{elapsed_s, time_ns};
 
 /// Registers that are multiplied and added to in turn: enough that none waits for its last result, few enough for 16

@@ -4,9 +4,9 @@ use trocar::engine::InstructionSet;
 
 use crate::lanes::{PackCost, way_of};
 use crate::markdown::{Table, figure, percent};
+use crate::measured::name_of;
 use crate::operations::TickCounts;
 use crate::peak::Peak;
-use crate::shipped::name_of;
 
 /// The peaks, and the share of them that is reached.
 pub fn section(peaks: &[Peak], counts: &[TickCounts], costs: &[PackCost]) -> String {

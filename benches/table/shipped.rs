@@ -1,7 +1,5 @@
-//! The shipped scenarios that are measured.
+//! The shipped scenarios.
 
-use trocar::engine::{Engine, ExactSides, InstructionSet};
-use trocar::metrics::MetricsObserver;
 use trocar::scenario::{Scenario, Source};
 
 /// A shipped scenario as it is.
@@ -14,38 +12,4 @@ pub fn scenario_with(name: &str, settings: &[&str]) -> Scenario {
     let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     Scenario::load(&Source::parse(&path), &settings).expect("a shipped scenario loads")
-}
-
-/// Its engine and an observer for it, ready.
-pub fn ready(scenario: &Scenario) -> (Engine<f64, ExactSides<f64>>, MetricsObserver<f64>) {
-    let engine = scenario.exact_engine(0).expect("a shipped scenario builds");
-    (engine, MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()))
-}
-
-/// The noise of the paper's force cell (4.1).
-pub const NOISE: &str = "sensor.force_noise_std_n=0.025";
-
-/// The scenarios of which more than one thing is measured: what they are called here, the file, and what is set
-/// besides.
-pub const MEASURED: [(&str, &str, &[&str]); 5] = [
-    ("augmented", "augmented", &[]),
-    ("augmented, noise", "augmented", &[NOISE]),
-    ("classical", "classical", &[]),
-    ("through the skin", "01_through_the_skin", &[]),
-    ("depth, augmented", "depth_augmented", &[]),
-];
-
-/// The instruction sets that this machine has.
-pub fn available() -> impl Iterator<Item = InstructionSet> {
-    InstructionSet::ALL.into_iter().filter(|set| set.is_available())
-}
-
-/// How an instruction set is called.
-pub fn name_of(set: InstructionSet) -> &'static str {
-    match set {
-        InstructionSet::Avx512 => "AVX-512",
-        InstructionSet::Avx2 => "AVX2",
-        InstructionSet::Baseline if cfg!(target_arch = "x86_64") => "SSE2",
-        InstructionSet::Baseline => "baseline",
-    }
 }

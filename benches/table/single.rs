@@ -5,11 +5,20 @@ use std::hint::black_box;
 use crate::handwritten::Handwritten;
 use crate::markdown::{Table, figure};
 use crate::record::Inputs;
-use crate::shipped::{ready, scenario};
+use crate::shipped::{scenario, scenario_with};
 use crate::timing::{Cost, elapsed_s, time_ns};
+use crate::whole::{bare_ns, full_ns, ready};
 
 /// The share of the slave's greatest excursion to which the hand-written loop has to agree with the engine.
 const AGREEMENT: f64 = 1e-9;
+
+/// Estimators that take the tick off its straight way.
+const ESTIMATORS: [(&str, &str); 4] = [
+    ("exponential forgetting", "estimator.forgetting=exponential"),
+    ("with friction", "estimator.parameters=stiffness-damping-friction"),
+    ("least residual", "estimator.parameters=least-residual"),
+    ("Hunt-Crossley", "estimator.parameters=hunt-crossley"),
+];
 
 /// The baseline of the augmented scenario, once it has given the engine's trajectory.
 fn baseline() -> (Handwritten, Vec<f64>) {
@@ -62,18 +71,12 @@ pub fn section() -> String {
     let reference = costs.iter().map(|(_, cost)| cost.best).fold(f64::INFINITY, f64::min);
     for name in ["augmented", "classical", "01_through_the_skin"] {
         let scenario = scenario(name);
-        let (engine, observer) = ready(&scenario);
-        let ticks = scenario.grid.ticks() as f64;
-        let bare = time_ns(ticks, || {
-            let mut engine = engine.clone();
-            elapsed_s(|| engine.run(&mut ()).expect("runs"))
-        });
-        let with_metrics = time_ns(ticks, || {
-            let (mut engine, mut observer) = (engine.clone(), observer.clone());
-            elapsed_s(|| engine.run(&mut observer).expect("runs"))
-        });
-        costs.push((format!("`{name}` without metrics"), bare));
-        costs.push((format!("`{name}`"), with_metrics));
+        costs.push((format!("`{name}` without metrics"), bare_ns(&scenario)));
+        costs.push((format!("`{name}`"), full_ns(&scenario)));
+    }
+    for (name, setting) in ESTIMATORS {
+        let scenario = scenario_with("classical", &[setting]);
+        costs.push((format!("`classical`, {name}"), full_ns(&scenario)));
     }
     let mut table = Table::new(1, &["ns per tick", "best", "median", "best / by hand"]);
     for (name, cost) in costs {
@@ -83,7 +86,7 @@ pub fn section() -> String {
         "From a ready engine to its metrics, one case, one thread. The loop written by hand \
          (`benches/table/handwritten.rs`) does the `augmented` experiment and no other, without metrics; its slave was \
          just found within {AGREEMENT:.0e} of its peak of the engine's over the whole run. Ratios are to the quicker \
-         of its two."
+         of its two. The last four are other estimators than the paper's."
     );
     table.section("A single run beside a loop written by hand", &about)
 }

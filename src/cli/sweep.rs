@@ -88,8 +88,8 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
         if shard.is_whole() {
-            // Killed between its last two steps.
-            let _ = std::fs::remove_file(folder.path().join(CASES));
+            // It was killed between its last two steps.
+            drop_packs(&folder);
         }
         return report(&folder, &args.output, "done already");
     }
@@ -112,8 +112,13 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     });
     let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]), report: line };
     finish(&folder, whole, &args.output)?;
-    let _ = std::fs::remove_file(folder.path().join(CASES));
+    drop_packs(&folder);
     Ok(())
+}
+
+/// Removes what the packs were kept in, once they are in the tables: of no use any more, and no harm.
+fn drop_packs(folder: &Folder) {
+    let _ = std::fs::remove_file(folder.path().join(CASES));
 }
 
 /// Runs what a part does not have yet; gives how many of its cases are done.

@@ -92,10 +92,8 @@ impl<L: Lane> ExactSides<L> {
     /// Adds what a change of the reference (m) does to the slave.
     #[inline(always)]
     pub(super) fn pull(&mut self, column: &[L; SLAVE_STATES], reference: L) {
-        let [x_e, v_e, third, even] = self.slave_state;
-        let [to_x_e, to_v_e, to_third] = *column;
-        let with = |state, effect| state + effect * reference;
-        self.slave_state = [with(x_e, to_x_e), with(v_e, to_v_e), with(third, to_third), even];
+        let [x_e, v_e, third] = by_index!(SLAVE_STATES, |i| self.slave_state[i] + column[i] * reference);
+        self.slave_state = [x_e, v_e, third, self.slave_state[SLAVE_STATES]];
     }
 }
 

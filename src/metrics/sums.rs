@@ -152,53 +152,37 @@ impl<L: Lane> Sums<L> {
     /// The sums of lane `index` over `count` samples: by itself, as what is done after a run is not done in its instruction set.
     pub(super) fn totals_of(&self, index: usize, count: u64) -> Totals {
         let Self { waiting, partial } = self;
-        let lanes = |all: &[L; BLOCK]| -> [f64; BLOCK] { std::array::from_fn(|at| all[at].lane(index)) };
-        let ways = |all: &[L; WAYS]| -> [f64; WAYS] { std::array::from_fn(|way| all[way].lane(index)) };
-        let lane = Sums {
-            waiting: Block {
-                residual_n: lanes(&waiting.residual_n),
-                slave_m: lanes(&waiting.slave_m),
-                reference_m: lanes(&waiting.reference_m),
-                operator_power_w: lanes(&waiting.operator_power_w),
-                tissue_power_w: lanes(&waiting.tissue_power_w),
-                tissue_force_n: lanes(&waiting.tissue_force_n),
-            },
-            partial: Partial {
-                absolute_residual: ways(&partial.absolute_residual),
-                squared_tracking_error: ways(&partial.squared_tracking_error),
-                operator_power: ways(&partial.operator_power),
-                tissue_power: ways(&partial.tissue_power),
-                least_force: ways(&partial.least_force),
-                greatest_force: ways(&partial.greatest_force),
-            },
+        let (still_waiting, neutral) = (count as usize % BLOCK, Sample::<f64>::neutral());
+        let rest = |all: &[L; BLOCK], nothing: f64| -> [f64; BLOCK] {
+            std::array::from_fn(|at| if at < still_waiting { all[at].lane(index) } else { nothing })
         };
-        lane.totals(count)
-    }
-}
-
-impl Sums<f64> {
-    /// The sums over `count` samples.
-    fn totals(&self, count: u64) -> Totals {
-        let mut rest = Block::neutral();
-        let mut partial = self.partial;
-        let waiting = count as usize % BLOCK;
-        rest.residual_n[..waiting].copy_from_slice(&self.waiting.residual_n[..waiting]);
-        rest.slave_m[..waiting].copy_from_slice(&self.waiting.slave_m[..waiting]);
-        rest.reference_m[..waiting].copy_from_slice(&self.waiting.reference_m[..waiting]);
-        rest.operator_power_w[..waiting].copy_from_slice(&self.waiting.operator_power_w[..waiting]);
-        rest.tissue_power_w[..waiting].copy_from_slice(&self.waiting.tissue_power_w[..waiting]);
-        rest.tissue_force_n[..waiting].copy_from_slice(&self.waiting.tissue_force_n[..waiting]);
-        partial.add(&rest);
+        let ways = |all: &[L; WAYS]| all.map(|way| way.lane(index));
+        let mut sums = Partial {
+            absolute_residual: ways(&partial.absolute_residual),
+            squared_tracking_error: ways(&partial.squared_tracking_error),
+            operator_power: ways(&partial.operator_power),
+            tissue_power: ways(&partial.tissue_power),
+            least_force: ways(&partial.least_force),
+            greatest_force: ways(&partial.greatest_force),
+        };
+        sums.add(&Block {
+            residual_n: rest(&waiting.residual_n, neutral.residual_n),
+            slave_m: rest(&waiting.slave_m, neutral.slave_m),
+            reference_m: rest(&waiting.reference_m, neutral.reference_m),
+            operator_power_w: rest(&waiting.operator_power_w, neutral.operator_power_w),
+            tissue_power_w: rest(&waiting.tissue_power_w, neutral.tissue_power_w),
+            tissue_force_n: rest(&waiting.tissue_force_n, neutral.tissue_force_n),
+        });
         let sum = |ways: [f64; WAYS]| (ways[0] + ways[1]) + (ways[2] + ways[3]);
         let least = |ways: [f64; WAYS]| ways[0].min(ways[1]).min(ways[2].min(ways[3]));
         let greatest = |ways: [f64; WAYS]| ways[0].max(ways[1]).max(ways[2].max(ways[3]));
         Totals {
-            absolute_residual_n: sum(partial.absolute_residual),
-            squared_tracking_error_m2: sum(partial.squared_tracking_error),
-            operator_power_w: sum(partial.operator_power),
-            tissue_power_w: sum(partial.tissue_power),
-            least_force_n: least(partial.least_force),
-            greatest_force_n: greatest(partial.greatest_force),
+            absolute_residual_n: sum(sums.absolute_residual),
+            squared_tracking_error_m2: sum(sums.squared_tracking_error),
+            operator_power_w: sum(sums.operator_power),
+            tissue_power_w: sum(sums.tissue_power),
+            least_force_n: least(sums.least_force),
+            greatest_force_n: greatest(sums.greatest_force),
         }
     }
 }

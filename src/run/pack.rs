@@ -27,21 +27,17 @@ pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
 
 /// [`run_pack`] in a given instruction set, or one after the other where the machine has not got it.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    run_packs(set, None, scenarios)
+    run_packs(set, &mut NoiseBank::new(0), scenarios)
 }
 
 /// [`run_pack`] with noise that runs of the same seed share: the same bits, sooner.
 pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    run_packs(InstructionSet::widest(), Some(bank), scenarios)
+    run_packs(InstructionSet::widest(), bank, scenarios)
 }
 
-fn run_packs(
-    set: InstructionSet,
-    mut bank: Option<&mut NoiseBank>,
-    scenarios: &[Scenario],
-) -> Vec<Result<Metrics, RunError>> {
+fn run_packs(set: InstructionSet, bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     let set = if set.is_available() { set } else { InstructionSet::Baseline };
-    scenarios.chunks(PACK).flat_map(|pack| run_eight(set, bank.as_deref_mut(), pack)).collect()
+    scenarios.chunks(PACK).flat_map(|pack| run_eight(set, bank, pack)).collect()
 }
 
 /// Whether scenarios, [`PACK`] of them at most, can be run side by side on this machine.
@@ -51,17 +47,11 @@ pub fn can_share(scenarios: &[Scenario]) -> bool {
 }
 
 /// Up to eight scenarios.
-fn run_eight(
-    set: InstructionSet,
-    bank: Option<&mut NoiseBank>,
-    scenarios: &[Scenario],
-) -> Vec<Result<Metrics, RunError>> {
+fn run_eight(set: InstructionSet, bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     let enough = scenarios.len() >= FEWEST && set != InstructionSet::Baseline;
     let engines = if enough { Engines::of(scenarios) } else { None };
     let together = engines.and_then(|mut engines| {
-        if let Some(bank) = bank {
-            engines.share_noise(bank);
-        }
+        engines.share_noise(bank);
         engines.run(set, scenarios)
     });
     match together {

@@ -11,6 +11,7 @@ use super::plan::{CaseMaker, Plan};
 use super::stability::LoopOfCase;
 use crate::metrics;
 use crate::run::{RunError, run_pack_sharing};
+use crate::scenario::Scenario;
 use crate::sensor::NoiseBank;
 
 /// Numbers of noise that all threads keep together, 64 MB of them.
@@ -47,23 +48,14 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
         }
     };
     let work = || {
-        let (mut maker, mut rows, mut scenarios) = (plan.maker(), PackRows::default(), vec![]);
-        // Only where there are several points does a seed come again.
-        let comes_again = plan.design.points().is_some_and(|points| points > 1);
-        let mut bank = NoiseBank::new(if comes_again { MOST_NUMBERS_KEPT / threads.max(1) } else { 0 });
+        let mut worker = Worker::new(plan, part, threads);
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
             let pack = next.fetch_add(1, Ordering::Relaxed);
             if pack >= packs.end {
                 break;
             }
             // Where nothing was done before, nothing is there.
-            let mut run = |is_done: bool| {
-                if is_done {
-                    Ok(0)
-                } else {
-                    run_one(plan, part, pack, (&mut maker, &mut bank), &mut scenarios, &mut rows)
-                }
-            };
+            let mut run = |is_done: bool| if is_done { Ok(0) } else { worker.run(pack) };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {
                 Ok(cases) => {
                     done.fetch_add(cases, Ordering::Relaxed);
@@ -82,39 +74,54 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
     }
 }
 
-/// Runs and keeps one pack; gives its cases.
-fn run_one(
-    plan: &Plan,
-    part: &Part,
-    pack: u64,
-    (maker, bank): (&mut CaseMaker<'_>, &mut NoiseBank),
-    scenarios: &mut Vec<crate::scenario::Scenario>,
-    rows: &mut PackRows,
-) -> Result<u64, SweepError> {
-    let cases = part.layout().cases_of(pack);
-    scenarios.clear();
-    let has_loop = plan.design.columns.iter().any(Column::is_of_loop);
-    let mut loops = vec![];
-    for case in cases.clone() {
-        let scenario = maker.scenario(case)?;
-        loops.push(has_loop.then(|| maker.loop_settings(&scenario)));
-        scenarios.push(scenario);
+/// What one thread keeps from pack to pack.
+struct Worker<'a> {
+    plan: &'a Plan,
+    part: &'a Part,
+    maker: CaseMaker<'a>,
+    bank: NoiseBank,
+    scenarios: Vec<Scenario>,
+    rows: PackRows,
+}
+
+impl<'a> Worker<'a> {
+    /// One of so many threads.
+    fn new(plan: &'a Plan, part: &'a Part, threads: usize) -> Self {
+        // Only where there are several points does a seed come again.
+        let comes_again = plan.design.points().is_some_and(|points| points > 1);
+        let bank = NoiseBank::new(if comes_again { MOST_NUMBERS_KEPT / threads.max(1) } else { 0 });
+        Self { plan, part, maker: plan.maker(), bank, scenarios: vec![], rows: PackRows::default() }
     }
-    rows.clear();
-    for (k, (case, run)) in cases.clone().zip(run_pack_sharing(bank, scenarios)).enumerate() {
-        let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
-        match run {
-            Ok(metrics) => {
-                let outcome = match metrics.outcome {
-                    metrics::Outcome::Completed => Outcome::Completed,
-                    metrics::Outcome::Diverged { .. } => Outcome::Diverged,
-                };
-                rows.push(outcome, plan.design.columns.iter().map(|column| column.value(&metrics, of_case.as_ref())));
-            }
-            Err(RunError::Integration { .. }) => rows.push(Outcome::Failed, plan.design.columns.iter().map(|_| None)),
-            Err(error @ RunError::Scenario(_)) => return Err(maker.refused(case, error)),
+
+    /// Runs and keeps one pack; gives its cases.
+    fn run(&mut self, pack: u64) -> Result<u64, SweepError> {
+        let Self { plan, part, maker, bank, scenarios, rows } = self;
+        let columns = &plan.design.columns;
+        let cases = part.layout().cases_of(pack);
+        scenarios.clear();
+        let has_loop = columns.iter().any(Column::is_of_loop);
+        let mut loops = vec![];
+        for case in cases.clone() {
+            let scenario = maker.scenario(case)?;
+            loops.push(has_loop.then(|| maker.loop_settings(&scenario)));
+            scenarios.push(scenario);
         }
+        rows.clear();
+        for (k, (case, run)) in cases.clone().zip(run_pack_sharing(bank, scenarios)).enumerate() {
+            let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
+            match run {
+                Ok(metrics) => {
+                    let outcome = match metrics.outcome {
+                        metrics::Outcome::Completed => Outcome::Completed,
+                        metrics::Outcome::Diverged { .. } => Outcome::Diverged,
+                    };
+                    rows.push(outcome, columns.iter().map(|column| column.value(&metrics, of_case.as_ref())));
+                }
+                Err(RunError::Integration { .. }) => rows.push(Outcome::Failed, columns.iter().map(|_| None)),
+                Err(error @ RunError::Scenario(_)) => return Err(maker.refused(case, error)),
+            }
+        }
+        part.write(pack, rows)?;
+        Ok(cases.end - cases.start)
     }
-    part.write(pack, rows)?;
-    Ok(cases.end - cases.start)
 }

@@ -1,0 +1,31 @@
+//! What more than one thing is measured of.
+
+use trocar::engine::InstructionSet;
+
+/// The noise of the paper's force cell (4.1).
+pub const NOISE: &str = "sensor.force_noise_std_n=0.025";
+
+/// The scenarios of which more than one thing is measured: what they are called here, the file, and what is set
+/// besides.
+pub const MEASURED: [(&str, &str, &[&str]); 5] = [
+    ("augmented", "augmented", &[]),
+    ("augmented, noise", "augmented", &[NOISE]),
+    ("classical", "classical", &[]),
+    ("through the skin", "01_through_the_skin", &[]),
+    ("depth, augmented", "depth_augmented", &[]),
+];
+
+/// The instruction sets that this machine has.
+pub fn available() -> impl Iterator<Item = InstructionSet> {
+    InstructionSet::ALL.into_iter().filter(|set| set.is_available())
+}
+
+/// How an instruction set is called.
+pub fn name_of(set: InstructionSet) -> &'static str {
+    match set {
+        InstructionSet::Avx512 => "AVX-512",
+        InstructionSet::Avx2 => "AVX2",
+        InstructionSet::Baseline if cfg!(target_arch = "x86_64") => "SSE2",
+        InstructionSet::Baseline => "baseline",
+    }
+}

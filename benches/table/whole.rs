@@ -1,0 +1,31 @@
+//! A whole tick: a single run from a ready engine.
+
+use trocar::engine::{Engine, ExactSides};
+use trocar::metrics::MetricsObserver;
+use trocar::scenario::Scenario;
+
+use crate::timing::{Cost, elapsed_s, time_ns};
+
+/// A scenario's engine and an observer for it, ready.
+pub fn ready(scenario: &Scenario) -> (Engine<f64, ExactSides<f64>>, MetricsObserver<f64>) {
+    let engine = scenario.exact_engine(0).expect("a shipped scenario builds");
+    (engine, MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()))
+}
+
+/// What a tick costs in ns without metrics.
+pub fn bare_ns(scenario: &Scenario) -> Cost {
+    let (engine, _) = ready(scenario);
+    time_ns(scenario.grid.ticks() as f64, || {
+        let mut engine = engine.clone();
+        elapsed_s(|| engine.run(&mut ()).expect("runs"))
+    })
+}
+
+/// What a tick costs in ns with metrics.
+pub fn full_ns(scenario: &Scenario) -> Cost {
+    let (engine, observer) = ready(scenario);
+    time_ns(scenario.grid.ticks() as f64, || {
+        let (mut engine, mut observer) = (engine.clone(), observer.clone());
+        elapsed_s(|| engine.run(&mut observer).expect("runs"))
+    })
+}
