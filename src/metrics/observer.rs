@@ -62,6 +62,15 @@ fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     }
 }
 
+/// A copy for a tick that is looked at closely. Nothing there looks at the estimates: without them, fewer numbers wait in each
+/// tick for it.
+#[inline(always)]
+fn seen<L: Lane>(s: &Signals<L>) -> Signals<L> {
+    let zero = L::zero();
+    let nothing = Signals { desired_position_m: zero, stiffness_n_per_m: zero, damping_n_s_per_m: zero, ..*s };
+    Signals { distance: zero, decision: zero, further: zero, ..nothing }
+}
+
 /// What one lane has lived through, kept apart from the sums as it seldom changes.
 #[derive(Debug, Clone)]
 struct History {
@@ -251,7 +260,8 @@ impl<L: Lane> MetricsObserver<L> {
 
     /// [`MetricsObserver::observe_closely`] of several lanes, in line: a call would take them out of their registers.
     #[inline(always)]
-    fn observe_side_by_side(&mut self, s: &Signals<L>) {
+    fn observe_side_by_side(&mut self, signals: Signals<L>) {
+        let s = &signals;
         let Some(live) = &mut self.live else { return };
         let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
         let sound = s.master_position_m.abs().le(bound_m)
@@ -376,15 +386,12 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
             if is_quiet && (quiet | ended).all() {
                 self.push_side_by_side(s);
             } else {
-                self.observe_side_by_side(s);
+                self.observe_side_by_side(seen(s));
             }
         } else if is_quiet && strain.lt(L::splat(1.0)).all() {
             self.sums.push(s.tick, sample(s));
         } else {
-            // Nothing here looks at the estimates: without them, fewer numbers wait in each tick for this call.
-            let zero = L::zero();
-            let nothing = Signals { desired_position_m: zero, stiffness_n_per_m: zero, damping_n_s_per_m: zero, ..*s };
-            self.observe_closely(Signals { distance: zero, decision: zero, ..nothing });
+            self.observe_closely(seen(s));
         }
         self.last_commanded_n = s.commanded_force_n;
         self.ticks = s.tick + 1;

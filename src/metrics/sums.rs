@@ -1,13 +1,18 @@
 //! Sums over the ticks of a run, in lanes.
 
-use crate::lane::{Lane, by_index};
+use crate::lane::Lane;
 
 /// How many partial sums there are of each quantity: tick `k` goes to number `k mod WAYS`, so that additions need not
 /// wait for each other. The order is fixed, whatever the machine and the number of lanes.
 const WAYS: usize = 4;
 
-/// How many ticks wait before they are added together, a multiple of [`WAYS`].
+/// How many ticks wait at most before they are added together, a multiple of [`WAYS`].
 const BLOCK: usize = 32;
+
+/// How many do. Side by side each tick fills registers by itself, and few leave the cache to what the tick needs.
+const fn ticks_waiting<L: Lane>() -> usize {
+    if L::WIDTH > 1 { 2 * WAYS } else { BLOCK }
+}
 
 /// What is summed of one tick.
 #[derive(Debug, Clone, Copy)]
@@ -124,21 +129,21 @@ impl<L: Lane> Sums<L> {
     /// Takes the sample that comes after `count` others.
     #[inline(always)]
     pub(super) fn push(&mut self, count: u64, sample: Sample<L>) {
-        let (block, at) = (&mut self.waiting, count as usize % BLOCK);
+        let (block, at) = (&mut self.waiting, count as usize % ticks_waiting::<L>());
         block.residual_n[at] = sample.residual_n;
         block.slave_m[at] = sample.slave_m;
         block.reference_m[at] = sample.reference_m;
         block.operator_power_w[at] = sample.operator_power_w;
         block.tissue_power_w[at] = sample.tissue_power_w;
         block.tissue_force_n[at] = sample.tissue_force_n;
-        if at == BLOCK - 1 {
-            self.partial.add(&self.waiting);
+        if at == ticks_waiting::<L>() - 1 {
+            self.partial.add::<L>(&self.waiting);
         }
     }
 
-    /// The sample number `index`, one of the last [`BLOCK`], as it was pushed.
+    /// The sample number `index`, one of the last few, as it was pushed.
     pub(super) fn recent(&self, index: u64) -> Sample<L> {
-        let (block, at) = (&self.waiting, index as usize % BLOCK);
+        let (block, at) = (&self.waiting, index as usize % ticks_waiting::<L>());
         Sample {
             residual_n: block.residual_n[at],
             slave_m: block.slave_m[at],
@@ -152,7 +157,7 @@ impl<L: Lane> Sums<L> {
     /// The sums of lane `index` over `count` samples: by itself, as what is done after a run is not done in its instruction set.
     pub(super) fn totals_of(&self, index: usize, count: u64) -> Totals {
         let Self { waiting, partial } = self;
-        let (still_waiting, neutral) = (count as usize % BLOCK, Sample::<f64>::neutral());
+        let (still_waiting, neutral) = (count as usize % ticks_waiting::<L>(), Sample::<f64>::neutral());
         let rest = |all: &[L; BLOCK], nothing: f64| -> [f64; BLOCK] {
             std::array::from_fn(|at| if at < still_waiting { all[at].lane(index) } else { nothing })
         };
@@ -165,7 +170,7 @@ impl<L: Lane> Sums<L> {
             least_force: ways(&partial.least_force),
             greatest_force: ways(&partial.greatest_force),
         };
-        sums.add(&Block {
+        sums.add::<L>(&Block {
             residual_n: rest(&waiting.residual_n, neutral.residual_n),
             slave_m: rest(&waiting.slave_m, neutral.slave_m),
             reference_m: rest(&waiting.reference_m, neutral.reference_m),
@@ -202,24 +207,26 @@ impl<L: Lane> Block<L> {
 }
 
 impl<L: Lane> Partial<L> {
-    /// Adds a block, each quantity for itself.
+    /// Adds a block that was filled by a run over `Width`, each quantity for itself.
     #[inline(always)]
-    fn add(&mut self, block: &Block<L>) {
-        gather(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());
-        let tracking_error: [L; BLOCK] = by_index!(BLOCK, |at| block.slave_m[at] - block.reference_m[at]);
-        gather(&mut self.squared_tracking_error, &tracking_error, |sum, error| sum + error * error);
-        gather(&mut self.operator_power, &block.operator_power_w, |sum, power| sum + power);
-        gather(&mut self.tissue_power, &block.tissue_power_w, |sum, power| sum + power);
-        gather(&mut self.least_force, &block.tissue_force_n, |least, force| force.min(least));
-        gather(&mut self.greatest_force, &block.tissue_force_n, |greatest, force| force.max(greatest));
+    fn add<Width: Lane>(&mut self, block: &Block<L>) {
+        gather::<_, Width>(&mut self.absolute_residual, |sum, at| sum + block.residual_n[at].abs());
+        gather::<_, Width>(&mut self.squared_tracking_error, |sum, at| {
+            let error = block.slave_m[at] - block.reference_m[at];
+            sum + error * error
+        });
+        gather::<_, Width>(&mut self.operator_power, |sum, at| sum + block.operator_power_w[at]);
+        gather::<_, Width>(&mut self.tissue_power, |sum, at| sum + block.tissue_power_w[at]);
+        gather::<_, Width>(&mut self.least_force, |least, at| block.tissue_force_n[at].min(least));
+        gather::<_, Width>(&mut self.greatest_force, |greatest, at| block.tissue_force_n[at].max(greatest));
     }
 }
 
 /// Takes a block's values in their order, number `k` to partial result `k mod WAYS`.
 #[inline(always)]
-fn gather<L: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
+fn gather<L: Lane, Width: Lane>(ways: &mut [L; WAYS], take: impl Fn(L, usize) -> L) {
     // By index: what iterators are made of may stay a call each where it is not compiled beside this.
-    for at in 0..BLOCK {
-        ways[at % WAYS] = take(ways[at % WAYS], values[at]);
+    for at in 0..ticks_waiting::<Width>() {
+        ways[at % WAYS] = take(ways[at % WAYS], at);
     }
 }
