@@ -2,7 +2,8 @@
 
 mod pack;
 
-pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
+pub(crate) use pack::{Asked, run_pack_asking};
+pub use pack::{PACK, can_share, run_pack, run_pack_in};
 
 use thiserror::Error;
 
@@ -52,7 +53,21 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 /// # Errors
 /// As [`run`].
 pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
-    with_metrics(scenario, |engine, metrics| engine.run(metrics))
+    measure_asking(scenario, &[]).map(|asked| asked.metrics)
+}
+
+/// [`measure`], and which of some higher thresholds, below the detector's cap, the run is the same under.
+fn measure_asking(scenario: &Scenario, higher: &[f64]) -> Result<Asked, RunError> {
+    let mut alike = vec![];
+    let metrics = with_metrics(scenario, |engine, metrics| {
+        if !higher.is_empty() {
+            engine.ask_higher_thresholds(higher);
+        }
+        engine.run(metrics)?;
+        alike = engine.thresholds_alike();
+        Ok(())
+    })?;
+    Ok(Asked { metrics, alike })
 }
 
 /// Runs a scenario for its metrics, under the eyes of one more observer, which does not see a diverged tick.

@@ -3,12 +3,16 @@
 #[path = "support/desk.rs"]
 mod desk;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use desk::Desk;
+use trocar::run::measure;
+use trocar::scenario::Source;
+use trocar::sweep::{Part, Plan, Progress, Rows, Shard, execute};
 
 /// Three axes and three seeds, on a short insertion into layers with noise, with an event or two.
 const SMALL: &str = r#"
@@ -105,6 +109,58 @@ fn a_row_is_what_its_case_gives_by_itself() {
     let distinct: std::collections::BTreeSet<_> = rows.iter().map(|row| &row["tracking_rmse_m"]).collect();
     assert_eq!(distinct.len(), 36, "a seed or an axis does not matter");
     desk.refused(&["sweep", "small.toml", "--case", "36"], &["no case 36", "36, from 0 on"]);
+}
+
+#[test]
+fn cases_that_share_a_run_are_what_each_gives_by_itself() {
+    let desk = desk();
+    let sweep = |name: &str, base: &str, set: &str| {
+        let text = format!(
+            "base = \"builtin:{base}.toml\"\nseeds = 3\ncsv = false\n[set]\n{set}\n[axes]\nscaling.force = [0.6, 1.7]\n\
+             detector.threshold = {{ from = 2e-3, to = 0.39, points = 23, log = true }}\n"
+        );
+        desk.file(name, &text);
+        Plan::load(&Source::parse(desk.path(name).to_str().expect("a path")), &[]).expect("a sweep")
+    };
+    let noise = "simulation.duration_s = 7.0\nsensor.force_noise_std_n";
+    let restless = "detector.motion = \"any\"\ndetector.drop_only = false\ndetector.settle_s = 0.01";
+    let short =
+        "simulation.duration_s = 4.0\nsensor.force_noise_std_n = 0.03\ndetector.settle_s = 0.01\ndetector.cap = 1.0";
+    for (name, base, set) in [
+        ("quiet.toml", "augmented", format!("{noise} = 0.025\ndetector.cap = 0.4")),
+        // Alarms of every kind, and events that end late as the threshold is low.
+        (
+            "restless.toml",
+            "augmented",
+            format!("{noise} = 0.08\n{restless}\ndetector.cap = 30.0\naugmentation.exit_ratio = 0.9"),
+        ),
+        ("layers.toml", "01_augmented", format!("{short}\naugmentation.min_hold_s = 0.05")),
+        ("link.toml", "01_augmented", format!("{short}\nchannel.forward_delay_s = 0.01\nchannel.loss = 0.1")),
+        // Not side by side.
+        (
+            "motors.toml",
+            "augmented",
+            format!("{short}\nactuator.master_force_limit_n = 3.0\nsimulation.control = \"sampled\""),
+        ),
+    ] {
+        let plan = sweep(name, base, &set);
+        let part = Part::open(&desk.path("part"), plan.layout(Shard::WHOLE)).expect("a part");
+        let progress = Progress { stop: &AtomicBool::new(false), begun: &|_| {}, done: &|_| {} };
+        assert_eq!(execute(&plan, &part, 2, &progress).expect("runs"), 138);
+        let mut distinct = BTreeSet::new();
+        let each = |case, _, values: &[f64]| {
+            let metrics = measure(&plan.scenario(case).expect("a case")).expect("runs");
+            let alone = plan.design.columns.iter().map(|column| column.value(&metrics, None).unwrap_or(f64::NAN));
+            let bits = |values: &mut dyn Iterator<Item = f64>| values.map(f64::to_bits).collect::<Vec<_>>();
+            let kept = bits(&mut values.iter().copied());
+            assert_eq!(kept, bits(&mut { alone }), "{name}, case {case}");
+            distinct.insert(kept);
+            Ok(())
+        };
+        Rows(vec![part]).each(each).expect("rows");
+        assert!((7..138).contains(&distinct.len()), "{name}: {} kinds of runs", distinct.len());
+        std::fs::remove_file(desk.path("part")).expect("there");
+    }
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn cases() -> Table {
     let mut before: Option<(f64, f64)> = None;
     for exponent in 2..=6 {
         let seeds = 10_u64.pow(exponent - 2);
-        let sweep = Sweep { axes: (10, 10), seeds, duration_s: CASE_S, noise_n: 0.025 };
+        let sweep = Sweep { axes: (10, 10), seeds, duration_s: CASE_S, noise_n: 0.025, has_cap: false };
         let Cost { best, .. } = sweep.run_s(2, [5, 5, 5, 2, 1][exponent as usize - 2]);
         let items = sweep.case_ticks();
         let further = before.map_or("—".to_owned(), |(s, of)| figure(1e9 * (best - s) / (items - of)));

@@ -1,6 +1,8 @@
 //! When an alarm may be taken at all.
 
 use super::Evidence;
+#[cfg(feature = "std")]
+use super::higher::{Crossing, HigherThresholds};
 use crate::error::{InvalidValue, non_negative};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
@@ -76,6 +78,9 @@ pub(super) struct Arming<L> {
     drop_only: bool,
     slowest_velocity: L,
     minimum_depth: L,
+    /// Those that are asked beside the own threshold.
+    #[cfg(feature = "std")]
+    higher: HigherThresholds,
 }
 
 impl<L: Lane> Arming<L> {
@@ -90,12 +95,31 @@ impl<L: Lane> Arming<L> {
                 Motion::Inserting => settings.insertion_speed_m_per_s,
             }),
             minimum_depth: L::splat(settings.minimum_depth_m),
+            #[cfg(feature = "std")]
+            higher: HigherThresholds::default(),
         }
+    }
+
+    /// Asks higher thresholds too, in a detector of one lane.
+    #[cfg(feature = "std")]
+    pub(super) fn ask_higher(&mut self, thresholds: &[f64]) {
+        self.higher = HigherThresholds::of(thresholds);
+    }
+
+    /// Those of them that have announced what lane `index` has.
+    #[cfg(feature = "std")]
+    pub(super) fn alike(&self, index: usize) -> impl Iterator<Item = f64> {
+        self.higher.alike(index)
     }
 
     /// Whether a sample whose `g` is `above` the threshold is an alarm.
     #[inline(always)]
-    pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
+    pub(super) fn update(
+        &mut self,
+        #[cfg_attr(not(feature = "std"), allow(unused_variables, reason = "asking others takes std"))] decision: L,
+        above: L::Mask,
+        evidence: &Evidence<L>,
+    ) -> L::Mask {
         let zero = L::zero();
         let quiet_before = self.quiet_ticks;
         let quiet_ticks = L::select(evidence.in_contact, quiet_before + L::splat(1.0), zero);
@@ -107,13 +131,25 @@ impl<L: Lane> Arming<L> {
         let armed = quiet_before.ge(self.settle_ticks);
         let inserting = evidence.velocity_m_per_s.ge(self.slowest_velocity);
         let deep = evidence.depth_m.ge(self.minimum_depth);
-        let crossing = armed & above & evidence.in_contact & inserting & deep;
+        let mut like_rupture = evidence.in_contact & inserting & deep;
         if self.drop_only {
-            crossing & evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero)
-        } else {
-            crossing
+            like_rupture = like_rupture & evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero);
         }
+        let alarm = armed & above & like_rupture;
+        #[cfg(feature = "std")]
+        if self.higher.are_asked() {
+            self.higher.ask(&Crossing {
+                decision,
+                above,
+                like_rupture,
+                in_contact: evidence.in_contact,
+                alarm,
+                quiet_ticks: quiet_before,
+                settle_ticks: self.settle_ticks,
+            });
+        }
+        alarm
     }
 }
 
-crate::lane::gather!(Arming { settle_ticks, quiet_ticks, slowest_velocity, minimum_depth } same { drop_only });
+crate::lane::gather!(Arming { settle_ticks, quiet_ticks, slowest_velocity, minimum_depth, higher } same { drop_only });

@@ -34,7 +34,7 @@ macro_rules! gather {
                     return None;
                 }
                 Some($Type {
-                    $($field: $crate::lane::Gather::gather($crate::lane::of_each!(all, |one| &one.$field))?,)*
+                    $($field: $crate::lane::Gather::gather::<L>($crate::lane::of_each!(all, |one| &one.$field))?,)*
                     $($($mask: $crate::lane::gather_mask::<L>($crate::lane::of_each!(all, |one| one.$mask)),)*)?
                     $($($same: all[0].$same.clone(),)*)?
                     $($($kind: all[0].$kind.clone(),)*)?

@@ -1,6 +1,6 @@
 //! Several scenarios side by side.
 
-use super::{RunError, measure};
+use super::{RunError, measure_asking};
 use crate::engine::{Engine, ExactSides, InstructionSet, Sides, Wide, gather};
 #[cfg(target_arch = "x86_64")]
 use crate::lane::{Avx2, Avx512};
@@ -27,17 +27,37 @@ pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
 
 /// [`run_pack`] in a given instruction set, or one after the other where the machine has not got it.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    run_packs(set, &mut NoiseBank::new(0), scenarios)
+    let answers = run_packs(set, &mut NoiseBank::new(0), scenarios, &[]);
+    answers.into_iter().map(|answer| answer.map(|asked| asked.metrics)).collect()
 }
 
-/// [`run_pack`] with noise that runs of the same seed share: the same bits, sooner.
-pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    run_packs(InstructionSet::widest(), bank, scenarios)
+/// What came out of a run that was asked about other thresholds.
+#[derive(Debug, Clone)]
+pub(crate) struct Asked {
+    pub(crate) metrics: Metrics,
+    /// Those that were asked under which the run is the same, to the last bit; some of which that is true may be missing.
+    pub(crate) alike: Vec<f64>,
 }
 
-fn run_packs(set: InstructionSet, bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+/// [`run_pack`] with noise that runs of the same seed share, each scenario asked for its `higher` thresholds, which are above
+/// its detector's own and below the cap: the same bits, sooner.
+pub(crate) fn run_pack_asking(
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+    higher: &[Vec<f64>],
+) -> Vec<Result<Asked, RunError>> {
+    run_packs(InstructionSet::widest(), bank, scenarios, higher)
+}
+
+fn run_packs(
+    set: InstructionSet,
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+    higher: &[Vec<f64>],
+) -> Vec<Result<Asked, RunError>> {
     let set = if set.is_available() { set } else { InstructionSet::Baseline };
-    scenarios.chunks(PACK).flat_map(|pack| run_eight(set, bank, pack)).collect()
+    let packs = scenarios.chunks(PACK).enumerate();
+    packs.flat_map(|(k, pack)| run_eight(set, bank, pack, higher.get(k * PACK..).unwrap_or(&[]))).collect()
 }
 
 /// Whether scenarios, [`PACK`] of them at most, can be run side by side on this machine.
@@ -47,21 +67,29 @@ pub fn can_share(scenarios: &[Scenario]) -> bool {
 }
 
 /// Up to eight scenarios.
-fn run_eight(set: InstructionSet, bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+fn run_eight(
+    set: InstructionSet,
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+    higher: &[Vec<f64>],
+) -> Vec<Result<Asked, RunError>> {
+    let higher_of = |k: usize| higher.get(k).map_or(&[][..], Vec::as_slice);
     let enough = scenarios.len() >= FEWEST && set != InstructionSet::Baseline;
     let engines = if enough { Engines::of(scenarios) } else { None };
     let together = engines.and_then(|mut engines| {
         engines.share_noise(bank);
+        engines.ask(higher);
         engines.run(set, scenarios)
     });
     match together {
-        Some(metrics) => {
+        Some(answers) => {
             // A link goes on counting after its lane has diverged, where a run of its own ends.
             let ends_early = |metrics: &Metrics| metrics.link.is_some() && metrics.outcome != Outcome::Completed;
-            let each = metrics.into_iter().zip(scenarios);
-            each.map(|(metrics, one)| if ends_early(&metrics) { measure(one) } else { Ok(metrics) }).collect()
+            let each = answers.into_iter().zip(scenarios);
+            each.map(|(asked, one)| if ends_early(&asked.metrics) { measure_asking(one, &[]) } else { Ok(asked) })
+                .collect()
         }
-        None => scenarios.iter().map(measure).collect(),
+        None => scenarios.iter().enumerate().map(|(k, one)| measure_asking(one, higher_of(k))).collect(),
     }
 }
 
@@ -80,6 +108,12 @@ impl Engines {
             if let ScenarioEngine::Exact(engine) = engine {
                 engine.sensor.share_noise(bank, engine.grid.ticks());
             }
+        }
+    }
+
+    fn ask(&mut self, higher: &[Vec<f64>]) {
+        for (engine, higher) in self.0.iter_mut().zip(higher) {
+            engine.ask_higher_thresholds(higher);
         }
     }
 
@@ -106,7 +140,7 @@ impl Engines {
         }))
     }
 
-    fn run(&self, set: InstructionSet, scenarios: &[Scenario]) -> Option<Vec<Metrics>> {
+    fn run(&self, set: InstructionSet, scenarios: &[Scenario]) -> Option<Vec<Asked>> {
         let engines = self.exact()?;
         match set {
             #[cfg(target_arch = "x86_64")]
@@ -122,7 +156,7 @@ impl Engines {
 fn side_by_side<L: Wide, S: Sides<f64> + Gather>(
     engines: [&Engine<f64, S>; LANES],
     scenarios: &[Scenario],
-) -> Option<Vec<Metrics>>
+) -> Option<Vec<Asked>>
 where
     S::Of<L>: Sides<L>,
 {
@@ -132,9 +166,9 @@ where
     let mut observer = MetricsObserver::<L>::new(grid, ruptures);
     // Stepped exactly, nothing gives up.
     L::run(&mut engine, &mut observer).ok()?;
-    let metrics = |lane: usize| {
+    let answer = |lane: usize| {
         let link = (!engine.link.is_direct()).then(|| LinkMetrics::new(&engine.link.report(lane), &grid));
-        Metrics { link, ..observer.metrics(lane) }
+        Asked { metrics: Metrics { link, ..observer.metrics(lane) }, alike: engine.thresholds_alike(lane) }
     };
-    Some((0..scenarios.len()).map(metrics).collect())
+    Some((0..scenarios.len()).map(answer).collect())
 }

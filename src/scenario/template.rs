@@ -157,6 +157,12 @@ impl Template {
         &self.first
     }
 
+    /// Whether a key has a value that is written or a default, and follows from no other.
+    #[must_use]
+    pub fn gives(&self, path: &str) -> bool {
+        self.written.is_given(path)
+    }
+
     /// The scenario with these values of the open keys and this seed, resolved as a file is, values and all.
     ///
     /// # Errors

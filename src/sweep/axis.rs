@@ -82,6 +82,13 @@ impl Axis {
         }
     }
 
+    /// Its numbers, in their order; none where any share has its own, or they are none.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<f64> {
+        let count = self.count().unwrap_or(0);
+        (0..count).filter_map(|k| number(&self.value((k as f64 + 0.5) / count as f64))).collect()
+    }
+
     /// Whether its values are numbers.
     #[must_use]
     pub fn is_numeric(&self) -> bool {

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::columns::Column;
 use super::error::SweepError;
-use super::part::{Outcome, PackRows, Part};
+use super::ladder::{Ladder, Question, Row};
+use super::part::{Outcome, PACK_CASES, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
 use super::stability::LoopOfCase;
 use crate::metrics;
-use crate::run::{RunError, run_pack_sharing};
-use crate::scenario::Scenario;
+use crate::run::{Asked, RunError, run_pack_asking};
 use crate::sensor::NoiseBank;
 
 /// Numbers of noise that all threads keep together, 64 MB of them.
@@ -47,8 +47,9 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
             *first = Some(error);
         }
     };
+    let ladder = Ladder::of(plan);
     let work = || {
-        let mut worker = Worker::new(plan, part, threads);
+        let mut worker = Worker::new(plan, part, ladder.as_ref(), threads);
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
             let pack = next.fetch_add(1, Ordering::Relaxed);
             if pack >= packs.end {
@@ -78,50 +79,84 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
 struct Worker<'a> {
     plan: &'a Plan,
     part: &'a Part,
+    /// What all threads know together of runs that cases share.
+    ladder: Option<&'a Ladder>,
     maker: CaseMaker<'a>,
     bank: NoiseBank,
-    scenarios: Vec<Scenario>,
     rows: PackRows,
 }
 
 impl<'a> Worker<'a> {
     /// One of so many threads.
-    fn new(plan: &'a Plan, part: &'a Part, threads: usize) -> Self {
+    fn new(plan: &'a Plan, part: &'a Part, ladder: Option<&'a Ladder>, threads: usize) -> Self {
         // Only where there are several points does a seed come again.
         let comes_again = plan.design.points().is_some_and(|points| points > 1);
         let bank = NoiseBank::new(if comes_again { MOST_NUMBERS_KEPT / threads.max(1) } else { 0 });
-        Self { plan, part, maker: plan.maker(), bank, scenarios: vec![], rows: PackRows::default() }
+        Self { plan, part, ladder, maker: plan.maker(), bank, rows: PackRows::default() }
     }
 
     /// Runs and keeps one pack; gives its cases.
     fn run(&mut self, pack: u64) -> Result<u64, SweepError> {
-        let Self { plan, part, maker, bank, scenarios, rows } = self;
-        let columns = &plan.design.columns;
-        let cases = part.layout().cases_of(pack);
-        scenarios.clear();
+        let cases = self.part.layout().cases_of(pack);
+        let mut rows: Vec<Option<Row>> = cases.clone().map(|case| self.ladder?.take(case)).collect();
+        let missing: Vec<u64> = cases.clone().filter(|case| rows[(case - cases.start) as usize].is_none()).collect();
+        if !missing.is_empty() {
+            for (case, row) in self.answer(&missing)? {
+                if cases.contains(&case) {
+                    rows[(case - cases.start) as usize] = Some(row);
+                }
+            }
+        }
+        self.rows.clear();
+        rows.into_iter().flatten().for_each(|row| self.rows.push(row.outcome, row.values.into_iter()));
+        self.part.write(pack, &mut self.rows)?;
+        Ok(cases.end - cases.start)
+    }
+
+    /// Runs cases, and beside them others whose turn comes later, where lanes are left over.
+    fn answer(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
+        let question = |&case: &u64| match self.ladder {
+            Some(ladder) => ladder.question(case),
+            None => Question { case, higher: vec![] },
+        };
+        let mut questions: Vec<Question> = cases.iter().map(question).collect();
+        while let Some(ladder) = self.ladder.filter(|_| questions.len() < PACK_CASES as usize) {
+            let Some(case) = ladder.ahead() else { break };
+            questions.push(ladder.question(case));
+        }
+        let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);
-        let mut loops = vec![];
-        for case in cases.clone() {
-            let scenario = maker.scenario(case)?;
-            loops.push(has_loop.then(|| maker.loop_settings(&scenario)));
+        let (mut scenarios, mut loops, mut higher) = (vec![], vec![], vec![]);
+        for Question { case, higher: above } in &mut questions {
+            let scenario = self.maker.scenario(*case)?;
+            loops.push(has_loop.then(|| self.maker.loop_settings(&scenario)));
+            above.retain(|&threshold| threshold < scenario.detector.cusum.cap);
+            higher.push(std::mem::take(above));
             scenarios.push(scenario);
         }
-        rows.clear();
-        for (k, (case, run)) in cases.clone().zip(run_pack_sharing(bank, scenarios)).enumerate() {
-            let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
-            match run {
-                Ok(metrics) => {
+        let mut rows = vec![];
+        let answers = run_pack_asking(&mut self.bank, &scenarios, &higher);
+        for (k, (Question { case, .. }, answer)) in questions.into_iter().zip(answers).enumerate() {
+            let (row, alike) = match answer {
+                Ok(Asked { metrics, alike }) => {
+                    let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
                     let outcome = match metrics.outcome {
                         metrics::Outcome::Completed => Outcome::Completed,
                         metrics::Outcome::Diverged { .. } => Outcome::Diverged,
                     };
-                    rows.push(outcome, columns.iter().map(|column| column.value(&metrics, of_case.as_ref())));
+                    let values = columns.iter().map(|column| column.value(&metrics, of_case.as_ref())).collect();
+                    (Row { outcome, values }, alike)
                 }
-                Err(RunError::Integration { .. }) => rows.push(Outcome::Failed, columns.iter().map(|_| None)),
-                Err(error @ RunError::Scenario(_)) => return Err(maker.refused(case, error)),
+                Err(RunError::Integration { .. }) => {
+                    (Row { outcome: Outcome::Failed, values: vec![None; columns.len()] }, vec![])
+                }
+                Err(error @ RunError::Scenario(_)) => return Err(self.maker.refused(case, error)),
+            };
+            if let Some(ladder) = self.ladder {
+                ladder.keep(case, row.clone(), &alike);
             }
+            rows.push((case, row));
         }
-        part.write(pack, rows)?;
-        Ok(cases.end - cases.start)
+        Ok(rows)
     }
 }

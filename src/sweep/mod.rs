@@ -13,6 +13,7 @@ mod design;
 mod error;
 mod execute;
 mod file;
+mod ladder;
 mod merge;
 mod part;
 mod permutation;

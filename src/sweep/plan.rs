@@ -97,6 +97,12 @@ impl Plan {
         sha256(self.canonical.as_bytes())
     }
 
+    /// Whether the scenario or an axis gives a key its value, which then follows from no other.
+    #[must_use]
+    pub fn gives(&self, path: &str) -> bool {
+        self.template.gives(path)
+    }
+
     /// How a shard's part is laid out.
     #[must_use]
     pub fn layout(&self, shard: Shard) -> Layout {

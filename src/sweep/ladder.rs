@@ -1,0 +1,195 @@
+//! Runs that cases share which differ in the detector's threshold alone.
+//!
+//! A threshold reaches a run by the alarms that it raises. A run tells which higher thresholds would have raised the same: under
+//! them it is the same run, to the last bit, and need not be run again. Of a hundred thresholds, it takes a handful of runs.
+
+use std::collections::{BTreeSet, HashMap};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::columns::Column;
+use super::design::Filling;
+use super::part::Outcome;
+use super::plan::Plan;
+
+/// Thresholds of which it is kept at once what is known, over all groups; more, and what is known is forgotten.
+const MOST_KEPT: usize = 1 << 20;
+
+/// What comes out of a case.
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    pub(super) outcome: Outcome,
+    pub(super) values: Vec<Option<f64>>,
+}
+
+/// The axis of thresholds of a sweep, and what is known of cases that have not been written yet.
+#[derive(Debug)]
+pub(super) struct Ladder {
+    /// The values of the axis, in its order.
+    thresholds: Vec<f64>,
+    /// How far cases are apart of which the thresholds are neighbours.
+    stride: u64,
+    known: Mutex<Known>,
+}
+
+#[derive(Debug, Default)]
+struct Known {
+    /// By their first case.
+    groups: HashMap<u64, Group>,
+    /// Those of which something is not known and nobody runs anything.
+    open: BTreeSet<u64>,
+}
+
+/// Cases that differ in the threshold alone.
+#[derive(Debug)]
+struct Group {
+    /// For each threshold its place in `rows`, once it is known.
+    places: Vec<Option<u32>>,
+    rows: Vec<Row>,
+    /// How many of the thresholds have been read.
+    read: usize,
+}
+
+/// A case that has to be run, with the higher thresholds that are to be asked.
+#[derive(Debug, Clone)]
+pub(super) struct Question {
+    pub(super) case: u64,
+    pub(super) higher: Vec<f64>,
+}
+
+impl Ladder {
+    /// Nothing where no cases differ in the threshold alone.
+    pub(super) fn of(plan: &Plan) -> Option<Self> {
+        let design = &plan.design;
+        let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
+        // A cap that follows from the threshold differs, too; and what belongs to a loop is computed for each case.
+        let alone = design.filling == Filling::Grid && plan.gives("detector.cap");
+        if !alone || design.columns.iter().any(Column::is_of_loop) {
+            return None;
+        }
+        let thresholds = design.axes[at].numbers();
+        let faster: u64 = design.axes[at + 1..].iter().map(|axis| axis.count().unwrap_or(1)).product();
+        let stride = faster * design.seeds;
+        (thresholds.len() > 1).then(|| Self { thresholds, stride, known: Mutex::default() })
+    }
+
+    /// A case's group, named by its first case, and the case's place among the thresholds.
+    fn place(&self, case: u64) -> (u64, usize) {
+        let at = (case / self.stride) % self.thresholds.len() as u64;
+        (case - at * self.stride, at as usize)
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is known of a case that is written now: it will not be asked for again.
+    pub(super) fn take(&self, case: u64) -> Option<Row> {
+        let (first, at) = self.place(case);
+        let mut known = self.known();
+        let group = known.groups.get_mut(&first)?;
+        let row = group.rows[group.places[at]? as usize].clone();
+        group.read += 1;
+        if group.read == self.thresholds.len() {
+            known.groups.remove(&first);
+        }
+        Some(row)
+    }
+
+    /// How to ask for a case.
+    pub(super) fn question(&self, case: u64) -> Question {
+        let (first, at) = self.place(case);
+        let mut known = self.known();
+        known.open.remove(&first);
+        let group = known.groups.get(&first);
+        let is_known = |other: usize| group.is_some_and(|group| group.places[other].is_some());
+        let own = self.thresholds[at];
+        let higher = (0..self.thresholds.len()).filter(|&other| self.thresholds[other] > own && !is_known(other));
+        Question { case, higher: higher.map(|other| self.thresholds[other]).collect() }
+    }
+
+    /// A case that will have to be run some time and that nobody runs now.
+    pub(super) fn ahead(&self) -> Option<u64> {
+        let mut known = self.known();
+        let first = known.open.pop_first()?;
+        let group = known.groups.get(&first)?;
+        let unknown = |at: &usize| group.places[*at].is_none();
+        let by_size = |one: &usize, other: &usize| self.thresholds[*one].total_cmp(&self.thresholds[*other]);
+        let lowest = (0..self.thresholds.len()).filter(unknown).min_by(by_size)?;
+        Some(first + lowest as u64 * self.stride)
+    }
+
+    /// Keeps what came out of a case, which is the same for the thresholds that are `alike`.
+    pub(super) fn keep(&self, case: u64, row: Row, alike: &[f64]) {
+        let (first, own) = self.place(case);
+        let count = self.thresholds.len();
+        let mut known = self.known();
+        if known.groups.len() * count >= MOST_KEPT {
+            *known = Known::default();
+        }
+        let nothing = || Group { places: vec![None; count], rows: vec![], read: 0 };
+        let group = known.groups.entry(first).or_insert_with(nothing);
+        let place = group.rows.len() as u32;
+        group.rows.push(row);
+        for at in 0..count {
+            if group.places[at].is_none() && (at == own || alike.contains(&self.thresholds[at])) {
+                group.places[at] = Some(place);
+            }
+        }
+        if group.places.iter().any(Option::is_none) {
+            known.open.insert(first);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Thresholds 3, 1, 2 over five seeds: cases 0, 5 and 10 are a group.
+    fn ladder() -> Ladder {
+        Ladder { thresholds: vec![3.0, 1.0, 2.0], stride: 5, known: Mutex::default() }
+    }
+
+    fn row(value: f64) -> Row {
+        Row { outcome: Outcome::Completed, values: vec![Some(value)] }
+    }
+
+    fn value(row: Option<Row>) -> Option<f64> {
+        row?.values[0]
+    }
+
+    #[test]
+    fn a_row_is_there_for_all_that_are_alike() {
+        let ladder = ladder();
+        assert!(ladder.take(2).is_none());
+        assert_eq!(ladder.question(7).higher, [3.0, 2.0]);
+        ladder.keep(7, row(0.5), &[3.0]);
+        assert_eq!(
+            (value(ladder.take(7)), value(ladder.take(2)), value(ladder.take(12))),
+            (Some(0.5), Some(0.5), None)
+        );
+        assert_eq!(value(ladder.take(3)), None, "another seed");
+        ladder.keep(12, row(0.7), &[]);
+        assert_eq!(value(ladder.take(12)), Some(0.7));
+        assert!(ladder.known().groups.is_empty(), "what was read is forgotten");
+    }
+
+    #[test]
+    fn what_nobody_runs_is_run_ahead_from_the_lowest_on() {
+        let ladder = ladder();
+        assert_eq!(ladder.ahead(), None);
+        ladder.keep(1, row(0.1), &[]);
+        assert_eq!(ladder.ahead(), Some(6));
+        assert_eq!(ladder.ahead(), None, "somebody does");
+        assert_eq!(ladder.question(6).higher, [2.0]);
+        ladder.keep(6, row(0.2), &[2.0]);
+        assert_eq!((ladder.ahead(), value(ladder.take(11))), (None, Some(0.2)));
+    }
+
+    #[test]
+    fn not_more_is_kept_than_fits() {
+        let ladder = ladder();
+        (0..MOST_KEPT as u64).for_each(|group| ladder.keep(group * 15, row(0.0), &[]));
+        assert!(ladder.known().groups.len() * 3 <= MOST_KEPT + 3);
+    }
+}
