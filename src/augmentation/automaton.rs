@@ -1,7 +1,7 @@
 //! The automaton: (mode, alarm, g, tick) → mode.
 
 use crate::error::{InvalidValue, non_negative, require};
-use crate::lane::{Lane, Mask};
+use crate::lane::{Lane, Mask, seldom};
 use crate::time::nearest_ticks;
 
 /// What the supervisor is doing.
@@ -141,14 +141,19 @@ impl<L: Lane> Automaton<L> {
         self.has_lingered = self.has_lingered | (augmented & held.ge(self.min_hold_ticks) & !leave);
         let done = is(mode, Mode::Reengaging) & blended & held.ge(self.blend_ticks);
 
-        self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);
-        self.entered = L::select(enter | leave, now, self.entered);
-        self.deaf_until = L::select(done, now + self.refractory_ticks, self.deaf_until);
-        let code = |mode: Mode| L::splat(mode.code());
-        self.mode = L::select(enter, code(Mode::Augmented), mode);
-        self.mode = L::select(leave, code(Mode::Reengaging), self.mode);
-        self.mode = L::select(done, code(Mode::Teleoperation), self.mode);
-        self.teleoperates = is(self.mode, Mode::Teleoperation);
+        self.quiet_ticks = quiet_ticks;
+        // Asked, as what follows need then not wait for the alarm where the mode stays.
+        if (enter | leave | done).any() {
+            seldom();
+            self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);
+            self.entered = L::select(enter | leave, now, self.entered);
+            self.deaf_until = L::select(done, now + self.refractory_ticks, self.deaf_until);
+            let code = |mode: Mode| L::splat(mode.code());
+            self.mode = L::select(enter, code(Mode::Augmented), mode);
+            self.mode = L::select(leave, code(Mode::Reengaging), self.mode);
+            self.mode = L::select(done, code(Mode::Teleoperation), self.mode);
+            self.teleoperates = is(self.mode, Mode::Teleoperation);
+        }
         self.mode
     }
 }
@@ -162,6 +167,12 @@ pub(super) fn blend_ticks(blend_s: f64, tick_s: f64) -> f64 {
 #[inline(always)]
 pub(super) fn is<L: Lane>(mode: L, which: Mode) -> L::Mask {
     (mode - L::splat(which.code())).abs().lt(L::splat(0.5))
+}
+
+/// Whether some lane's mode is another than before.
+#[inline(always)]
+pub(super) fn has_changed<L: Lane>(before: L, mode: L) -> bool {
+    (mode - before).abs().gt(L::splat(0.5)).any()
 }
 
 /// Whether the mode has just become `which`.

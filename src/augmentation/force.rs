@@ -2,9 +2,9 @@
 //!
 //! It is continuous at both ends: what it may change by in one tick is stated with each command and measured.
 
-use super::automaton::{Mode, blend_ticks, has_become, is};
+use super::automaton::{Mode, blend_ticks, has_become, has_changed, is};
 use crate::error::{InvalidValue, finite, non_negative, positive, require};
-use crate::lane::{Lane, Mask};
+use crate::lane::{Lane, Mask, seldom};
 
 /// What the hand feels while the slave is frozen. `F*` is the force fed back just before the alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,8 +140,14 @@ impl<L: Lane> ForceFeedback<L> {
         let zero = L::zero();
         let one = L::splat(1.0);
         let moved = (force - self.measured).abs();
-        self.fed_back = L::select(is(before, Mode::Teleoperation), self.measured, self.fed_back);
-        self.anchor = L::select(has_become(before, mode, Mode::Augmented), self.fed_back, self.anchor);
+        if has_changed(before, mode) {
+            seldom();
+            self.fed_back = L::select(is(before, Mode::Teleoperation), self.measured, self.fed_back);
+            self.anchor = L::select(has_become(before, mode, Mode::Augmented), self.fed_back, self.anchor);
+            let starting = has_become(before, mode, Mode::Reengaging);
+            self.progress = L::select(starting, zero, self.progress);
+            self.weight = L::select(starting, zero, self.weight);
+        }
 
         let (augmented, augmented_step) = match self.law {
             ForceLaw::Decay { .. } => {
@@ -158,15 +164,12 @@ impl<L: Lane> ForceFeedback<L> {
         self.augmented = L::select(is_augmented, augmented, self.augmented);
 
         let is_reengaging = is(mode, Mode::Reengaging);
-        let starting = has_become(before, mode, Mode::Reengaging);
-        let (progress, last_weight) =
-            (L::select(starting, zero, self.progress), L::select(starting, zero, self.weight));
-        let progress = (progress + self.blend_step).min(one);
+        let progress = (self.progress + self.blend_step).min(one);
         // The last step ends on 1 whatever the rounding of the sum.
         let progress = L::select(progress.ge(one - L::splat(0.5) * self.blend_step), one, progress);
         let weight = cross_fade(progress);
         let faded = self.augmented + weight * (force - self.augmented);
-        let faded_step = weight * moved + (weight - last_weight) * (self.measured - self.augmented).abs();
+        let faded_step = weight * moved + (weight - self.weight) * (self.measured - self.augmented).abs();
         self.progress = L::select(is_reengaging, progress, one);
         self.weight = L::select(is_reengaging, weight, one);
 

@@ -1,8 +1,8 @@
 //! Where the slave is sent: following the hand, frozen, or finding back to it.
 
-use super::automaton::{Mode, has_become, is};
+use super::automaton::{Mode, has_become, has_changed, is};
 use crate::error::{InvalidValue, positive};
-use crate::lane::Lane;
+use crate::lane::{Lane, seldom};
 
 /// Where the slave is held while augmented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,17 +92,20 @@ impl<L: Lane> SlaveReference<L> {
     /// The reference in any mode.
     #[inline(always)]
     pub(super) fn update(&mut self, before: L, mode: L, hand: L, slave: L) -> L {
-        let held = match self.freeze {
-            Freeze::Measured => slave,
-            Freeze::Reference => self.last,
-        };
-        self.frozen = L::select(has_become(before, mode, Mode::Augmented), held, self.frozen);
-        let opened = match self.reengage {
-            Reengage::Ramp { .. } | Reengage::Clutch => self.frozen - hand,
-            Reengage::Snap => L::zero(),
-        };
-        let closed = self.gap - self.gap.clamp(-self.closing_step, self.closing_step);
-        let reengaging = L::select(has_become(before, mode, Mode::Reengaging), opened, closed);
+        let mut reengaging = self.gap - self.gap.clamp(-self.closing_step, self.closing_step);
+        if has_changed(before, mode) {
+            seldom();
+            let held = match self.freeze {
+                Freeze::Measured => slave,
+                Freeze::Reference => self.last,
+            };
+            self.frozen = L::select(has_become(before, mode, Mode::Augmented), held, self.frozen);
+            let opened = match self.reengage {
+                Reengage::Ramp { .. } | Reengage::Clutch => self.frozen - hand,
+                Reengage::Snap => L::zero(),
+            };
+            reengaging = L::select(has_become(before, mode, Mode::Reengaging), opened, reengaging);
+        }
         self.gap = L::select(is(mode, Mode::Reengaging), reengaging, self.gap);
         self.last = L::select(is(mode, Mode::Augmented), self.frozen, hand + self.gap);
         self.last
