@@ -40,9 +40,24 @@ tissue.capsule.rupture_force_n = { from = 0.6, to = 1.5 }
 detector.threshold = { from = 1e-3, to = 1e-1, log = true }
 "#;
 
+/// One of about a second, of which many cases share a run.
+const SHARED: &str = r#"
+base = "builtin:augmented.toml"
+seeds = 9
+metrics = ["most_slave_overshoot_m", "false_alarms"]
+csv = false
+[set]
+simulation.duration_s = 7.0
+sensor.force_noise_std_n = 0.03
+detector.cap = 0.5
+[axes]
+scaling.force = { from = 0.5, to = 2.0, points = 120 }
+detector.threshold = { from = 2e-3, to = 0.2, points = 20, log = true }
+"#;
+
 fn desk() -> Desk {
     let desk = Desk::new();
-    desk.file("small.toml", SMALL).file("long.toml", LONG);
+    desk.file("small.toml", SMALL).file("long.toml", LONG).file("shared.toml", SHARED);
     desk
 }
 
@@ -54,6 +69,15 @@ fn begin(desk: &Desk, arguments: &[&str]) -> Child {
         .stderr(Stdio::null())
         .spawn()
         .expect("begun")
+}
+
+/// Waits until something is kept of a sweep that is running.
+fn await_a_pack(desk: &Desk, folder: &str, child: &mut Child) {
+    let part = desk.path(folder).join("cases.part");
+    while !std::fs::metadata(&part).is_ok_and(|file| file.len() > 0) {
+        assert!(child.try_wait().expect("asked").is_none(), "ended by itself");
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
 
 /// The files of a folder, the folders of shards in it left out.
@@ -205,7 +229,7 @@ fn shards_join_to_the_bytes_of_the_whole_though_a_worker_was_killed() {
     desk.good(&["sweep", "long.toml", "--quiet", "--out", "whole"]);
     let shard = |index: &'static str| ["sweep", "long.toml", "--quiet", "--threads", "1", "--shard", index];
     let (mut one, mut two) = (begin(&desk, &shard("1/2")), begin(&desk, &shard("2/2")));
-    std::thread::sleep(Duration::from_millis(400));
+    await_a_pack(&desk, "out/long/shard-2-of-2", &mut two);
     two.kill().expect("killed");
     two.wait().expect("ended");
     assert!(one.wait().expect("ended").success());
@@ -242,27 +266,42 @@ fn parts_that_make_no_whole_are_refused() {
 
 #[test]
 fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
+    killed_ten_times("long");
+}
+
+#[test]
+fn killed_with_runs_that_cases_share_it_goes_on_to_the_same_bytes() {
+    killed_ten_times("shared");
+}
+
+/// Ten moments between the beginning and the end of a run, which takes some hundred milliseconds.
+fn killed_ten_times(name: &str) {
     let desk = desk();
-    desk.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
-    // Moments between the beginning and the end of a run, which takes a second or more.
+    let file = format!("{name}.toml");
+    desk.good(&["sweep", &file, "--quiet", "--out", "undisturbed"]);
+    let (undisturbed, out) = (format!("undisturbed/{name}"), format!("out/{name}"));
     let mut moment =
         std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
-    let mut kept = vec![];
-    for _ in 0..6 {
+    let (mut kept, mut kills) = (vec![], 0);
+    while kills < 10 {
         moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let mut child = begin(&desk, &["sweep", "long.toml", "--quiet"]);
+        let mut child = begin(&desk, &["sweep", &file, "--quiet"]);
         std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
         let _ = child.kill();
         if child.wait().expect("ended").success() {
-            // It was done before; what it had kept became the files.
-            break;
+            // It was done before; what it had kept became the files, and another one begins.
+            same(&desk, &undisturbed, &out);
+            std::fs::remove_dir_all(desk.path(&out)).expect("there");
+            kept.clear();
+            continue;
         }
-        kept.push(std::fs::metadata(desk.path("out/long/cases.part")).map_or(0, |file| file.len()));
+        kills += 1;
+        kept.push(std::fs::metadata(desk.path(&out).join("cases.part")).map_or(0, |file| file.len()));
+        assert!(kept.is_sorted(), "what was done is lost: {kept:?}");
     }
-    assert!(kept.is_sorted(), "what was done is lost: {kept:?}");
-    desk.good(&["sweep", "long.toml", "--quiet"]);
-    same(&desk, "undisturbed/long", "out/long");
-    assert!(desk.good(&["sweep", "long.toml"]).contains("done already"));
+    desk.good(&["sweep", &file, "--quiet"]);
+    same(&desk, &undisturbed, &out);
+    assert!(desk.good(&["sweep", &file]).contains("done already"));
 }
 
 #[cfg(unix)]
@@ -270,11 +309,7 @@ fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
 fn the_keyboard_ends_it_in_good_order() {
     let desk = desk();
     let mut child = begin(&desk, &["sweep", "long.toml", "--threads", "1"]);
-    let part = desk.path("out/long/cases.part");
-    while !std::fs::metadata(&part).is_ok_and(|file| file.len() > 0) {
-        assert!(child.try_wait().expect("asked").is_none(), "ended by itself");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    await_a_pack(&desk, "out/long", &mut child);
     let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("ran");
     assert!(interrupt.success());
     assert_eq!(child.wait().expect("ended").code(), Some(130));
