@@ -3,7 +3,7 @@
 mod pack;
 
 pub(crate) use pack::{Asked, run_pack_asking};
-pub use pack::{PACK, can_share, run_pack, run_pack_in};
+pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 
 use thiserror::Error;
 

@@ -1,7 +1,11 @@
 //! Eight cases side by side, by instruction set.
 
+use std::hint::black_box;
+
 use trocar::engine::InstructionSet;
-use trocar::run::PACK;
+use trocar::run::{PACK, run_pack_sharing};
+use trocar::scenario::Scenario;
+use trocar::sensor::NoiseBank;
 
 use crate::markdown::{Table, figure};
 use crate::measured::{MEASURED, available, name_of};
@@ -35,23 +39,46 @@ pub fn measure() -> Vec<PackCost> {
     costs
 }
 
+/// What the scenarios with noise cost in the widest instruction set where their noise was drawn before, as in a sweep that has
+/// their seeds at many points.
+pub fn measure_with_bank() -> Vec<PackCost> {
+    let with_bank = |&(name, file, settings): &(&'static str, &str, &[&str])| {
+        let cases = cases(&scenario_with(file, settings));
+        let items = cases[0].grid.ticks() as f64 * cases.len() as f64;
+        let mut bank = NoiseBank::new(cases.len() * 2 * cases[0].grid.ticks() as usize);
+        let ns = time_ns(items, || elapsed_s(|| run_sharing(&mut bank, &cases)));
+        PackCost { name, set: Some(InstructionSet::widest()), ns }
+    };
+    let is_noisy = |name: &str| name.contains("noise") || name.contains("skin");
+    MEASURED.iter().filter(|(name, ..)| is_noisy(name)).map(with_bank).collect()
+}
+
+fn run_sharing(bank: &mut NoiseBank, cases: &[Scenario]) {
+    for metrics in black_box(run_pack_sharing(bank, black_box(cases))) {
+        metrics.expect("runs");
+    }
+}
+
 /// How a pack is run.
 pub fn way_of(set: Option<InstructionSet>) -> &'static str {
     set.map_or("one by one", name_of)
 }
 
 /// What packs cost.
-pub fn section(costs: &[PackCost]) -> String {
+pub fn section(costs: &[PackCost], with_bank: &[PackCost]) -> String {
     let mut table = Table::new(2, &["ns per tick and case", "lanes", "best", "median", "one by one / best"]);
-    for cost in costs {
+    let drawn_now = costs.iter().map(|cost| (cost, way_of(cost.set).to_owned()));
+    let drawn_before = with_bank.iter().map(|cost| (cost, format!("{}, noise drawn before", way_of(cost.set))));
+    for (cost, way) in drawn_now.chain(drawn_before) {
         let single = costs.iter().find(|other| other.name == cost.name && other.set.is_none());
         let gain = single.map_or(f64::NAN, |single| single.ns.best / cost.ns.best);
-        let names = [cost.name.to_owned(), way_of(cost.set).to_owned()];
+        let names = [cost.name.to_owned(), way];
         table.row(names.into_iter().chain([figure(cost.ns.best), figure(cost.ns.median), figure(gain)]));
     }
     let about = format!(
         "{PACK} cases that differ in force scale, threshold and seed, on one thread, from ready scenarios to metrics: \
-         building the engines and laying them side by side is in it. Without AVX2 and AVX-512, cases run one by one."
+         building the engines and laying them side by side is in it. Without AVX2 and AVX-512, cases run one by one. \
+         Drawing noise is in it too, but for the last rows: a sweep draws the noise of a seed once for all its points."
     );
     table.section("Cases side by side", &about)
 }

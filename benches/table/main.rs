@@ -45,10 +45,11 @@ fn main() {
     let components = begin("a tick by component", components::section);
     let single = begin("a single run", single::section);
     let costs = begin("lanes", lanes::measure);
+    let with_bank = begin("lanes, noise drawn before", lanes::measure_with_bank);
     let counts = begin("operations", operations::count);
     let sweeps = begin("sweeps", sweeps::section);
     let linear = begin("cost against cases and ticks", linear::section);
-    let (lanes, operations) = (lanes::section(&costs), operations::section(&counts));
+    let (lanes, operations) = (lanes::section(&costs, &with_bank), operations::section(&counts));
     let share = share::section(&peaks, &counts, &costs);
     let sections = [HEAD.to_owned(), machine, components, single, lanes, operations, share, sweeps, linear];
     let page = sections.join("\n");

@@ -68,7 +68,7 @@ fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
 fn seen<L: Lane>(s: &Signals<L>) -> Signals<L> {
     let zero = L::zero();
     let nothing = Signals { desired_position_m: zero, stiffness_n_per_m: zero, damping_n_s_per_m: zero, ..*s };
-    Signals { distance: zero, decision: zero, further: zero, ..nothing }
+    Signals { distance: zero, decision: zero, ..nothing }
 }
 
 /// What one lane has lived through, kept apart from the sums as it seldom changes.
@@ -375,20 +375,20 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
 
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
-        // One way for the ticks that only add to the sums, which most are, and another, out of line, for all others: they are
-        // in teleoperation and far from divergence; what is beyond is told apart out of line.
-        let quiet = (s.master_position_m.abs() + s.slave_position_m.abs()).lt(L::splat(DIVERGED_M))
-            & s.measured_force_n.abs().lt(L::splat(DIVERGED_N))
-            & s.mode.lt(L::splat(0.5));
+        // One way for the ticks that only add to the sums, which most are, and another, out of line, for all others. The
+        // strain is below 1 only in teleoperation and far from divergence; what is beyond is told apart out of line.
+        let strain = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
+            + (s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N) + s.mode);
         let is_quiet = !(self.is_watching | s.ruptured.any() | s.alarm.any());
         if L::WIDTH > 1 {
+            let quiet = strain.lt(L::splat(1.0));
             let ended = if self.running < L::WIDTH { self.ended() } else { L::Mask::splat(false) };
             if is_quiet && (quiet | ended).all() {
                 self.push_side_by_side(s);
             } else {
                 self.observe_side_by_side(seen(s));
             }
-        } else if is_quiet && quiet.all() {
+        } else if is_quiet && strain.lt(L::splat(1.0)).all() {
             self.sums.push(s.tick, sample(s));
         } else {
             self.observe_closely(seen(s));

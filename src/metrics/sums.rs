@@ -1,6 +1,6 @@
 //! Sums over the ticks of a run, in lanes.
 
-use crate::lane::Lane;
+use crate::lane::{Lane, by_index};
 
 /// How many partial sums there are of each quantity: tick `k` goes to number `k mod WAYS`, so that additions need not
 /// wait for each other. The order is fixed, whatever the machine and the number of lanes.
@@ -210,23 +210,21 @@ impl<L: Lane> Partial<L> {
     /// Adds a block that was filled by a run over `Width`, each quantity for itself.
     #[inline(always)]
     fn add<Width: Lane>(&mut self, block: &Block<L>) {
-        gather::<_, Width>(&mut self.absolute_residual, |sum, at| sum + block.residual_n[at].abs());
-        gather::<_, Width>(&mut self.squared_tracking_error, |sum, at| {
-            let error = block.slave_m[at] - block.reference_m[at];
-            sum + error * error
-        });
-        gather::<_, Width>(&mut self.operator_power, |sum, at| sum + block.operator_power_w[at]);
-        gather::<_, Width>(&mut self.tissue_power, |sum, at| sum + block.tissue_power_w[at]);
-        gather::<_, Width>(&mut self.least_force, |least, at| block.tissue_force_n[at].min(least));
-        gather::<_, Width>(&mut self.greatest_force, |greatest, at| block.tissue_force_n[at].max(greatest));
+        gather::<_, Width>(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());
+        let tracking_error: [L; BLOCK] = by_index!(BLOCK, |at| block.slave_m[at] - block.reference_m[at]);
+        gather::<_, Width>(&mut self.squared_tracking_error, &tracking_error, |sum, error| sum + error * error);
+        gather::<_, Width>(&mut self.operator_power, &block.operator_power_w, |sum, power| sum + power);
+        gather::<_, Width>(&mut self.tissue_power, &block.tissue_power_w, |sum, power| sum + power);
+        gather::<_, Width>(&mut self.least_force, &block.tissue_force_n, |least, force| force.min(least));
+        gather::<_, Width>(&mut self.greatest_force, &block.tissue_force_n, |greatest, force| force.max(greatest));
     }
 }
 
 /// Takes a block's values in their order, number `k` to partial result `k mod WAYS`.
 #[inline(always)]
-fn gather<L: Lane, Width: Lane>(ways: &mut [L; WAYS], take: impl Fn(L, usize) -> L) {
+fn gather<L: Lane, Width: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
     // By index: what iterators are made of may stay a call each where it is not compiled beside this.
     for at in 0..ticks_waiting::<Width>() {
-        ways[at % WAYS] = take(ways[at % WAYS], at);
+        ways[at % WAYS] = take(ways[at % WAYS], values[at]);
     }
 }

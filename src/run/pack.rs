@@ -31,6 +31,12 @@ pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Me
     answers.into_iter().map(|answer| answer.map(|asked| asked.metrics)).collect()
 }
 
+/// [`run_pack`] with noise that runs of the same seed share: the same bits, sooner.
+pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    let answers = run_pack_asking(bank, scenarios, &[]);
+    answers.into_iter().map(|answer| answer.map(|asked| asked.metrics)).collect()
+}
+
 /// What came out of a run that was asked about other thresholds.
 #[derive(Debug, Clone)]
 pub(crate) struct Asked {
@@ -39,8 +45,7 @@ pub(crate) struct Asked {
     pub(crate) alike: Vec<f64>,
 }
 
-/// [`run_pack`] with noise that runs of the same seed share, each scenario asked for its `higher` thresholds, which are above
-/// its detector's own and below the cap: the same bits, sooner.
+/// [`run_pack_sharing`], each scenario asked for its `higher` thresholds, which are above its detector's own and below the cap.
 pub(crate) fn run_pack_asking(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
