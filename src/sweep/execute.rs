@@ -47,7 +47,9 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
             *first = Some(error);
         }
     };
-    let ladder = Ladder::of(plan);
+    let layout = part.layout();
+    let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
+    let ladder = Ladder::of(plan, cases);
     let work = || {
         let mut worker = Worker::new(plan, part, ladder.as_ref(), threads);
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {

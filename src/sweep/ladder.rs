@@ -4,6 +4,7 @@
 //! them it is the same run, to the last bit, and need not be run again. Of a hundred thresholds, it takes a handful of runs.
 
 use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::columns::Column;
@@ -28,6 +29,8 @@ pub(super) struct Ladder {
     thresholds: Vec<f64>,
     /// How far cases are apart of which the thresholds are neighbours.
     stride: u64,
+    /// The cases of the part: nobody asks for others.
+    cases: Range<u64>,
     known: Mutex<Known>,
 }
 
@@ -45,8 +48,8 @@ struct Group {
     /// For each threshold its place in `rows`, once it is known.
     places: Vec<Option<u32>>,
     rows: Vec<Row>,
-    /// How many of the thresholds have been read.
-    read: usize,
+    /// How many of its cases are in the part and have not been read.
+    unread: usize,
 }
 
 /// A case that has to be run, with the higher thresholds that are to be asked.
@@ -57,8 +60,8 @@ pub(super) struct Question {
 }
 
 impl Ladder {
-    /// Nothing where no cases differ in the threshold alone.
-    pub(super) fn of(plan: &Plan) -> Option<Self> {
+    /// Of a part's cases; nothing where none differ in the threshold alone.
+    pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
         let design = &plan.design;
         let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
         // A cap that follows from the threshold differs, too; and what belongs to a loop is computed for each case.
@@ -69,13 +72,18 @@ impl Ladder {
         let thresholds = design.axes[at].numbers();
         let faster: u64 = design.axes[at + 1..].iter().map(|axis| axis.count().unwrap_or(1)).product();
         let stride = faster * design.seeds;
-        (thresholds.len() > 1).then(|| Self { thresholds, stride, known: Mutex::default() })
+        (thresholds.len() > 1).then(|| Self { thresholds, stride, cases, known: Mutex::default() })
     }
 
     /// A case's group, named by its first case, and the case's place among the thresholds.
     fn place(&self, case: u64) -> (u64, usize) {
         let at = (case / self.stride) % self.thresholds.len() as u64;
         (case - at * self.stride, at as usize)
+    }
+
+    /// The places of a group's cases that are in the part.
+    fn places(&self, first: u64) -> impl Iterator<Item = usize> {
+        (0..self.thresholds.len()).filter(move |&at| self.cases.contains(&(first + at as u64 * self.stride)))
     }
 
     fn known(&self) -> MutexGuard<'_, Known> {
@@ -88,8 +96,8 @@ impl Ladder {
         let mut known = self.known();
         let group = known.groups.get_mut(&first)?;
         let row = group.rows[group.places[at]? as usize].clone();
-        group.read += 1;
-        if group.read == self.thresholds.len() {
+        group.unread = group.unread.saturating_sub(1);
+        if group.unread == 0 {
             known.groups.remove(&first);
         }
         Some(row)
@@ -103,7 +111,7 @@ impl Ladder {
         let group = known.groups.get(&first);
         let is_known = |other: usize| group.is_some_and(|group| group.places[other].is_some());
         let own = self.thresholds[at];
-        let higher = (0..self.thresholds.len()).filter(|&other| self.thresholds[other] > own && !is_known(other));
+        let higher = self.places(first).filter(|&other| self.thresholds[other] > own && !is_known(other));
         Question { case, higher: higher.map(|other| self.thresholds[other]).collect() }
     }
 
@@ -114,7 +122,7 @@ impl Ladder {
         let group = known.groups.get(&first)?;
         let unknown = |at: &usize| group.places[*at].is_none();
         let by_size = |one: &usize, other: &usize| self.thresholds[*one].total_cmp(&self.thresholds[*other]);
-        let lowest = (0..self.thresholds.len()).filter(unknown).min_by(by_size)?;
+        let lowest = self.places(first).filter(unknown).min_by(by_size)?;
         Some(first + lowest as u64 * self.stride)
     }
 
@@ -126,7 +134,7 @@ impl Ladder {
         if known.groups.len() * count >= MOST_KEPT {
             *known = Known::default();
         }
-        let nothing = || Group { places: vec![None; count], rows: vec![], read: 0 };
+        let nothing = || Group { places: vec![None; count], rows: vec![], unread: self.places(first).count() };
         let group = known.groups.entry(first).or_insert_with(nothing);
         let place = group.rows.len() as u32;
         group.rows.push(row);
@@ -135,7 +143,7 @@ impl Ladder {
                 group.places[at] = Some(place);
             }
         }
-        if group.places.iter().any(Option::is_none) {
+        if self.places(first).any(|at| group.places[at].is_none()) {
             known.open.insert(first);
         }
     }
@@ -147,7 +155,7 @@ mod tests {
 
     /// Thresholds 3, 1, 2 over five seeds: cases 0, 5 and 10 are a group.
     fn ladder() -> Ladder {
-        Ladder { thresholds: vec![3.0, 1.0, 2.0], stride: 5, known: Mutex::default() }
+        Ladder { thresholds: vec![3.0, 1.0, 2.0], stride: 5, cases: 0..u64::MAX, known: Mutex::default() }
     }
 
     fn row(value: f64) -> Row {
@@ -184,6 +192,15 @@ mod tests {
         assert_eq!(ladder.question(6).higher, [2.0]);
         ladder.keep(6, row(0.2), &[2.0]);
         assert_eq!((ladder.ahead(), value(ladder.take(11))), (None, Some(0.2)));
+    }
+
+    #[test]
+    fn what_is_in_another_part_is_not_asked_for() {
+        let ladder = Ladder { cases: 4..10, ..ladder() };
+        assert_eq!(ladder.question(6).higher, [0.0; 0]);
+        ladder.keep(6, row(0.1), &[]);
+        assert_eq!((ladder.ahead(), value(ladder.take(6))), (None, Some(0.1)));
+        assert!(ladder.known().groups.is_empty());
     }
 
     #[test]
