@@ -50,13 +50,18 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let ladder = Ladder::of(plan, cases);
+    // What one thread finds out should not be run by another meanwhile; but none should be left without work.
+    let fair = (packs.end - packs.start) / (4 * threads.max(1) as u64);
+    let at_once = ladder.as_ref().map_or(1, |ladder| ladder.span().div_ceil(PACK_CASES).min(fair).max(1));
     let work = || {
         let mut worker = Worker::new(plan, part, ladder.as_ref(), threads);
+        let mut own = 0..0;
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
-            let pack = next.fetch_add(1, Ordering::Relaxed);
-            if pack >= packs.end {
-                break;
+            if own.is_empty() {
+                let first = next.fetch_add(at_once, Ordering::Relaxed);
+                own = first.min(packs.end)..(first + at_once).min(packs.end);
             }
+            let Some(pack) = own.next() else { break };
             // Where nothing was done before, nothing is there.
             let mut run = |is_done: bool| if is_done { Ok(0) } else { worker.run(pack) };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {

@@ -75,6 +75,11 @@ impl Ladder {
         (thresholds.len() > 1).then(|| Self { thresholds, stride, cases, known: Mutex::default() })
     }
 
+    /// Among how many cases in a row those of a group lie, and whole groups at that.
+    pub(super) fn span(&self) -> u64 {
+        self.stride * self.thresholds.len() as u64
+    }
+
     /// A case's group, named by its first case, and the case's place among the thresholds.
     fn place(&self, case: u64) -> (u64, usize) {
         let at = (case / self.stride) % self.thresholds.len() as u64;
