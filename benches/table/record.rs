@@ -1,6 +1,7 @@
 //! What each component of an engine is given over a whole run.
 
 use trocar::augmentation::Situation;
+use trocar::detect::evidence;
 use trocar::detection::Evidence;
 use trocar::engine::{Engine, ExactSides, Observer, Signals};
 
@@ -40,19 +41,11 @@ impl Inputs {
         let signals = recorder.0;
         let mut operator = engine.operator.clone();
         let mut estimator = engine.estimator.clone();
-        let mut evidence = |s: &Signals<f64>| {
+        let mut detector_sees = |s: &Signals<f64>| {
             let (depth_m, velocity_m_per_s) = (s.slave_position_m - engine.contact_m, s.slave_velocity_m_per_s);
             let estimate = estimator.update(s.measured_force_n, depth_m, velocity_m_per_s);
             assert_eq!(estimate.residual_n.to_bits(), s.residual_n.to_bits(), "tick {}", s.tick);
-            Evidence {
-                force_n: s.measured_force_n,
-                predicted_force_n: estimate.predicted_force_n,
-                residual_n: estimate.residual_n,
-                correction: estimate.correction,
-                depth_m,
-                velocity_m_per_s,
-                in_contact: depth_m > 0.0,
-            }
+            evidence(s.measured_force_n, depth_m, velocity_m_per_s, &estimate)
         };
         let situation = |s: &Signals<f64>| Situation {
             tick: s.tick,
@@ -66,7 +59,7 @@ impl Inputs {
             let next_m = operator.desired_position_m(s.tick + 1, s.operator_force_n);
             [s.desired_position_m, next_m, s.feedback_force_n, s.slave_reference_m]
         };
-        let detector: Vec<_> = signals.iter().map(&mut evidence).collect();
+        let detector: Vec<_> = signals.iter().map(&mut detector_sees).collect();
         Self {
             sides: signals.iter().map(&mut side).collect(),
             tissue: signals.iter().map(|s| (s.tick, s.slave_position_m, s.slave_velocity_m_per_s)).collect(),

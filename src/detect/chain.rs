@@ -88,7 +88,8 @@ impl Chain {
 /// What a detector goes by: a force (N) at a depth below the contact (m) and a velocity (m/s), and what the estimator made of
 /// them.
 #[inline]
-pub(crate) fn evidence(force_n: f64, depth_m: f64, velocity_m_per_s: f64, estimate: &Estimate<f64>) -> Evidence<f64> {
+#[must_use]
+pub fn evidence(force_n: f64, depth_m: f64, velocity_m_per_s: f64, estimate: &Estimate<f64>) -> Evidence<f64> {
     Evidence {
         force_n,
         predicted_force_n: estimate.predicted_force_n,

@@ -9,7 +9,7 @@ mod report;
 mod scores;
 mod statistics;
 
-pub(crate) use chain::evidence;
+pub use chain::evidence;
 pub use chain::{ASSUMED_STEP_M, Chain, Reading, Step, VelocitySource};
 pub use live::{LiveDetector, LiveStep, LiveSummary, Oddity};
 pub use matching::{Match, match_alarms};

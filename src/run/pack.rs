@@ -27,13 +27,15 @@ pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
 
 /// [`run_pack`] in a given instruction set, or one after the other where the machine has not got it.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    let answers = run_packs(set, &mut NoiseBank::new(0), scenarios, &[]);
-    answers.into_iter().map(|answer| answer.map(|asked| asked.metrics)).collect()
+    metrics_of(run_pack_asking(set, &mut NoiseBank::new(0), scenarios, &[]))
 }
 
 /// [`run_pack`] with noise that runs of the same seed share: the same bits, sooner.
 pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    let answers = run_pack_asking(bank, scenarios, &[]);
+    metrics_of(run_pack_asking(InstructionSet::widest(), bank, scenarios, &[]))
+}
+
+fn metrics_of(answers: Vec<Result<Asked, RunError>>) -> Vec<Result<Metrics, RunError>> {
     answers.into_iter().map(|answer| answer.map(|asked| asked.metrics)).collect()
 }
 
@@ -45,16 +47,9 @@ pub(crate) struct Asked {
     pub(crate) alike: Vec<f64>,
 }
 
-/// [`run_pack_sharing`], each scenario asked for its `higher` thresholds, which are above its detector's own and below the cap.
+/// [`run_pack_in`] with noise that runs of the same seed share, each scenario asked for its `higher` thresholds, which are above
+/// its detector's own and below the cap.
 pub(crate) fn run_pack_asking(
-    bank: &mut NoiseBank,
-    scenarios: &[Scenario],
-    higher: &[Vec<f64>],
-) -> Vec<Result<Asked, RunError>> {
-    run_packs(InstructionSet::widest(), bank, scenarios, higher)
-}
-
-fn run_packs(
     set: InstructionSet,
     bank: &mut NoiseBank,
     scenarios: &[Scenario],

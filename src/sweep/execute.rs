@@ -1,15 +1,17 @@
 //! Running a sweep, or a part of it.
 
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::columns::Column;
 use super::error::SweepError;
-use super::ladder::{Ladder, Question, Row};
+use super::ladder::{Ladder, Row};
 use super::part::{Outcome, PACK_CASES, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
 use super::stability::LoopOfCase;
+use crate::engine::InstructionSet;
 use crate::metrics;
 use crate::run::{Asked, RunError, run_pack_asking};
 use crate::sensor::NoiseBank;
@@ -105,45 +107,43 @@ impl<'a> Worker<'a> {
     /// Runs and keeps one pack; gives its cases.
     fn run(&mut self, pack: u64) -> Result<u64, SweepError> {
         let cases = self.part.layout().cases_of(pack);
-        let mut rows: Vec<Option<Row>> = cases.clone().map(|case| self.ladder?.take(case)).collect();
-        let missing: Vec<u64> = cases.clone().filter(|case| rows[(case - cases.start) as usize].is_none()).collect();
+        let mut known: BTreeMap<u64, Row> =
+            cases.clone().filter_map(|case| Some((case, self.ladder?.take(case)?))).collect();
+        let missing: Vec<u64> = cases.clone().filter(|case| !known.contains_key(case)).collect();
         if !missing.is_empty() {
-            for (case, row) in self.answer(&missing)? {
-                if cases.contains(&case) {
-                    rows[(case - cases.start) as usize] = Some(row);
-                }
-            }
+            known.extend(self.answer(&missing)?);
+            // What was asked for is read here and not asked for again.
+            missing.iter().for_each(|&case| drop(self.ladder.and_then(|ladder| ladder.take(case))));
         }
         self.rows.clear();
-        rows.into_iter().flatten().for_each(|row| self.rows.push(row.outcome, row.values.into_iter()));
+        for (_, row) in known.range(cases.clone()) {
+            self.rows.push(row.outcome, row.values.iter().copied());
+        }
         self.part.write(pack, &mut self.rows)?;
         Ok(cases.end - cases.start)
     }
 
-    /// Runs cases, and beside them others whose turn comes later, where lanes are left over.
+    /// A case whose turn comes later, where lanes are left over.
+    fn ahead(&self, lanes_taken: usize) -> Option<u64> {
+        self.ladder.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
+    }
+
+    /// Runs cases, and others ahead beside them.
     fn answer(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
-        let question = |&case: &u64| match self.ladder {
-            Some(ladder) => ladder.question(case),
-            None => Question { case, higher: vec![] },
-        };
-        let mut questions: Vec<Question> = cases.iter().map(question).collect();
-        while let Some(ladder) = self.ladder.filter(|_| questions.len() < PACK_CASES as usize) {
-            let Some(case) = ladder.ahead() else { break };
-            questions.push(ladder.question(case));
-        }
         let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);
-        let (mut scenarios, mut loops, mut higher) = (vec![], vec![], vec![]);
-        for Question { case, higher: above } in &mut questions {
-            let scenario = self.maker.scenario(*case)?;
+        let (mut asked, mut scenarios, mut loops, mut higher) = (vec![], vec![], vec![], vec![]);
+        while let Some(case) = cases.get(asked.len()).copied().or_else(|| self.ahead(asked.len())) {
+            let scenario = self.maker.scenario(case)?;
+            let cap = scenario.detector.cusum.cap;
+            higher.push(self.ladder.map_or_else(Vec::new, |ladder| ladder.higher(case, cap)));
             loops.push(has_loop.then(|| self.maker.loop_settings(&scenario)));
-            above.retain(|&threshold| threshold < scenario.detector.cusum.cap);
-            higher.push(std::mem::take(above));
             scenarios.push(scenario);
+            asked.push(case);
         }
         let mut rows = vec![];
-        let answers = run_pack_asking(&mut self.bank, &scenarios, &higher);
-        for (k, (Question { case, .. }, answer)) in questions.into_iter().zip(answers).enumerate() {
+        let answers = run_pack_asking(InstructionSet::widest(), &mut self.bank, &scenarios, &higher);
+        for (k, (case, answer)) in asked.into_iter().zip(answers).enumerate() {
             let (row, alike) = match answer {
                 Ok(Asked { metrics, alike }) => {
                     let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
@@ -165,5 +165,31 @@ impl<'a> Worker<'a> {
             rows.push((case, row));
         }
         Ok(rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Source;
+    use crate::sweep::Shard;
+
+    #[test]
+    fn what_cases_share_is_forgotten_once_all_are_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("sweep.toml");
+        let text = "base = \"builtin:augmented.toml\"\nseeds = 3\n[set]\nsimulation.duration_s = 6.0\n\
+                    sensor.force_noise_std_n = 0.03\ndetector.cap = 0.4\n[axes]\nscaling.force = [0.7, 1.4]\n\
+                    detector.threshold = { from = 2e-3, to = 0.2, points = 9, log = true }\n";
+        std::fs::write(&file, text).expect("written");
+        let plan = Plan::load(&Source::parse(file.to_str().expect("a path")), &[]).expect("a sweep");
+        let part = Part::open(&folder.path().join("part"), plan.layout(Shard::WHOLE)).expect("a part");
+        let ladder = Ladder::of(&plan, 0..plan.design.cases()).expect("thresholds");
+        let mut worker = Worker::new(&plan, &part, Some(&ladder), 1);
+        let packs = part.layout().packs.clone();
+        worker.run(packs.start).expect("runs");
+        assert!(!ladder.is_empty());
+        let cases: u64 = (packs.start + 1..packs.end).map(|pack| worker.run(pack).expect("runs")).sum();
+        assert_eq!((cases + 8, ladder.is_empty()), (54, true));
     }
 }

@@ -52,13 +52,6 @@ struct Group {
     unread: usize,
 }
 
-/// A case that has to be run, with the higher thresholds that are to be asked.
-#[derive(Debug, Clone)]
-pub(super) struct Question {
-    pub(super) case: u64,
-    pub(super) higher: Vec<f64>,
-}
-
 impl Ladder {
     /// Of a part's cases; nothing where none differ in the threshold alone.
     pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
@@ -95,6 +88,12 @@ impl Ladder {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Whether nothing is kept.
+    #[cfg(test)]
+    pub(super) fn is_empty(&self) -> bool {
+        self.known().groups.is_empty()
+    }
+
     /// What is known of a case that is written now: it will not be asked for again.
     pub(super) fn take(&self, case: u64) -> Option<Row> {
         let (first, at) = self.place(case);
@@ -108,16 +107,15 @@ impl Ladder {
         Some(row)
     }
 
-    /// How to ask for a case.
-    pub(super) fn question(&self, case: u64) -> Question {
+    /// The thresholds below `cap` that are to be asked in the run of a case, which begins now.
+    pub(super) fn higher(&self, case: u64, cap: f64) -> Vec<f64> {
         let (first, at) = self.place(case);
         let mut known = self.known();
         known.open.remove(&first);
         let group = known.groups.get(&first);
         let is_known = |other: usize| group.is_some_and(|group| group.places[other].is_some());
-        let own = self.thresholds[at];
-        let higher = self.places(first).filter(|&other| self.thresholds[other] > own && !is_known(other));
-        Question { case, higher: higher.map(|other| self.thresholds[other]).collect() }
+        let unknown = self.places(first).filter(|&other| !is_known(other)).map(|other| self.thresholds[other]);
+        unknown.filter(|&threshold| threshold > self.thresholds[at] && threshold < cap).collect()
     }
 
     /// A case that will have to be run some time and that nobody runs now.
@@ -175,7 +173,8 @@ mod tests {
     fn a_row_is_there_for_all_that_are_alike() {
         let ladder = ladder();
         assert!(ladder.take(2).is_none());
-        assert_eq!(ladder.question(7).higher, [3.0, 2.0]);
+        assert_eq!(ladder.higher(7, 9.0), [3.0, 2.0]);
+        assert_eq!(ladder.higher(7, 2.5), [2.0], "below the cap");
         ladder.keep(7, row(0.5), &[3.0]);
         assert_eq!(
             (value(ladder.take(7)), value(ladder.take(2)), value(ladder.take(12))),
@@ -184,7 +183,7 @@ mod tests {
         assert_eq!(value(ladder.take(3)), None, "another seed");
         ladder.keep(12, row(0.7), &[]);
         assert_eq!(value(ladder.take(12)), Some(0.7));
-        assert!(ladder.known().groups.is_empty(), "what was read is forgotten");
+        assert!(ladder.is_empty(), "what was read is forgotten");
     }
 
     #[test]
@@ -194,7 +193,7 @@ mod tests {
         ladder.keep(1, row(0.1), &[]);
         assert_eq!(ladder.ahead(), Some(6));
         assert_eq!(ladder.ahead(), None, "somebody does");
-        assert_eq!(ladder.question(6).higher, [2.0]);
+        assert_eq!(ladder.higher(6, 3.0), [2.0]);
         ladder.keep(6, row(0.2), &[2.0]);
         assert_eq!((ladder.ahead(), value(ladder.take(11))), (None, Some(0.2)));
     }
@@ -202,10 +201,10 @@ mod tests {
     #[test]
     fn what_is_in_another_part_is_not_asked_for() {
         let ladder = Ladder { cases: 4..10, ..ladder() };
-        assert_eq!(ladder.question(6).higher, [0.0; 0]);
+        assert_eq!(ladder.higher(6, 9.0), [0.0; 0]);
         ladder.keep(6, row(0.1), &[]);
         assert_eq!((ladder.ahead(), value(ladder.take(6))), (None, Some(0.1)));
-        assert!(ladder.known().groups.is_empty());
+        assert!(ladder.is_empty());
     }
 
     #[test]
