@@ -30,13 +30,18 @@ fn settings(rng: &mut ChaCha8Rng, ranges: &[(&str, f64, f64)]) -> Vec<String> {
     settings
 }
 
-/// What any scenario may differ in. Force scales this large make some of the closed loops diverge.
-const COMMON: [(&str, f64, f64); 11] = [
-    ("scaling.force", 0.3, 3.0),
-    ("scaling.position", 0.5, 1.5),
+/// The machines, which lanes have in common or each for itself.
+const MACHINES: [(&str, f64, f64); 4] = [
     ("arm.k_a_n_per_m", 150.0, 600.0),
     ("arm.b_a_n_s_per_m", 1.0, 8.0),
     ("master.mass_kg", 0.3, 1.5),
+    ("slave.proportional_gain", 900.0, 1500.0),
+];
+
+/// What any scenario may differ in. Force scales this large make some of the closed loops diverge.
+const COMMON: [(&str, f64, f64); 8] = [
+    ("scaling.force", 0.3, 3.0),
+    ("scaling.position", 0.5, 1.5),
     ("estimator.dead_zone_n", 0.01, 0.08),
     ("detector.threshold", 0.005, 0.08),
     ("detector.settle_s", 0.02, 0.3),
@@ -49,10 +54,12 @@ fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, s
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let ranges: Vec<_> = COMMON.iter().chain(own).copied().collect();
     let (mut diverged, mut events) = (0, 0);
-    for _ in 0..packs {
+    for pack in 0..packs {
+        let machines = settings(&mut rng, &MACHINES);
         let case = |rng: &mut ChaCha8Rng| {
             let mut all: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
-            all.extend(settings(rng, &ranges));
+            let machines = if pack % 2 == 0 { machines.clone() } else { settings(rng, &MACHINES) };
+            all.extend(machines.into_iter().chain(settings(rng, &ranges)));
             load(name, &all)
         };
         let scenarios: Vec<Scenario> = (0..PACK).map(|_| case(&mut rng)).collect();

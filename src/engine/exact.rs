@@ -1,7 +1,7 @@
 //! The sides stepped exactly, by the matrix exponentials of `plant`.
 
 use super::{IntegrationError, MasterReading, Sides, SlaveReading};
-use crate::lane::{Lane, by_index};
+use crate::lane::{Gather, LANES, Lane, by_index, of_each};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 
 /// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; the force integral and, as one more, `F_h` at the next tick.
@@ -13,17 +13,42 @@ const MASTER_COLUMNS: usize = MASTER_STATES + 3;
 const SLAVE_ROWS: usize = SLAVE_STATES + 1;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
+/// What a matrix over lanes consists of.
+pub trait Coefficient<L>: Copy {
+    /// The coefficient in each lane.
+    fn in_lanes(self) -> L;
+}
+
+impl<L: Lane> Coefficient<L> for L {
+    #[inline(always)]
+    fn in_lanes(self) -> L {
+        self
+    }
+}
+
+/// A coefficient that is the same in all lanes.
+#[derive(Debug, Clone, Copy)]
+pub struct Shared(f64);
+
+impl<L: Lane> Coefficient<L> for Shared {
+    #[inline(always)]
+    fn in_lanes(self) -> L {
+        L::splat(self.0)
+    }
+}
+
 /// Both sides as two matrices, column by column, and their states.
 ///
-/// Aligned so that no vector straddles two cache lines: each tick reads all of it.
+/// The matrices are most of what a tick reads: where all lanes have the same machines they are [`Shared`], an eighth as much.
+/// Aligned so that no vector straddles two cache lines.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-pub struct ExactSides<L> {
+pub struct ExactSides<L, C = L> {
     /// The master's rows for its motion.
-    motion: [[L; MOTION_ROWS]; MASTER_COLUMNS],
+    motion: [[C; MOTION_ROWS]; MASTER_COLUMNS],
     /// The master's other rows: the force integral and `F_h`.
-    forces: [[L; FORCE_ROWS]; MASTER_COLUMNS],
-    slave: [[L; SLAVE_ROWS]; SLAVE_COLUMNS],
+    forces: [[C; FORCE_ROWS]; MASTER_COLUMNS],
+    slave: [[C; SLAVE_ROWS]; SLAVE_COLUMNS],
     motion_state: [L; MOTION_ROWS],
     slave_state: [L; SLAVE_ROWS],
     force_state: [L; FORCE_ROWS],
@@ -99,22 +124,22 @@ impl<L: Lane> ExactSides<L> {
 
 /// `Σ_j columns[j] · inputs[j]` as two sums, over even and over odd `j`, added at the end: half the wait, one fixed order.
 #[inline(always)]
-pub(super) fn combine<L: Lane, const ROWS: usize, const COLUMNS: usize>(
-    columns: &[[L; ROWS]; COLUMNS],
+pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUMNS: usize>(
+    columns: &[[C; ROWS]; COLUMNS],
     inputs: [L; COLUMNS],
 ) -> [L; ROWS] {
-    let mut even: [L; ROWS] = by_index!(ROWS, |i| columns[0][i] * inputs[0]);
-    let mut odd: [L; ROWS] = by_index!(ROWS, |i| columns[1][i] * inputs[1]);
+    let mut even: [L; ROWS] = by_index!(ROWS, |i| columns[0][i].in_lanes() * inputs[0]);
+    let mut odd: [L; ROWS] = by_index!(ROWS, |i| columns[1][i].in_lanes() * inputs[1]);
     for j in (2..COLUMNS).step_by(2) {
         for i in 0..ROWS {
-            even[i] = even[i] + columns[j][i] * inputs[j];
-            odd[i] = odd[i] + columns[j + 1][i] * inputs[j + 1];
+            even[i] = even[i] + columns[j][i].in_lanes() * inputs[j];
+            odd[i] = odd[i] + columns[j + 1][i].in_lanes() * inputs[j + 1];
         }
     }
     by_index!(ROWS, |i| even[i] + odd[i])
 }
 
-impl<L: Lane> Sides<L> for ExactSides<L> {
+impl<L: Lane, C: Coefficient<L>> Sides<L> for ExactSides<L, C> {
     const IS_VECTOR: bool = true;
 
     #[inline(always)]
@@ -147,5 +172,29 @@ impl<L: Lane> Sides<L> for ExactSides<L> {
     }
 }
 
+impl ExactSides<f64> {
+    /// Those of eight cases with the same machines; nothing where a bit of them differs.
+    pub(crate) fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactSides<L, Shared>> {
+        fn same<const ROWS: usize, const COLUMNS: usize>(
+            a: &[[f64; ROWS]; COLUMNS],
+            b: &[[f64; ROWS]; COLUMNS],
+        ) -> bool {
+            a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits())
+        }
+        let first = all[0];
+        let is_alike = |one: &&Self| {
+            same(&one.motion, &first.motion) && same(&one.forces, &first.forces) && same(&one.slave, &first.slave)
+        };
+        all.iter().all(is_alike).then_some(())?;
+        Some(ExactSides {
+            motion: first.motion.map(|column| column.map(Shared)),
+            forces: first.forces.map(|column| column.map(Shared)),
+            slave: first.slave.map(|column| column.map(Shared)),
+            motion_state: Gather::gather(of_each!(all, |one| &one.motion_state))?,
+            slave_state: Gather::gather(of_each!(all, |one| &one.slave_state))?,
+            force_state: Gather::gather(of_each!(all, |one| &one.force_state))?,
+        })
+    }
+}
+
 crate::lane::gather!(ExactSides { motion, forces, slave, motion_state, slave_state, force_state });
-crate::lane::gather!(ForceColumn { motion, forces });

@@ -135,18 +135,3 @@ impl<L: Lane> Sides<L> for LimitedSides<L> {
         Ok(())
     }
 }
-
-crate::lane::gather!(LimitedSides {
-    master,
-    slave,
-    hand_force,
-    integral_gain,
-    tick_s,
-    control,
-    master_motor,
-    slave_motor,
-    motion,
-    hand_force_n,
-    integral,
-    slave_state,
-});

@@ -59,6 +59,3 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         by_index!(N, |i| states[i] + lag.from_actual[i] * actual)
     }
 }
-
-crate::lane::gather!(Motor[N] { range, change, command, lag });
-crate::lane::gather!(Lag[N] { from_actual, kept, gained, actual });

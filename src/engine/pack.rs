@@ -92,15 +92,19 @@ wide! {
     Avx512;
 }
 
-/// Eight engines as one, the first in lane 0; nothing where they differ in more than numbers, or have begun.
-pub(crate) fn gather<L: Lane, S: Gather>(all: [&Engine<f64, S>; LANES]) -> Option<Engine<L, S::Of<L>>> {
+/// Eight engines as one, the first in lane 0; nothing where they differ in more than numbers, or have begun. `sides` lays
+/// their machines side by side.
+pub(crate) fn gather<L: Lane, S, T>(
+    all: [&Engine<f64, S>; LANES],
+    sides: impl FnOnce([&S; LANES]) -> Option<T>,
+) -> Option<Engine<L, T>> {
     let grid = all[0].grid;
     if all.iter().any(|one| one.grid != grid) {
         return None;
     }
     Some(Engine {
         grid,
-        sides: Gather::gather(crate::lane::of_each!(all, |one| &one.sides))?,
+        sides: sides(crate::lane::of_each!(all, |one| &one.sides))?,
         operator: Gather::gather(crate::lane::of_each!(all, |one| &one.operator))?,
         tissue: Gather::gather(crate::lane::of_each!(all, |one| &one.tissue))?,
         sensor: Gather::gather(crate::lane::of_each!(all, |one| &one.sensor))?,

@@ -58,5 +58,3 @@ impl<L: Lane> Sides<L> for SplitSides<L> {
         Ok(())
     }
 }
-
-crate::lane::gather!(SplitSides { exact, late_force, late_reference, force_n, reference_m });

@@ -225,9 +225,10 @@ impl<L: Lane> Rls<L> {
         let residual = force_n - predicted;
 
         // Within the dead zone, where most samples fall, nothing changes: the branch spares two divisions. What it
-        // depends on was computed a tick ago, as samples that leave the dead zone come unforeseen.
+        // depends on was computed a tick ago, as samples that leave the dead zone come unforeseen. Side by side some lane
+        // leaves it so often that being wrong about the branch takes longer than the divisions.
         let outside = residual.abs().gt(self.dead_zone);
-        let correction = if outside.any() { self.correct(outside, residual) } else { [zero; 2] };
+        let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 
         let contact = depth_m.gt(zero);
         let velocity = self.velocity_share * velocity_m_per_s;

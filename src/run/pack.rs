@@ -126,9 +126,9 @@ impl Engines {
         let Some(engines) = self.exact() else { return false };
         match InstructionSet::widest() {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => gather::<Avx512, _>(engines).is_some(),
+            InstructionSet::Avx512 => gather::<Avx512, _, _>(engines, ExactSides::gather::<Avx512>).is_some(),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => gather::<Avx2, _>(engines).is_some(),
+            InstructionSet::Avx2 => gather::<Avx2, _, _>(engines, ExactSides::gather::<Avx2>).is_some(),
             _ => false,
         }
     }
@@ -144,23 +144,26 @@ impl Engines {
         let engines = self.exact()?;
         match set {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => side_by_side::<Avx512, _>(engines, scenarios),
+            InstructionSet::Avx512 => side_by_side::<Avx512>(engines, scenarios),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => side_by_side::<Avx2, _>(engines, scenarios),
+            InstructionSet::Avx2 => side_by_side::<Avx2>(engines, scenarios),
             _ => None,
         }
     }
 }
 
 /// Runs engines in lanes, where they can share them.
-fn side_by_side<L: Wide, S: Sides<f64> + Gather>(
-    engines: [&Engine<f64, S>; LANES],
+fn side_by_side<L: Wide>(
+    engines: [&Engine<f64, ExactSides<f64>>; LANES],
     scenarios: &[Scenario],
-) -> Option<Vec<Asked>>
-where
-    S::Of<L>: Sides<L>,
-{
-    let mut engine = gather::<L, _>(engines)?;
+) -> Option<Vec<Asked>> {
+    match gather::<L, _, _>(engines, ExactSides::gather_alike) {
+        Some(engine) => run_gathered(engine, scenarios),
+        None => run_gathered(gather::<L, _, _>(engines, ExactSides::gather)?, scenarios),
+    }
+}
+
+fn run_gathered<L: Wide, S: Sides<L>>(mut engine: Engine<L, S>, scenarios: &[Scenario]) -> Option<Vec<Asked>> {
     let grid = engine.grid;
     let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
     let mut observer = MetricsObserver::<L>::new(grid, ruptures);
