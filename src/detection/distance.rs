@@ -168,7 +168,8 @@ pub(super) struct DistanceState<L> {
     last_force: L,
     started: bool,
     page_hinkley: PageHinkley<L>,
-    likelihood_ratio: LikelihoodRatio<L>,
+    /// Where it is this kind: by far the largest, and laid side by side with the rest.
+    likelihood_ratio: Option<LikelihoodRatio<L>>,
 }
 
 impl<L: Lane> DistanceState<L> {
@@ -189,7 +190,8 @@ impl<L: Lane> DistanceState<L> {
             last_force: L::zero(),
             started: false,
             page_hinkley: PageHinkley::new(h.rupture_mean_n),
-            likelihood_ratio: LikelihoodRatio::new(distance.window_samples, h.quiet_std_n),
+            likelihood_ratio: (distance.kind == DistanceKind::LikelihoodRatio)
+                .then(|| LikelihoodRatio::new(distance.window_samples, h.quiet_std_n)),
         }
     }
 
@@ -231,7 +233,7 @@ impl<L: Lane> DistanceState<L> {
                 self.last_force = force;
                 change * change
             }
-            DistanceKind::LikelihoodRatio => self.likelihood_ratio.update(e),
+            DistanceKind::LikelihoodRatio => self.likelihood_ratio.as_mut().map_or(L::zero(), |ratio| ratio.update(e)),
             DistanceKind::PageHinkley => self.page_hinkley.update(e),
         }
     }
@@ -239,10 +241,11 @@ impl<L: Lane> DistanceState<L> {
     /// Starts what looks back again where the mask holds.
     #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
-        match self.kind {
-            DistanceKind::LikelihoodRatio => self.likelihood_ratio.reset(mask),
-            DistanceKind::PageHinkley => self.page_hinkley.reset(mask),
-            _ => {}
+        if let Some(ratio) = &mut self.likelihood_ratio {
+            ratio.reset(mask);
+        }
+        if self.kind == DistanceKind::PageHinkley {
+            self.page_hinkley.reset(mask);
         }
     }
 }
