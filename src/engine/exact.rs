@@ -40,17 +40,18 @@ impl<L: Lane> Coefficient<L> for Shared {
 /// Both sides as two matrices, column by column, and their states.
 ///
 /// The matrices are most of what a tick reads: where all lanes have the same machines they are [`Shared`], an eighth as much.
-/// Aligned so that no vector straddles two cache lines.
+/// Aligned so that no vector straddles two cache lines. In this order no state lies beside another: two that do are written
+/// and read as one vector, in other parts than the tick before wrote, which then have to leave the processor's queue first.
 #[derive(Debug, Clone)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub struct ExactSides<L, C = L> {
     /// The master's rows for its motion.
     motion: [[C; MOTION_ROWS]; MASTER_COLUMNS],
+    motion_state: [L; MOTION_ROWS],
+    slave: [[C; SLAVE_ROWS]; SLAVE_COLUMNS],
+    slave_state: [L; SLAVE_ROWS],
     /// The master's other rows: the force integral and `F_h`.
     forces: [[C; FORCE_ROWS]; MASTER_COLUMNS],
-    slave: [[C; SLAVE_ROWS]; SLAVE_COLUMNS],
-    motion_state: [L; MOTION_ROWS],
-    slave_state: [L; SLAVE_ROWS],
     force_state: [L; FORCE_ROWS],
 }
 
