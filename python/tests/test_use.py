@@ -137,7 +137,7 @@ def test_the_lock_is_released_while_computing():
     thread = threading.Thread(target=count)
     thread.start()
     begun = time.monotonic()
-    trocar.sweep("builtin:01_through_the_skin.toml", {"scaling.force": trocar.Range(0.5, 2.0, 40)}, threads=1)
+    trocar.sweep("builtin:01_through_the_skin.toml", {"scaling.force": trocar.Range(0.5, 2.0, 2000)}, threads=1)
     lasted = time.monotonic() - begun
     done.set()
     thread.join()
