@@ -87,6 +87,28 @@ fn replays() {
 }
 
 #[test]
+fn lanes_with_augmentation_beside_lanes_without() {
+    for name in ["augmented", "01_augmented", "16_long_delay_waves", "20_four_channel"] {
+        let mut rng = ChaCha8Rng::seed_from_u64(12);
+        let case = |k: usize| {
+            let mut all = settings(&mut rng, &[("scaling.force", 0.6, 1.2)]);
+            all.push(format!("augmentation.enabled={}", k % 3 != 0));
+            load(name, &all)
+        };
+        let scenarios: Vec<Scenario> = (0..3 * PACK).map(case).collect();
+        let single: Vec<String> = scenarios.iter().map(alone).collect();
+        let augmented = |(k, metrics): (usize, &String)| (k % 3 != 0, !metrics.contains("events: []"));
+        assert!(single.iter().enumerate().map(augmented).all(|(enabled, has_events)| enabled || !has_events));
+        assert!(single.iter().any(|metrics| !metrics.contains("events: []")), "{name}");
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+            for (k, (packed, single)) in in_packs(set, &scenarios).iter().zip(&single).enumerate() {
+                assert!(packed == single, "{name}, {set:?}, case {k}:\n{packed}\n{single}");
+            }
+        }
+    }
+}
+
+#[test]
 fn layers() {
     let own = [
         ("sensor.force_noise_std_n", 0.005, 0.05),

@@ -306,6 +306,42 @@ fn killed_ten_times(name: &str) {
 
 #[cfg(unix)]
 #[test]
+fn a_folder_that_another_process_is_at_is_left_alone() {
+    let desk = desk();
+    desk.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
+    let mut first = begin(&desk, &["sweep", "long.toml", "--quiet"]);
+    await_a_pack(&desk, "out/long", &mut first);
+    let second = desk.trocar(&["sweep", "long.toml", "--quiet"]);
+    assert_eq!(second.code, 1, "{}", second.err);
+    assert!(second.err.contains("another process; wait for it"), "{}", second.err);
+    assert!(first.wait().expect("waited").success());
+    same(&desk, "undisturbed/long", "out/long");
+}
+
+#[test]
+fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
+    let desk = Desk::new();
+    let head = "base = \"builtin:augmented.toml\"\nseeds = 4\nmetrics = [\"tissue_energy_j\", \"augmented_s\"]\n\
+                focus = [\"tissue_energy_j\"]\n[set]\nsimulation.duration_s = 6.0\nsensor.force_noise_std_n = 0.02\n";
+    for (name, axes) in [
+        ("none", ""),
+        ("one", "[axes]\nscaling.force = [1.0]\n"),
+        ("words", "[axes]\naugmentation.reengage = [\"ramp\", \"snap\"]\n"),
+        ("flags", "[axes]\naugmentation.enabled = [true, false]\naugmentation.reengage = [\"ramp\", \"snap\"]\n"),
+    ] {
+        desk.file(&format!("{name}.toml"), format!("{head}{axes}"));
+        desk.good(&["sweep", &format!("{name}.toml"), "--quiet", "--report"]);
+        let text = desk.text(&format!("out/{name}/summary.txt"));
+        assert!(text.contains("tissue_energy_j"), "{name}: {text}");
+        // Without augmentation nobody is frozen, whoever is beside it.
+        for row in rows(&desk, &format!("out/{name}/cases.csv")) {
+            let is_off = row.get("augmentation.enabled").is_some_and(|enabled| enabled == "false");
+            assert_eq!(row["augmented_s"] == "0.0", is_off, "{name}: {row:?}");
+        }
+    }
+}
+
+#[test]
 fn the_keyboard_ends_it_in_good_order() {
     let desk = desk();
     let mut child = begin(&desk, &["sweep", "long.toml", "--threads", "1"]);

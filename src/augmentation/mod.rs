@@ -199,9 +199,10 @@ impl<L: Lane> Supervisor<L> {
     #[inline(always)]
     fn act_on_slave(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L) -> SlaveCommand<L> {
         let before = self.automaton.mode();
-        let mode = self.automaton.step(tick, alarm, decision, self.reference.is_blended());
+        // A lane without augmentation comes here beside others that have it. What it is told of is told, as in `pass`.
+        let mode = self.automaton.step(tick, alarm & self.enabled, decision, self.reference.is_blended());
         let slave_reference_m = self.reference.update(before, mode, hand_m, slave_m);
-        let alarm_taken = automaton::has_become(before, mode, Mode::Augmented);
+        let alarm_taken = automaton::has_become(before, mode, Mode::Augmented) | (alarm & !self.enabled);
         SlaveCommand { mode, slave_reference_m, alarm_taken }
     }
 

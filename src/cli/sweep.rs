@@ -93,10 +93,11 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         }
         return report(&folder, &args.output, "done already");
     }
-    folder.remove_leftovers();
     folder.write(SWEEP, plan.canonical().as_bytes())?;
-    folder.write(MANIFEST, manifest_json(&manifest).as_bytes())?;
     let part = Part::open(&folder.path().join(CASES), layout)?;
+    // From here on the folder is this process's.
+    folder.remove_leftovers();
+    folder.write(MANIFEST, manifest_json(&manifest).as_bytes())?;
     let (done, all) = (run_part(args, &plan, &part)?, part.layout().part_cases());
     if done < all {
         let kept = format!("{done} of {all} cases are kept in {}; the same command continues", folder.path().display());

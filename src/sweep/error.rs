@@ -35,6 +35,15 @@ pub enum SweepError {
         /// Lines that differ, `-` there, `+` here.
         difference: String,
     },
+    /// Another process runs the same part.
+    #[error(
+        "{path} is being written by another process; wait for it, or end it: the same command continues what it has done",
+        path = path.display()
+    )]
+    Busy {
+        /// The part's file.
+        path: PathBuf,
+    },
     /// Parts do not make a whole.
     #[error("{message}")]
     Parts {
@@ -58,7 +67,7 @@ impl SweepError {
         match self {
             Self::File(_) | Self::Changed { .. } | Self::Parts { .. } => true,
             Self::Case { source, .. } => matches!(**source, RunError::Scenario(_)),
-            Self::Io { .. } => false,
+            Self::Io { .. } | Self::Busy { .. } => false,
         }
     }
 }

@@ -4,7 +4,7 @@
 //! they are done, with nothing held back, and whatever ends the program loses only those in flight. A slot begins with a
 //! checksum over its content, its number and the sweep's hash; one that is torn, empty or of another sweep is run again.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -139,13 +139,19 @@ pub struct Part {
 }
 
 impl Part {
-    /// Opens a part, or begins it.
+    /// Opens a part, or begins it; until it is dropped it is this one's alone.
     ///
     /// # Errors
-    /// [`SweepError::Io`].
+    /// [`SweepError::Io`]; [`SweepError::Busy`] while another has it open.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, SweepError> {
         let file = File::options().read(true).write(true).create(true).truncate(false).open(path);
-        Self::with(path, layout, file)
+        let part = Self::with(path, layout, file)?;
+        let locked = part.file.lock().unwrap_or_else(PoisonError::into_inner).try_lock();
+        match locked {
+            Err(TryLockError::WouldBlock) => Err(SweepError::Busy { path: path.to_owned() }),
+            // Where there are no locks, as on some network drives, nobody is kept out.
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(part),
+        }
     }
 
     /// Opens a part that is there, for reading.

@@ -8,7 +8,8 @@ use crate::cli::error::CliError;
 use crate::cli::report as page;
 use crate::report::html::{DrawnCases, SweepPage, sweep_html};
 use crate::report::{
-    Folder, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet,
+    Folder, OutputError, PictureError, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv,
+    write_sweep_parquet,
 };
 use crate::sweep::{Design, Rows, SweepError, findings};
 
@@ -26,6 +27,10 @@ pub(super) struct Whole<'a> {
 /// Writes the tables, the findings and the figures, and says so. Nothing is lost if it does not get to its end: the manifest
 /// comes last.
 pub(super) fn finish(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), CliError> {
+    write(folder, whole, output).map_err(kept)
+}
+
+fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), CliError> {
     let Whole { design, canonical, manifest, rows, report: line } = whole;
     let hash = &manifest.sweep_sha256;
     folder.write(SWEEP, canonical.as_bytes())?;
@@ -65,6 +70,17 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
     let text = std::fs::read_to_string(&path).map_err(|source| SweepError::Io { path, source })?;
     let end = if output.json { String::new() } else { format!("{files}: {}\n", folder.path().display()) };
     terminal::print(&format!("{text}{end}"))
+}
+
+/// What could not be written can be once there is room for it: every case is kept.
+fn kept(error: CliError) -> CliError {
+    match error {
+        CliError::Output(OutputError { path, source })
+        | CliError::Picture(PictureError::Write(OutputError { path, source })) => {
+            CliError::Sweep(SweepError::Io { path, source })
+        }
+        other => other,
+    }
 }
 
 /// The error of a stream, which names its file itself.

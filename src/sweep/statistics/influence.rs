@@ -138,6 +138,10 @@ impl<'a> Inputs<'a> {
         let y = standard_ranks(&chosen(&self.metrics[place]))?;
         let columns: Vec<Option<Vec<f64>>> = self.axes.iter().map(|axis| standard_ranks(&chosen(axis))).collect();
         let used: Vec<&Vec<f64>> = columns.iter().flatten().collect();
+        if used.is_empty() {
+            // Words alone, or one point of all axes: there is nothing to regress on.
+            return None;
+        }
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
         let matrix = DMatrix::from_fn(used.len(), used.len(), |i, j| dot(used[i], used[j]));
         let right = DVector::from_fn(used.len(), |i, _| dot(used[i], &y));
