@@ -96,7 +96,11 @@ impl Source {
                 refuse(format!("there is no such builtin file; there are {}", known.join(", ")))
             })?,
             Self::Disk(path) => {
-                let cannot = |error: std::io::Error| refuse(format!("cannot be read: {error}"));
+                let cannot = |error: std::io::Error| {
+                    let shipped =
+                        "a path begins where the file that names it lies; `builtin:NAME.toml` is a shipped scenario";
+                    refuse(format!("cannot be read: {error}")).remedy(shipped)
+                };
                 let metadata = path.metadata().map_err(cannot)?;
                 if !metadata.is_file() {
                     return Err(refuse("is not a regular file; give the path of a scenario file".into()));

@@ -55,6 +55,9 @@ impl SweepFile {
         if is_stored {
             entries.retain(|entry| !entry.path.starts_with("resolved."));
         }
+        // A section's header with nothing below it says nothing.
+        let is_bare = |entry: &Entry| entry.value.as_table().is_some_and(|table| table.is_empty());
+        entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
         // As written, not by the alphabet: the order of the axes is that of the cases.
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
