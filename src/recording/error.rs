@@ -66,7 +66,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum Problem {
     /// The file does not exist, may not be opened, or failed while being read.
-    #[error("cannot be read: {0}; give the path of a CSV file that is there")]
+    #[error("cannot be read: {0}{}", remedy(.0))]
     Unreadable(io::Error),
     /// A directory, pipe, socket or device. Reading one could wait or run for ever.
     #[error("is a {0}, not a regular file; give the path of a CSV file")]
@@ -256,6 +256,11 @@ fn median(median_s: Option<f64>) -> String {
         let times = Limits::GAP_IN_MEDIANS;
         format!(" ({times} times the median interval, {} s)", six_digits(median_s))
     })
+}
+
+/// What to do about a file that cannot be read, where that is known.
+fn remedy(error: &io::Error) -> &'static str {
+    if error.kind() == io::ErrorKind::NotFound { "; give the path of a file that is there" } else { "" }
 }
 
 fn mebibytes(bytes: u64) -> String {
