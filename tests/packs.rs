@@ -58,7 +58,7 @@ fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, s
         let machines = settings(&mut rng, &MACHINES);
         let case = |rng: &mut ChaCha8Rng| {
             let mut all: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
-            let machines = if pack % 2 == 0 { machines.clone() } else { settings(rng, &MACHINES) };
+            let machines = if pack.is_multiple_of(2) { machines.clone() } else { settings(rng, &MACHINES) };
             all.extend(machines.into_iter().chain(settings(rng, &ranges)));
             load(name, &all)
         };
@@ -92,12 +92,12 @@ fn lanes_with_augmentation_beside_lanes_without() {
         let mut rng = ChaCha8Rng::seed_from_u64(12);
         let case = |k: usize| {
             let mut all = settings(&mut rng, &[("scaling.force", 0.6, 1.2)]);
-            all.push(format!("augmentation.enabled={}", k % 3 != 0));
+            all.push(format!("augmentation.enabled={}", !k.is_multiple_of(3)));
             load(name, &all)
         };
         let scenarios: Vec<Scenario> = (0..3 * PACK).map(case).collect();
         let single: Vec<String> = scenarios.iter().map(alone).collect();
-        let augmented = |(k, metrics): (usize, &String)| (k % 3 != 0, !metrics.contains("events: []"));
+        let augmented = |(k, metrics): (usize, &String)| (!k.is_multiple_of(3), !metrics.contains("events: []"));
         assert!(single.iter().enumerate().map(augmented).all(|(enabled, has_events)| enabled || !has_events));
         assert!(single.iter().any(|metrics| !metrics.contains("events: []")), "{name}");
         for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {

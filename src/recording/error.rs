@@ -66,7 +66,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum Problem {
     /// The file does not exist, may not be opened, or failed while being read.
-    #[error("cannot be read: {0}{}", remedy(.0))]
+    #[error("cannot be read: {}{}", .0, remedy(.0))]
     Unreadable(io::Error),
     /// A directory, pipe, socket or device. Reading one could wait or run for ever.
     #[error("is a {0}, not a regular file; give the path of a CSV file")]
