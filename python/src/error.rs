@@ -56,7 +56,7 @@ pub(crate) fn sweep(py: Python<'_>, error: &SweepError) -> PyErr {
             other => PyRuntimeError::new_err(other.to_string()),
         },
         SweepError::Changed { .. } | SweepError::Parts { .. } => value(error),
-        SweepError::Io { .. } => PyOSError::new_err(error.to_string()),
+        SweepError::Io { .. } | SweepError::Busy { .. } => PyOSError::new_err(error.to_string()),
     }
 }
 
