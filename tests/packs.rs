@@ -50,6 +50,17 @@ const COMMON: [(&str, f64, f64); 8] = [
     ("augmentation.catch_up_speed_m_per_s", 0.01, 0.1),
 ];
 
+/// That scenarios in packs give, in every instruction set, what each gives alone; gives the latter.
+fn each_as_alone(name: &str, scenarios: &[Scenario]) -> Vec<String> {
+    let single: Vec<String> = scenarios.iter().map(alone).collect();
+    for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+        for (k, (packed, single)) in in_packs(set, scenarios).iter().zip(&single).enumerate() {
+            assert!(packed == single, "{name}, {set:?}, case {k}:\n{packed}\n{single}");
+        }
+    }
+    single
+}
+
 fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, seed: u64) -> (usize, usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let ranges: Vec<_> = COMMON.iter().chain(own).copied().collect();
@@ -64,12 +75,7 @@ fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, s
         };
         let scenarios: Vec<Scenario> = (0..PACK).map(|_| case(&mut rng)).collect();
         assert!(can_share(&scenarios) || !InstructionSet::Avx2.is_available(), "{name} {fixed:?}");
-        let single: Vec<String> = scenarios.iter().map(alone).collect();
-        for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
-            for (lane, (packed, single)) in in_packs(set, &scenarios).iter().zip(&single).enumerate() {
-                assert!(packed == single, "{name} {fixed:?}, {set:?}, lane {lane}:\n{packed}\n{single}");
-            }
-        }
+        let single = each_as_alone(&format!("{name} {fixed:?}"), &scenarios);
         diverged += single.iter().filter(|metrics| metrics.contains("Diverged")).count();
         events += single.iter().filter(|metrics| !metrics.contains("events: []")).count();
     }
@@ -96,15 +102,10 @@ fn lanes_with_augmentation_beside_lanes_without() {
             load(name, &all)
         };
         let scenarios: Vec<Scenario> = (0..3 * PACK).map(case).collect();
-        let single: Vec<String> = scenarios.iter().map(alone).collect();
+        let single = each_as_alone(name, &scenarios);
         let augmented = |(k, metrics): (usize, &String)| (!k.is_multiple_of(3), !metrics.contains("events: []"));
         assert!(single.iter().enumerate().map(augmented).all(|(enabled, has_events)| enabled || !has_events));
         assert!(single.iter().any(|metrics| !metrics.contains("events: []")), "{name}");
-        for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
-            for (k, (packed, single)) in in_packs(set, &scenarios).iter().zip(&single).enumerate() {
-                assert!(packed == single, "{name}, {set:?}, case {k}:\n{packed}\n{single}");
-            }
-        }
     }
 }
 

@@ -304,7 +304,6 @@ fn killed_ten_times(name: &str) {
     assert!(desk.good(&["sweep", &file]).contains("done already"));
 }
 
-#[cfg(unix)]
 #[test]
 fn a_folder_that_another_process_is_at_is_left_alone() {
     let desk = desk();
@@ -341,6 +340,7 @@ fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
     }
 }
 
+#[cfg(unix)]
 #[test]
 fn the_keyboard_ends_it_in_good_order() {
     let desk = desk();
