@@ -40,58 +40,29 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#![cfg_attr(not(any(feature = "std", test)), no_std)]
+pub use trocar_core::{augmentation, detection, error, estimation, lane, rig, time};
 
-pub mod augmentation;
-#[cfg(feature = "std")]
 pub mod channel;
-#[cfg(feature = "std")]
 pub mod cli;
-#[cfg(feature = "std")]
 pub mod compare;
-#[cfg(feature = "std")]
 pub mod detect;
-pub mod detection;
-#[cfg(feature = "std")]
 pub mod engine;
-pub mod error;
-pub mod estimation;
-#[cfg(feature = "std")]
 pub mod explore;
-pub mod lane;
-#[cfg(feature = "std")]
 pub mod lti;
-#[cfg(feature = "std")]
 pub mod metrics;
-#[cfg(feature = "std")]
 pub mod operator;
-#[cfg(feature = "std")]
 pub mod plant;
-#[cfg(feature = "std")]
 mod quantiles;
-#[cfg(feature = "std")]
 pub mod recording;
-#[cfg(feature = "std")]
 pub mod report;
-pub mod rig;
-#[cfg(feature = "std")]
 pub mod roc;
-#[cfg(feature = "std")]
 pub mod run;
-#[cfg(feature = "std")]
 pub mod scenario;
-#[cfg(feature = "std")]
 pub mod sensor;
-#[cfg(feature = "std")]
 pub mod stability;
-#[cfg(feature = "std")]
 pub mod stability_check;
-#[cfg(feature = "std")]
 pub mod sweep;
-#[cfg(feature = "std")]
 pub mod teleoperation;
-pub mod time;
-#[cfg(feature = "std")]
 pub mod tissue;
 
 /// The README's Rust runs as a test.

@@ -134,7 +134,6 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
 
 crate::lane::gather!(Sent[N] { stamp, sample });
 
-#[cfg(feature = "std")]
 impl<const N: usize> crate::lane::Gather for Irregular<f64, N> {
     type Of<L: Lane> = Irregular<L, N>;
 

@@ -12,6 +12,8 @@
 //! 7. both sides to tick `k + 1`
 
 mod dispatch;
+#[cfg(target_arch = "x86_64")]
+mod eight;
 mod exact;
 mod integrated;
 mod limited;
@@ -24,6 +26,8 @@ mod signals;
 mod split;
 mod trace;
 
+#[cfg(target_arch = "x86_64")]
+pub(crate) use eight::{Avx2, Avx512};
 pub use exact::ExactSides;
 pub use integrated::{IntegratedSides, IntegrationError};
 pub use limited::LimitedSides;
@@ -41,7 +45,7 @@ use std::ops::ControlFlow;
 use crate::augmentation::{Command, Situation, SlaveCommand, Supervisor};
 use crate::detection::{Detector, Evidence};
 use crate::estimation::{Estimate, Estimator, VelocityFilter};
-use crate::lane::{Lane, Mask, seldom};
+use crate::lane::{Lane, Mask};
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
 use crate::teleoperation::{AtMaster, AtSlave, Link};
@@ -273,7 +277,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         D: Desire<L>,
     {
         if DIRECT {
-            seldom();
+            std::hint::cold_path();
             let command = self.supervisor.update(&sensed.situation);
             return self.conclude::<true, _, _>(sensed, command, command.feedback_force_n, observer, desire);
         }

@@ -1,8 +1,8 @@
 //! Engines side by side, in the instruction set that is chosen when the program runs.
 
-use super::{Engine, IntegrationError, Observer, Sides};
 #[cfg(target_arch = "x86_64")]
-use crate::lane::{Avx2, Avx512};
+use super::eight::{Avx2, Avx512};
+use super::{Engine, IntegrationError, Observer, Sides};
 use crate::lane::{Gather, LANES, Lane};
 
 /// What several cases are computed with. All give the same bits.

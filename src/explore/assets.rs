@@ -1,4 +1,6 @@
-//! What the page is made of, carried in the binary.
+//! The files of the page, carried in the binary; those that reports have too are theirs.
+
+use crate::report::html::assets as shared;
 
 /// One file of the page.
 #[derive(Debug, Clone, Copy)]
@@ -11,27 +13,27 @@ pub(super) struct Asset {
     pub content: &'static str,
 }
 
-macro_rules! assets {
-    ($($path:literal, $media:literal, $file:literal;)*) => {
-        &[$(Asset { path: $path, media: $media, content: include_str!(concat!("../../web/", $file)) }),*]
-    };
-}
+const HTML: &str = "text/html; charset=utf-8";
+const CSS: &str = "text/css; charset=utf-8";
+const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
+const TEXT: &str = "text/plain; charset=utf-8";
+const SVG: &str = "image/svg+xml";
 
 /// All of them.
-pub(super) const ASSETS: &[Asset] = assets! {
-    "/", "text/html; charset=utf-8", "explore/index.html";
-    "/explore.css", "text/css; charset=utf-8", "explore/explore.css";
-    "/theme.css", "text/css; charset=utf-8", "theme.css";
-    "/uPlot.min.css", "text/css; charset=utf-8", "uplot/uPlot.min.css";
-    "/uPlot.iife.min.js", "text/javascript; charset=utf-8", "uplot/uPlot.iife.min.js";
-    "/uPlot.LICENSE", "text/plain; charset=utf-8", "uplot/LICENSE";
-    "/charts.js", "text/javascript; charset=utf-8", "charts.js";
-    "/link.js", "text/javascript; charset=utf-8", "explore/link.js";
-    "/controls.js", "text/javascript; charset=utf-8", "explore/controls.js";
-    "/pictures.js", "text/javascript; charset=utf-8", "explore/pictures.js";
-    "/map.js", "text/javascript; charset=utf-8", "explore/map.js";
-    "/listen.js", "text/javascript; charset=utf-8", "explore/listen.js";
-    "/push.js", "text/javascript; charset=utf-8", "explore/push.js";
-    "/explore.js", "text/javascript; charset=utf-8", "explore/explore.js";
-    "/icon.svg", "image/svg+xml", "explore/icon.svg";
-};
+pub(super) const ASSETS: &[Asset] = &[
+    Asset { path: "/", media: HTML, content: include_str!("assets/index.html") },
+    Asset { path: "/explore.css", media: CSS, content: include_str!("assets/explore.css") },
+    Asset { path: "/theme.css", media: CSS, content: shared::THEME_CSS },
+    Asset { path: "/uPlot.min.css", media: CSS, content: shared::UPLOT_CSS },
+    Asset { path: "/uPlot.iife.min.js", media: JAVASCRIPT, content: shared::UPLOT_JS },
+    Asset { path: "/uPlot.LICENSE", media: TEXT, content: shared::UPLOT_LICENSE },
+    Asset { path: "/charts.js", media: JAVASCRIPT, content: shared::CHARTS_JS },
+    Asset { path: "/link.js", media: JAVASCRIPT, content: include_str!("assets/link.js") },
+    Asset { path: "/controls.js", media: JAVASCRIPT, content: include_str!("assets/controls.js") },
+    Asset { path: "/pictures.js", media: JAVASCRIPT, content: include_str!("assets/pictures.js") },
+    Asset { path: "/map.js", media: JAVASCRIPT, content: include_str!("assets/map.js") },
+    Asset { path: "/listen.js", media: JAVASCRIPT, content: include_str!("assets/listen.js") },
+    Asset { path: "/push.js", media: JAVASCRIPT, content: include_str!("assets/push.js") },
+    Asset { path: "/explore.js", media: JAVASCRIPT, content: include_str!("assets/explore.js") },
+    Asset { path: "/icon.svg", media: SVG, content: include_str!("assets/icon.svg") },
+];

@@ -144,7 +144,6 @@ impl<L: Lane> Operator<L> {
 crate::lane::gather!(Operator { motion, tremor, reaction });
 crate::lane::gather!(Ramp { start, step, low, high });
 
-#[cfg(feature = "std")]
 impl crate::lane::Gather for Motion<f64> {
     type Of<L: Lane> = Motion<L>;
 

@@ -1,9 +1,9 @@
 //! Several scenarios side by side.
 
 use super::{RunError, measure_asking};
-use crate::engine::{Engine, ExactSides, InstructionSet, Sides, Wide, gather};
 #[cfg(target_arch = "x86_64")]
-use crate::lane::{Avx2, Avx512};
+use crate::engine::{Avx2, Avx512};
+use crate::engine::{Engine, ExactSides, InstructionSet, Sides, Wide, gather};
 use crate::lane::{Gather, LANES, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};

@@ -149,7 +149,6 @@ impl<L: Lane> Sensor<L> {
 
 crate::lane::gather!(Sensor { bias_n, lag, noise_std_n, noise, force, range_n, position });
 
-#[cfg(feature = "std")]
 impl crate::lane::Gather for Quantiser<f64> {
     type Of<L: Lane> = Quantiser<L>;
 

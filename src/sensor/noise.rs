@@ -87,7 +87,6 @@ fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {
     }
 }
 
-#[cfg(feature = "std")]
 impl crate::lane::Gather for WhiteNoise<f64> {
     type Of<L: Lane> = WhiteNoise<L>;
 

@@ -128,7 +128,6 @@ impl<L: Lane> DepthReplay<L> {
     }
 }
 
-#[cfg(feature = "std")]
 impl crate::lane::Gather for DepthReplay<f64> {
     type Of<L: Lane> = DepthReplay<L>;
 

@@ -40,7 +40,6 @@ impl<L: Lane> QuarterPower<L> {
     }
 }
 
-#[cfg(feature = "std")]
 impl crate::lane::Gather for QuarterPower<f64> {
     type Of<L: Lane> = QuarterPower<L>;
 

@@ -48,7 +48,6 @@ impl RecordedForce {
     }
 }
 
-#[cfg(feature = "std")]
 impl crate::lane::Gather for RecordedForce {
     type Of<L: Lane> = Self;
 

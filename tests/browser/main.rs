@@ -6,7 +6,7 @@
 mod desk;
 mod trials;
 
-#[path = "../support/page.rs"]
+#[path = "../it/support/page.rs"]
 #[allow(dead_code, reason = "shared with tests that need more of it")]
 mod page;
 

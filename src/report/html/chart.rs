@@ -1,4 +1,4 @@
-//! Interactive charts: what `web/charts.js` takes, as data.
+//! Interactive charts: what `assets/charts.js` takes, as data.
 
 use serde::Serialize;
 

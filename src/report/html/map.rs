@@ -1,4 +1,4 @@
-//! Two parameters over the plane: a number or a verdict for each cell, drawn by `web/report/report.js`.
+//! Two parameters over the plane: a number or a verdict for each cell, drawn by `assets/report.js`.
 
 use serde::Serialize;
 

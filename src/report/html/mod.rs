@@ -1,10 +1,11 @@
 //! `report.html`: what a command found, on one page that needs nothing but itself.
 //!
-//! Pages are made of [`page::Section`]s; [`page::Page::render`] puts them into the template `web/report/report.html` together
-//! with the style, the plotting library (uPlot, MIT), `web/charts.js`, `web/report/report.js`, and the numbers that these draw. A
+//! Pages are made of [`page::Section`]s; [`page::Page::render`] puts them into the template `assets/report.html` together
+//! with the style, the plotting library (uPlot, MIT), `assets/charts.js`, `assets/report.js`, and the numbers that these draw. A
 //! page loads nothing, holds no date and no path, and the same results give the same bytes. Whatever comes out of scenarios and
 //! recordings is escaped.
 
+pub mod assets;
 mod bars;
 mod chart;
 mod command;

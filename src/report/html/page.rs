@@ -9,24 +9,15 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use super::assets;
 use super::bars::Influence;
 use super::chart::Chart;
 use super::events::Timeline;
 use super::map::Map;
 use crate::report::Table;
 
-const TEMPLATE: &str = include_str!("../../../web/report/report.html");
-const STYLE: [&str; 3] = [
-    include_str!("../../../web/uplot/uPlot.min.css"),
-    include_str!("../../../web/theme.css"),
-    include_str!("../../../web/report/report.css"),
-];
-const SCRIPT: [&str; 3] = [
-    include_str!("../../../web/uplot/uPlot.iife.min.js"),
-    include_str!("../../../web/charts.js"),
-    include_str!("../../../web/report/report.js"),
-];
-const LICENCE: &str = include_str!("../../../web/uplot/LICENSE");
+const STYLE: [&str; 3] = [assets::UPLOT_CSS, assets::THEME_CSS, assets::REPORT_CSS];
+const SCRIPT: [&str; 3] = [assets::UPLOT_JS, assets::CHARTS_JS, assets::REPORT_JS];
 
 /// A page that could not be put together.
 #[derive(Debug, Error)]
@@ -146,10 +137,12 @@ impl Page {
             policy: policy(&script),
             style,
             script,
-            licence: LICENCE,
+            licence: assets::UPLOT_LICENSE,
             version: env!("CARGO_PKG_VERSION"),
         };
-        environment.render_named_str("report.html", TEMPLATE, Serde(&context)).map_err(|error| failed(&error))
+        environment
+            .render_named_str("report.html", assets::REPORT_HTML, Serde(&context))
+            .map_err(|error| failed(&error))
     }
 }
 

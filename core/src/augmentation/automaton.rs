@@ -1,0 +1,187 @@
+//! The automaton: (mode, alarm, g, tick) → mode.
+
+use crate::error::{InvalidValue, non_negative, require};
+use crate::lane::{Lane, Mask};
+use crate::time::nearest_ticks;
+
+/// What the supervisor is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// The slave follows the hand, the hand feels the tissue.
+    Teleoperation,
+    /// The slave is frozen, the felt force drop exaggerated.
+    Augmented,
+    /// Slave and force find back to teleoperation.
+    Reengaging,
+}
+
+impl Mode {
+    /// The number that stands for the mode in a trace: 0, 1, 2.
+    #[must_use]
+    pub fn code(self) -> f64 {
+        match self {
+            Self::Teleoperation => 0.0,
+            Self::Augmented => 1.0,
+            Self::Reengaging => 2.0,
+        }
+    }
+}
+
+/// When augmentation begins and ends.
+///
+/// `Teleoperation → Augmented` on an alarm, unless within `refractory_s` of the last event; `Augmented → Reengaging`
+/// after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis that the paper asks for), and at
+/// `max_hold_s` in any case; `Reengaging → Teleoperation` when force and position have blended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AutomatonSettings {
+    /// Shortest augmented phase in s, at least 0.
+    pub min_hold_s: f64,
+    /// Longest augmented phase in s, at least `min_hold_s`.
+    pub max_hold_s: f64,
+    /// Share of γ, above 0 and at most 1, below which `g` counts as quiet.
+    pub exit_ratio: f64,
+    /// How long `g` has to be quiet in s, at least 0.
+    pub exit_quiet_s: f64,
+    /// How long after the end of an event no alarm is taken, in s, at least 0.
+    pub refractory_s: f64,
+}
+
+impl AutomatonSettings {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        non_negative("augmentation.min_hold_s", self.min_hold_s)?;
+        non_negative("augmentation.max_hold_s", self.max_hold_s)?;
+        let ordered = self.max_hold_s >= self.min_hold_s;
+        require("augmentation.max_hold_s", self.max_hold_s, ordered, "at least augmentation.min_hold_s")?;
+        let ratio = self.exit_ratio > 0.0 && self.exit_ratio <= 1.0;
+        require("augmentation.exit_ratio", self.exit_ratio, ratio, "above 0 and at most 1")?;
+        non_negative("augmentation.exit_quiet_s", self.exit_quiet_s)?;
+        non_negative("augmentation.refractory_s", self.refractory_s)?;
+        Ok(())
+    }
+}
+
+impl Default for AutomatonSettings {
+    fn default() -> Self {
+        Self { min_hold_s: 0.5, max_hold_s: 1.0, exit_ratio: 0.5, exit_quiet_s: 0.05, refractory_s: 0.2 }
+    }
+}
+
+/// The automaton at work.
+#[derive(Debug, Clone)]
+pub(super) struct Automaton<L: Lane> {
+    min_hold_ticks: L,
+    max_hold_ticks: L,
+    exit_level: L,
+    exit_quiet_ticks: L,
+    refractory_ticks: L,
+    blend_ticks: L,
+    mode: L,
+    /// Where the mode is teleoperation.
+    teleoperates: L::Mask,
+    entered: L,
+    quiet_ticks: L,
+    deaf_until: L,
+    /// Where an augmented phase has lasted longer than it must: because `g` was not quiet.
+    has_lingered: L::Mask,
+}
+
+impl<L: Lane> Automaton<L> {
+    /// An automaton in teleoperation, where the force takes `blend_s` (s) to find back to the measured one.
+    pub(super) fn new(settings: &AutomatonSettings, threshold: f64, blend_s: f64, tick_s: f64) -> Self {
+        let ticks = |duration_s| L::splat(nearest_ticks(duration_s, tick_s) as f64);
+        Self {
+            min_hold_ticks: ticks(settings.min_hold_s),
+            max_hold_ticks: ticks(settings.max_hold_s),
+            exit_level: L::splat(settings.exit_ratio * threshold),
+            exit_quiet_ticks: ticks(settings.exit_quiet_s),
+            refractory_ticks: ticks(settings.refractory_s),
+            blend_ticks: L::splat(blend_ticks(blend_s, tick_s)),
+            mode: L::splat(Mode::Teleoperation.code()),
+            teleoperates: L::Mask::splat(true),
+            entered: L::zero(),
+            quiet_ticks: L::zero(),
+            deaf_until: L::zero(),
+            has_lingered: L::Mask::splat(false),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn mode(&self) -> L {
+        self.mode
+    }
+
+    #[inline(always)]
+    pub(super) fn is_teleoperation(&self) -> L::Mask {
+        self.teleoperates
+    }
+
+    /// Where the run would have been another with a higher threshold, although the alarms are the same: one that is quiet
+    /// sooner ends no augmented phase sooner that has lasted no longer than it must.
+    pub(super) fn has_lingered(&self) -> L::Mask {
+        self.has_lingered
+    }
+
+    /// The mode for `tick`, given the tick's alarm and `g`, and whether the position had blended by the tick before.
+    #[inline(always)]
+    pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> L {
+        let now = L::splat(tick as f64);
+        let mode = self.mode;
+        let held = now - self.entered;
+
+        let enter = is(mode, Mode::Teleoperation) & alarm & now.ge(self.deaf_until);
+        let quiet = decision.lt(self.exit_level);
+        let quiet_ticks = L::select(quiet, self.quiet_ticks + L::splat(1.0), L::zero());
+        let settled = held.ge(self.min_hold_ticks) & quiet_ticks.ge(self.exit_quiet_ticks);
+        let augmented = is(mode, Mode::Augmented);
+        let leave = augmented & (settled | held.ge(self.max_hold_ticks));
+        self.has_lingered = self.has_lingered | (augmented & held.ge(self.min_hold_ticks) & !leave);
+        let done = is(mode, Mode::Reengaging) & blended & held.ge(self.blend_ticks);
+
+        self.quiet_ticks = quiet_ticks;
+        // Asked, as what follows need then not wait for the alarm where the mode stays.
+        if (enter | leave | done).any() {
+            core::hint::cold_path();
+            self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);
+            self.entered = L::select(enter | leave, now, self.entered);
+            self.deaf_until = L::select(done, now + self.refractory_ticks, self.deaf_until);
+            let code = |mode: Mode| L::splat(mode.code());
+            self.mode = L::select(enter, code(Mode::Augmented), mode);
+            self.mode = L::select(leave, code(Mode::Reengaging), self.mode);
+            self.mode = L::select(done, code(Mode::Teleoperation), self.mode);
+            self.teleoperates = is(self.mode, Mode::Teleoperation);
+        }
+        self.mode
+    }
+}
+
+/// How many ticks the cross-fade of the force takes: at least one.
+pub(super) fn blend_ticks(blend_s: f64, tick_s: f64) -> f64 {
+    nearest_ticks(blend_s, tick_s).max(1) as f64
+}
+
+/// Whether a mode's code is that of `which`.
+#[inline(always)]
+pub(super) fn is<L: Lane>(mode: L, which: Mode) -> L::Mask {
+    (mode - L::splat(which.code())).abs().lt(L::splat(0.5))
+}
+
+/// Whether some lane's mode is another than before.
+#[inline(always)]
+pub(super) fn has_changed<L: Lane>(before: L, mode: L) -> bool {
+    (mode - before).abs().gt(L::splat(0.5)).any()
+}
+
+/// Whether the mode has just become `which`.
+#[inline(always)]
+pub(super) fn has_become<L: Lane>(before: L, mode: L, which: Mode) -> L::Mask {
+    is(mode, which) & !is(before, which)
+}
+
+crate::lane::gather!(Automaton {
+    min_hold_ticks, max_hold_ticks, exit_level, exit_quiet_ticks, refractory_ticks, blend_ticks, mode, entered, quiet_ticks,
+    deaf_until,
+} masks { teleoperates, has_lingered });

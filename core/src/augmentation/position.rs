@@ -1,0 +1,115 @@
+//! Where the slave is sent: following the hand, frozen, or finding back to it.
+
+use super::automaton::{Mode, has_become, has_changed, is};
+use crate::error::{InvalidValue, positive};
+use crate::lane::Lane;
+
+/// Where the slave is held while augmented.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Freeze {
+    /// At its measured position when the alarm came.
+    Measured,
+    /// At the last reference before the alarm, which it may not have reached yet.
+    Reference,
+}
+
+/// How the slave meets the hand again, which has moved on by millimetres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reengage {
+    /// The gap closes at a bounded speed, on top of the hand's own motion.
+    Ramp {
+        /// Speed at which the gap closes in m/s, above 0.
+        catch_up_speed_m_per_s: f64,
+    },
+    /// The gap stays: the slave goes on from where it was frozen.
+    Clutch,
+    /// The gap closes at once and throws the needle; here to show the danger.
+    Snap,
+}
+
+impl Reengage {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        if let Self::Ramp { catch_up_speed_m_per_s } = self {
+            positive("augmentation.catch_up_speed_m_per_s", *catch_up_speed_m_per_s)?;
+        }
+        Ok(())
+    }
+}
+
+impl Default for Reengage {
+    fn default() -> Self {
+        Self::Ramp { catch_up_speed_m_per_s: 0.03 }
+    }
+}
+
+/// The slave's reference, `x_ref = hand + gap`.
+///
+/// In teleoperation the gap is 0, or what a clutch has left. On leaving the frozen phase it is what keeps the reference
+/// where it was; a ramp then takes `speed · tick` off its magnitude each tick.
+#[derive(Debug, Clone)]
+pub(super) struct SlaveReference<L> {
+    freeze: Freeze,
+    reengage: Reengage,
+    closing_step: L,
+    gap: L,
+    frozen: L,
+    last: L,
+}
+
+impl<L: Lane> SlaveReference<L> {
+    pub(super) fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
+        let speed = if let Reengage::Ramp { catch_up_speed_m_per_s } = reengage { catch_up_speed_m_per_s } else { 0.0 };
+        Self {
+            freeze,
+            reengage,
+            closing_step: L::splat(speed * tick_s),
+            gap: L::zero(),
+            frozen: reference,
+            last: reference,
+        }
+    }
+
+    /// The reference in teleoperation.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, hand: L) -> L {
+        self.last = hand + self.gap;
+        self.last
+    }
+
+    /// Whether the gap is as closed as the policy closes it.
+    #[inline(always)]
+    pub(super) fn is_blended(&self) -> L::Mask {
+        match self.reengage {
+            Reengage::Ramp { .. } => self.gap.abs().le(L::zero()),
+            Reengage::Clutch | Reengage::Snap => L::zero().le(L::zero()),
+        }
+    }
+
+    /// The reference in any mode.
+    #[inline(always)]
+    pub(super) fn update(&mut self, before: L, mode: L, hand: L, slave: L) -> L {
+        let mut reengaging = self.gap - self.gap.clamp(-self.closing_step, self.closing_step);
+        if has_changed(before, mode) {
+            core::hint::cold_path();
+            let held = match self.freeze {
+                Freeze::Measured => slave,
+                Freeze::Reference => self.last,
+            };
+            self.frozen = L::select(has_become(before, mode, Mode::Augmented), held, self.frozen);
+            let opened = match self.reengage {
+                Reengage::Ramp { .. } | Reengage::Clutch => self.frozen - hand,
+                Reengage::Snap => L::zero(),
+            };
+            reengaging = L::select(has_become(before, mode, Mode::Reengaging), opened, reengaging);
+        }
+        self.gap = L::select(is(mode, Mode::Reengaging), reengaging, self.gap);
+        self.last = L::select(is(mode, Mode::Augmented), self.frozen, hand + self.gap);
+        self.last
+    }
+}
+
+crate::lane::gather!(SlaveReference { closing_step, gap, frozen, last } same { freeze } kinds { reengage });

@@ -1,0 +1,312 @@
+//! Detection of ruptures in the estimator's residual: a distance, a CUSUM on it, and the arming that the paper leaves out.
+
+mod arming;
+mod cusum;
+mod distance;
+#[cfg(feature = "alloc")]
+mod higher;
+mod likelihood_ratio;
+mod page_hinkley;
+
+pub use arming::{ArmingSettings, Motion};
+pub use cusum::CusumSettings;
+pub use distance::{Distance, DistanceKind, Hypotheses, WINDOW_SAMPLES};
+pub use likelihood_ratio::MOST_WINDOW_SAMPLES;
+
+use crate::error::{InvalidValue, require};
+use crate::lane::{Lane, Mask};
+use arming::Arming;
+use cusum::Cusum;
+use distance::DistanceState;
+
+/// Everything the detector is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectorSettings {
+    /// What is accumulated.
+    pub distance: Distance,
+    /// When the accumulated evidence is enough.
+    pub cusum: CusumSettings,
+    /// When an alarm may be taken.
+    pub arming: ArmingSettings,
+}
+
+impl DetectorSettings {
+    /// The paper's detector (4.6) for a kind of distance: threshold and drift follow from the hypotheses by
+    /// [`Hypotheses::tuning`], the cap is ten thresholds.
+    #[must_use]
+    pub fn for_kind(kind: DistanceKind, hypotheses: Hypotheses) -> Self {
+        let (threshold, drift) = hypotheses.tuning(kind);
+        Self {
+            distance: Distance { kind, hypotheses, window_samples: WINDOW_SAMPLES },
+            cusum: CusumSettings { threshold, drift, cap: 10.0 * threshold },
+            arming: ArmingSettings::default(),
+        }
+    }
+
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.distance.validate()?;
+        let mean_n = self.distance.hypotheses.rupture_mean_n;
+        let deaf = self.distance.kind.is_one_sided() && self.arming.drop_only && mean_n > 0.0;
+        require("detector.rupture_mean_n", mean_n, !deaf, "below 0, as detector.drop_only looks for drops")?;
+        self.cusum.validate()?;
+        self.arming.validate()
+    }
+}
+
+impl Default for DetectorSettings {
+    fn default() -> Self {
+        Self::for_kind(DistanceKind::SquaredResidual, Hypotheses::default())
+    }
+}
+
+/// What the detector sees of one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Evidence<L: Lane> {
+    /// Measured force `y_k` in N.
+    pub force_n: L,
+    /// Force that the estimator expected, `ŷ_k` in N.
+    pub predicted_force_n: L,
+    /// `e_k = y_k - ŷ_k` in N.
+    pub residual_n: L,
+    /// `H_k` of eq. 25: stiffness (N/m) and damping (N·s/m).
+    pub correction: [L; 2],
+    /// Depth of the needle below the contact in m.
+    pub depth_m: L,
+    /// Velocity of the needle in m/s, positive into the tissue.
+    pub velocity_m_per_s: L,
+    /// Whether the needle touches the tissue.
+    pub in_contact: L::Mask,
+}
+
+/// What the detector made of one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Decision<L: Lane> {
+    /// `s_k`, in the unit of the distance.
+    pub distance: L,
+    /// `g_k` before a reset, in the unit of the distance.
+    pub decision: L,
+    /// Whether a rupture is announced at this sample.
+    pub alarm: L::Mask,
+}
+
+/// A rupture detector: distance, CUSUM and arming.
+#[derive(Debug, Clone)]
+pub struct Detector<L: Lane> {
+    distance: DistanceState<L>,
+    cusum: Cusum<L>,
+    arming: Arming<L>,
+}
+
+impl<L: Lane> Detector<L> {
+    /// A detector for samples `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
+        Self {
+            distance: DistanceState::new(&settings.distance),
+            cusum: Cusum::new(&settings.cusum),
+            arming: Arming::new(&settings.arming, tick_s),
+        }
+    }
+
+    /// The same detector with a threshold and a cap for each lane, in the unit of the distance, each cap above its
+    /// threshold: a ladder of detectors on the same samples.
+    #[must_use]
+    pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
+        self.cusum.set_thresholds(threshold, cap);
+        self
+    }
+
+    /// Asks thresholds that are above the detector's own and below its cap whether they announce the same.
+    #[cfg(feature = "alloc")]
+    #[doc(hidden)]
+    pub fn ask_higher(&mut self, thresholds: &[f64]) {
+        self.arming.ask_higher(thresholds);
+    }
+
+    /// Those that did so far in lane `index`; some that did may be missing.
+    #[cfg(feature = "alloc")]
+    #[doc(hidden)]
+    pub fn alike(&self, index: usize) -> impl Iterator<Item = f64> {
+        self.arming.alike(index)
+    }
+
+    /// Takes one sample's evidence.
+    #[inline(always)]
+    pub fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
+        if self.distance.is_square() {
+            return self.update_square(evidence);
+        }
+        let Evidence { residual_n, predicted_force_n, correction, force_n, .. } = *evidence;
+        let (distance, decided) = self.decide_otherwise(residual_n, predicted_force_n, correction[0], force_n);
+        let decision = self.conclude(evidence, distance, decided);
+        if decision.alarm.any() {
+            self.distance.reset(decision.alarm);
+        }
+        decision
+    }
+
+    /// Whether the distance is a square of the residual, for which there is [`Detector::update_square`].
+    #[must_use]
+    pub fn is_square(&self) -> bool {
+        self.distance.is_square()
+    }
+
+    /// [`Detector::update`] where the distance [is a square](Detector::is_square): without a call in it, what surrounds it
+    /// stays in registers.
+    #[inline(always)]
+    pub fn update_square(&mut self, evidence: &Evidence<L>) -> Decision<L> {
+        let distance = self.distance.square(evidence.residual_n, evidence.predicted_force_n);
+        let decided = self.cusum.update(distance);
+        self.conclude(evidence, distance, decided)
+    }
+
+    /// From `g_k`, and whether it is above the threshold, to the decision; an alarm starts `g` again.
+    #[inline(always)]
+    fn conclude(&mut self, evidence: &Evidence<L>, distance: L, (decision, above): (L, L::Mask)) -> Decision<L> {
+        let alarm = self.arming.update(decision, above, evidence);
+        if alarm.any() {
+            self.cusum.reset(alarm);
+        }
+        Decision { distance, decision, alarm }
+    }
+
+    /// The kinds of distance that are seldom chosen, apart from the tick's straight way. It takes numbers and not the evidence,
+    /// which would else be written to memory at every tick.
+    #[cold]
+    #[inline(never)]
+    fn decide_otherwise(&mut self, residual: L, predicted: L, stiffness_correction: L, force: L) -> (L, (L, L::Mask)) {
+        let distance = self.distance.update(residual, predicted, stiffness_correction, force);
+        let decided = if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
+        (distance, decided)
+    }
+}
+
+crate::lane::gather!(Detector { distance, cusum, arming });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn evidence(residual: f64, velocity: f64) -> Evidence<f64> {
+        Evidence {
+            force_n: 5.0 + residual,
+            predicted_force_n: 5.0,
+            residual_n: residual,
+            correction: [0.0; 2],
+            depth_m: 0.02,
+            velocity_m_per_s: velocity,
+            in_contact: true,
+        }
+    }
+
+    /// The samples at which a run of residuals raises an alarm, after a second of quiet.
+    fn alarms(residuals: &[f64], velocity: f64) -> Vec<usize> {
+        let mut detector = Detector::new(&DetectorSettings::default(), 1e-3);
+        for _ in 0..1000 {
+            assert!(!detector.update(&evidence(0.01, 0.01)).alarm);
+        }
+        let is_alarm = |(k, &e): (usize, &f64)| detector.update(&evidence(e, velocity)).alarm.then_some(k);
+        residuals.iter().enumerate().filter_map(is_alarm).collect()
+    }
+
+    #[test]
+    fn one_large_drop_is_announced_once() {
+        let mut residuals = vec![-15.0];
+        residuals.extend([0.0; 400]);
+        assert_eq!(alarms(&residuals, 0.01), [0]);
+    }
+
+    #[test]
+    fn a_small_drop_takes_the_samples_that_the_drift_predicts() {
+        // e² - ν = 0.0289 - 0.0202 = 0.0087 a sample: above γ = 0.0198 at the third.
+        assert_eq!(alarms(&[-0.17; 10], 0.01), [2]);
+    }
+
+    #[test]
+    fn a_rise_and_a_withdrawal_are_not_ruptures() {
+        assert!(alarms(&[0.5; 50], 0.01).is_empty());
+        assert!(alarms(&[-0.5; 50], -0.03).is_empty());
+    }
+
+    /// Whether a drop of 15 N is announced, at a depth and a velocity.
+    fn announces(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
+        let settings = DetectorSettings { arming, ..DetectorSettings::default() };
+        let mut detector = Detector::new(&settings, 1e-3);
+        for _ in 0..1000 {
+            detector.update(&evidence(0.01, 0.01));
+        }
+        detector.update(&Evidence { depth_m, ..evidence(-15.0, velocity) }).alarm
+    }
+
+    #[test]
+    fn a_drop_counts_during_the_motion_that_was_asked_for() {
+        let of = |motion| {
+            let arming = ArmingSettings { motion, ..ArmingSettings::default() };
+            [-0.03, -0.001, 0.0, 0.0009, 0.0011].map(|velocity| announces(arming, 0.02, velocity))
+        };
+        assert_eq!(of(Motion::Any), [true; 5]);
+        assert_eq!(of(Motion::NotWithdrawn), [false, true, true, true, true]);
+        assert_eq!(of(Motion::Inserting), [false, false, false, false, true]);
+    }
+
+    #[test]
+    fn a_drop_counts_from_the_minimum_depth_on() {
+        let arming = ArmingSettings { minimum_depth_m: 0.005, ..ArmingSettings::default() };
+        assert_eq!(
+            [0.001, 0.0049, 0.005, 0.02].map(|depth| announces(arming, depth, 0.01)),
+            [false, false, true, true]
+        );
+    }
+
+    #[test]
+    fn gates_below_0_are_refused() {
+        let of = |arming: ArmingSettings| arming.validate().expect_err("below 0").name;
+        let minimum_depth_m = -1e-3;
+        assert_eq!(of(ArmingSettings { minimum_depth_m, ..ArmingSettings::default() }), "detector.minimum_depth_m");
+        let insertion_speed_m_per_s = f64::NAN;
+        let settings = ArmingSettings { insertion_speed_m_per_s, ..ArmingSettings::default() };
+        assert_eq!(of(settings), "detector.insertion_speed_m_per_s");
+    }
+
+    #[test]
+    fn the_paper_tuning_follows_from_its_variances() {
+        let settings = DetectorSettings::default();
+        assert!((settings.cusum.threshold - 1.98e-2).abs() < 1e-12);
+        assert!((settings.cusum.drift - 2.02e-2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_likelihood_ratio_finds_a_lasting_drop_that_no_single_sample_shows() {
+        let settings = DetectorSettings::for_kind(DistanceKind::LikelihoodRatio, Hypotheses::default());
+        let mut detector = Detector::new(&settings, 1e-3);
+        assert!((0..1000).all(|_| !detector.update(&evidence(0.0, 0.01)).alarm));
+        // n e² / (2 σ_0²) > 50 at e = -0.08 N: above 6.25 samples.
+        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.08, 0.01)).alarm).collect();
+        assert_eq!(alarms, [7]);
+    }
+
+    #[test]
+    fn page_hinkley_takes_a_constant_offset_for_quiet() {
+        let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
+        let mut detector = Detector::new(&settings, 1e-3);
+        assert!((0..1000).all(|_| !detector.update(&evidence(-0.5, 0.01)).alarm));
+        // 0.16 - 0.1 N a sample, less what the mean has moved: above 0.1 N at the second.
+        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.66, 0.01)).alarm).collect();
+        assert_eq!(alarms, [2]);
+    }
+
+    #[test]
+    fn every_distance_finds_a_drop_of_half_a_newton() {
+        for kind in DistanceKind::ALL {
+            let mut detector = Detector::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
+            let sample = |drop: f64| Evidence { correction: [drop / 0.02, 0.0], ..evidence(drop, 0.01) };
+            let quiet = (0..500).filter(|_| detector.update(&sample(-0.001)).alarm).count();
+            let found = (0..5).filter(|k| detector.update(&sample(-0.5 * f64::from(*k))).alarm).count();
+            assert_eq!((quiet, found), (0, 1), "{kind:?}");
+        }
+    }
+}

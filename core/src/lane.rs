@@ -1,0 +1,203 @@
+//! The number that the tick computes with: one scenario (`f64`), or several side by side.
+//!
+//! Everything inside the tick is written once over [`Lane`]. The operations are those that give the same bits on every
+//! machine: no fused multiply-add, no reassociation, no transcendental function.
+
+mod gather;
+mod gathered;
+
+#[cfg(feature = "alloc")]
+#[doc(hidden)]
+pub use gather::same_list;
+#[doc(hidden)]
+pub use gather::{Gather, LANES, gather_mask};
+
+#[doc(hidden)]
+pub use crate::{by_index, gather, gather_variants, of_each};
+
+use core::fmt::Debug;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// A truth value for each lane.
+pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {
+    /// The same truth value in every lane.
+    fn splat(value: bool) -> Self;
+    /// Whether it holds in at least one lane.
+    fn any(self) -> bool;
+    /// Whether it holds in every lane.
+    fn all(self) -> bool;
+    /// Whether it holds in lane `index`.
+    fn lane(self, index: usize) -> bool;
+}
+
+/// A number for each lane.
+pub trait Lane:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// A truth value for each lane.
+    type Mask: Mask;
+    /// How many lanes there are.
+    const WIDTH: usize;
+
+    /// The same number in every lane.
+    fn splat(value: f64) -> Self;
+    /// The number in lane `index`, below [`Lane::WIDTH`].
+    fn lane(self, index: usize) -> f64;
+    /// This number with lane `index` replaced by `value`.
+    fn with_lane(self, index: usize, value: f64) -> Self;
+    /// Puts `value` into lane `index`.
+    #[inline(always)]
+    fn set_lane(&mut self, index: usize, value: f64) {
+        *self = self.with_lane(index, value);
+    }
+    /// The number in each lane, given its index.
+    #[inline(always)]
+    fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
+        (0..Self::WIDTH).fold(Self::splat(0.0), |all, index| all.with_lane(index, lane(index)))
+    }
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Square root; NaN of a negative number.
+    fn sqrt(self) -> Self;
+    /// The smaller number; the other one where `self` is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The larger number; the other one where `self` is NaN.
+    fn max(self, other: Self) -> Self;
+    /// Whether `self < other`; false where either is NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// Whether `self <= other`; false where either is NaN.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `chosen` where the mask holds, `otherwise` elsewhere.
+    fn select(mask: Self::Mask, chosen: Self, otherwise: Self) -> Self;
+
+    /// Zero in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+
+    /// Whether `self > other`; false where either is NaN.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+
+    /// Whether `self >= other`; false where either is NaN.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+
+    /// The number kept within `[low, high]`.
+    #[inline(always)]
+    fn clamp(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+
+    /// The nearest multiple of a step, halves to even, given the step and its inverse.
+    ///
+    /// Exact for magnitudes below 2⁵¹ steps; larger ones come back as they are. Adding and subtracting 1.5·2⁵² rounds
+    /// to an integer with nothing but additions, so that every machine and every width agrees.
+    #[inline(always)]
+    fn round_to(self, step: Self, inverse_step: Self) -> Self {
+        let shift = Self::splat(6_755_399_441_055_744.0);
+        let steps = self * inverse_step;
+        let rounded = (steps + shift) - shift;
+        Self::select(steps.abs().lt(Self::splat(2_251_799_813_685_248.0)), rounded * step, self)
+    }
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn lane(self, _index: usize) -> bool {
+        self
+    }
+}
+
+impl Lane for f64 {
+    type Mask = bool;
+    const WIDTH: usize = 1;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn lane(self, _index: usize) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn with_lane(self, _index: usize, value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // Rounds correctly, as the machine does.
+        libm::sqrt(self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn select(mask: bool, chosen: Self, otherwise: Self) -> Self {
+        if mask { chosen } else { otherwise }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_agrees_with_the_standard_library() {
+        for (value, step) in [(0.123_456, 1e-3), (-2.5, 1.0), (3.5, 1.0), (1e-9, 1e-6), (-0.0149, 0.01), (7.0e15, 0.5)]
+        {
+            let expected = if value / step > 2e15 { value } else { f64::round_ties_even(value * (1.0 / step)) * step };
+            assert_eq!(Lane::round_to(value, step, 1.0 / step), expected, "{value} in steps of {step}");
+        }
+    }
+
+    #[test]
+    fn a_comparison_with_nan_is_false() {
+        assert!(!Lane::lt(f64::NAN, 1.0) && !Lane::le(1.0, f64::NAN) && !Lane::gt(f64::NAN, 1.0));
+        assert_eq!(Lane::max(f64::NAN, 1.0), 1.0);
+    }
+}

@@ -1,0 +1,21 @@
+//! The part of trocar that runs on a real controller: online estimation of the tissue, detection of ruptures and
+//! event-based haptic augmentation, one step a sample.
+//!
+//! It needs no operating system, no allocator and no standard library. [`rig`] joins all of it into one controller; the
+//! simulator, the crate `trocar`, runs the same source and re-exports it.
+//!
+//! Equation numbers are those of Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic
+//! Characterization of Needle Insertions*.
+
+#![cfg_attr(not(test), no_std)]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+pub mod augmentation;
+pub mod detection;
+pub mod error;
+pub mod estimation;
+pub mod lane;
+pub mod rig;
+pub mod time;

@@ -1,0 +1,391 @@
+//! Motors that saturate, take their time and lag: against numerical integration, against closed forms and motors without a
+//! limit, and by what they may not do.
+
+use crate::support;
+use crate::support::pair::Pair;
+use trocar::engine::{ExactSides, IntegratedSides, LimitedSides, Sides};
+use trocar::lane::Lane;
+use trocar::metrics::RuptureMetrics;
+use trocar::plant::{
+    ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters,
+    SlaveStep,
+};
+use trocar::run::{measure, run};
+use trocar::scenario::{Scenario, Source};
+
+const TICK_S: f64 = 1e-3;
+const TICKS: usize = 800;
+const TIGHT: ActuatorLimits =
+    ActuatorLimits { master_force_n: Some(1.2), slave_command: Some(0.4), ..ActuatorLimits::NONE };
+const LOOSE: ActuatorLimits =
+    ActuatorLimits { master_force_n: Some(1e6), slave_command: Some(1e6), ..ActuatorLimits::NONE };
+
+/// `x_d, F_ed, x_ref`: forces to 3 N that change sign, and steps of the reference.
+fn input(k: usize) -> (f64, f64, f64) {
+    let t = k as f64 * TICK_S;
+    (0.02 * t, 3.0 * (9.0 * t).sin(), if (k / 150).is_multiple_of(2) { 0.002 } else { -0.001 })
+}
+
+fn drive(sides: impl Sides<f64>, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
+    support::drive(sides, TICKS, input)
+}
+
+fn difference(a: &[Vec<f64>; 5], b: &[Vec<f64>; 5]) -> f64 {
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+fn limited(limits: &ActuatorLimits, coupling: Coupling, damping: Damping) -> LimitedSides<f64> {
+    let master = MasterParameters { coupling, ..MasterParameters::default() };
+    let slave = SlaveParameters { damping, ..SlaveParameters::default() };
+    LimitedSides::new((&master, &ArmParameters::default(), &slave), limits, TICK_S, 0.0, 0.0).expect("valid")
+}
+
+fn integrated(limits: &ActuatorLimits, damping: Damping) -> IntegratedSides {
+    let slave = SlaveParameters { damping, ..SlaveParameters::default() };
+    let machines = (&MasterParameters::default(), &ArmParameters::default(), &slave);
+    IntegratedSides::new(machines, ControlTiming::Sampled, TICK_S, 0.0, 0.0).limited(limits)
+}
+
+fn unlimited(damping: Damping) -> ExactSides<f64> {
+    let (timing, slave) = (ControlTiming::Sampled, SlaveParameters { damping, ..SlaveParameters::default() });
+    let master = MasterStep::new(&MasterParameters::default(), &ArmParameters::default(), timing, TICK_S);
+    let slave = SlaveStep::new(&slave, timing, TICK_S);
+    ExactSides::new(&master.expect("valid"), &slave.expect("valid"), 0.0, 0.0)
+}
+
+#[test]
+fn saturated_steps_agree_with_numerical_integration() {
+    for damping in [Damping::Velocity, Damping::AsPrinted] {
+        let exact = drive(limited(&TIGHT, Coupling::Physical, damping), input);
+        let integrated = drive(integrated(&TIGHT, damping), input);
+        let error = difference(&exact, &integrated);
+        assert!(error < 1e-8, "{damping:?}: {error:e}");
+        let free = drive(unlimited(damping), input);
+        assert!((0..5).all(|column| difference_of(&exact[column], &free[column]) > 1e-4), "the limits are reached");
+    }
+}
+
+fn difference_of(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_limit_that_is_never_reached_changes_nothing() {
+    for damping in [Damping::Velocity, Damping::AsPrinted] {
+        let error =
+            difference(&drive(limited(&LOOSE, Coupling::Physical, damping), input), &drive(unlimited(damping), input));
+        assert!(error < 1e-12, "{damping:?}: {error:e}");
+    }
+}
+
+/// `U_m` over a tick, told from the motion alone: the master's equation solved for it, to the tick's accuracy.
+fn motor_forces(columns: &[Vec<f64>; 5]) -> Vec<f64> {
+    let MasterParameters { mass_kg, damping_n_s_per_m, .. } = MasterParameters::default();
+    let [x_h, v_h, f_h, ..] = columns;
+    let at = |k: usize| {
+        // Over a tick: m Δv + b Δx = ∫F_h - U_m T, the integral by the trapezium.
+        let impulse = TICK_S * (f_h[k] + f_h[k + 1]) / 2.0;
+        let momentum = mass_kg * (v_h[k + 1] - v_h[k]) + damping_n_s_per_m * (x_h[k + 1] - x_h[k]);
+        (impulse - momentum) / TICK_S
+    };
+    (0..TICKS - 1).map(at).collect()
+}
+
+#[test]
+fn the_motor_never_exceeds_its_limit() {
+    let largest =
+        |columns: &[Vec<f64>; 5]| motor_forces(columns).into_iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    let (clipped, free) = (
+        largest(&drive(limited(&TIGHT, Coupling::Physical, Damping::Velocity), input)),
+        largest(&drive(unlimited(Damping::Velocity), input)),
+    );
+    // The trapezium over a tick is good to some 1e-3 N here.
+    assert!((clipped - 1.2).abs() < 5e-3, "{clipped}");
+    assert!(free > 2.5, "{free}");
+}
+
+#[test]
+fn the_force_integral_does_not_wind_up() {
+    // Half a second of more than the motor can give, then nothing: the motor has to let go as if that had not lasted.
+    let motor_after = |overload_ticks: usize| {
+        let push = |k: usize| (0.0, if k < overload_ticks { 4.0 } else { 0.0 }, 0.0);
+        let columns = drive(limited(&TIGHT, Coupling::Physical, Damping::Velocity), push);
+        motor_forces(&columns)[overload_ticks + 100]
+    };
+    let (short, long) = (motor_after(300), motor_after(600));
+    assert!((short - long).abs() < 0.05, "{short} {long}");
+}
+
+#[test]
+fn a_limit_of_nothing_is_refused() {
+    for limits in [
+        ActuatorLimits { master_force_n: Some(0.0), ..Default::default() },
+        ActuatorLimits { slave_command: Some(f64::NAN), ..Default::default() },
+        ActuatorLimits { master_force_rate_n_per_s: Some(0.0), ..Default::default() },
+        ActuatorLimits { slave_command_rate_per_s: Some(f64::INFINITY), ..Default::default() },
+        ActuatorLimits { master_lag_s: -1e-3, ..Default::default() },
+        ActuatorLimits { slave_lag_s: f64::NAN, ..Default::default() },
+    ] {
+        assert!(limits.validate().is_err(), "{limits:?}");
+    }
+}
+
+/// Every limit of both sides at once, each reached: the range, the rate and a lag of some ticks.
+const ALL: ActuatorLimits = ActuatorLimits {
+    master_force_n: Some(1.2),
+    slave_command: Some(0.4),
+    master_force_rate_n_per_s: Some(20.0),
+    slave_command_rate_per_s: Some(15.0),
+    master_lag_s: 4e-3,
+    slave_lag_s: 2.5e-3,
+};
+
+#[test]
+fn range_rate_and_lag_agree_with_numerical_integration() {
+    let of_each_side = [
+        ALL,
+        ActuatorLimits { master_lag_s: 0.0, slave_command_rate_per_s: None, ..ALL },
+        ActuatorLimits { slave_lag_s: 0.0, master_force_rate_n_per_s: None, ..ALL },
+        // Far shorter than the tick, and far longer.
+        ActuatorLimits { master_lag_s: 5e-6, slave_lag_s: 30.0, ..ActuatorLimits::NONE },
+        ActuatorLimits { master_lag_s: 30.0, slave_lag_s: 5e-6, ..ActuatorLimits::NONE },
+    ];
+    for damping in [Damping::Velocity, Damping::AsPrinted] {
+        for limits in of_each_side {
+            let exact = drive(limited(&limits, Coupling::Physical, damping), input);
+            let error = difference(&exact, &drive(integrated(&limits, damping), input));
+            assert!(error < 1e-8, "{damping:?} {limits:?}: {error:e}");
+        }
+        // Each of them matters, to its own side.
+        let exact = drive(limited(&ALL, Coupling::Physical, damping), input);
+        for (without, columns) in [
+            (ActuatorLimits { master_force_n: None, ..ALL }, 0..3),
+            (ActuatorLimits { master_force_rate_n_per_s: None, ..ALL }, 0..3),
+            (ActuatorLimits { master_lag_s: 0.0, ..ALL }, 0..3),
+            (ActuatorLimits { slave_command: None, ..ALL }, 3..5),
+            (ActuatorLimits { slave_command_rate_per_s: None, ..ALL }, 3..5),
+            (ActuatorLimits { slave_lag_s: 0.0, ..ALL }, 3..5),
+        ] {
+            let other = drive(limited(&without, Coupling::Physical, damping), input);
+            for column in columns {
+                assert!(difference_of(&exact[column], &other[column]) > 1e-5, "{damping:?} {without:?} {column}");
+            }
+        }
+    }
+}
+
+/// Sides whose machines are simple enough to be told by hand: a master of 1 kg without damping that no hand holds, and
+/// a slave of any kind.
+fn simple(slave: &SlaveParameters, limits: &ActuatorLimits) -> LimitedSides<f64> {
+    let master = MasterParameters { mass_kg: 1.0, damping_n_s_per_m: 0.0, ..MasterParameters::default() };
+    let arm = ArmParameters { k_a_n_per_m: 0.0, b_a_n_s_per_m: 0.0, ..ArmParameters::default() };
+    LimitedSides::new((&master, &arm, slave), limits, TICK_S, 0.0, 0.0).expect("valid")
+}
+
+/// A slave `2 / ((s + 2) (s + 30))` under a gain so high that its command stands at the limit.
+fn overdriven() -> SlaveParameters {
+    SlaveParameters {
+        numerator: vec![2.0],
+        denominator: vec![1.0, 32.0, 60.0],
+        proportional_gain: 1e6,
+        velocity_gain: 0.0,
+        damping: Damping::Velocity,
+    }
+}
+
+/// A slave `1 / s²`: its velocity changes by the mean of its command over the tick.
+fn free_mass(proportional_gain: f64) -> SlaveParameters {
+    SlaveParameters { numerator: vec![1.0], denominator: vec![1.0, 0.0, 0.0], proportional_gain, ..overdriven() }
+}
+
+#[test]
+fn a_lagging_slave_answers_a_step_as_partial_fractions_say() {
+    for lag_s in [1e-5, 7e-4, 0.02, 5.0] {
+        let limits = ActuatorLimits { slave_command: Some(3.0), slave_lag_s: lag_s, ..ActuatorLimits::NONE };
+        let [.., position, velocity] = drive(simple(&overdriven(), &limits), |_| (0.0, 0.0, 1.0));
+        // 3 · 2 / (s (s + 2) (s + 30) (τ s + 1)): one residue for each pole.
+        let poles = [0.0, -2.0, -30.0, -1.0 / lag_s];
+        let residue = |p: f64| poles.iter().filter(|&&q| q != p).fold(6.0 / lag_s, |product, q| product / (p - q));
+        for k in 0..TICKS {
+            let t = k as f64 * TICK_S;
+            let x: f64 = poles.iter().map(|&p| residue(p) * (p * t).exp()).sum();
+            let v: f64 = poles.iter().map(|&p| residue(p) * p * (p * t).exp()).sum();
+            assert!((position[k] - x).abs() < 1e-12, "{lag_s} {k}: {} {x}", position[k]);
+            assert!((velocity[k] - v).abs() < 1e-11, "{lag_s} {k}: {} {v}", velocity[k]);
+        }
+        assert!(position[TICKS - 1] > 1e-3, "{lag_s}");
+    }
+}
+
+/// What drives a mass of 1 kg over each tick, from its velocity.
+fn pushes(velocity: &[f64]) -> Vec<f64> {
+    velocity.windows(2).map(|pair| (pair[1] - pair[0]) / TICK_S).collect()
+}
+
+#[test]
+fn no_command_changes_faster_than_its_rate() {
+    let limits = ActuatorLimits {
+        master_force_rate_n_per_s: Some(20.0),
+        slave_command_rate_per_s: Some(10.0),
+        ..ActuatorLimits::NONE
+    };
+    let [_, master_velocity, _, _, slave_velocity] = drive(simple(&free_mass(300.0), &limits), input);
+    for (velocity, per_tick) in [(master_velocity, 0.02), (slave_velocity, 0.01)] {
+        let steps: Vec<f64> = pushes(&velocity).windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let largest = steps.iter().fold(0.0_f64, |most, step| most.max(step.abs()));
+        assert!((largest - per_tick).abs() < 1e-9, "{largest} of {per_tick}");
+        let (up, down) =
+            (steps.iter().any(|&step| step > 0.99 * per_tick), steps.iter().any(|&step| step < -0.99 * per_tick));
+        assert!(up && down, "{per_tick} is reached either way");
+    }
+    // Towards a command far away, every tick goes as far as it may, up to the range.
+    let limits = ActuatorLimits { slave_command: Some(1.5), ..limits };
+    let [.., velocity] = drive(simple(&free_mass(1e6), &limits), |_| (0.0, 0.0, 10.0));
+    for (k, push) in pushes(&velocity).into_iter().enumerate() {
+        let expected = (0.01 * (k + 1) as f64).min(1.5);
+        assert!((push - expected).abs() < 1e-9, "{k}: {push} {expected}");
+    }
+}
+
+#[test]
+fn the_master_leaves_a_limit_at_once_when_the_error_turns() {
+    const OVERLOAD: usize = 500;
+    let turning = |k: usize| (0.0, if k < OVERLOAD { 4.0 } else { -0.5 }, 0.0);
+    let motor = |limits: &ActuatorLimits| -> Vec<f64> {
+        let [_, velocity, ..] = drive(simple(&free_mass(0.0), limits), turning);
+        pushes(&velocity).into_iter().map(|push| -push).collect()
+    };
+    // Nobody holds this master, so that F_ed is the whole error: wound up, the integral would have added
+    // 12 · 4 N · 0.5 s = 24 N, and at -0.5 N would have kept the motor at its limit for all that is left.
+    let at =
+        |k: usize, motor_n: f64, expected: f64| assert!((motor_n - expected).abs() < 1e-9, "{k}: {motor_n} {expected}");
+    let ranged = motor(&ActuatorLimits { master_force_n: Some(1.2), ..ActuatorLimits::NONE });
+    let rated = motor(&ActuatorLimits {
+        master_force_n: Some(1.2),
+        master_force_rate_n_per_s: Some(10.0),
+        ..ActuatorLimits::NONE
+    });
+    for (k, (&ranged, &rated)) in ranged.iter().zip(&rated).enumerate() {
+        // After the overload the integral starts from 0: -0.5 N, then K_i T of it more each tick, down to the limit.
+        let after = |k: usize| (-0.5 * (1.0 + 12.0 * TICK_S * (k - OVERLOAD) as f64)).max(-1.2);
+        at(k, ranged, if k < OVERLOAD { 1.2 } else { after(k) });
+        if k < OVERLOAD {
+            at(k, rated, (0.01 * (k + 1) as f64).min(1.2));
+        } else {
+            // On its way down the motor gives more than is wanted and the integral stands.
+            at(k, rated, (1.2 - 0.01 * (k + 1 - OVERLOAD) as f64).max(rated_end(k - OVERLOAD)));
+        }
+    }
+    // Without a range the rate alone holds the integral: the motor turns round on the very tick.
+    let rate_alone = motor(&ActuatorLimits { master_force_rate_n_per_s: Some(10.0), ..ActuatorLimits::NONE });
+    let (before, turned) = (rate_alone[OVERLOAD - 1], rate_alone[OVERLOAD]);
+    assert!(before > 4.0, "{before}: the overload was followed");
+    at(OVERLOAD, turned, before - 0.01);
+}
+
+/// The motor of the case above once it has come down to what is wanted, `k` ticks after the turn: 170 ticks of 0.01 N later.
+fn rated_end(k: usize) -> f64 {
+    const DOWN: usize = 169;
+    (-0.5 * (1.0 + 12.0 * TICK_S * k.saturating_sub(DOWN) as f64)).max(-1.2)
+}
+
+#[test]
+fn lanes_have_the_bits_of_each_alone() {
+    let machines = (&MasterParameters::default(), &ArmParameters::default(), &SlaveParameters::default());
+    let mut together = LimitedSides::<Pair>::new(machines, &ALL, TICK_S, 0.0, 0.0).expect("valid");
+    let shifted = |k: usize| input(k + 70);
+    let alone = [
+        drive(limited(&ALL, Coupling::Physical, Damping::Velocity), input),
+        drive(limited(&ALL, Coupling::Physical, Damping::Velocity), shifted),
+    ];
+    let mut seen: [[Vec<f64>; 5]; 2] = Default::default();
+    for k in 0..TICKS {
+        let (master, slave) = (together.master(), together.slave());
+        let row =
+            [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
+        for (lane, columns) in seen.iter_mut().enumerate() {
+            for (column, value) in columns.iter_mut().zip(row) {
+                column.push(value.lane(lane));
+            }
+        }
+        let both = |pick: fn((f64, f64, f64)) -> f64, k: usize| Pair([pick(input(k)), pick(shifted(k))]);
+        let (now, next) = (both(|row| row.0, k), both(|row| row.0, k + 1));
+        together.step(now, next, both(|row| row.1, k), both(|row| row.2, k)).expect("steps");
+    }
+    let bits = |columns: &[Vec<f64>; 5]| columns.iter().flatten().map(|value| value.to_bits()).collect::<Vec<_>>();
+    for (seen, alone) in seen.iter().zip(&alone) {
+        assert!(bits(seen) == bits(alone));
+    }
+}
+
+#[test]
+fn a_slave_that_is_held_at_rest_stays_there() {
+    // With a spring of its own the slave needs a command even at rest: its motor has to begin with it.
+    let slave = SlaveParameters { proportional_gain: 500.0, ..overdriven() };
+    let machines = (&MasterParameters::default(), &ArmParameters::default(), &slave);
+    let limits = ActuatorLimits { slave_lag_s: 0.05, slave_command_rate_per_s: Some(1.0), ..ActuatorLimits::NONE };
+    let exact = LimitedSides::<f64>::new(machines, &limits, TICK_S, 0.0, 0.01).expect("valid");
+    let integrated = IntegratedSides::new(machines, ControlTiming::Sampled, TICK_S, 0.0, 0.01).limited(&limits);
+    let rest = 0.01 * 1000.0 / 1060.0;
+    for columns in [drive(exact, |_| (0.0, 0.0, 0.01)), drive(integrated, |_| (0.0, 0.0, 0.01))] {
+        assert!(columns[3].iter().all(|x| (x - rest).abs() < 1e-12), "{:?}", columns[3].last());
+    }
+}
+
+#[test]
+fn a_weak_and_slow_master_hides_the_rupture_for_longer_and_lets_the_needle_go_faster() {
+    let skin = |settings: &[&str]| {
+        let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+        let scenario = Scenario::load(&Source::parse("builtin:15_saturating_master.toml"), &settings).expect("loads");
+        measure(&scenario).expect("runs").ruptures[0].clone()
+    };
+    let strong = "actuator.master_force_limit_n=1e6";
+    let weak_and_slow = skin(&[]);
+    let weak = skin(&["actuator.master_lag_s=0"]);
+    let slow = skin(&[strong]);
+    let able = skin(&[strong, "actuator.master_lag_s=0"]);
+    let fall = |rupture: &RuptureMetrics| rupture.felt_fall_s.expect("felt");
+    assert!(fall(&weak) > fall(&able) + 0.025, "{} {}", fall(&weak), fall(&able));
+    assert!(fall(&weak_and_slow) > fall(&weak) + 0.005 && fall(&slow) > fall(&able) + 0.005);
+    let overshoot = |rupture: &RuptureMetrics| rupture.slave_overshoot_m.expect("ruptured");
+    assert!(overshoot(&weak_and_slow) > 1.5 * overshoot(&able), "{} {}", overshoot(&weak_and_slow), overshoot(&able));
+    assert!(weak_and_slow.time_s < able.time_s - 0.1, "the skin gives way earlier");
+}
+
+#[test]
+fn motors_of_any_limits_leave_only_numbers() {
+    let base = [
+        "simulation.control=sampled",
+        "simulation.duration_s=0.1",
+        "operator.kind=ramp",
+        "operator.speed_m_per_s=0.1",
+        "tissue.kind=kelvin-voigt",
+    ];
+    let lags = ["0", "1e-320", "1e-12", "1e-6", "1e-3", "1", "1e12"];
+    let limits = ["1e-12", "1e-3", "1", "1e12"];
+    for (i, lag) in lags.iter().enumerate() {
+        for (j, range) in limits.iter().enumerate() {
+            for rate in limits {
+                // The other side's differ, so that each value meets others.
+                let (other_lag, other) = (lags[(i + j) % lags.len()], limits[(i + j) % limits.len()]);
+                let settings: Vec<String> = base
+                    .iter()
+                    .map(|&setting| setting.to_owned())
+                    .chain([
+                        format!("actuator.master_lag_s={lag}"),
+                        format!("actuator.slave_lag_s={other_lag}"),
+                        format!("actuator.master_force_limit_n={range}"),
+                        format!("actuator.slave_command_limit={other}"),
+                        format!("actuator.master_force_rate_limit_n_per_s={rate}"),
+                        format!("actuator.slave_command_rate_limit_per_s={range}"),
+                    ])
+                    .collect();
+                let scenario = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect("loads");
+                let run = run(scenario).expect("runs");
+                let finite = run.trace.numbers().iter().all(|column| column.iter().all(|value| value.is_finite()));
+                assert!(finite, "{settings:?}");
+            }
+        }
+    }
+}

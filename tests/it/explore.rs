@@ -1,0 +1,348 @@
+//! The page's server, its guests and its hostile clients.
+
+use std::io::{Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value as Json, json};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+use crate::support::page::explore;
+
+/// As long as a page that is being attacked may wait for its answer: a person would call it slow, not broken.
+const RESPONSIVE: Duration = Duration::from_secs(5);
+
+type Socket = WebSocket<TcpStream>;
+
+fn connect(address: SocketAddr) -> TcpStream {
+    let stream = TcpStream::connect_timeout(&address, RESPONSIVE).expect("connects");
+    stream.set_read_timeout(Some(Duration::from_secs(30))).expect("set");
+    stream.set_write_timeout(Some(Duration::from_secs(30))).expect("set");
+    stream
+}
+
+/// What the server answers to a request: all that it sends until it closes.
+fn answer(address: SocketAddr, request: &str) -> String {
+    let mut stream = connect(address);
+    stream.write_all(request.as_bytes()).expect("sent");
+    let mut text = String::new();
+    let _ = stream.read_to_string(&mut text);
+    text
+}
+
+fn get(address: SocketAddr, path: &str, host: &str) -> String {
+    answer(address, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n"))
+}
+
+/// Opens the link as a page of an origin would.
+fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Socket, Box<tungstenite::Error>> {
+    let mut request = format!("ws://{address}/link").into_client_request().map_err(Box::new)?;
+    let headers = request.headers_mut();
+    headers.insert("host", host.parse().expect("a header"));
+    if let Some(origin) = origin {
+        headers.insert("origin", origin.parse().expect("a header"));
+    }
+    match tungstenite::client(request, connect(address)) {
+        Ok((socket, _)) => Ok(socket),
+        Err(tungstenite::HandshakeError::Failure(error)) => Err(Box::new(error)),
+        Err(tungstenite::HandshakeError::Interrupted(_)) => panic!("the stream blocks"),
+    }
+}
+
+/// A page of the server's own.
+struct Page {
+    socket: Socket,
+    asked: u32,
+}
+
+impl Page {
+    fn open(address: SocketAddr) -> Self {
+        let socket = link(address, Some(&format!("http://{address}")), &address.to_string()).expect("opens");
+        let mut page = Self { socket, asked: 0 };
+        assert_eq!(page.hear("hello")["type"], "hello");
+        page
+    }
+
+    fn tell(&mut self, wish: &Json) {
+        self.socket.send(Message::text(wish.to_string())).expect("sent");
+    }
+
+    /// The next message of a kind; of a frame its head.
+    fn hear(&mut self, kind: &str) -> Json {
+        loop {
+            let told: Json = match self.socket.read().expect("heard") {
+                Message::Text(text) => serde_json::from_str(&text).expect("JSON"),
+                Message::Binary(bytes) => {
+                    let length = u32::from_le_bytes(bytes[..4].try_into().expect("four")) as usize;
+                    serde_json::from_slice(&bytes[4..4 + length]).expect("JSON")
+                }
+                _ => continue,
+            };
+            assert!(kind == "refused" || told["type"] != "refused", "{told}");
+            if told["type"] == kind {
+                return told;
+            }
+        }
+    }
+
+    fn ask(&mut self, mut wish: Json, kind: &str) -> Json {
+        self.asked += 1;
+        wish["id"] = self.asked.into();
+        self.tell(&wish);
+        loop {
+            let told = self.hear(kind);
+            if told["id"] == self.asked {
+                return told;
+            }
+        }
+    }
+
+    fn show(&mut self, set: Json) -> Json {
+        let state = json!({ "scenario": "builtin:01_augmented.toml", "set": set });
+        self.ask(json!({ "type": "show", "state": state, "points": 400 }), "shown")
+    }
+
+    /// Asks for a run of its own and says how long that took.
+    fn moves_a_slider(&mut self, force: f64) -> Duration {
+        let began = Instant::now();
+        let shown = self.show(json!({ "scaling.force": force }));
+        assert!(shown["table"]["rows"].as_array().is_some_and(|rows| rows.len() > 10), "{shown}");
+        began.elapsed()
+    }
+}
+
+#[test]
+fn the_page_comes_with_everything_and_is_told_to_load_nothing_else() {
+    let (_server, address) = explore(&[]);
+    let host = address.to_string();
+    let page = get(address, "/", &host);
+    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    assert!(page.contains("default-src 'none'") && page.contains("frame-ancestors 'none'"), "{page}");
+    let parts: Vec<&str> = page.split(['"']).filter(|part| part.starts_with('/') && part.len() > 1).collect();
+    assert!(parts.len() > 10, "{parts:?}");
+    for part in parts {
+        assert!(get(address, part, &host).starts_with("HTTP/1.1 200"), "{part}");
+    }
+    assert!(get(address, "/../Cargo.toml", &host).starts_with("HTTP/1.1 404"));
+    assert!(answer(address, &format!("POST / HTTP/1.1\r\nHost: {host}\r\n\r\n")).starts_with("HTTP/1.1 405"));
+}
+
+#[test]
+fn a_page_of_another_site_is_not_heard() {
+    let (_server, address) = explore(&[]);
+    let own = format!("http://{address}");
+    let port = address.port();
+    for origin in ["http://evil.example", "null", &format!("http://localhost:{port}"), &format!("https://{address}")] {
+        let refused = link(address, Some(origin), &address.to_string()).expect_err(origin);
+        assert!(refused.to_string().contains("403"), "{origin}: {refused}");
+    }
+    assert!(link(address, None, &address.to_string()).expect_err("no origin").to_string().contains("403"));
+    // A name that was made to point here.
+    let rebound = format!("evil.example:{port}");
+    let refused = link(address, Some(&format!("http://{rebound}")), &rebound).expect_err("rebound");
+    assert!(refused.to_string().contains("421"), "{refused}");
+    assert!(get(address, "/", &rebound).starts_with("HTTP/1.1 421"));
+    assert!(link(address, Some(&own), &address.to_string()).is_ok());
+}
+
+#[test]
+fn what_a_page_may_not_ask_for_is_refused_in_words() {
+    let (_server, address) = explore(&[]);
+    let mut page = Page::open(address);
+    let refusals = [
+        ("builtin:01_augmented.toml", json!({ "recording.file": "/etc/passwd" }), "name no files"),
+        ("/etc/passwd", json!({}), "no scenario"),
+        ("builtin:01_augmented.toml", json!({ "scaling.force": -1 }), "scaling.force must be"),
+        ("builtin:01_augmented.toml", json!({ "scaling.forse": 1 }), "did you mean scaling.force"),
+        ("builtin:01_augmented.toml", json!({ "simulation.duration_s": 1e3 }), "at most 120000"),
+        ("builtin:01_augmented.toml", json!({ "simulation.tick_s": 1e-9 }), "ticks"),
+    ];
+    for (scenario, set, reason) in refusals {
+        let wish = json!({ "type": "show", "state": { "scenario": scenario, "set": set }, "points": 400 });
+        let refused = page.ask(wish, "refused");
+        assert!(refused["message"].as_str().is_some_and(|text| text.contains(reason)), "{refused}");
+    }
+    page.moves_a_slider(1.5);
+}
+
+#[test]
+fn hostile_clients_do_not_stall_an_honest_page() {
+    let (_server, address) = explore(&[]);
+    let own = format!("http://{address}");
+    let host = address.to_string();
+    let mut honest = Page::open(address);
+    let mut slowest = honest.moves_a_slider(1.0);
+    let mut watch = |what: &str, force: f64| {
+        let took = honest.moves_a_slider(force);
+        slowest = slowest.max(took);
+        assert!(took < RESPONSIVE, "{what}: the honest page waited {took:?}");
+    };
+
+    // A frame that says that it has a gigabyte, and begins to send it.
+    let mut liar = link(address, Some(&own), &host).expect("opens");
+    let stream = liar.get_mut();
+    let mut frame = vec![0x82, 0xff];
+    frame.extend_from_slice(&(1_u64 << 30).to_be_bytes());
+    frame.extend_from_slice(&[1, 2, 3, 4]);
+    stream.write_all(&frame).expect("sent");
+    let block = vec![0_u8; 1 << 16];
+    // The server closes long before it has read a gigabyte; what is still sent then fails.
+    let sent = (0..1 << 14).take_while(|_| stream.write_all(&block).is_ok()).count();
+    assert!(sent < 1 << 10, "{sent} blocks of a frame that is too large were taken");
+    watch("a frame of a gigabyte", 1.1);
+
+    // Garbage, as requests and as messages.
+    for garbage in ["\0\0\0\0\0\0\0\0\r\n\r\n", "GET / HTTP/9.9\r\n\r\n", "\u{16}\u{3}\u{1}\u{2}", &"A".repeat(1 << 20)]
+    {
+        let mut stream = connect(address);
+        let _ = stream.write_all(garbage.as_bytes());
+        let _ = stream.shutdown(Shutdown::Write);
+        let mut rest = vec![];
+        let _ = stream.read_to_end(&mut rest);
+    }
+    for garbage in ["{", "[]", "{\"type\":\"show\"}", "{\"type\":\"aim\",\"m\":1e999}", &"[".repeat(10_000)] {
+        let mut socket = link(address, Some(&own), &host).expect("opens");
+        let _ = socket.send(Message::text(garbage));
+        while socket.read().is_ok() {}
+    }
+    watch("garbage", 1.2);
+
+    // Clients that say half of a request, and no more.
+    let half_open: Vec<TcpStream> = (0..300)
+        .map(|_| {
+            let mut stream = connect(address);
+            let _ = stream.write_all(b"GET / HTTP/1.1\r\nHost: ");
+            stream
+        })
+        .collect();
+    watch("half-open sockets", 1.3);
+    assert!(get(address, "/", &host).starts_with("HTTP/1.1 200"), "a newcomer is served all the same");
+    drop(half_open);
+
+    // Ten thousand connections, one after another, a few hundred of them kept.
+    let mut kept = std::collections::VecDeque::new();
+    for count in 0..10_000 {
+        if let Ok(stream) = TcpStream::connect_timeout(&address, RESPONSIVE) {
+            kept.push_back(stream);
+        }
+        if kept.len() > 300 {
+            kept.pop_front();
+        }
+        if count % 2500 == 1250 {
+            watch("ten thousand connections", 1.4 + f64::from(count) * 1e-5);
+        }
+    }
+    assert!(get(address, "/", &host).starts_with("HTTP/1.1 200"), "a newcomer is served all the same");
+    drop(kept);
+
+    // A page that asks for everything and reads nothing.
+    let mut deaf: Vec<Socket> = (0..4).map(|_| link(address, Some(&own), &host).expect("opens")).collect();
+    for socket in &mut deaf {
+        socket.get_ref().set_write_timeout(Some(Duration::from_millis(200))).expect("set");
+        for id in 0..200 {
+            let state =
+                json!({ "scenario": "builtin:augmented.toml", "set": { "scaling.force": 1.0 + f64::from(id) } });
+            let wish = json!({ "type": "show", "id": id, "state": state, "points": 4000 });
+            if socket.send(Message::text(wish.to_string())).is_err() {
+                break;
+            }
+        }
+    }
+    watch("pages that do not read", 1.6);
+    drop(deaf);
+
+    // More messages than a person makes.
+    let mut hasty = link(address, Some(&own), &host).expect("opens");
+    let told = (0..100_000).take_while(|_| hasty.send(Message::text(r#"{"type":"aim","m":0.01}"#)).is_ok()).count();
+    let mut closed = false;
+    while let Ok(message) = hasty.read() {
+        closed |= matches!(message, Message::Close(Some(frame)) if frame.reason.contains("too many"));
+    }
+    assert!(closed || told < 100_000, "a flood of messages is cut off");
+    watch("a flood of messages", 1.7);
+    eprintln!("the honest page waited {slowest:?} at most");
+}
+
+#[test]
+fn pages_are_counted_and_make_room_when_they_go() {
+    let (_server, address) = explore(&[]);
+    let own = format!("http://{address}");
+    let host = address.to_string();
+    let mut open = vec![];
+    let refused = loop {
+        match link(address, Some(&own), &host) {
+            Ok(socket) => open.push(socket),
+            Err(refused) => break refused,
+        }
+        assert!(open.len() <= 16, "sixteen at most");
+    };
+    assert!(refused.to_string().contains("503"), "{refused}");
+    assert_eq!(open.len(), 16);
+    drop(open);
+    let until = Instant::now() + Duration::from_secs(20);
+    while link(address, Some(&own), &host).is_err() {
+        assert!(Instant::now() < until, "there is no room again");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn a_hand_pushes_through_the_skin_in_real_time() {
+    let (_server, address) = explore(&[]);
+    let mut page = Page::open(address);
+    let state = json!({ "scenario": "builtin:01_augmented.toml", "set": {} });
+    page.asked += 1;
+    let began = Instant::now();
+    page.tell(&json!({ "type": "push", "id": page.asked, "state": state, "augmented": true }));
+    let told = page.hear("pushing");
+    let deepest_m = told["range_mm"][1].as_f64().expect("a number") / 1e3;
+    let mut events = vec![];
+    let mut frozen = vec![];
+    let mut last_s = 0.0;
+    for step in 0..1200 {
+        let share = (f64::from(step) / 600.0).min(1.0);
+        page.tell(&json!({ "type": "aim", "m": share * deepest_m }));
+        let moved = page.hear("moved");
+        events.extend(moved["events"].as_array().expect("a list").iter().map(|event| event[1].clone()));
+        for row in moved["rows"].as_array().expect("a list") {
+            last_s = row[0].as_f64().expect("a number");
+            if row[6] == 1.0 {
+                frozen.push(row[3].as_f64().expect("a number"));
+            }
+        }
+        if frozen.len() > 300 {
+            break;
+        }
+    }
+    let passed_s = began.elapsed().as_secs_f64();
+    assert!(events.contains(&json!("rupture")) && events.contains(&json!("alarm")), "{events:?}");
+    assert!(frozen.len() > 300, "the slave freezes");
+    let moved_mm = frozen.iter().map(|position| (position - frozen[0]).abs()).fold(0.0, f64::max);
+    assert!(moved_mm < 0.5, "frozen, and moved by {moved_mm} mm");
+    assert!(last_s <= passed_s, "{last_s} s in {passed_s} s: not faster than time");
+    page.tell(&json!({ "type": "stop" }));
+    page.hear("pushed");
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_ends_it_cleanly_with_a_page_open() {
+    let (mut server, address) = explore(&[]);
+    let mut page = Page::open(address);
+    page.moves_a_slider(1.0);
+    let killed = std::process::Command::new("kill").args(["-INT", &server.id().to_string()]).status().expect("runs");
+    assert!(killed.success());
+    assert_eq!(server.wait(), Some(0));
+}
+
+#[test]
+fn a_port_that_is_taken_is_named_with_the_remedy() {
+    let (_server, address) = explore(&[]);
+    let port = address.port().to_string();
+    let output = assert_cmd::Command::cargo_bin("trocar").expect("built");
+    let output = { output }.args(["explore", "--no-open", "--port", &port]).assert().code(2);
+    let said = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    assert!(said.contains(&address.to_string()) && said.contains("--port"), "{said}");
+    assert_cmd::Command::cargo_bin("trocar").expect("built").args(["explore", "no-such.toml"]).assert().code(2);
+}

@@ -1,0 +1,39 @@
+//! Everything that is tested from the outside, in one program: a module a subject.
+
+mod actuators;
+mod appendix_poles;
+mod architectures;
+mod calibration;
+mod cli;
+mod degenerate;
+#[cfg(unix)]
+mod detect_live;
+mod detect_many;
+mod detect_real;
+mod estimators;
+mod explore;
+mod instruction_sets;
+mod lanes;
+mod layer_ranges;
+mod layering;
+mod layers_paper;
+mod link;
+mod link_random;
+mod link_schedule;
+mod lti;
+mod operators;
+mod oracle_trajectories;
+mod packs;
+mod paper;
+mod passivity;
+mod properties;
+mod readme;
+mod recording;
+mod report;
+mod rig;
+mod roc;
+mod stability;
+mod support;
+mod sweep;
+mod switching;
+mod tissue;

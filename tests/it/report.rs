@@ -1,0 +1,415 @@
+//! `--report`: one page that holds what the command found, loads nothing, and lets nothing out of the texts that it shows.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+use crate::support::desk::Desk;
+use serde_json::Value as Json;
+
+/// What a page may weigh.
+const MOST_BYTES: usize = 2_000_000;
+
+/// A short scenario that needs no recording.
+const SHORT: &str =
+    "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
+
+/// What would run if it were not taken for a text.
+const EVIL: &str = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
+
+/// A text as the template wrote it, read back.
+fn unescaped(html: &str) -> String {
+    let pairs = [
+        ("&lt;", "<"),
+        ("&gt;", ">"),
+        ("&quot;", "\""),
+        ("&#34;", "\""),
+        ("&#x27;", "'"),
+        ("&#39;", "'"),
+        ("&#x2f;", "/"),
+    ];
+    pairs.iter().fold(html.to_owned(), |text, (code, plain)| text.replace(code, plain)).replace("&amp;", "&")
+}
+
+/// What stands between two pieces of text, for the first time.
+fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
+    let rest = text.split_once(from).unwrap_or_else(|| panic!("no {from}")).1;
+    rest.split_once(to).unwrap_or_else(|| panic!("no {to} after {from}")).0
+}
+
+/// The numbers that the page's script draws.
+fn data(html: &str) -> Json {
+    serde_json::from_str(between(html, "<script id=\"data\" type=\"application/json\">", "</script>")).expect("JSON")
+}
+
+/// The rows of all tables: the first cell without what it means, then the others.
+fn rows(html: &str) -> Vec<Vec<String>> {
+    let cell = |cell: &str| {
+        let content = cell.split_once('>').map_or("", |(_, content)| content);
+        unescaped(content.split('<').next().unwrap_or_default())
+    };
+    let row = |row: &str| {
+        let row = row.split("</tr>").next().unwrap_or_default().replace("<th", "<td");
+        row.split("<td").skip(1).map(cell).collect()
+    };
+    html.split("<tr>").skip(1).map(row).collect()
+}
+
+/// What holds for every page.
+fn is_sound(html: &str) {
+    assert!(html.len() < MOST_BYTES, "{} bytes", html.len());
+    assert!(html.starts_with("<!doctype html>\n<html lang=\"en\">"));
+    assert!(!between(html, "<title>", "</title>").is_empty());
+    assert!(html.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src &#x27;none&#x27;; script-src"));
+    assert!(html.contains("<noscript>"));
+    // Headings: one of the first order, then those of the second, and none that skips one.
+    let headings: Vec<&str> =
+        html.split("<h").skip(1).map(|rest| &rest[..1]).filter(|level| "123456".contains(level)).collect();
+    assert!(
+        headings[0] == "1" && headings.len() > 3 && headings[1..].iter().all(|level| *level == "2"),
+        "{headings:?}"
+    );
+    // Two script elements, the data and the program; neither is loaded, nor is anything else.
+    assert_eq!((html.matches("<script").count(), html.matches("</script").count()), (2, 2));
+    for tag in html.split('<').skip(1).map(|rest| rest.split('>').next().unwrap_or_default()) {
+        let is_tag = tag.starts_with(|c: char| c.is_ascii_lowercase());
+        assert!(!is_tag || !tag.contains(" src="), "{tag}");
+    }
+    for loading in ["<link", "<img", "<iframe", "<object", "@import", "url("] {
+        assert!(!html.contains(loading), "{loading}");
+    }
+    assert!(html.split("href=\"").skip(1).all(|rest| rest.starts_with('#')), "only places on the page");
+    let addresses: Vec<&str> =
+        html.lines().filter(|line| line.contains("http://") || line.contains("https://")).collect();
+    assert!(addresses.iter().all(|line| line.contains("/*! https://github.com/leeoniya/uPlot")), "{addresses:?}");
+    assert!(html.contains("Permission is hereby granted") && html.contains("Copyright (c) 2022 Leon Sorokin"));
+    // What is drawn has a description, and a place for it.
+    let data = data(html);
+    for (name, charts) in data["charts"].as_object().expect("charts") {
+        assert!(
+            html.contains(&format!("<div class=\"charts\" data-name=\"{name}\">"))
+                || charts.as_array() == Some(&vec![])
+        );
+        for chart in charts.as_array().expect("charts") {
+            assert!(chart["alt"].as_str().is_some_and(|alt| alt.len() > 30), "{chart}");
+            let lines: usize =
+                chart["columns"].as_array().expect("columns").iter().map(|c| c["y"].as_array().expect("y").len()).sum();
+            assert_eq!(lines, chart["series"].as_array().expect("series").len(), "{name}");
+        }
+    }
+    for (name, map) in data["maps"].as_object().expect("maps") {
+        assert!(html.contains(&format!("<div class=\"map\" data-name=\"{name}\">")));
+        assert!(map["alt"].as_str().is_some_and(|alt| alt.len() > 30), "{map}");
+    }
+}
+
+#[test]
+fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
+    let desk = Desk::new();
+    let printed = desk.good(&["compare", "--report", "--out", "o"]);
+    assert!(printed.ends_with("report: o/report.html\n"), "{printed}");
+    let html = desk.text("o/report.html");
+    is_sound(&html);
+    let rows = rows(&html);
+    let mut lines = 0;
+    for line in printed.lines().skip(2).take_while(|line| !line.is_empty()) {
+        let cells: Vec<&str> = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
+        let found = rows.iter().find(|row| row[0] == cells[0]).unwrap_or_else(|| panic!("no row {}", cells[0]));
+        assert_eq!(found.iter().map(String::as_str).filter(|cell| !cell.is_empty()).collect::<Vec<_>>(), cells);
+        assert!(html.contains(&format!("{}<small>", cells[0])), "{} says what it means", cells[0]);
+        lines += 1;
+    }
+    assert!(lines > 30, "{lines} metrics");
+    for fact in ["classical: slave travel in 300 ms", "the derivative in that noise"] {
+        assert!(rows.iter().any(|row| row[0] == fact), "{fact}");
+    }
+    // The scenarios are those beside the page, to the letter.
+    for name in ["classical", "augmented"] {
+        let shown = unescaped(
+            html.split(&format!("aria-label=\"{name}.toml\">"))
+                .nth(1)
+                .expect("shown")
+                .split("</pre>")
+                .next()
+                .expect("ended"),
+        );
+        assert_eq!(shown, desk.text(&format!("o/{name}/scenario.toml")));
+    }
+    assert!(html.contains("trocar compare --report</pre>"));
+    assert!(!desk.path("o/classical/report.html").exists());
+}
+
+#[test]
+fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() {
+    let (here, there) = (Desk::new(), Desk::new());
+    let given = ["run", "builtin:augmented.toml", "--set", "sensor.force_noise_std_n=0.02", "--report", "--quiet"];
+    here.good(&given);
+    there.good(&[&given[..], &["--out", "far/away"]].concat());
+    let html = here.text("out/augmented/report.html");
+    assert!(html == there.text("far/away/augmented/report.html"));
+    is_sound(&html);
+    // As the page says: the scenario saved under its name, and the command.
+    let toml = unescaped(between(&html, "aria-label=\"augmented.toml\">", "</pre>"));
+    let command = unescaped(between(&html, "aria-label=\"Command\">", "</pre>"));
+    let again = Desk::new();
+    again.file("augmented.toml", toml);
+    again.good(&command.split(' ').skip(1).collect::<Vec<_>>());
+    assert!(html == again.text("out/augmented/report.html"));
+    // And nothing else of what is written depends on it.
+    let plain = Desk::new();
+    plain.good(&given[..4]);
+    let mut files: BTreeMap<_, _> = here.files("out");
+    files.retain(|path, _| !path.ends_with("report.html"));
+    assert!(files == plain.files("out"));
+}
+
+/// The columns of a CSV file by their names.
+fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().expect("a heading").split(',').collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|field| field.parse().expect("a number")).collect()).collect();
+    let column = |(index, name): (usize, &&str)| ((*name).to_owned(), rows.iter().map(|row| row[index]).collect());
+    names.iter().enumerate().map(column).collect()
+}
+
+#[test]
+fn what_is_drawn_is_what_was_recorded_to_five_digits() {
+    let desk = Desk::new();
+    desk.good(&["run", "builtin:augmented.toml", "--report", "--quiet"]);
+    let trace = columns(&desk.text("out/augmented/trace.csv"));
+    let ticks: BTreeMap<String, usize> =
+        trace["time_s"].iter().enumerate().map(|(tick, time)| (format!("{time:.6}"), tick)).collect();
+    let data = data(&desk.text("out/augmented/report.html"));
+    let charts = data["charts"]["signals"].as_array().expect("charts");
+    let mut seen = 0;
+    for (chart, series, column, factor) in [
+        (0, 0, "slave_position_m", 1e3),
+        (0, 1, "master_position_m", 1e3),
+        (1, 0, "feedback_force_n", 1.0),
+        (1, 1, "operator_force_n", 1.0),
+        (1, 2, "tissue_force_n", 1.0),
+        (2, 0, "stiffness_n_per_m", 1.0),
+        (3, 0, "damping_n_s_per_m", 1.0),
+        (4, 0, "residual_n", 1.0),
+        (5, 0, "decision", 1.0),
+    ] {
+        let drawn = &charts[chart]["columns"][0];
+        let times = drawn["x"].as_array().expect("times");
+        let values = drawn["y"][series].as_array().expect("values");
+        assert!((500..9_000).contains(&times.len()) && times.len() == values.len(), "{}", times.len());
+        let whole = &trace[column];
+        let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
+        for (time, value) in times.iter().zip(values) {
+            let tick = ticks[&format!("{:.6}", time.as_f64().expect("a time"))];
+            let (value, true_value) = (value.as_f64().expect("a value"), factor * whole[tick]);
+            assert!(
+                (value - true_value).abs() <= 0.6e-4 * true_value.abs(),
+                "{column} at {time}: {value}, {true_value}"
+            );
+            extremes = (extremes.0.min(value), extremes.1.max(value));
+            seen += 1;
+        }
+        // The least and the greatest of the whole run are among them.
+        let (least, most) = whole.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
+        assert!((extremes.0 - factor * least).abs() <= 0.6e-4 * (factor * least).abs(), "{column}");
+        assert!((extremes.1 - factor * most).abs() <= 0.6e-4 * (factor * most).abs(), "{column}");
+    }
+    assert!(seen > 9 * 500);
+    // The 0.1 s after a rupture are there tick by tick where the force falls.
+    let times: Vec<f64> =
+        charts[1]["columns"][0]["x"].as_array().expect("times").iter().filter_map(Json::as_f64).collect();
+    assert!(times.iter().filter(|time| (5.52..5.62).contains(*time)).count() >= 95);
+}
+
+#[test]
+fn names_that_would_run_are_shown_and_do_not() {
+    let desk = Desk::new();
+    let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
+    let content = format!("{EVIL},x_mm,f\n{}", (0..400).map(row).collect::<String>());
+    let file = "a '\"&<b>onload=alert(3)<b>.csv";
+    desk.file(file, &content).file("b.csv", &content);
+    desk.file(
+        "labels.csv",
+        format!("file,time_s,kind\n{file:?},0.2,{EVIL}\nb.csv,0.3,{EVIL}\n").replace("\\\"", "\"\""),
+    );
+    let columns = ["--time", EVIL, "--position", "x_mm", "--force", "f"];
+    desk.good(
+        &[&["detect", file, "b.csv", "--labels", "labels.csv", "--report", "--quiet", "--no-figures"], &columns[..]]
+            .concat(),
+    );
+    let pages: Vec<_> = desk.files("out").into_iter().filter(|(path, _)| path.ends_with("report.html")).collect();
+    assert_eq!(pages.len(), 3);
+    for (path, page) in pages {
+        let html = String::from_utf8(page).expect("text");
+        is_sound(&html);
+        let shown = unescaped(&html);
+        assert!(shown.contains(EVIL), "{} shows the name", path.display());
+        for tag in ["<script>alert", "<img", "<b>"] {
+            assert!(!html.contains(tag), "{} has {tag}", path.display());
+        }
+    }
+}
+
+#[test]
+fn nothing_of_the_machine_is_on_a_page() {
+    let desk = Desk::new();
+    let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
+    desk.file("r.csv", format!("time_s,position_m,force_n\n{}", (0..400).map(row).collect::<String>()));
+    let recording = desk.path("r.csv").display().to_string();
+    desk.file("s.toml", format!("recording.file = {recording:?}\nsimulation.duration_s = 0.3\n"));
+    let scenario = desk.path("s.toml").display().to_string();
+    desk.good(&["detect", &recording, "--report", "--quiet"]);
+    desk.good(&["run", &scenario, "--report", "--quiet"]);
+    desk.good(&["compare", &scenario, "--report", "--quiet"]);
+    desk.good(&[
+        "stability",
+        &scenario,
+        "--report",
+        "--quiet",
+        "--x",
+        "scaling.force=0.5:2:3",
+        "--y",
+        "tissue.stiffness_n_per_m=100:200:3",
+    ]);
+    let folder = recording.strip_suffix("r.csv").expect("a folder");
+    for page in ["out/r/report.html", "out/report.html", "out/s/report.html"] {
+        let html = desk.text(page);
+        is_sound(&html);
+        assert!(!unescaped(&html).contains(folder), "{page}");
+        assert!(unescaped(&html).contains("file = \"r.csv\""), "{page}");
+    }
+}
+
+#[test]
+fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
+    let desk = Desk::new();
+    desk.file("base.toml", SHORT.replace("0.5", "0.02"));
+    let axes = "scaling.force = { from = 0.5, to = 2.0, points = 100 }\nscaling.position = { from = 0.1, to = 1.0, points = 70, log = true }\noperator.kind = [\"ramp\", \"sine\"]\n";
+    let metrics = "metrics = [\"tracking_rmse_m\", \"greatest_tissue_force_n\"]\n";
+    desk.file("large.toml", format!("base = \"base.toml\"\n{metrics}[axes]\n{axes}"));
+    let printed = desk.good(&["sweep", "large.toml", "--report"]);
+    let html = desk.text("out/large/report.html");
+    is_sound(&html);
+    let shown = unescaped(&html);
+    assert!(shown.contains("2000 of 14000 cases are drawn, evenly chosen"));
+    assert!(shown.contains("A dash") || shown.contains("Intervals in brackets"));
+    for line in printed.lines().skip(4).take(2) {
+        let cells: Vec<&str> = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
+        let row = rows(&html).into_iter().find(|row| row[0] == cells[0]).expect("a row");
+        assert_eq!(row, cells);
+    }
+    let charts = &data(&html)["charts"]["axes"];
+    assert_eq!(charts.as_array().map(Vec::len), Some(6), "two metrics over three axes");
+    assert_eq!(charts[2]["x"]["label"], "operator.kind (1: ramp, 2: sine)");
+    assert_eq!(charts[0]["columns"][0]["x"].as_array().map(Vec::len), Some(2_000));
+    assert_eq!(data(&html)["maps"]["heat_tracking_rmse_m"]["cells"].as_array().map(Vec::len), Some(40 * 40));
+}
+
+#[test]
+fn a_sweep_that_is_done_gets_its_page_all_the_same() {
+    let desk = Desk::new();
+    desk.file("base.toml", SHORT.replace("0.5", "0.02"));
+    let sweep = "base = \"base.toml\"\nmetrics = [\"tracking_rmse_m\"]\n[axes]\nscaling.force = [0.5, 1.0, 2.0]\n";
+    desk.file("s.toml", sweep);
+    desk.good(&["sweep", "s.toml", "--quiet"]);
+    let before = desk.files("out/s");
+    desk.good(&["sweep", "s.toml", "--quiet", "--report"]);
+    let mut after = desk.files("out/s");
+    let page = after.remove(std::path::Path::new("report.html")).expect("written");
+    is_sound(&String::from_utf8(page.clone()).expect("text"));
+    assert!(before == after);
+    // Of shards, their join has it: the same but for the command.
+    for shard in ["1/2", "2/2"] {
+        desk.good(&["sweep", "s.toml", "--quiet", "--shard", shard, "--out", "parts"]);
+    }
+    desk.good(&["sweep", "merge", "parts/s", "--out", "joined", "--quiet", "--report"]);
+    let joined = desk.text("joined/s/report.html").replace("sweep merge parts&#x2f;s", "sweep s.toml");
+    assert!(joined.as_bytes() == page);
+    desk.refused(&["sweep", "s.toml", "--shard", "1/2", "--report", "--out", "x"], &["--report", "--shard"]);
+}
+
+#[test]
+fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
+    let desk = Desk::new();
+    let axes = ["--x", "scaling.force=0.1:10:12", "--y", "tissue.stiffness_n_per_m=10:2000:11"];
+    let printed = desk.good(&[&["stability", "builtin:augmented.toml", "--report", "--simulate"], &axes[..]].concat());
+    assert!(printed.ends_with("report: out/augmented/report.html\n"), "{printed}");
+    let html = desk.text("out/augmented/report.html");
+    is_sound(&html);
+    let rows = rows(&html);
+    for line in printed.lines().filter(|line| {
+        ["spectral radius", "gain margin", "snap", "scaling.force"].iter().any(|name| line.starts_with(name))
+    }) {
+        let cells: Vec<&str> = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
+        assert!(
+            rows.iter().any(|row| row
+                .iter()
+                .map(String::as_str)
+                .filter(|cell| !cell.is_empty())
+                .eq(cells.iter().copied())),
+            "{cells:?}"
+        );
+    }
+    let map = &data(&html)["maps"]["stability"];
+    let csv = desk.text("out/augmented/stability_map.csv");
+    let stable: String = csv.lines().skip(1).map(|line| line.split(',').nth(2).expect("a verdict")).collect();
+    let drawn: String = map["verdicts"].as_array().expect("rows").iter().filter_map(Json::as_str).collect();
+    assert_eq!(drawn, stable);
+    assert_eq!(
+        map["boundary"].as_array().map(Vec::len),
+        Some(desk.text("out/augmented/stability_boundary.csv").lines().count() - 1)
+    );
+    assert!(unescaped(&html).contains("Certificate: motions die out whatever the events"));
+}
+
+#[test]
+fn every_command_that_has_it_says_what_it_does() {
+    let desk = Desk::new();
+    for command in [&["run"][..], &["compare"], &["detect"], &["sweep"], &["sweep", "merge"], &["stability"]] {
+        let help = desk.good(&[command, &["--help"]].concat());
+        let about = between(&help, "--report", "--out").split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(about.contains("report.html"), "{command:?}: {about}");
+    }
+    assert!(!desk.good(&["roc", "--help"]).contains("--report"));
+    desk.refused(&["detect", "-", "--report"], &["--report"]);
+    desk.file("s.toml", format!("name = \"report.html\"\n{}", SHORT.replace("name = \"short\"\n", "")));
+    desk.refused(&["compare", "s.toml"], &["report.html"]);
+}
+
+/// In a browser, where there is one: the page's policy lets its script run, and the script draws everything without an error.
+#[test]
+fn a_browser_draws_the_pages() {
+    let browsers = ["chromium", "chromium-browser", "google-chrome"];
+    let Some(browser) = browsers.into_iter().find(|name| Command::new(name).arg("--version").output().is_ok()) else {
+        eprintln!("left out: no browser ({}) is installed", browsers.join(", "));
+        return;
+    };
+    let desk = Desk::new();
+    desk.good(&["compare", "--report", "--quiet"]);
+    desk.good(&["stability", "--report", "--quiet"]);
+    for page in ["out/report.html", "out/classical/report.html"] {
+        let html = desk.text(page);
+        let profile = tempfile::tempdir().expect("a folder");
+        let output = Command::new(browser)
+            .args([
+                "--headless=new",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--virtual-time-budget=5000",
+                "--enable-logging=stderr",
+            ])
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .args(["--dump-dom", &format!("file://{}", desk.path(page).display())])
+            .output()
+            .expect("ran");
+        let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let said: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
+        assert!(said.is_empty(), "{said:#?}");
+        let count = |of: &str| -> usize {
+            let places = &data(&html)[of];
+            places.as_object().expect("places").values().map(|place| place.as_array().map_or(1, Vec::len)).sum()
+        };
+        assert_eq!(dom.matches("class=\"u-over\"").count(), count("charts"), "{page}");
+        assert_eq!(dom.matches("<canvas").count(), count("charts") + count("maps"), "{page}");
+    }
+}

@@ -1,0 +1,403 @@
+//! The linearised loop, held against the engine, the reference limits, the eigenvalues and closed forms.
+
+use crate::support;
+use nalgebra::DVector;
+use trocar::engine::Trace;
+use trocar::lti::{Complex64, eigenvalues};
+use trocar::run::run;
+use trocar::scenario::{Scenario, Source};
+use trocar::stability::{
+    Analysis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound, Search, largest_stable, sensitivities,
+};
+
+/// A ramp into a tissue that begins where the needle starts, so that it stays in contact.
+const BASE: [&str; 9] = [
+    "operator.kind=ramp",
+    "operator.start_m=0",
+    "operator.end_m=0.01",
+    "operator.speed_m_per_s=0.02",
+    "tissue.kind=kelvin-voigt",
+    "tissue.contact_m=0",
+    "augmentation.enabled=false",
+    "simulation.duration_s=1.5",
+    "passivity.scheme=none",
+];
+
+fn scenario(settings: &[&str]) -> Scenario {
+    let all: Vec<String> = BASE.iter().chain(settings).map(|setting| (*setting).to_owned()).collect();
+    Scenario::load(&Source::parse("builtin:21_late_wall.toml"), &all).expect("loads")
+}
+
+fn settings(settings: &[&str]) -> LoopSettings {
+    LoopSettings::of(&scenario(settings))
+}
+
+/// The loops of the tests: architecture, timing, delays, what lags.
+const LOOPS: [&[&str]; 13] = [
+    &["channel.forward_delay_s=0", "channel.backward_delay_s=0"],
+    &["channel.forward_delay_s=0.005", "channel.backward_delay_s=0.002", "tissue.damping_n_s_per_m=5"],
+    &["channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
+    &["channel.forward_delay_s=0.0007", "channel.backward_delay_s=0.002", "scaling.force=0.6", "scaling.position=0.5"],
+    &["channel.forward_delay_s=0.05", "channel.backward_delay_s=0.0505"],
+    &["simulation.control=sampled", "channel.forward_delay_s=0.0031", "channel.backward_delay_s=0"],
+    &["simulation.control=sampled", "actuator.master_lag_s=0.003", "actuator.slave_lag_s=0.002"],
+    &["sensor.force_bandwidth_hz=40", "simulation.tick_s=0.002"],
+    &["slave.compliance_m_per_n=0.0002", "channel.forward_delay_s=0.001", "channel.backward_delay_s=0.001"],
+    &[
+        "controller.kind=local-force",
+        "controller.slave_force_gain=1",
+        "channel.forward_delay_s=0",
+        "channel.backward_delay_s=0.001",
+    ],
+    &["controller.kind=position-position", "channel.forward_delay_s=0.003", "channel.backward_delay_s=0.002"],
+    &["controller.kind=four-channel", "channel.forward_delay_s=0", "channel.backward_delay_s=0", "arm.grip=firm"],
+    &[
+        "controller.kind=four-channel",
+        "simulation.control=sampled",
+        "channel.forward_delay_s=0.002",
+        "scaling.force=0.5",
+    ],
+];
+
+fn softly(settings: &[&'static str]) -> Vec<&'static str> {
+    let mut all = settings.to_vec();
+    all.push("tissue.stiffness_n_per_m=100");
+    all
+}
+
+#[test]
+fn powers_of_the_matrix_are_the_trajectory_of_the_engine() {
+    for case in LOOPS {
+        let scenario = scenario(&softly(case));
+        let closed = ClosedLoop::new(&LoopSettings::of(&scenario)).expect("built");
+        let (matrix, [now, next], slave) = closed.matrix().expect("not too long");
+        let trace: Trace = run(scenario).expect("runs").trace;
+        assert!(trace.slave_position_m.iter().skip(1).all(|&x| x >= 0.0), "{case:?}: contact is lost");
+        // Until the hand has stopped tick by tick, then by powers of the matrix alone.
+        let ticks = trace.time_s.len();
+        let stops = 2 * ticks / 5;
+        let desired = &trace.desired_position_m;
+        assert_eq!(desired[stops], desired[ticks - 1]);
+        let mut state = DVector::zeros(matrix.nrows());
+        for k in 0..stops {
+            state = &matrix * state + &now * desired[k] + &next * desired[k + 1];
+        }
+        let n = matrix.nrows();
+        let mut held = matrix.clone().resize(n + 1, n + 1, 0.0);
+        held.view_mut((0, n), (n, 1)).copy_from(&((&now + &next) * desired[stops]));
+        held[(n, n)] = 1.0;
+        let mut state = state.push(1.0);
+        let mut power = held;
+        // After 1, 2, 4, ... ticks more.
+        let mut at = stops;
+        let peak = |column: &[f64]| column.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        for squarings in 0.. {
+            let further = 1 << squarings;
+            if at + further >= ticks {
+                break;
+            }
+            state = &power * state;
+            at += further;
+            for (name, computed, column) in [
+                ("x_h", state[0], &trace.master_position_m),
+                ("v_h", state[1], &trace.master_velocity_m_per_s),
+                ("x_e", state[slave], &trace.slave_position_m),
+                ("v_e", state[slave + 1], &trace.slave_velocity_m_per_s),
+            ] {
+                let difference = (computed - column[at]).abs() / peak(column);
+                assert!(difference < 1e-9, "{case:?} {name} at tick {at}: {difference:e}");
+            }
+            power = &power * &power;
+        }
+        assert!(at > stops + 200);
+    }
+}
+
+#[test]
+fn oracle_the_largest_stable_stiffness_is_the_references() {
+    let table = support::table("tests/reference/stability_limits.csv");
+    let rows = table["largest_stable_stiffness_n_per_m"].len();
+    assert_eq!(rows, 8);
+    for row in (0..rows).rev() {
+        let column = |name: &str| table[name][row];
+        let delay_s = 1e-3 * column("delay_ticks_each_way");
+        let settings =
+            settings(&[]).with(Parameter::Delay, delay_s).with(Parameter::Damping, column("tissue_damping_n_s_per_m"));
+        let limit = largest_stable(&settings, Parameter::Stiffness, Search::of(Parameter::Stiffness)).expect("found");
+        let (found, expected) = (limit.largest().expect("stable"), column("largest_stable_stiffness_n_per_m"));
+        assert!((found / expected - 1.0).abs() < 1e-8, "{delay_s}: {found} {expected}");
+        assert_eq!(limit.stable.len(), 1);
+    }
+}
+
+#[test]
+fn at_fifty_milliseconds_each_way_the_wall_may_have_907_newtons_a_metre() {
+    let limit = largest_stable(&settings(&[]), Parameter::Stiffness, Search::of(Parameter::Stiffness)).expect("found");
+    let largest = limit.largest().expect("stable");
+    assert_eq!(largest.floor(), 907.0);
+}
+
+#[test]
+fn poles_counted_by_turns_are_the_eigenvalues_outside() {
+    let mut seen = [0; 4];
+    for case in LOOPS {
+        for (k, stiffness) in [3.0, 60.0, 300.0, 900.0, 1600.0, 4000.0, 30_000.0].into_iter().enumerate() {
+            for force in [0.3, 1.0, 2.5] {
+                let settings = settings(case).with(Parameter::Stiffness, stiffness).with(Parameter::ForceScale, force);
+                let closed = ClosedLoop::new(&settings).expect("built");
+                let poles = eigenvalues(&closed.matrix().expect("not too long").0).expect("found");
+                for radius in [1.0, 0.99, 1.02] {
+                    let outside = poles.iter().filter(|pole| pole.norm() >= radius).count();
+                    let clear = poles.iter().all(|pole| (pole.norm() - radius).abs() > 1e-7);
+                    if clear {
+                        let counted = closed.poles_outside(radius).expect("counted");
+                        assert_eq!(counted, outside, "{case:?} {k} {force} {radius}");
+                        seen[outside.min(3)] += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(seen.iter().all(|&count| count > 5), "{seen:?}");
+}
+
+#[test]
+fn both_readings_of_the_appendix_are_counted_too() {
+    for (reading, always_unstable) in [("slave.damping=as-printed", false), ("master.coupling=as-printed", true)] {
+        for stiffness in [10.0, 100.0, 500.0, 2000.0] {
+            let no_delay = ["channel.forward_delay_s=0", "channel.backward_delay_s=0.003"];
+            let settings = settings(&[reading, no_delay[0], no_delay[1]]).with(Parameter::Stiffness, stiffness);
+            let closed = ClosedLoop::new(&settings).expect("built");
+            let poles = eigenvalues(&closed.matrix().expect("short").0).expect("found");
+            let outside = poles.iter().filter(|pole| pole.norm() >= 1.0).count();
+            assert_eq!(closed.poles_outside(1.0).expect("counted"), outside, "{reading} {stiffness}");
+            assert!(outside > 0 || !always_unstable);
+        }
+    }
+}
+
+#[test]
+fn a_long_delay_has_the_mode_that_its_matrix_has() {
+    for stiffness in [100.0, 600.0, 1500.0] {
+        let settings = settings(&[]).with(Parameter::Delay, 0.15).with(Parameter::Stiffness, stiffness);
+        let closed = ClosedLoop::new(&settings).expect("built");
+        assert!(closed.states() > 300);
+        let mode = closed.dominant_mode().expect("found");
+        let poles = eigenvalues(&closed.matrix().expect("fits").0).expect("found");
+        let greatest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+        assert!((mode.spectral_radius - greatest).abs() < 1e-9, "{} {greatest}", mode.spectral_radius);
+        assert!(poles.iter().any(|pole| (pole - mode.pole).norm() < 1e-8), "{mode:?}");
+        assert_eq!(closed.is_stable().expect("counted"), greatest < 1.0);
+    }
+}
+
+#[test]
+fn the_gain_margin_is_how_much_the_force_scale_may_grow_and_the_delay_margin_how_much_the_delay() {
+    let settings = settings(&[]).with(Parameter::Delay, 0.005).with(Parameter::Stiffness, 1000.0);
+    let margins = ClosedLoop::new(&settings).expect("built").margins().expect("followed");
+    let largest = |parameter| {
+        let limit = largest_stable(&settings, parameter, Search::of(parameter)).expect("found");
+        limit.largest().expect("stable")
+    };
+    let gain = margins.gain.expect("some");
+    assert!((gain - largest(Parameter::ForceScale)).abs() < 1e-9 * gain, "{gain}");
+    // One continuous further delay beside two that split their ticks: alike to far less than a tick.
+    let further_s = 2.0 * (largest(Parameter::Delay) - 0.005);
+    let delay_s = margins.delay_s.expect("some");
+    assert!((delay_s - further_s).abs() < 1e-5, "{delay_s} {further_s}");
+    let unstable = settings.with(Parameter::Stiffness, 1e4);
+    assert_eq!(ClosedLoop::new(&unstable).expect("built").margins().expect("followed").gain, None);
+}
+
+#[test]
+fn without_damping_the_limits_go_as_one_over_the_others() {
+    let settings = settings(&[]).with(Parameter::Delay, 0.0037);
+    let limits = [Parameter::Stiffness, Parameter::ForceScale]
+        .map(|parameter| largest_stable(&settings, parameter, Search::of(parameter)).expect("found"));
+    let found = sensitivities(&settings, &limits).expect("found");
+    let relative = |limit, parameter| {
+        let entry = found.iter().find(|s| s.limit == limit && s.parameter == parameter).expect("there");
+        entry.relative.expect("smooth")
+    };
+    for (limit, parameter) in [
+        (Parameter::Stiffness, Parameter::ForceScale),
+        (Parameter::Stiffness, Parameter::PositionScale),
+        (Parameter::ForceScale, Parameter::Stiffness),
+    ] {
+        assert!((relative(limit, parameter) + 1.0).abs() < 1e-6, "{limit:?} {parameter:?}");
+    }
+    assert!(relative(Parameter::Stiffness, Parameter::ForwardDelay) < 0.0);
+    assert!(found.iter().all(|s| s.parameter != Parameter::MasterForceGain));
+}
+
+fn point(re: f64, im: f64) -> Complex64 {
+    Complex64::new(re, im)
+}
+
+#[test]
+fn a_mass_damper_pair_has_the_hybrid_parameters_of_its_closed_form() {
+    let pair = [
+        "master.force_integral_gain=0",
+        "slave.numerator=[1.0]",
+        "slave.denominator=[0.3, 2.0, 0.0]",
+        "slave.proportional_gain=1300",
+        "slave.velocity_gain=15",
+        "scaling.force=0.7",
+        "scaling.position=0.4",
+        "channel.forward_delay_s=0.003",
+        "channel.backward_delay_s=0.0065",
+    ];
+    let ports = Ports::new(&settings(&pair)).expect("built");
+    for hz in [0.2, 1.0, 7.0, 40.0] {
+        let s = point(0.0, std::f64::consts::TAU * hz);
+        let h = ports.at(s.im).expect("computed").expect("there").h;
+        let hold = (point(1.0, 0.0) - (-s * 1e-3).exp()) / (s * 1e-3);
+        let follows = point(1300.0, 0.0) / (s * s * 0.3 + s * 17.0 + 1300.0);
+        let expected = [
+            [s * 0.245 + 4.1, (-s * 0.0065).exp() * hold * 0.7],
+            [-(-s * 0.003).exp() * hold * follows * 0.4, point(0.0, 0.0)],
+        ];
+        for (found, expected) in h.iter().flatten().zip(expected.iter().flatten()) {
+            assert!((found - expected).norm() < 1e-12 * (1.0 + expected.norm()), "{hz}: {found} {expected}");
+        }
+        // A slave that does not yield at all: what goes around must not lag.
+        let around = expected[0][1] * expected[1][0];
+        let hybrid = Hybrid { h };
+        assert!((hybrid.llewellyn() + around.arg().cos()).abs() < 1e-12);
+        assert!(!hybrid.is_absolutely_stable() && !hybrid.is_passive((0.7, 0.4)));
+    }
+}
+
+#[test]
+fn an_ideal_two_port_is_absolutely_stable_and_no_delayed_one_without_damping_is() {
+    let zero = point(0.0, 0.0);
+    let ideal = Hybrid { h: [[zero, point(1.0, 0.0)], [point(-1.0, 0.0), zero]] };
+    assert!(ideal.is_absolutely_stable() && ideal.is_passive((1.0, 1.0)));
+    assert!((ideal.llewellyn() - 1.0).abs() < 1e-15);
+    assert_eq!(ideal.transmitted(point(3.0, -40.0)), point(3.0, -40.0));
+    assert_eq!(ideal.stiffest(), None);
+    for delay_s in [1e-4, 1e-3, 0.02, 0.3] {
+        let delayed = |omega: f64, master: f64, slave: f64| {
+            let late = Complex64::from_polar(1.0, -omega * delay_s);
+            Hybrid { h: [[point(master, 0.0), late], [-late, point(slave, 0.0)]] }
+        };
+        for share in [0.05, 0.3, 0.7] {
+            // The phase around reaches half a turn at π / (2 delay).
+            let omega = share * std::f64::consts::PI / delay_s;
+            let bare = delayed(omega, 0.0, 0.0);
+            assert!((bare.llewellyn() - (2.0 * omega * delay_s).cos()).abs() < 1e-12);
+            assert!(!bare.is_absolutely_stable() && !bare.is_passive((1.0, 1.0)), "{delay_s} {share}");
+            // 2 r g >= 1 - cos(2ωτ) is enough damping (Llewellyn), at most 2: r g = 1 always.
+            assert!(delayed(omega, 2.0, 0.5).is_absolutely_stable());
+            let just = 0.5 * (1.0 - (2.0 * omega * delay_s).cos());
+            assert!(!delayed(omega, 0.999 * just, 1.0).is_absolutely_stable());
+            assert!(delayed(omega, 1.001 * just, 1.0).is_absolutely_stable());
+        }
+    }
+}
+
+#[test]
+fn arm_and_tissue_at_the_ports_make_the_loop() {
+    let late = ["channel.forward_delay_s=0.0125", "channel.backward_delay_s=0.02", "tissue.damping_n_s_per_m=5"];
+    let settings = settings(&late).with(Parameter::Tick, 1e-4).with(Parameter::ForceScale, 0.8);
+    let closed = ClosedLoop::new(&settings).expect("built");
+    let ports = Ports::new(&settings).expect("built");
+    for hz in [0.3, 2.0, 9.0, 25.0] {
+        let s = point(0.0, std::f64::consts::TAU * hz);
+        let [[h11, h12], [h21, h22]] = ports.at(s.im).expect("computed").expect("there").h;
+        assert_eq!(h22.norm(), 0.0);
+        let hand = s.inv() * 733.0 + 37.3;
+        let body = s.inv() * 14998.0 + 178.0 + s * 1.88;
+        let arm = hand * body / (hand + body);
+        let expected = h12 * h21 * ports.tissue(s.im) / (h11 + arm);
+        let found = closed.loop_gain(1.0, s.im * 1e-4);
+        assert!((found - expected).norm() < 1e-4 * expected.norm(), "{hz} Hz: {found} {expected}");
+    }
+}
+
+#[test]
+fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel() {
+    let bare = ["master.force_integral_gain=0", "simulation.control=sampled", "tissue.damping_n_s_per_m=0"];
+    let with = |stiffness: f64, delay_s: f64| {
+        settings(&bare).with(Parameter::Stiffness, stiffness).with(Parameter::Delay, delay_s)
+    };
+    let bound = |stiffness, delay_s| SampledBound::of(&with(stiffness, delay_s)).expect("built").expect("applies");
+    // Linear in the stiffness, worse with delay, and enough for the loop with the arm to be stable.
+    let (one, ten) = (bound(10.0, 0.0), bound(100.0, 0.0));
+    assert!((ten.least_damping_n_s_per_m - 10.0 * one.least_damping_n_s_per_m).abs() < 1e-9);
+    assert!(bound(100.0, 0.02).least_damping_n_s_per_m > ten.least_damping_n_s_per_m);
+    let passive = 0.99 * 100.0 * ten.damping_n_s_per_m / ten.least_damping_n_s_per_m;
+    assert!(bound(passive, 0.0).is_passive());
+    assert!(ClosedLoop::new(&with(passive, 0.0)).expect("built").is_stable().expect("counted"));
+    assert_eq!(SampledBound::of(&settings(&[])).expect("built"), None);
+}
+
+#[test]
+fn every_architecture_is_analysed_whole() {
+    for case in [LOOPS[6], LOOPS[9], LOOPS[10], LOOPS[11], LOOPS[12]] {
+        let settings = settings(&softly(case));
+        let analysis = Analysis::of(&settings).expect("analysed");
+        let stable = ClosedLoop::new(&settings).expect("built").is_stable().expect("counted");
+        assert_eq!(analysis.is_stable(), stable, "{case:?}");
+        assert_eq!(analysis.ports.len(), 400, "{case:?}");
+        assert!(analysis.limits.iter().all(|limit| !stable || limit.largest().is_some_and(|end| end >= limit.value)));
+    }
+}
+
+#[test]
+fn the_engine_agrees_with_every_verdict_of_a_map() {
+    use trocar::stability::{Axis, Spacing, map};
+    let axis = |parameter, low, high| Axis { parameter, low, high, count: 14, spacing: Spacing::Logarithmic };
+    let x = axis(Parameter::ForceScale, 0.1, 10.0);
+    let y = axis(Parameter::Stiffness, 30.0, 5000.0);
+    for case in [LOOPS[0], LOOPS[3], LOOPS[6]] {
+        let scenario = scenario(case);
+        let settings = LoopSettings::of(&scenario);
+        let map = map(&settings, x, y).expect("mapped");
+        let share = map.stable_share();
+        assert!(share > 0.2 && share < 0.95 && !map.boundary.is_empty(), "{case:?}: {share}");
+        let never = std::sync::atomic::AtomicBool::new(false);
+        let check = trocar::stability_check::check((&scenario, &settings), &map, &never, || {}).expect("ran");
+        assert!(check.judged > 180);
+        assert_eq!(check.agreement(), Some(1.0), "{case:?}: {:?}", check.disagreements);
+        // Every piece of the boundary lies on a change of the verdict.
+        for end in map.boundary.iter().flatten() {
+            let stable = |factor: f64| {
+                let there = settings.with(x.parameter, end.0 * factor).with(y.parameter, end.1 * factor);
+                ClosedLoop::new(&there).expect("built").is_stable().expect("counted")
+            };
+            assert!(stable(0.999) && !stable(1.001), "{end:?}");
+        }
+    }
+}
+
+#[test]
+fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
+    let desk = crate::support::desk::Desk::new();
+    let small = ["--x", "channel.delay_s=0:0.1:12", "--y", "scaling.force=0.1:10:10:log"];
+    let printed = desk.good(&[&["stability", "builtin:21_late_wall.toml"][..], &small, &["--simulate"]].concat());
+    for phrase in ["late-wall: not stable", "spectral radius", "907.5", "delay_s by scaling.force", "120 runs"] {
+        assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
+    }
+    let names = ["stability.json", "stability_map.csv", "stability_boundary.csv", "sensitivities.csv", "ports.csv"];
+    for name in names.into_iter().chain(["stability.svg", "stability.png", "ports.svg", "ports.png"]) {
+        assert!(desk.path("out/late-wall").join(name).is_file(), "{name}");
+    }
+    assert_eq!(desk.text("out/late-wall/stability_map.csv").lines().count(), 121);
+    let json = desk.good(&[&["stability", "builtin:21_late_wall.toml", "--json"][..], &small].concat());
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(json["is_stable"], false);
+    assert_eq!(json["limits"][2]["parameter"], "tissue.stiffness_n_per_m");
+    for (axis, phrase) in [
+        ("scaling.fore=1:2:3", "scaling.force"),
+        ("scaling.force=1:2", "LOW:HIGH:COUNT"),
+        ("scaling.force", "LOW:HIGH:COUNT"),
+        ("scaling.force=2:1:10", "not below"),
+        ("scaling.force=0:nan:10", "at most"),
+        ("scaling.force=0:1:1", "number of values"),
+        ("scaling.force=0:1:10:log", "above 0"),
+        ("tissue.stiffness_n_per_m=1:2:3", "differ"),
+    ] {
+        desk.refused(&["stability", "--x", axis], &[phrase]);
+    }
+}

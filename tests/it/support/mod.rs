@@ -1,0 +1,115 @@
+//! What several test files need: reading a table of numbers, comparing columns, building an insertion by hand.
+
+pub mod closed_forms;
+pub mod desk;
+pub mod page;
+pub mod pair;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use trocar::augmentation::{AugmentationSettings, Supervisor};
+use trocar::channel::Delay;
+use trocar::detection::{Detector, DetectorSettings};
+use trocar::engine::{Engine, Sides};
+use trocar::estimation::{Estimator, RlsSettings};
+use trocar::operator::{Motion, Operator, Ramp};
+use trocar::sensor::{Sensor, SensorSettings};
+use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
+use trocar::time::TickGrid;
+use trocar::tissue::{KelvinVoigt, Tissue};
+
+/// A file of the project.
+pub fn file(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// The columns of a CSV file of numbers, by name.
+pub fn table(path: &str) -> HashMap<String, Vec<f64>> {
+    let mut reader = csv::Reader::from_path(file(path)).expect("the file is there");
+    let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+    let mut columns: HashMap<String, Vec<f64>> = names.iter().map(|n| (n.clone(), vec![])).collect();
+    for record in reader.records() {
+        for (name, field) in names.iter().zip(&record.expect("a row")) {
+            columns.get_mut(name).expect("known").push(field.parse().expect("a number"));
+        }
+    }
+    columns
+}
+
+/// Largest difference between a computed column, thinned by `every`, and the expected one, relative to its peak.
+pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
+    let thinned: Vec<f64> = computed.iter().step_by(every).copied().collect();
+    assert!(thinned.len() >= expected.len(), "{} rows computed, {} expected", thinned.len(), expected.len());
+    assert!(thinned.iter().all(|value| value.is_finite()), "not every value is a number");
+    let peak = expected.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    expected.iter().zip(&thinned).map(|(e, c)| (e - c).abs()).fold(0.0, f64::max) / peak
+}
+
+/// `x_h, v_h, F_h, x_e, v_e` of sides that are driven by given inputs `(x_d, F_ed, x_ref)`.
+pub fn drive(mut sides: impl Sides<f64>, ticks: usize, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
+    let mut columns: [Vec<f64>; 5] = Default::default();
+    for k in 0..ticks {
+        let (master, slave) = (sides.master(), sides.slave());
+        let row =
+            [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
+        for (column, value) in columns.iter_mut().zip(row) {
+            column.push(value);
+        }
+        let (desired, feedback, reference) = input(k);
+        sides.step(desired, input(k + 1).0, feedback, reference).expect("steps");
+    }
+    columns
+}
+
+/// A classical insertion into a Kelvin-Voigt tissue: 10 mm/s to 20 mm at 1 kHz for 3 s.
+pub struct ClosedLoop {
+    pub stiffness_n_per_m: f64,
+    pub damping_n_s_per_m: f64,
+    pub force_scale: f64,
+    pub position_scale: f64,
+    pub delay_ticks: u64,
+}
+
+impl ClosedLoop {
+    fn link(&self, tick_s: f64) -> Link<f64> {
+        let settings = LinkSettings {
+            controller: ControllerSettings::PAPER,
+            machines: Machines {
+                master_mass_kg: 0.245,
+                master_damping_n_s_per_m: 4.1,
+                proportional_gain: 1300.0,
+                velocity_gain: 15.0,
+                slave_drag: 0.0,
+                slave_inertia: 0.0,
+                compliance_m_per_n: 0.0,
+                position_scale: self.position_scale,
+                force_scale: self.force_scale,
+            },
+            recovery: RecoverySettings::DEFAULT,
+            passivity: PassivitySettings::NONE,
+        };
+        let directions = (Delay::new(self.delay_ticks, [0.0; 5]), Delay::new(self.delay_ticks, [0.0; 6]));
+        Link::new(&settings, directions, tick_s, 0.0).expect("valid")
+    }
+
+    pub fn engine<S: Sides<f64>>(&self, sides: S) -> Engine<f64, S> {
+        let tick_s = 1e-3;
+        let supervisor = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
+        let tissue = KelvinVoigt::new(self.stiffness_n_per_m, self.damping_n_s_per_m, 0.0).expect("valid");
+        Engine {
+            scheduled: trocar::engine::Scheduled::new(std::sync::Arc::default()),
+            grid: TickGrid::new(tick_s, 3.0).expect("valid"),
+            sides,
+            operator: Operator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
+            tissue: Tissue::KelvinVoigt(tissue),
+            sensor: Sensor::new(&SensorSettings::default(), tick_s, 0, 0),
+            velocity_filter: None,
+            contact_m: 0.0,
+            estimator: Estimator::new(&RlsSettings::default()),
+            detector: Detector::new(&DetectorSettings::default(), tick_s),
+            supervisor: Supervisor::new(&supervisor, 1.98e-2, tick_s, 0.0),
+            link: self.link(tick_s),
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! The certificate of the switching, held against the engine: random sequences of events, and the worst one found.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use trocar::augmentation::Reengage;
+use trocar::engine::{Observer, Signals};
+use trocar::scenario::{OperatorSpec, Scenario, Source, TissueSpec};
+use trocar::stability::{Switching, SwitchingSettings};
+use trocar::stability_check::worst_events;
+use trocar::time::{TickGrid, nearest_ticks};
+
+const TISSUE: (f64, f64) = (50.0, 600.0);
+
+fn source() -> Source {
+    Source::parse("builtin:augmented.toml")
+}
+
+fn owned(settings: &[&str]) -> Vec<String> {
+    settings.iter().map(|&setting| setting.to_owned()).collect()
+}
+
+fn scenario(settings: &[&str]) -> Scenario {
+    Scenario::load(&source(), &owned(settings)).expect("loads")
+}
+
+/// The analysis of a scenario, made once.
+fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
+    static KEPT: Mutex<BTreeMap<String, Arc<OnceLock<Switching>>>> = Mutex::new(BTreeMap::new());
+    let key = format!("{settings:?} {tissue:?}");
+    let place = Arc::clone(KEPT.lock().expect("nobody fails in it").entry(key).or_default());
+    let analyse = || {
+        let settings = SwitchingSettings::of(&scenario(settings), tissue).expect("covered");
+        Switching::of(&settings).expect("analysed")
+    };
+    place.get_or_init(analyse).clone()
+}
+
+/// Holding on while frozen is a delay: the force and the position of the last tick go on, as through a slow sampler.
+const HOLDING_ON: [&str; 8] = [
+    "augmentation.decay_ratio=1.0",
+    "augmentation.reengage=snap",
+    "augmentation.blend_s=0.0",
+    "augmentation.min_hold_s=0.05",
+    "augmentation.max_hold_s=0.05",
+    "augmentation.exit_quiet_s=0.0",
+    "augmentation.refractory_s=0.001",
+    "tissue.damping_n_s_per_m=0.0",
+];
+
+/// Watches the slave and the force from the first event on.
+#[derive(Default)]
+struct Farthest {
+    slave_m: f64,
+    force_n: f64,
+    events: u64,
+    /// The slave's position whenever an event begins.
+    at_events_m: Vec<f64>,
+    switched: bool,
+}
+
+impl Observer<f64> for Farthest {
+    fn observe(&mut self, signals: &Signals<f64>) {
+        self.slave_m = self.slave_m.max(signals.slave_position_m.abs());
+        self.force_n = self.force_n.max(signals.feedback_force_n.abs());
+        let is_augmented = signals.mode > 0.5 && signals.mode < 1.5;
+        if is_augmented && !self.switched {
+            self.events += 1;
+            self.at_events_m.push(signals.slave_position_m);
+        }
+        self.switched = is_augmented;
+    }
+}
+
+/// A scenario for sequences that are made by the thousand: the needle rests in a spring, the hand is let go.
+fn at_rest(settings: &[&str]) -> Scenario {
+    let quiet = ["sensor.force_noise_std_n=0.0", "detector.threshold=1e6", "augmentation.exit_quiet_s=0.0"];
+    scenario(&[settings, &quiet].concat())
+}
+
+/// Runs a sequence on a stiffness, the hand let go at a distance: what it comes to.
+fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u64], ticks: u64) -> Farthest {
+    let tick_s = base.grid.tick_s();
+    let mut run = base.clone();
+    run.grid = TickGrid::new(tick_s, ticks as f64 * tick_s).expect("a grid");
+    run.operator =
+        OperatorSpec::Ramp { start_m: distance_m, end_m: 0.0, speed_m_per_s: 2.0 * distance_m.abs() / tick_s };
+    let damping_n_s_per_m = 5.0;
+    run.tissue = TissueSpec::KelvinVoigt { stiffness_n_per_m: stiffness, damping_n_s_per_m, contact_m: -0.05 };
+    run.sensor.force_bias_n = -0.05 * stiffness;
+    run.augmentation.automaton.min_hold_s = held as f64 * tick_s;
+    run.augmentation.automaton.max_hold_s = held as f64 * tick_s;
+    run.events = Arc::from(events);
+    let mut seen = Farthest::default();
+    run.build().expect("built").run(&mut seen).expect("runs");
+    seen
+}
+
+#[test]
+fn any_events_at_the_papers_numbers_are_certified_with_a_margin() {
+    let switching = analysed(&[], TISSUE);
+    let found = switching.certificate.as_ref().expect("certified");
+    assert!(switching.is_certified());
+    assert!(found.dwell_ticks <= 200 && found.contraction < 1.0 && found.margin > 0.0);
+    // Positive, by another way than the solver's and the verification's.
+    assert!(found.at_events.symmetric_eigenvalues().min() > 0.0);
+    assert_eq!(switching.growing_dwell_ticks, None);
+    assert!(switching.growth.lower <= switching.growth.upper && switching.growth.upper < 1.0);
+    let reach = switching.reach.as_ref().expect("bounded");
+    assert!(reach.slave_found <= reach.slave_bound);
+    // A shorter dwell fails, at most 3 % below.
+    let below =
+        switching.by_dwell.iter().filter(|point| point.contraction.is_none()).map(|point| point.dwell_ticks).max();
+    assert!(
+        below.is_some_and(|below| below < found.dwell_ticks && found.dwell_ticks as f64 <= 1.03 * below as f64 + 1.0)
+    );
+}
+
+#[test]
+fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
+    let short = [
+        "augmentation.min_hold_s=0.02",
+        "augmentation.max_hold_s=0.1",
+        "augmentation.exit_quiet_s=0.0",
+        "augmentation.blend_s=0.02",
+        "augmentation.refractory_s=0.15",
+    ];
+    let snap = ["augmentation.reengage=snap"];
+    // How many sequences, of how many ticks each.
+    for (settings, count, ticks) in [(&[][..], 2_000, 2_500), (&snap[..], 2_000, 2_500), (&short[..], 96_000, 240)] {
+        let switching = analysed(settings, TISSUE);
+        assert!(switching.is_certified(), "{settings:?}");
+        let reach = switching.reach.as_ref().expect("bounded");
+        let base = at_rest(settings);
+        let phases = switching.phases;
+        let begun = AtomicU64::new(0);
+        let farthest: Vec<(f64, f64)> = (0..count)
+            .into_par_iter()
+            .map(|index: u64| {
+                let mut rng = ChaCha8Rng::seed_from_u64(7);
+                rng.set_stream(index);
+                let stiffness = rng.random_range(TISSUE.0..=TISSUE.1);
+                let held = rng.random_range(phases.held.0..=phases.held.1);
+                // From far below what a ramp closes in a tick to far beyond it.
+                let distance_m = 10.0_f64.powf(rng.random_range(-6.0..-2.0));
+                // Alarms all the time: those that come too soon are not taken.
+                let mut events = vec![];
+                let mut tick = 0;
+                let every = *[5_u64, 50, 250].get(index as usize % 3).expect("three");
+                while tick < ticks {
+                    tick += rng.random_range(1..=every);
+                    events.push(tick);
+                }
+                let seen = run(&base, stiffness, distance_m, held, &events, ticks);
+                begun.fetch_add(seen.events, Ordering::Relaxed);
+                (seen.slave_m / distance_m, seen.force_n / distance_m)
+            })
+            .collect();
+        let most = farthest.iter().fold((0.0_f64, 0.0_f64), |most, one| (most.0.max(one.0), most.1.max(one.1)));
+        assert!(begun.into_inner() > count, "{settings:?}: hardly any events");
+        assert!(most.0 <= reach.slave_bound, "{settings:?}: {} beyond {}", most.0, reach.slave_bound);
+        assert!(most.1 <= reach.force_bound_n_per_m, "{settings:?}: {} beyond {}", most.1, reach.force_bound_n_per_m);
+        // And the bounds are not so far off that nothing could reach them.
+        assert!(most.0 > 0.1 * reach.slave_bound && most.1 > 0.1 * reach.force_bound_n_per_m, "{settings:?}: {most:?}");
+    }
+}
+
+#[test]
+fn the_worst_sequence_found_does_in_the_engine_what_was_foretold() {
+    for policy in ["ramp", "snap"] {
+        let setting = format!("augmentation.reengage={policy}");
+        let settings = if policy == "ramp" { vec![] } else { vec![setting.as_str()] };
+        let switching = analysed(&settings, TISSUE);
+        let reach = switching.reach.as_ref().expect("bounded");
+        let shown = worst_events(&source(), &[setting], &switching).expect("loads");
+        assert_eq!(&shown.events[..], &reach.worst.starts[..]);
+        let OperatorSpec::Ramp { start_m, .. } = shown.operator else { panic!("no ramp") };
+        let mut seen = Farthest::default();
+        // The tick at which the hand is let go is none of an event.
+        shown.build().expect("built").run(&mut seen).expect("runs");
+        assert_eq!(seen.events, reach.worst.starts.len() as u64);
+        let gone = seen.slave_m / start_m.abs();
+        assert!(gone <= reach.slave_bound, "{policy}: {gone}");
+        assert!(gone >= 0.999 * reach.slave_found, "{policy}: {gone} of {}", reach.slave_found);
+    }
+}
+
+#[test]
+fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
+    let switching = analysed(&HOLDING_ON, (1500.0, 1500.0));
+    let of_loop = trocar::stability::LoopSettings { stiffness_n_per_m: 1500.0, ..switching.settings.of_loop.clone() };
+    assert!(trocar::stability::ClosedLoop::new(&of_loop).expect("built").is_stable().expect("counted"));
+    assert!(!switching.is_certified());
+    let (found, growing) =
+        (switching.certificate.as_ref().expect("slowly"), switching.growing_dwell_ticks.expect("fast"));
+    assert!(growing >= switching.phases.refractory && growing < found.dwell_ticks);
+    assert!(switching.shown.lower > 1.0);
+    // The engine grows as foretold, event by event.
+    let shown = worst_events(&source(), &owned(&HOLDING_ON), &switching).expect("loads");
+    let mut seen = Farthest::default();
+    shown.build().expect("built").run(&mut seen).expect("runs");
+    let period = switching.shown.worst.len();
+    let at = &seen.at_events_m;
+    assert!(at.len() >= period + 4, "{at:?}");
+    let last = at.len() - 1;
+    // Over some rounds, as a pole that swings makes single ones uneven.
+    let rounds = (last - 2) / period;
+    let growth = (at[last] / at[last - rounds * period]).abs().powf(1.0 / (rounds * period) as f64);
+    assert!(growth > 1.0 && (growth / switching.shown.lower - 1.0).abs() < 0.1, "{growth} {}", switching.shown.lower);
+    // With as much teleoperation between events as was certified, all is well.
+    let ticks = found.dwell_ticks;
+    let calm = format!("augmentation.refractory_s={}", ticks as f64 * 1e-3);
+    let calm: Vec<&str> = HOLDING_ON.iter().copied().chain([calm.as_str()]).collect();
+    let switching = analysed(&calm, (1500.0, 1500.0));
+    assert!(switching.is_certified() && switching.shown.lower < 1.0);
+}
+
+#[test]
+fn what_is_not_covered_is_said() {
+    for (setting, word) in [
+        ("augmentation.enabled=false", "nothing switches"),
+        ("channel.forward_delay_s=0.01", "delay"),
+        ("controller.kind=four-channel", "controller"),
+    ] {
+        let reason = SwitchingSettings::of(&scenario(&[setting]), TISSUE).expect_err("not covered");
+        assert!(reason.contains(word), "{reason}");
+    }
+    // A tissue on which teleoperation by itself is unstable has no certificate, however rare events are.
+    let unstable = analysed(&["tissue.damping_n_s_per_m=0.0"], (50.0, 3000.0));
+    assert!(unstable.certificate.is_none() && unstable.reach.is_none() && !unstable.is_certified());
+    // Nor has a master that is unstable by itself, as the paper prints it.
+    let printed = analysed(&["master.coupling=as-printed"], TISSUE);
+    assert!(printed.certificate.is_none() && printed.growth.lower > 1.0);
+}
+
+#[test]
+fn releasing_the_slave_throws_the_needle_with_snap_only() {
+    let events = analysed(&["augmentation.reengage=snap"], TISSUE).events;
+    let of = |wanted: fn(&Reengage) -> bool| events.iter().find(|event| wanted(&event.reengage)).expect("there");
+    let ramp = of(|policy| matches!(policy, Reengage::Ramp { .. }));
+    let (clutch, snap) = (of(|policy| *policy == Reengage::Clutch), of(|policy| *policy == Reengage::Snap));
+    assert_eq!((ramp.reference_jump_m, clutch.reference_jump_m), (0.0, 0.0));
+    assert!((snap.reference_jump_m - 0.009).abs() < 1e-12);
+    assert!(ramp.slave_speed_m_per_s < 0.04 && snap.slave_speed_m_per_s > 0.3, "{ramp:?} {snap:?}");
+    assert!(clutch.slave_motion_m < 1e-6 && clutch.force_n < 1e-6);
+    assert!(snap.force_step_n > 2.0 * ramp.force_step_n);
+}
+
+#[test]
+fn scheduled_events_are_taken_where_an_alarm_would_be() {
+    let base = at_rest(&[]);
+    let held = nearest_ticks(0.5, base.grid.tick_s());
+    // The second comes while frozen, the third while the supervisor is deaf; the fourth is taken.
+    let seen = run(&base, 300.0, 1e-5, held, &[100, 300, 750, 1200], 2000);
+    assert_eq!(seen.events, 2);
+    let desk = crate::support::desk::Desk::new();
+    for (events, phrase) in [("[-1.0]", "at least 0"), ("[2.0, 1.0]", "must ascend"), ("[1.0, 1.0001]", "ascend")] {
+        let setting = format!("augmentation.events_s={events}");
+        desk.refused(&["check", "builtin:augmented.toml", "--set", &setting], &[phrase]);
+    }
+}
+
+#[test]
+fn the_command_writes_what_it_says_of_the_switching() {
+    let desk = crate::support::desk::Desk::new();
+    let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];
+    let command = ["stability", "builtin:augmented.toml", "--set", "augmentation.reengage=snap"];
+    let printed = desk.good(&[&command[..], &small].concat());
+    for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: motions die out", "certified", "growth per event"] {
+        assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
+    }
+    let folder = desk.path("out/augmented");
+    for name in ["switching.csv", "released.csv", "switching.svg", "switching.png", "worst_events.toml"] {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+    desk.good(&["check", folder.join("worst_events.toml").to_str().expect("a path")]);
+    desk.refused(&["stability", "--tissue", "600:50"], &["LOW:HIGH"]);
+}
