@@ -40,30 +40,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub use trocar_core::{augmentation, detection, error, estimation, lane, rig, time};
+pub use trocar_report as report;
+pub use trocar_sim::{augmentation, detection, error, estimation, lane, rig, time};
+pub use trocar_sim::{channel, compare, detect, engine, lti, metrics, operator, plant, recording, roc, run, scenario, sensor, stability, stability_check, sweep, teleoperation, tissue};
 
-pub mod channel;
 pub mod cli;
-pub mod compare;
-pub mod detect;
-pub mod engine;
 pub mod explore;
-pub mod lti;
-pub mod metrics;
-pub mod operator;
-pub mod plant;
-mod quantiles;
-pub mod recording;
-pub mod report;
-pub mod roc;
-pub mod run;
-pub mod scenario;
-pub mod sensor;
-pub mod stability;
-pub mod stability_check;
-pub mod sweep;
-pub mod teleoperation;
-pub mod tissue;
 
 /// The README's Rust runs as a test.
 #[cfg(doctest)]

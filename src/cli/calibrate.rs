@@ -5,12 +5,12 @@ use clap::Args;
 use super::error::CliError;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
-use crate::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
-use crate::detect::{Detection, DetectionReport, detect};
-use crate::report::{
+use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
+use trocar_sim::detect::{Detection, DetectionReport, detect};
+use trocar_report::{
     Folder, calibration_object, calibration_text, calibration_toml, detection_pictures, run_lengths_text, to_json,
 };
-use crate::scenario::{DetectionSpec, Values};
+use trocar_sim::scenario::{DetectionSpec, Values};
 
 /// Find settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]

@@ -4,13 +4,13 @@ use clap::Args;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
-use crate::compare::{Comparison, Fact, MOST_SEEDS, SeedStudy, paper_facts};
-use crate::report::html::{command_line, comparison_html};
-use crate::report::{
+use trocar_sim::compare::{Comparison, Fact, MOST_SEEDS, SeedStudy, paper_facts};
+use trocar_report::html::{command_line, comparison_html};
+use trocar_report::{
     Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, runs_chart, seeds_csv,
     seeds_text,
 };
-use crate::scenario::Scenario;
+use trocar_sim::scenario::Scenario;
 
 /// The pair that is compared when none is named.
 const PAPER_PAIR: [&str; 2] = ["builtin:classical.toml", "builtin:augmented.toml"];

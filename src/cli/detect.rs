@@ -19,10 +19,10 @@ use clap::Args;
 use super::error::CliError;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, report};
-use crate::error::{non_negative, positive};
-use crate::metrics::RUPTURE_WINDOW_S;
-use crate::report::html::command_line;
-use crate::scenario::{Source, Values};
+use trocar_sim::error::{non_negative, positive};
+use trocar_sim::metrics::RUPTURE_WINDOW_S;
+use trocar_report::html::command_line;
+use trocar_sim::scenario::{Source, Values};
 use warnings::Warnings;
 
 /// Samples from standard input.

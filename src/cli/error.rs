@@ -5,17 +5,17 @@ use std::process::ExitCode;
 use thiserror::Error;
 
 use super::detect::DetectError;
-use crate::detect::calibration::CalibrationError;
-use crate::error::InvalidValue;
+use trocar_sim::detect::calibration::CalibrationError;
+use trocar_sim::error::InvalidValue;
 use crate::explore::ExploreError;
-use crate::report::html::HtmlError;
-use crate::report::{OutputError, PictureError, diagnostic};
-use crate::roc::RocError;
-use crate::run::RunError;
-use crate::scenario::ScenarioError;
-use crate::stability::StabilityError;
-use crate::stability_check::CheckError;
-use crate::sweep::SweepError;
+use trocar_report::html::HtmlError;
+use trocar_report::{OutputError, PictureError, diagnostic};
+use trocar_sim::roc::RocError;
+use trocar_sim::run::RunError;
+use trocar_sim::scenario::ScenarioError;
+use trocar_sim::stability::StabilityError;
+use trocar_sim::stability_check::CheckError;
+use trocar_sim::sweep::SweepError;
 
 /// Why a command ended early.
 #[derive(Debug, Error)]

@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::error::CliError;
 use super::terminal;
-use crate::report::write_file;
-use crate::scenario::starter;
+use trocar_report::write_file;
+use trocar_sim::scenario::starter;
 
 /// Write a commented starter scenario.
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use clap_complete::Shell;
 
 use super::error::CliError;
 use super::{Cli, terminal};
-use crate::report::Folder;
+use trocar_report::Folder;
 
 /// Print completions for a shell.
 #[derive(Debug, Args)]

@@ -24,8 +24,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::scenario::{Scenario, Source, json_schema};
-use crate::sweep::sweep_schema;
+use trocar_sim::scenario::{Scenario, Source, json_schema};
+use trocar_sim::sweep::sweep_schema;
 use error::CliError;
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.

@@ -3,8 +3,8 @@
 use clap::Args;
 
 use super::ScenarioArgs;
-use crate::recording::Column;
-use crate::scenario::{ScenarioError, Source, Values};
+use trocar_sim::recording::Column;
+use trocar_sim::scenario::{ScenarioError, Source, Values};
 
 /// Which columns hold what.
 #[derive(Debug, Args)]

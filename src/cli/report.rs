@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use super::terminal;
-use crate::report::Folder;
+use trocar_report::Folder;
 
 /// The name of a page.
 pub(super) const FILE: &str = "report.html";

@@ -4,11 +4,11 @@ use clap::Args;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
-use crate::detection::DistanceKind;
-use crate::recording::InVivoLikeVariant;
-use crate::report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
-use crate::roc::{Signal, Study};
-use crate::scenario::{DISTANCES, DetectionSpec, Scenario, Source, Values};
+use trocar_sim::detection::DistanceKind;
+use trocar_sim::recording::InVivoLikeVariant;
+use trocar_report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
+use trocar_sim::roc::{Signal, Study};
+use trocar_sim::scenario::{DISTANCES, DetectionSpec, Scenario, Source, Values};
 
 /// The scenario whose recording is judged when none is named.
 const SHIPPED: &str = "builtin:classical.toml";
@@ -155,5 +155,5 @@ fn depth(text: &str) -> Result<f64, String> {
 }
 
 fn within(text: &str) -> Result<f64, String> {
-    between(text, 0.0, crate::metrics::RUPTURE_WINDOW_S, "s")
+    between(text, 0.0, trocar_sim::metrics::RUPTURE_WINDOW_S, "s")
 }

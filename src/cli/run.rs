@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
-use crate::report::html::run_html;
-use crate::report::{Folder, run_pictures, run_text, runs_chart, summary_json, write_trace_csv};
-use crate::run::{Run, run as run_scenario};
+use trocar_report::html::run_html;
+use trocar_report::{Folder, run_pictures, run_text, runs_chart, summary_json, write_trace_csv};
+use trocar_sim::run::{Run, run as run_scenario};
 
 /// Run scenarios.
 #[derive(Debug, Args)]

@@ -2,8 +2,8 @@
 
 use super::error::CliError;
 use super::terminal;
-use crate::report::Table;
-use crate::scenario::shipped_questions;
+use trocar_report::Table;
+use trocar_sim::scenario::shipped_questions;
 
 /// Prints the shipped scenarios, each with its question.
 pub(super) fn run() -> Result<(), CliError> {

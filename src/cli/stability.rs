@@ -4,14 +4,14 @@ use clap::Args;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
-use crate::report::html::{StabilityPage, command_line, stability_html};
-use crate::report::{
+use trocar_report::html::{StabilityPage, command_line, stability_html};
+use trocar_report::{
     Folder, boundary_csv, map_csv, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
     stability_text, switching_csv, switching_picture,
 };
-use crate::scenario::Source;
-use crate::stability::Axis;
-use crate::stability_check::{self, MOST_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_sim::scenario::Source;
+use trocar_sim::stability::Axis;
+use trocar_sim::stability_check::{self, MOST_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";

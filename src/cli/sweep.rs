@@ -11,10 +11,10 @@ use clap::{Args, Subcommand};
 use self::finish::{Whole, finish, report};
 use super::error::CliError;
 use super::{OutputArgs, interrupt, progress, report as page, terminal};
-use crate::report::Folder;
-use crate::report::html::command_line;
-use crate::scenario::Source;
-use crate::sweep::{CASES, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute};
+use trocar_report::Folder;
+use trocar_report::html::command_line;
+use trocar_sim::scenario::Source;
+use trocar_sim::sweep::{CASES, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute};
 
 /// Run a sweep, or join the parts of one.
 #[derive(Debug, Args)]
@@ -76,7 +76,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let of_sweep = Folder::new(&args.output.out).folder(&plan.design.name);
     let folder = if shard.is_whole() { of_sweep.clone() } else { of_sweep.folder(&shard.folder()) };
     let layout = plan.layout(shard);
-    let first = cases.min(layout.packs.start * crate::sweep::PACK_CASES);
+    let first = cases.min(layout.packs.start * trocar_sim::sweep::PACK_CASES);
     let manifest = Manifest {
         trocar_version: env!("CARGO_PKG_VERSION").to_owned(),
         sweep_sha256: plan.hash(),
@@ -142,7 +142,7 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
 fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
     let Ok(there) = std::fs::read_to_string(folder.path().join(SWEEP)) else { return Ok(false) };
     if there != canonical {
-        let difference = crate::sweep::difference(&there, canonical);
+        let difference = trocar_sim::sweep::difference(&there, canonical);
         return Err(SweepError::Changed { folder: folder.path().to_owned(), difference }.into());
     }
     Ok(read_manifest(folder.path()).is_some_and(|manifest| manifest.is_complete))

@@ -1,6 +1,6 @@
 //! The files of the page, carried in the binary; those that reports have too are theirs.
 
-use crate::report::html::assets as shared;
+use trocar_report::html::assets as shared;
 
 /// One file of the page.
 #[derive(Debug, Clone, Copy)]

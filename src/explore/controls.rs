@@ -5,8 +5,8 @@ use serde_json::{Value as Json, json};
 use super::pair::PairMaker;
 use super::protocol::Answer;
 use super::state::{Catalogue, SCHEME, State, StateError};
-use crate::scenario::{KEYS, Key, Kind};
-use crate::stability::Parameter;
+use trocar_sim::scenario::{KEYS, Key, Kind};
+use trocar_sim::stability::Parameter;
 
 /// The first thing that a page is told: scenarios, keys, and the parameters of a map.
 pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> Answer {

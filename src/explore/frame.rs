@@ -12,11 +12,11 @@ use super::limits::MOST_POINTS;
 use super::pair::{Pair, SCHEMES};
 use super::protocol::Show;
 use super::thin::Window;
-use crate::compare::{NoiseCheck, rows};
-use crate::engine::Trace;
-use crate::metrics::Outcome;
-use crate::report::row_cells;
-use crate::run::Run;
+use trocar_sim::compare::{NoiseCheck, rows};
+use trocar_sim::engine::Trace;
+use trocar_sim::metrics::Outcome;
+use trocar_report::row_cells;
+use trocar_sim::run::Run;
 
 /// A column of a run as the page gets it: its name, its factor into the page's unit, and its values.
 type Column = (&'static str, f64, fn(&Trace) -> &[f64]);

@@ -6,7 +6,7 @@ use super::limits::MAP_POINTS;
 use super::pair::PairMaker;
 use super::protocol::{Answer, MapRequest};
 use super::state::StateError;
-use crate::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, map};
+use trocar_sim::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, map};
 
 /// How far an axis reaches, either way, from a value that is not 0.
 const REACH: f64 = 12.0;

@@ -1,9 +1,9 @@
 //! The two runs of a page: the same scenario, classical and augmented.
 
 use super::state::{Catalogue, SCHEME, State, StateError, bounded};
-use crate::compare::{NoiseCheck, check_in_noise};
-use crate::run::{Run, RunError, run};
-use crate::scenario::{Key, Place, Scenario, Template, Value, find_key};
+use trocar_sim::compare::{NoiseCheck, check_in_noise};
+use trocar_sim::run::{Run, RunError, run};
+use trocar_sim::scenario::{Key, Place, Scenario, Template, Value, find_key};
 
 /// What the two are called.
 pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
@@ -119,7 +119,7 @@ fn scheme(values: &[Value], enabled: bool) -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Source;
+    use trocar_sim::scenario::Source;
 
     #[test]
     fn a_page_runs_what_the_command_line_runs() {

@@ -16,11 +16,11 @@ use super::limits::MOST_TICKS;
 use super::pair::PairMaker;
 use super::protocol::Answer;
 use super::state::{State, StateError, bounded};
-use crate::engine::{Observer, Signals};
-use crate::metrics::Outcome;
-use crate::operator::Hand;
-use crate::run::observe;
-use crate::scenario::{OperatorSpec, Scenario};
+use trocar_sim::engine::{Observer, Signals};
+use trocar_sim::metrics::Outcome;
+use trocar_sim::operator::Hand;
+use trocar_sim::run::observe;
+use trocar_sim::scenario::{OperatorSpec, Scenario};
 
 /// How often the page hears.
 const FRAME: Duration = Duration::from_micros(16_667);

@@ -6,9 +6,9 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::limits::{MOST_KEYS, MOST_NUMBERS, MOST_TICKS};
-use crate::run::RunError;
-use crate::scenario::{Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
-use crate::stability::StabilityError;
+use trocar_sim::run::RunError;
+use trocar_sim::scenario::{Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
+use trocar_sim::stability::StabilityError;
 
 /// The key in which the two runs of a page differ.
 pub(super) const SCHEME: &str = "augmentation.enabled";

@@ -16,9 +16,9 @@ use super::map::mapped;
 use super::pair::{Pair, PairMaker, SCHEMES};
 use super::protocol::{Answer, Export, File, MapRequest, Show};
 use super::state::{Catalogue, StateError};
-use crate::compare::NoiseCheck;
-use crate::report::write_trace_csv;
-use crate::run::run;
+use trocar_sim::compare::NoiseCheck;
+use trocar_report::write_trace_csv;
+use trocar_sim::run::run;
 
 /// How many files and openings may wait; beyond, they are refused.
 const MOST_JOBS: usize = 8;

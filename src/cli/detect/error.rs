@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::recording::RecordingError;
+use trocar_sim::recording::RecordingError;
 
 /// Why a detection ended early, or ended with something left undone.
 #[derive(Debug, Error)]

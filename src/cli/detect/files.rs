@@ -11,13 +11,13 @@ use super::warnings::{Warnings, too_far_apart};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
 use crate::cli::{progress, recorded, report as page, terminal};
-use crate::detect::{Detection, DetectionReport, Label, detect};
-use crate::report::html::{DetectionPage, detection_html, detections_html};
-use crate::report::{
+use trocar_sim::detect::{Detection, DetectionReport, Label, detect};
+use trocar_report::html::{DetectionPage, detection_html, detections_html};
+use trocar_report::{
     DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
     detections_pictures, detections_text, event_rows, to_json, write_detection_csv,
 };
-use crate::scenario::{DetectionSpec, Values};
+use trocar_sim::scenario::{DetectionSpec, Values};
 
 /// The sections of a scenario that a detection depends on.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];

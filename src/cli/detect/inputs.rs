@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
 use crate::cli::recorded;
-use crate::scenario::{ScenarioError, Source, Values};
+use trocar_sim::scenario::{ScenarioError, Source, Values};
 
 /// The end of the name of a file of labels beside its recording.
 pub(super) const SIDECAR_END: &str = ".labels.csv";

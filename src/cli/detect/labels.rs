@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::error::LabelProblem;
 use super::inputs::{Input, SIDECAR_END};
 use super::{DetectArgs, DetectError};
-use crate::detect::Label;
-use crate::recording::{LabelRow, Limits, open_labels};
+use trocar_sim::detect::Label;
+use trocar_sim::recording::{LabelRow, Limits, open_labels};
 
 /// The rows that a file of labels has for one recording.
 #[derive(Debug, Clone)]

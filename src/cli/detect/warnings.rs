@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use crate::detect::Oddity;
+use trocar_sim::detect::Oddity;
 
 /// Warnings a second at most.
 const MOST_PER_SECOND: u32 = 5;

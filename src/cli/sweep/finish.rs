@@ -6,12 +6,12 @@ use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
 use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
 use crate::cli::report as page;
-use crate::report::html::{DrawnCases, SweepPage, sweep_html};
-use crate::report::{
+use trocar_report::html::{DrawnCases, SweepPage, sweep_html};
+use trocar_report::{
     Folder, OutputError, PictureError, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv,
     write_sweep_parquet,
 };
-use crate::sweep::{Design, Rows, SweepError, findings};
+use trocar_sim::sweep::{Design, Rows, SweepError, findings};
 
 /// A sweep of which every case is done.
 pub(super) struct Whole<'a> {

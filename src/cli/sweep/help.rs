@@ -1,6 +1,6 @@
 //! What `trocar sweep --help` teaches.
 
-use crate::sweep::{Column, SWEEP_KEYS};
+use trocar_sim::sweep::{Column, SWEEP_KEYS};
 
 const FILE: &str = "\
 A sweep file, every combination of three axes with 20 seeds of noise each:

@@ -8,9 +8,9 @@ use super::finish::{Whole, finish};
 use super::{MANIFEST, Manifest, OutputArgs, is_complete};
 use crate::cli::error::CliError;
 use crate::cli::report as page;
-use crate::report::Folder;
-use crate::report::html::command_line;
-use crate::sweep::{Joined, SweepError, join};
+use trocar_report::Folder;
+use trocar_report::html::command_line;
+use trocar_sim::sweep::{Joined, SweepError, join};
 
 /// Join the parts of a sweep.
 #[derive(Debug, Args)]

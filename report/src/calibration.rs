@@ -1,0 +1,222 @@
+//! A calibration for people, for programs and as a table to paste.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value as Json, json};
+
+use super::Table;
+use super::number::{show, significant};
+use trocar_sim::compare::Unit;
+use trocar_sim::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
+
+/// The `[estimator]` and `[detector]` tables of a calibration.
+#[must_use]
+pub fn calibration_toml(calibration: &Calibration) -> String {
+    let Candidate { contact_m, estimator, detector, .. } = calibration.settings();
+    let (cusum, arming, hypotheses) = (&detector.cusum, &detector.arming, &detector.distance.hypotheses);
+    let number = |value: f64| toml::Value::Float(value).to_string();
+    let mut text = String::from("[estimator]\n");
+    let mut line = |name: &str, value: String| {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{name} = {value}");
+    };
+    line("normalisation", number(estimator.normalisation));
+    line("initial_gain", number(estimator.initial_gain));
+    line("reset_threshold", number(estimator.reset_threshold));
+    line("dead_zone_n", number(estimator.dead_zone_n));
+    line("contact_m", number(*contact_m));
+    line("\n[detector]\ndistance", "\"squared-drop\"".into());
+    line("quiet_std_n", number(hypotheses.quiet_std_n));
+    line("rupture_std_n", number(hypotheses.rupture_std_n));
+    line("threshold", number(cusum.threshold));
+    line("drift", number(cusum.drift));
+    line("cap", number(cusum.cap));
+    line("settle_s", number(arming.settle_s));
+    line("drop_only", arming.drop_only.to_string());
+    line("withdrawal_speed_m_per_s", number(arming.withdrawal_speed_m_per_s));
+    text
+}
+
+/// A calibration as tables: what was measured, the memories that were tried, and the settings.
+#[must_use]
+pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
+    let settings = calibration.settings();
+    let newton = |value| show(Some(value), Unit::Newton);
+    let mut table = Table::new(["measured on the first", &format!("{} s", significant(calibration.looked_at_s))]);
+    table.row(["noise of the force, σ_n".to_owned(), newton(calibration.noise_std_n)]);
+    let contact = match calibration.contact_rule {
+        ContactRule::Given => "contact, as given",
+        ContactRule::FirstForce => "contact, where force begins",
+        ContactRule::Extrapolated => "contact, drawn on from under load",
+        ContactRule::Lowest => "no contact found: 5 mm below the lowest position",
+    };
+    table.row([contact.to_owned(), show(Some(settings.contact_m), Unit::Metre)]);
+    let ruptures: Vec<String> = calibration.ruptures_s.iter().map(|time| format!("{} s", significant(*time))).collect();
+    table.row(["ruptures in hindsight, left out".to_owned(), or_dash(ruptures.join(", "))]);
+    let segment =
+        calibration.quiet_segment_s.map(|(from, to)| format!("{} to {} s", significant(from), significant(to)));
+    table.row(["longest quiet segment".to_owned(), or_dash(segment.unwrap_or_default())]);
+    table.row(["quiet residual, σ_0".to_owned(), newton(calibration.quiet_std_n)]);
+    if let Some(whiteness) = &calibration.whiteness {
+        whiteness_rows(&mut table, whiteness);
+    }
+    let mut text = format!("{name}\n\n{table}\n");
+    if calibration.quiet_blocks == 0 {
+        text.push_str(
+            "too little quiet contact: σ_0 is the noise's own, and may be too small; look at more (--first-s)\n\n",
+        );
+    }
+    if calibration.whiteness.is_some_and(|test| test.ljung_box_p < 0.01 || test.jarque_bera_p < 0.01) {
+        text.push_str(
+            "The quiet residual is not white and Gaussian, as the predicted interval assumes: take it for an order of\n\
+             magnitude. The threshold is at least twice the largest harmless excursion seen.\n\n",
+        );
+    }
+    let _ = writeln!(text, "{}", candidates_table(calibration));
+    if settings.found_share.is_some_and(|share| share < 0.5) {
+        text.push_str("Warning: these settings find less than half of the slowest ruptures that were put in.\n\n");
+    }
+    if settings.harmless_share.is_some_and(|share| share > 0.2) {
+        text.push_str(
+            "Warning: these settings alarm at more than a fifth of the harmless changes that were put in.\n\n",
+        );
+    }
+    let threshold = settings.detector.cusum.threshold;
+    let why = match 2.0 * settings.harmless_peak > settings.run_length_threshold {
+        true => format!("twice the largest harmless excursion, {} N²", significant(settings.harmless_peak)),
+        false => "from the wanted interval".to_owned(),
+    };
+    let mut table = Table::new(["chosen", "value"]);
+    table.row(["threshold γ".to_owned(), format!("{} N², {why}", significant(threshold))]);
+    let interval = match calibration.quiet_blocks {
+        0 => "not known".to_owned(),
+        _ => duration(calibration.false_alarm_s),
+    };
+    table.row(["predicted interval between false alarms".to_owned(), interval]);
+    table.row(["predicted delay of the slowest rupture".to_owned(), show(settings.delay_s, Unit::Second)]);
+    let _ = write!(text, "{table}\n{}", calibration_toml(calibration));
+    text
+}
+
+fn or_dash(text: String) -> String {
+    if text.is_empty() { "—".into() } else { text }
+}
+
+/// Seconds as people say them.
+fn duration(seconds: f64) -> String {
+    let hours = seconds / 3600.0;
+    match hours {
+        _ if hours >= 1e4 => "over a year".into(),
+        _ if hours >= 1.0 => format!("{} h", significant(hours)),
+        _ => format!("{} s", significant(seconds)),
+    }
+}
+
+fn whiteness_rows(table: &mut Table, whiteness: &Whiteness) {
+    table.row(["  correlation with the next sample".to_owned(), significant(whiteness.lag_one_correlation)]);
+    table.row([format!("  white? Ljung-Box, {LAGS} lags"), probability(whiteness.ljung_box_p)]);
+    table.row(["  Gaussian? Jarque-Bera".to_owned(), probability(whiteness.jarque_bera_p)]);
+}
+
+fn probability(p: f64) -> String {
+    if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
+}
+
+fn candidates_table(calibration: &Calibration) -> Table {
+    let mut table = Table::new(["memory, corrections", "threshold", "found", "delay", "harmless alarms", ""]);
+    let share = |share: Option<f64>| {
+        share.map_or_else(
+            || "—".to_owned(),
+            |share| format!("{:.0} of {}", share * calibration.probes as f64, calibration.probes),
+        )
+    };
+    for (index, candidate) in calibration.candidates.iter().enumerate() {
+        table.row([
+            significant(candidate.memory_updates),
+            format!("{} N²", significant(candidate.detector.cusum.threshold)),
+            share(candidate.found_share),
+            show(candidate.delay_s, Unit::Second),
+            share(candidate.harmless_share),
+            if index == calibration.chosen { "chosen".into() } else { String::new() },
+        ]);
+    }
+    table
+}
+
+/// What `calibration.json` holds.
+#[must_use]
+pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
+    let candidate = |candidate: &Candidate| {
+        let Candidate { estimator, detector, .. } = candidate;
+        json!({
+            "memory_updates": candidate.memory_updates,
+            "reset_threshold": estimator.reset_threshold,
+            "quiet_std_n": detector.distance.hypotheses.quiet_std_n,
+            "threshold": detector.cusum.threshold,
+            "drift": detector.cusum.drift,
+            "run_length_threshold": candidate.run_length_threshold,
+            "harmless_peak": candidate.harmless_peak,
+            "found_share": candidate.found_share,
+            "delay_s": candidate.delay_s,
+            "harmless_share": candidate.harmless_share,
+        })
+    };
+    let Candidate { contact_m, estimator, detector, delay_s, .. } = calibration.settings();
+    json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "recording": name,
+        "looked_at_s": calibration.looked_at_s,
+        "interval_s": calibration.interval_s,
+        "noise_std_n": calibration.noise_std_n,
+        "contact_rule": calibration.contact_rule,
+        "quiet_std_n": calibration.quiet_std_n,
+        "quiet_blocks": calibration.quiet_blocks,
+        "quiet_segment_s": calibration.quiet_segment_s,
+        "whiteness": calibration.whiteness,
+        "ruptures_s": calibration.ruptures_s,
+        "probes": calibration.probes,
+        "candidates": calibration.candidates.iter().map(candidate).collect::<Vec<_>>(),
+        "chosen": calibration.chosen,
+        "predicted_false_alarm_s": calibration.false_alarm_s,
+        "predicted_delay_s": delay_s,
+        "settings": {
+            "estimator": {
+                "normalisation": estimator.normalisation,
+                "initial_gain": estimator.initial_gain,
+                "reset_threshold": estimator.reset_threshold,
+                "dead_zone_n": estimator.dead_zone_n,
+                "contact_m": contact_m,
+            },
+            "detector": {
+                "distance": "squared-drop",
+                "quiet_std_n": detector.distance.hypotheses.quiet_std_n,
+                "rupture_std_n": detector.distance.hypotheses.rupture_std_n,
+                "threshold": detector.cusum.threshold,
+                "drift": detector.cusum.drift,
+                "cap": detector.cusum.cap,
+                "settle_s": detector.arming.settle_s,
+                "drop_only": detector.arming.drop_only,
+                "withdrawal_speed_m_per_s": detector.arming.withdrawal_speed_m_per_s,
+            },
+        },
+    })
+}
+
+/// Predicted beside simulated run lengths.
+#[must_use]
+pub fn run_lengths_text(lengths: &[RunLength]) -> String {
+    let heading = ["distance", "ν / σ_0²", "γ / σ_0²", "predicted", "simulated", "alarms", "simulated / predicted"];
+    let mut table = Table::new(heading);
+    for length in lengths {
+        table.row([
+            length.tails.distance().to_owned(),
+            significant(length.drift),
+            significant(length.threshold),
+            format!("{:.4e}", length.predicted),
+            format!("{:.4e}", length.simulated),
+            length.alarms.to_string(),
+            format!("{:.3}", length.simulated / length.predicted),
+        ]);
+    }
+    table.to_string()
+}

@@ -1,0 +1,246 @@
+//! What a detection in one recording found, as text and as CSV.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use super::Table;
+use super::number::{show, significant};
+use super::tables::{quoted, shortest};
+use trocar_sim::compare::Unit;
+use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
+
+/// What a detection found, in words and tables.
+#[must_use]
+pub fn detection_text(name: &str, report: &DetectionReport) -> String {
+    let mut text = format!(
+        "{name}: {} samples over {} s, {} alarm{}\n\n",
+        report.samples,
+        significant(report.duration_s),
+        report.alarms.len(),
+        if report.alarms.len() == 1 { "" } else { "s" }
+    );
+    if !report.alarms.is_empty() || report.missed().next().is_some() {
+        let _ = writeln!(text, "{}", events_table(&[(None, report)]));
+    }
+    if !report.touched {
+        text.push_str(
+            "the needle never went below the contact: give it with --contact-m, or turn the position's sign\n\n",
+        );
+    }
+    let _ = writeln!(text, "{}", phases_table(&report.phases));
+    let _ = write!(text, "{}", residual_table(report));
+    if let Some(scores) = &report.scores {
+        let _ = writeln!(
+            text,
+            "\n{} labelled ruptures: {} missed, {} false alarms\n\n{}",
+            scores.ruptures,
+            scores.missed,
+            scores.false_alarms,
+            scores_table(scores, report.window_s)
+        );
+        text.truncate(text.trim_end().len());
+        text.push('\n');
+    }
+    text
+}
+
+/// The residual's statistics.
+pub(super) fn residual_table(report: &DetectionReport) -> Table {
+    let mut table = Table::new(["residual", "value"]);
+    let newton = |value| show(Some(value), Unit::Newton);
+    table.row(["mean".to_owned(), newton(report.residual.mean_n)]);
+    table.row(["standard deviation".to_owned(), newton(report.residual.std_n)]);
+    table.row(["robust standard deviation".to_owned(), newton(report.residual.robust_std_n)]);
+    table.row(["mean magnitude".to_owned(), newton(report.residual.mean_absolute_n)]);
+    table.row(["greatest magnitude".to_owned(), newton(report.residual.greatest_absolute_n)]);
+    table
+}
+
+/// The events of recordings in the order of time: alarms with the rupture that they announce, and ruptures that none did.
+pub(super) fn events_table(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
+    let mut heading = vec!["alarm", "time", "position", "depth", "force", "residual", "rupture", "delay"];
+    if recordings.iter().any(|(name, _)| name.is_some()) {
+        heading.insert(0, "recording");
+    }
+    let mut table = Table::new(heading);
+    for (name, report) in recordings {
+        for event in events(report) {
+            let mut cells: Vec<String> = name.map(str::to_owned).into_iter().collect();
+            cells.extend(event.cells(report));
+            table.row(cells);
+        }
+    }
+    table
+}
+
+/// An alarm or a missed rupture, by its place among them.
+#[derive(Clone, Copy)]
+enum Event {
+    Alarm(usize),
+    Missed(usize),
+}
+
+fn events(report: &DetectionReport) -> Vec<Event> {
+    let mut events: Vec<Event> = (0..report.alarms.len()).map(Event::Alarm).collect();
+    events.extend(report.missed().map(Event::Missed));
+    events.sort_by(|a, b| a.time_s(report).total_cmp(&b.time_s(report)));
+    events
+}
+
+impl Event {
+    fn time_s(self, report: &DetectionReport) -> f64 {
+        match self {
+            Self::Alarm(alarm) => report.alarms[alarm].time_s,
+            Self::Missed(label) => report.labelled_ruptures_s[label],
+        }
+    }
+
+    /// What it is: `found` or `missed` where there are labels, a false alarm or, without labels, just an alarm.
+    fn name(self, report: &DetectionReport) -> &'static str {
+        match self {
+            Self::Missed(_) => "missed",
+            Self::Alarm(_) if report.scores.is_none() => "alarm",
+            Self::Alarm(alarm) if report.alarms[alarm].label.is_some() => "found",
+            Self::Alarm(_) => "false",
+        }
+    }
+
+    fn cells(self, report: &DetectionReport) -> [String; 8] {
+        let dash = || "—".to_owned();
+        let rupture = |label: usize| {
+            let kind = report.labelled_kinds[label].as_deref().map_or(String::new(), |kind| format!("{kind} "));
+            format!("{kind}{:.4} s", report.labelled_ruptures_s[label])
+        };
+        match self {
+            Self::Missed(label) => ["missed".into(), dash(), dash(), dash(), dash(), dash(), rupture(label), dash()],
+            Self::Alarm(index) => {
+                let alarm = &report.alarms[index];
+                [
+                    format!("{}", index + 1),
+                    format!("{:.4} s", alarm.time_s),
+                    show(Some(alarm.position_m), Unit::Metre),
+                    show(Some(alarm.depth_m), Unit::Metre),
+                    show(Some(alarm.force_n), Unit::Newton),
+                    show(Some(alarm.residual_n), Unit::Newton),
+                    match alarm.label {
+                        Some(label) => rupture(label),
+                        None if report.scores.is_some() => "false".into(),
+                        None => dash(),
+                    },
+                    show(alarm.delay_s, Unit::Second),
+                ]
+            }
+        }
+    }
+}
+
+/// The estimates phase by phase; a phase that never was has no row.
+pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
+    let mut table = Table::new(["phase", "duration", "mean |e|", "σ of e", "robust σ", "mean K", "mean B"]);
+    let newton = |value| show(value, Unit::Newton);
+    let with =
+        |value: Option<f64>, unit: &str| value.map_or("—".to_owned(), |v| format!("{} {unit}", significant(v)));
+    for phase in phases.iter().filter(|phase| phase.samples > 0) {
+        table.row([
+            phase.phase.name().to_owned(),
+            format!("{} s", significant(phase.duration_s)),
+            newton(phase.mean_absolute_n),
+            newton(phase.std_n),
+            newton(phase.robust_std_n),
+            with(phase.mean_stiffness_n_per_m, "N/m"),
+            with(phase.mean_damping_n_s_per_m, "N·s/m"),
+        ]);
+    }
+    table
+}
+
+/// The scores of one recording, one below the other.
+pub(super) fn scores_table(scores: &Scores, window_s: f64) -> Table {
+    let mut table =
+        Table::new([format!("alarms within {} of a rupture", show(Some(window_s), Unit::Second)), "".into()]);
+    let share = |value| show(value, Unit::Share);
+    table.row(["precision".to_owned(), share(scores.precision)]);
+    table.row(["recall".to_owned(), share(scores.recall)]);
+    table.row(["F1".to_owned(), share(scores.f1)]);
+    table.row(["delay: median [range]".to_owned(), delays(scores)]);
+    table.row(["false alarms per minute".to_owned(), rate(scores.false_alarms_per_minute)]);
+    table.row(["false alarms per minute in contact".to_owned(), rate(scores.false_alarms_per_contact_minute)]);
+    table
+}
+
+/// The median delay and its range in ms.
+pub(super) fn delays(scores: &Scores) -> String {
+    let (Some(median), Some(least), Some(greatest)) =
+        (scores.median_delay_s, scores.least_delay_s, scores.greatest_delay_s)
+    else {
+        return "—".into();
+    };
+    let ms = |delay_s: f64| significant(1e3 * delay_s);
+    format!("{} [{}, {}] ms", ms(median), ms(least), ms(greatest))
+}
+
+pub(super) fn rate(per_minute: Option<f64>) -> String {
+    per_minute.map_or("—".into(), significant)
+}
+
+/// The first line of `events.csv`.
+pub const EVENT_COLUMNS: &str = "file,event,time_s,sample,position_m,depth_m,force_n,residual_n,rupture_s,kind,delay_s";
+
+/// The rows of `events.csv`: the alarms of a recording (`found`, `false`, or `alarm` where it has no labels) and the ruptures
+/// that none announced (`missed`), in order of time, SI units; empty where undefined.
+#[must_use]
+pub fn event_rows(file: &str, report: &DetectionReport) -> String {
+    let mut text = String::new();
+    let rupture = |label: Option<usize>| {
+        let time_s = label.map_or(String::new(), |label| shortest(report.labelled_ruptures_s[label]));
+        let kind = label.and_then(|label| report.labelled_kinds[label].as_deref()).unwrap_or_default();
+        format!("{time_s},{}", quoted(kind))
+    };
+    for event in events(report) {
+        let (file, name) = (quoted(file), event.name(report));
+        let _ = match event {
+            Event::Missed(label) => {
+                let time_s = shortest(report.labelled_ruptures_s[label]);
+                writeln!(text, "{file},{name},{time_s},,,,,,{},", rupture(Some(label)))
+            }
+            Event::Alarm(alarm) => {
+                let alarm = &report.alarms[alarm];
+                let numbers = [alarm.position_m, alarm.depth_m, alarm.force_n, alarm.residual_n].map(shortest);
+                let delay = alarm.delay_s.map_or(String::new(), shortest);
+                let (time_s, sample) = (shortest(alarm.time_s), alarm.sample);
+                writeln!(text, "{file},{name},{time_s},{sample},{},{},{delay}", numbers.join(","), rupture(alarm.label))
+            }
+        };
+    }
+    text
+}
+
+/// `detection.csv`: the samples with their estimates and decisions.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Result<()> {
+    let columns: [(&str, &[f64]); 9] = [
+        ("time_s", &detection.time_s),
+        ("position_m", &detection.position_m),
+        ("velocity_m_per_s", &detection.velocity_m_per_s),
+        ("measured_force_n", &detection.measured_force_n),
+        ("stiffness_n_per_m", &detection.stiffness_n_per_m),
+        ("damping_n_s_per_m", &detection.damping_n_s_per_m),
+        ("residual_n", &detection.residual_n),
+        ("distance", &detection.distance),
+        ("decision", &detection.decision),
+    ];
+    let mut columns = columns.to_vec();
+    columns.extend(detection.further.iter().map(|(name, column)| (*name, column.as_slice())));
+    writeln!(out, "{}", columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(","))?;
+    let mut buffer = ryu::Buffer::new();
+    for row in 0..detection.time_s.len() {
+        for (index, (_, column)) in columns.iter().enumerate() {
+            let separator = if index == 0 { "" } else { "," };
+            write!(out, "{separator}{}", buffer.format(column[row]))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,151 @@
+//! A quantity over two others, as colours.
+
+use plotters::style::{Color, RGBAColor, RGBColor};
+
+use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
+use super::grid::{Entry, Grid, Row, Sample};
+use super::panel::Panel;
+use super::{Figure, FigureError};
+use crate::number::significant;
+
+/// Colours from little to much, evenly spaced: five of viridis (van der Walt and Smith 2015), whose lightness rises evenly, so
+/// that they are told apart in grey and with the common forms of colour blindness.
+const SCALE: [(u8, u8, u8); 5] =
+    [(0x44, 0x01, 0x54), (0x3b, 0x52, 0x8b), (0x21, 0x91, 0x8c), (0x5e, 0xc9, 0x62), (0xfd, 0xe7, 0x25)];
+
+/// Colours that the legend shows.
+const STEPS: usize = 6;
+
+/// An axis of a heat map.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisView<'a> {
+    /// What it carries.
+    pub name: &'a str,
+    /// Whether it is logarithmic; its numbers are then positive.
+    pub log: bool,
+}
+
+/// Cells of a heat map.
+#[derive(Clone, Debug)]
+pub struct HeatView<'a> {
+    /// What the colours mean, with the unit.
+    pub caption: &'a str,
+    /// To the right, and up.
+    pub axes: [AxisView<'a>; 2],
+    /// The middles of the cells to the right, ascending.
+    pub x: Vec<f64>,
+    /// The middles of the cells upwards, ascending.
+    pub y: Vec<f64>,
+    /// A number per cell, row by row; NaN where there is none, which stays white.
+    pub means: &'a [f64],
+}
+
+/// A rectangle per cell, its colour the number.
+///
+/// # Errors
+/// [`FigureError::Empty`] without cells, [`FigureError::Length`] for another number of them than of middles.
+pub fn heat_map(view: &HeatView<'_>) -> Result<Figure, FigureError> {
+    super::check("heat map", view.caption, view.x.len() * view.y.len(), &[("means", view.means.len())])?;
+    let (least, most) = extent(view.means.iter().copied()).unwrap_or((0.0, 0.0));
+    let color = |value: f64| color(if most > least { (value - least) / (most - least) } else { 0.5 });
+    let [x_axis, y_axis] = &view.axes;
+    let (x_edges, y_edges) = (edges(&view.x, x_axis.log), edges(&view.y, y_axis.log));
+    let mut fills = vec![];
+    for (row, means) in view.means.chunks(view.x.len()).enumerate() {
+        for (column, mean) in means.iter().enumerate().filter(|(_, mean)| mean.is_finite()) {
+            let (left, right, low, high) = (x_edges[column], x_edges[column + 1], y_edges[row], y_edges[row + 1]);
+            fills.push((vec![(left, low), (right, low), (right, high), (left, high)], color(*mean)));
+        }
+    }
+    let axis = |edges: &[f64], log: bool, ticks: usize| {
+        let ends = (edges[0], edges[edges.len() - 1]);
+        if log { Axis::log10((10_f64.powf(ends.0), 10_f64.powf(ends.1))) } else { Axis::exact(ends, ticks) }
+    };
+    let panel = Panel {
+        x_caption: x_axis.name,
+        fills,
+        ..Panel::over_time(axis(&x_edges, x_axis.log, X_TICKS), axis(&y_edges, y_axis.log, Y_TICKS), y_axis.name)
+    };
+    let step = |k: usize| {
+        let value = least + (most - least) * k as f64 / (STEPS - 1) as f64;
+        (Sample::Shade(color(value)), told_apart(value, (most - least) / (STEPS - 1) as f64))
+    };
+    let steps: Vec<Entry> = if most > least { (0..STEPS).map(step).collect() } else { vec![step(0)] };
+    let rows = vec![Row { title: Some(view.caption), height: 760.0, panels: vec![panel] }];
+    Grid { legends: vec![steps], common: vec![], rows }.draw()
+}
+
+/// Where cells meet, half way between their middles, in the axis's own coordinate.
+fn edges(middles: &[f64], log: bool) -> Vec<f64> {
+    let middles: Vec<f64> = middles.iter().map(|middle| if log { middle.log10() } else { *middle }).collect();
+    let Some((&first, &last)) = middles.first().zip(middles.last()) else { return vec![] };
+    if middles.len() == 1 {
+        let half = if first == 0.0 { 0.5 } else { 0.1 * first.abs() };
+        return vec![first - half, first + half];
+    }
+    let between = middles.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    let mut edges: Vec<f64> = std::iter::once(0.0).chain(between).chain([0.0]).collect();
+    let end = edges.len() - 1;
+    edges[0] = 2.0 * first - edges[1];
+    edges[end] = 2.0 * last - edges[end - 1];
+    edges
+}
+
+/// A number with the four digits that tables have, or as many decimals as tell it from one a `step` away.
+fn told_apart(value: f64, step: f64) -> String {
+    let decimals = -step.log10().floor();
+    let plain = significant(value);
+    let shown = plain.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    if step > 0.0 && decimals > shown as f64 && decimals <= 12.0 && !plain.contains('e') {
+        format!("{value:.*}", decimals as usize)
+    } else {
+        plain
+    }
+}
+
+/// The colour at a share of the scale.
+fn color(share: f64) -> RGBAColor {
+    let place = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
+    let below = (place as usize).min(SCALE.len() - 2);
+    let rest = place - below as f64;
+    let mix = |a: u8, b: u8| (f64::from(a) + rest * (f64::from(b) - f64::from(a))).round() as u8;
+    let ((r, g, b), (r2, g2, b2)) = (SCALE[below], SCALE[below + 1]);
+    RGBColor(mix(r, r2), mix(g, g2), mix(b, b2)).to_rgba()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view<'a>(means: &'a [f64], y: &[f64]) -> HeatView<'a> {
+        let axes = [AxisView { name: "x", log: false }, AxisView { name: "y", log: true }];
+        HeatView { caption: "what", axes, x: vec![0.0, 1.0, 2.0], y: y.to_vec(), means }
+    }
+
+    #[test]
+    fn cells_meet_half_way_and_have_the_colours_of_their_numbers() {
+        assert_eq!(edges(&[0.0, 1.0, 3.0], false), [-0.5, 0.5, 2.0, 4.0]);
+        assert_eq!(edges(&[1.0, 100.0], true), [-1.0, 1.0, 3.0]);
+        let figure = heat_map(&view(&[0.0, 1.0, 2.0, f64::NAN, 3.0, 4.0], &[1.0, 10.0])).expect("drawn");
+        for end in ["#440154", "#FDE725"] {
+            assert!(figure.svg.contains(end), "{end}");
+        }
+        assert!(figure.svg.contains("\nwhat\n") && !figure.svg.contains("NaN"));
+    }
+
+    #[test]
+    fn numbers_of_the_legend_differ() {
+        assert_eq!([101.20, 101.22, 101.24].map(|value| told_apart(value, 0.02)), ["101.20", "101.22", "101.24"]);
+        assert_eq!(told_apart(2.85, 0.85), "2.850");
+        assert_eq!(told_apart(1.0, 0.0), "1.000");
+    }
+
+    #[test]
+    fn odd_numbers_draw_all_the_same() {
+        for means in [[f64::NAN; 3], [1.0; 3], [1e300, -1e300, f64::INFINITY]] {
+            heat_map(&view(&means, &[1.0])).expect("drawn");
+        }
+        assert!(matches!(heat_map(&view(&[], &[])), Err(FigureError::Empty { .. })));
+        assert!(matches!(heat_map(&view(&[1.0], &[1.0])), Err(FigureError::Length { .. })));
+    }
+}

@@ -1,0 +1,130 @@
+//! How the prediction error is distributed, as the paper's figure 11.
+
+use super::axis::{Axis, X_TICKS, extent};
+use super::grid::{Grid, Row, Sample};
+use super::panel::{Events, Panel, Trace};
+use super::style::{MAIN, SKY};
+use super::{EstimationView, Figure, FigureError};
+use trocar_sim::quantiles::robust_std;
+use plotters::style::{Color, RGBAColor};
+
+/// Half width of the figure in σ, at most.
+const WIDEST: f64 = 8.0;
+const BINS: usize = 96;
+
+/// Density of the prediction error e, on a logarithmic axis, against the zero-mean Gaussian whose standard deviation is 1.4826 times the median
+/// absolute deviation of e: ruptures widen the tails but hardly move that spread. Errors beyond 8 σ fall outside the picture; the density counts
+/// them.
+///
+/// # Errors
+/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
+pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
+    view.check("residual")?;
+    let (residuals, Spectrum { half, bin, densities, sigma }) = spectrum(view.residual_n);
+    let single = 1.0 / (residuals.len().max(1) as f64 * bin);
+    let peak = densities.iter().copied().fold(single, f64::max);
+    let y = Axis::log10((0.5 * single, 3.0 * peak));
+
+    let shade: RGBAColor = SKY.mix(0.75);
+    let mut legend = vec![(Sample::Shade(shade), format!("e, {} samples", residuals.len()))];
+    let curve_x: Vec<f64> = (0..=400).map(|k| -half + 2.0 * half * f64::from(k) / 400.0).collect();
+    let curve_y: Vec<f64> = curve_x.iter().map(|&e| sigma.map_or(f64::NAN, |s| gaussian(e, s))).collect();
+    if let Some(sigma) = sigma {
+        let text = format!("zero-mean Gaussian, σ = 1.4826·MAD = {} N", super::decision::short(sigma));
+        legend.push((Sample::Line(MAIN), text));
+    }
+    let panel = Panel {
+        x: Axis::exact((-half, half), X_TICKS),
+        x_caption: "Prediction error e (N)",
+        fills: vec![(outline(&densities, half, bin, &y), shade)],
+        traces: vec![Trace { x: &curve_x, y: &curve_y, scale: 1.0, stroke: MAIN }],
+        events: Events::default(),
+        ..Panel::over_time(Axis::exact((-half, half), X_TICKS), y, "Density (1/N)")
+    };
+    Grid {
+        legends: vec![legend],
+        common: Vec::new(),
+        rows: vec![Row { title: None, height: 640.0, panels: vec![panel] }],
+    }
+    .draw()
+}
+
+/// How a prediction error is distributed: densities (1/N) in equal bins of a width (N) from `-half` to `half` (N), and the
+/// robust σ (N) where there is one.
+pub(crate) struct Spectrum {
+    pub(crate) half: f64,
+    pub(crate) bin: f64,
+    pub(crate) densities: Vec<f64>,
+    pub(crate) sigma: Option<f64>,
+}
+
+/// The finite errors (N), and how they are distributed.
+pub(crate) fn spectrum(residual_n: &[f64]) -> (Vec<f64>, Spectrum) {
+    let residuals: Vec<f64> = residual_n.iter().copied().filter(|e| e.is_finite()).collect();
+    let sigma = robust_spread(&residuals);
+    let (low, high) = extent(residuals.iter().copied()).unwrap_or((0.0, 0.0));
+    let largest = low.abs().max(high.abs());
+    let half = match sigma {
+        Some(sigma) => (1.05 * largest).clamp(4.0 * sigma, WIDEST * sigma),
+        None if largest > 0.0 => 1.2 * largest,
+        None => 1.0,
+    };
+    let bin = 2.0 * half / BINS as f64;
+    let densities = densities(&residuals, half, bin);
+    (residuals, Spectrum { half, bin, densities, sigma })
+}
+
+/// 1.4826 times the median absolute deviation from the median; none where it is zero or has no meaning.
+fn robust_spread(values: &[f64]) -> Option<f64> {
+    robust_std(values).filter(|spread| *spread > 1e-12 && *spread < 1e12)
+}
+
+fn densities(values: &[f64], half: f64, bin: f64) -> Vec<f64> {
+    let mut counts = vec![0_u64; BINS];
+    for value in values.iter().filter(|v| v.abs() < half) {
+        let index = ((value + half) / bin) as usize;
+        counts[index.min(BINS - 1)] += 1;
+    }
+    let each = 1.0 / (values.len().max(1) as f64 * bin);
+    counts.into_iter().map(|count| count as f64 * each).collect()
+}
+
+/// The histogram's outline, standing on the axis.
+fn outline(densities: &[f64], half: f64, bin: f64, y: &Axis) -> Vec<(f64, f64)> {
+    let floor = y.low;
+    let mut points = vec![(-half, floor)];
+    for (k, &density) in densities.iter().enumerate() {
+        let top = y.place(density).max(floor);
+        points.push((-half + bin * k as f64, top));
+        points.push((-half + bin * (k + 1) as f64, top));
+    }
+    points.push((half, floor));
+    points
+}
+
+pub(crate) fn gaussian(e: f64, sigma: f64) -> f64 {
+    (-0.5 * (e / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spread_ignores_outliers() {
+        let mut values: Vec<f64> = (-500..=500).map(|k| f64::from(k) * 1e-3).collect();
+        values.extend([1e9, -1e12, 55.0]);
+        let spread = robust_spread(&values).expect("a spread");
+        assert!((spread - 1.4826 * 0.25).abs() < 2e-3, "{spread}");
+        assert_eq!(robust_spread(&[]), None);
+        assert_eq!(robust_spread(&[0.1; 9]), None);
+    }
+
+    #[test]
+    fn densities_integrate_to_one() {
+        let values: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3 - 0.5).collect();
+        let bin = 2.0 / BINS as f64;
+        let total: f64 = densities(&values, 1.0, bin).iter().sum();
+        assert!((total * bin - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,51 @@
+//! What a metric depends on, as bars in a table.
+
+use serde::Serialize;
+
+use trocar_sim::compare::Unit;
+use crate::number::show;
+use trocar_sim::sweep::{Design, Findings};
+
+/// An axis's say in a metric, the bars in per cent of their places.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Influence {
+    /// Empty but for the metric's first axis.
+    metric: String,
+    axis: String,
+    index: String,
+    index_width: String,
+    slope: String,
+    /// Where the bar of the slope begins, 50 being 0.
+    slope_from: String,
+    slope_width: String,
+    rises: bool,
+    /// R² of the ranks, with the metric.
+    explained: String,
+}
+
+/// A row per metric in focus and axis, the strongest axis first.
+pub(super) fn influences(design: &Design, findings: &Findings) -> Vec<Influence> {
+    let per_cent = |share: f64| format!("{:.2}", 100.0 * share.clamp(0.0, 1.0));
+    let of_metric = |influences: &trocar_sim::sweep::Influences| {
+        let metric = design.columns[influences.column].name.clone();
+        let explained = show(influences.rank_r_squared, Unit::Share);
+        let of_axis = |(place, influence): (usize, &trocar_sim::sweep::Influence)| {
+            let slope = influence.rank_regression;
+            let size = slope.map_or(0.0, |slope| 0.5 * slope.abs());
+            let only_first = |text: &String| if place == 0 { text.clone() } else { String::new() };
+            Influence {
+                metric: only_first(&metric),
+                axis: influence.axis.to_owned(),
+                index: show(influence.first_order, Unit::Share),
+                index_width: per_cent(influence.first_order.unwrap_or(0.0)),
+                slope: slope.map_or("—".into(), |slope| format!("{slope:+.3}")),
+                slope_from: per_cent(if slope.is_some_and(|slope| slope < 0.0) { 0.5 - size } else { 0.5 }),
+                slope_width: per_cent(size),
+                rises: slope.is_some_and(|slope| slope > 0.0),
+                explained: only_first(&explained),
+            }
+        };
+        influences.of_axes.iter().enumerate().map(of_axis).collect::<Vec<_>>()
+    };
+    findings.influences.iter().flat_map(of_metric).collect()
+}

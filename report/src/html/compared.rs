@@ -1,0 +1,221 @@
+//! The pages of a run and of runs side by side.
+
+use super::command::command_line;
+use super::events::{self, Timeline};
+use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window};
+use super::signals;
+use trocar_sim::compare::{Comparison, Fact, SeedStudy};
+use crate::Table;
+use crate::number::show;
+use crate::seeds::seeds_table;
+use crate::tables::{change, facts_table, outcome};
+use trocar_sim::run::Run;
+
+/// How far a window around a rupture reaches, in s.
+const BEFORE_S: f64 = 0.2;
+const AFTER_S: f64 = 1.0;
+
+/// Scenarios that the heading names at most.
+const MOST_NAMED: usize = 3;
+
+/// Ruptures that have a button at most.
+const MOST_WINDOWS: usize = 6;
+
+/// The page of a run.
+///
+/// # Errors
+/// [`HtmlError`].
+pub fn run_html(run: &Run) -> Result<String, HtmlError> {
+    let rows = trocar_sim::compare::rows(&[&run.metrics], &[]);
+    let name = run.scenario.name.as_str();
+    let line = command_line(["run", &format!("{name}.toml"), "--report"]);
+    let sections = vec![
+        metrics(&[name], &rows),
+        events_section(&[run]),
+        charts_section(&[run]),
+        scenarios_section(&[run]),
+        reproduction(line, &[run]),
+    ];
+    let page = Page {
+        command: "trocar run",
+        heading: name.to_owned(),
+        lead: vec![about(run)],
+        sections,
+        drawn: drawn(&[run]),
+    };
+    page.render()
+}
+
+/// The page of a comparison; `line` is the command that repeats it where its scenarios are not all there is to it.
+///
+/// # Errors
+/// [`HtmlError`].
+pub fn comparison_html(
+    comparison: &Comparison,
+    facts: Option<&[Fact]>,
+    study: Option<&SeedStudy>,
+    line: Option<String>,
+) -> Result<String, HtmlError> {
+    let runs: Vec<&Run> = comparison.runs.iter().collect();
+    let table = comparison.table();
+    let names: Vec<&str> = table.scenarios.iter().map(String::as_str).collect();
+    let mut sections = vec![metrics(&names, &table.rows), events_section(&runs), charts_section(&runs)];
+    if let Some(study) = study {
+        let blocks = vec![
+            Block::text(
+                "For each scenario the median over the seeds of its noise and, in brackets, what holds the middle 95 % of them.",
+            ),
+            Block::table(format!("Over {} seeds", study.seeds), &seeds_table(study)),
+        ];
+        sections.push(Section { id: "seeds", title: "Over many seeds", blocks });
+    }
+    if let Some(facts) = facts {
+        let about = "Statements of the paper (Barbé, Bayle, de Mathelin and Gangi, In Vivo Model Estimation and Haptic \
+                     Characterization of Needle Insertions) beside what this comparison gives.";
+        let blocks = vec![Block::text(about), Block::table("The paper's facts", &facts_table(facts))];
+        sections.push(Section { id: "paper", title: "The paper beside it", blocks });
+    }
+    let own = || {
+        let files = names.iter().map(|name| format!("{name}.toml"));
+        let seeds = study.map_or(vec![], |study| vec!["--seeds".to_owned(), study.seeds.to_string()]);
+        command_line(["compare".to_owned()].into_iter().chain(files).chain(seeds).chain(["--report".to_owned()]))
+    };
+    sections.push(scenarios_section(&runs));
+    sections.push(match line {
+        Some(line) => Section {
+            id: "again",
+            title: "The same again",
+            blocks: vec![Block::Command { line, note: "The scenarios are shipped with trocar.".into() }],
+        },
+        None => reproduction(own(), &runs),
+    });
+    let heading = if names.len() > MOST_NAMED { format!("{} scenarios", names.len()) } else { names.join(" against ") };
+    let page = Page {
+        command: "trocar compare",
+        heading,
+        lead: runs.iter().map(|run| about(run)).collect(),
+        sections,
+        drawn: drawn(&runs),
+    };
+    page.render()
+}
+
+/// What was run and how it ended.
+fn about(run: &Run) -> String {
+    let scenario = &run.scenario;
+    format!(
+        "{}; one tick is {}, the seed {}, the supervisor {}.",
+        outcome(run),
+        show(Some(scenario.grid.tick_s()), trocar_sim::compare::Unit::Second),
+        scenario.seed,
+        if scenario.augmentation.enabled { "freezes the slave at ruptures" } else { "does nothing" },
+    )
+}
+
+fn metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
+    let is_pair = names.len() == 2;
+    let mut head = vec!["metric".to_owned()];
+    head.extend(names.iter().map(|name| (*name).to_owned()));
+    if is_pair {
+        head.push("change".into());
+    }
+    let row = |row: &trocar_sim::compare::Row| {
+        let mut cells = vec![row.metric.clone()];
+        cells.extend(row.values.iter().map(|value| show(*value, row.unit)));
+        if is_pair {
+            cells.push(change(&row.values, row.unit));
+        }
+        Row { cells, meaning: row.meaning }
+    };
+    let rows = rows.iter().map(row).collect();
+    let table = Block::Table { caption: "Metrics and what they mean".into(), head, rows, is_text: false };
+    let note =
+        Block::text("A dash stands where there is no such number, as for the delay of a rupture that was missed.");
+    Section { id: "metrics", title: "Metrics", blocks: vec![table, note] }
+}
+
+fn events_section(runs: &[&Run]) -> Section {
+    let lanes: Vec<_> = runs.iter().map(|run| events::happenings(run)).collect();
+    let ends = runs.iter().filter_map(|run| run.trace.time_s.last().copied());
+    let timeline = Timeline::of(&lanes, (0.0, ends.fold(0.0, f64::max)), events::RUN_KEY.to_vec());
+    let table: Table = events::events_table(runs);
+    let table = match table.rows() {
+        [_] => Block::text("Nothing ruptured, and no alarm was raised."),
+        _ => Block::table("Events in order of time", &table),
+    };
+    Section { id: "events", title: "Events", blocks: vec![Block::Timeline(timeline), table] }
+}
+
+fn charts_section(runs: &[&Run]) -> Section {
+    let first = runs.iter().max_by_key(|run| run.metrics.ruptures.len());
+    let ruptures = first.map_or(&[][..], |run| run.metrics.ruptures.as_slice());
+    let window = |(index, rupture): (usize, &trocar_sim::metrics::RuptureMetrics)| Window {
+        label: format!("rupture {}", index + 1),
+        from: (rupture.time_s - BEFORE_S).max(0.0),
+        to: rupture.time_s + AFTER_S,
+    };
+    let windows = ruptures.iter().take(MOST_WINDOWS).enumerate().map(window).collect();
+    let mut blocks = vec![];
+    if runs.len() > signals::MOST_RUNS {
+        blocks.push(Block::text(format!("The charts show the first {} of {} runs.", signals::MOST_RUNS, runs.len())));
+    }
+    let key = if signals::is_crowded(runs.len()) { &events::RUN_KEY[..1] } else { &events::RUN_KEY[..] };
+    blocks.push(Block::Charts { name: "signals", windows, key: key.to_vec() });
+    blocks.push(Block::text(
+        "Long records are thinned to the least and the greatest value of each short stretch, and nearly every sample around \
+         ruptures and alarms; trace.csv has every tick.",
+    ));
+    Section { id: "signals", title: "Signals", blocks }
+}
+
+fn drawn(runs: &[&Run]) -> Drawn {
+    let mut drawn = Drawn::default();
+    drawn.charts.insert("signals", signals::charts(runs));
+    drawn
+}
+
+/// The scenarios as they are resolved.
+pub(super) fn scenarios_section(runs: &[&Run]) -> Section {
+    let about = "Every key with its value, defaults written out; running it gives the same numbers to the last bit.";
+    let file = |run: &&Run| Block::File {
+        name: format!("{}.toml", run.scenario.name),
+        text: without_paths(&run.scenario.echo()),
+    };
+    let blocks = [Block::text(about)].into_iter().chain(runs.iter().map(file)).collect();
+    Section { id: "scenario", title: "Scenario", blocks }
+}
+
+fn reproduction(line: String, runs: &[&Run]) -> Section {
+    let own = runs.iter().any(|run| without_paths(&run.scenario.echo()) != run.scenario.echo());
+    let recordings = if own { ", and the recordings that they name lie beside them" } else { "" };
+    let note = format!("Where the scenarios above are saved under their names{recordings}.");
+    Section { id: "again", title: "The same again", blocks: vec![Block::Command { line, note }] }
+}
+
+/// A resolved scenario without what is of this machine alone: files by their names, without the folders.
+pub(super) fn without_paths(toml: &str) -> String {
+    let line = |line: &str| {
+        let file = ["file", "delays_file"].into_iter().find_map(|key| {
+            let value = line.strip_prefix(key)?.strip_prefix(" = ")?;
+            let value: toml::Value = toml::from_str::<toml::Table>(&format!("v = {value}")).ok()?.remove("v")?;
+            let path = std::path::Path::new(value.as_str()?);
+            let name = path.file_name().filter(|_| path.is_absolute())?;
+            Some(format!("{key} = {}", toml::Value::String(name.to_string_lossy().into_owned())))
+        });
+        format!("{}\n", file.as_deref().unwrap_or(line))
+    };
+    toml.lines().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_lose_their_folders_and_nothing_else_changes() {
+        let toml = "name = \"a\"\n\n[recording]\nfile = \"/home/someone/a b.csv\"\nfile_sign = 1.0\n";
+        assert_eq!(without_paths(toml), toml.replace("/home/someone/", ""));
+        let shipped = "file = \"builtin:own.csv\"\n";
+        assert_eq!(without_paths(shipped), shipped);
+    }
+}

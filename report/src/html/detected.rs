@@ -1,0 +1,290 @@
+//! The pages of detections, in one recording and in many.
+
+use super::chart::{Chart, ChartAxis, ChartShade, Columns, Extras, Mark, Series};
+use super::compared::without_paths;
+use super::digits::Fine;
+use super::events::{self, Happenings, Timeline};
+use super::page::{Block, Drawn, HtmlError, Page, Section, Window};
+use super::signals::{bounded, decision_unit, further, stretches, thresholded};
+use super::thin::kept;
+use trocar_sim::compare::Unit;
+use trocar_sim::detect::{Detection, DetectionReport, Phase};
+use crate::DetectionEntry;
+use crate::detection::{events_table, phases_table, residual_table, scores_table};
+use crate::detections::{pooled_phases, recordings_table, scores_table as scores_of_many};
+use crate::figures::{self, Spectrum};
+use crate::number::{show, significant};
+
+/// Alarms and ruptures that have a button at most.
+const MOST_WINDOWS: usize = 6;
+
+/// Recordings whose events are drawn at most.
+const MOST_LANES: usize = 120;
+
+/// Points of a curve.
+const CURVE: i32 = 120;
+
+const KEY: [(&str, &str); 5] = [
+    ("rupture", "labelled rupture"),
+    ("alarm", "alarm"),
+    ("insertion", "insertion"),
+    ("hold", "hold"),
+    ("withdrawal", "withdrawal"),
+];
+
+/// A detection in a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct DetectionPage<'a> {
+    /// The recording's name.
+    pub name: &'a str,
+    /// What was estimated and decided.
+    pub detection: &'a Detection,
+    /// What that comes to.
+    pub report: &'a DetectionReport,
+    /// The decision function's threshold, and its unit.
+    pub scale: (f64, &'static str),
+    /// Its settings as TOML.
+    pub settings: &'a str,
+    /// The command that repeats it.
+    pub line: &'a str,
+}
+
+/// The page of a detection.
+///
+/// # Errors
+/// [`HtmlError`].
+pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
+    let report = page.report;
+    let mut numbers = vec![
+        Block::table("Estimates by phase", &phases_table(&report.phases)),
+        Block::table("Residual: measured less estimated force", &residual_table(report)),
+    ];
+    if let Some(scores) = &report.scores {
+        numbers.push(Block::table("Alarms held against the labels", &scores_table(scores, report.window_s)));
+    }
+    numbers.push(Block::text(MEANINGS));
+    let happened = happenings(page.name, report, report.start_s);
+    let (from_s, to_s) = (report.start_s, report.start_s + report.duration_s);
+    let mut events = vec![Block::Timeline(Timeline::of(&[happened], (from_s, to_s), KEY.to_vec()))];
+    events.push(if report.alarms.is_empty() && report.missed().next().is_none() {
+        Block::text("No alarm was raised.")
+    } else {
+        Block::table("Alarms, and ruptures that none announced", &events_table(&[(None, report)]))
+    });
+    let mut drawn = Drawn::default();
+    drawn.charts.insert("signals", charts(page));
+    drawn.charts.insert("residual", vec![residual(&page.detection.residual_n)]);
+    let signals = vec![
+        Block::Charts { name: "signals", windows: windows(report), key: KEY.to_vec() },
+        Block::text(
+            "Long records are thinned to the least and the greatest value of each short stretch, and nearly every sample \
+             around ruptures and alarms; detection.csv has every sample.",
+        ),
+    ];
+    let residual = vec![Block::Charts { name: "residual", windows: vec![], key: vec![] }];
+    let settings = Block::File { name: format!("{}.toml", page.name), text: without_paths(page.settings) };
+    let touched = (!report.touched).then(|| {
+        "The needle never went below the contact: give it with --contact-m, or turn the position's sign.".to_owned()
+    });
+    let samples = format!(
+        "{} samples over {}, {} apart, {} of them in contact; {} alarm{}.",
+        report.samples,
+        events::lasted(report.duration_s),
+        show(Some(report.interval_s), Unit::Second),
+        events::lasted(report.contact_s),
+        report.alarms.len(),
+        if report.alarms.len() == 1 { "" } else { "s" },
+    );
+    Page {
+        command: "trocar detect",
+        heading: page.name.to_owned(),
+        lead: [samples].into_iter().chain(touched).collect(),
+        sections: vec![
+            Section { id: "metrics", title: "Numbers", blocks: numbers },
+            Section { id: "events", title: "Events", blocks: events },
+            Section { id: "signals", title: "Signals", blocks: signals },
+            Section { id: "residual", title: "How the residual is distributed", blocks: residual },
+            Section { id: "scenario", title: "Settings", blocks: vec![settings] },
+            again(page.line),
+        ],
+        drawn,
+    }
+    .render()
+}
+
+const MEANINGS: &str = "e, the residual, is the measured less the estimated force; σ its standard deviation, the robust σ 1.4826 \
+     times its median absolute deviation, which ruptures hardly move; K and B the estimated stiffness and damping. Free is \
+     before the contact, insertion, hold and withdrawal are told apart by the needle's mean speed. Precision is the share of \
+     alarms that announce a rupture, recall the share of ruptures that one announces, F1 their harmonic mean; a delay is that \
+     of an alarm after the rupture that it announces.";
+
+/// The page of detections in many recordings.
+///
+/// # Errors
+/// [`HtmlError`].
+pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String, HtmlError> {
+    let reports: Vec<(&str, &DetectionReport)> =
+        entries.iter().filter_map(|entry| Some((entry.name.as_str(), entry.report()?))).collect();
+    let mut numbers = vec![Block::table("Recordings", &recordings_table(entries))];
+    if let Some(scores) = scores_of_many(entries) {
+        numbers.push(Block::table("Alarms held against the labels", &scores));
+    }
+    numbers.push(Block::table("Estimates by phase, all recordings together", &phases_table(&pooled_phases(entries))));
+    numbers.push(Block::text(MEANINGS));
+    let lanes: Vec<Happenings> =
+        reports.iter().take(MOST_LANES).map(|(name, report)| happenings(name, report, 0.0)).collect();
+    let longest_s = reports.iter().map(|(_, report)| report.duration_s).fold(0.0, f64::max);
+    let named: Vec<_> = reports.iter().map(|(name, report)| (Some(*name), *report)).collect();
+    let mut events = vec![Block::Timeline(Timeline::of(&lanes, (0.0, longest_s), KEY.to_vec()))];
+    if reports.len() > MOST_LANES {
+        events.push(Block::text(format!("The first {MOST_LANES} of {} recordings are drawn.", reports.len())));
+    }
+    events.push(Block::table("Alarms, and ruptures that none announced", &events_table(&named)));
+    let mut sections = vec![
+        Section { id: "metrics", title: "Numbers", blocks: numbers },
+        Section { id: "events", title: "Events", blocks: events },
+    ];
+    let delays_s: Vec<f64> =
+        reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect();
+    let mut drawn = Drawn::default();
+    if let Some(delays) = delays(&delays_s) {
+        drawn.charts.insert("delays", vec![delays]);
+        let blocks = vec![Block::Charts { name: "delays", windows: vec![], key: vec![] }];
+        sections.push(Section { id: "delays", title: "How late the alarms came", blocks });
+    }
+    let failed = entries.len() - reports.len();
+    let unread = (failed > 0).then(|| format!("{failed} of {} recordings could not be read.", entries.len()));
+    sections.push(again(line));
+    Page {
+        command: "trocar detect",
+        heading: format!("{} recordings", reports.len()),
+        lead: ["Each recording has a page of its own in the folder of its name.".to_owned()]
+            .into_iter()
+            .chain(unread)
+            .collect(),
+        sections,
+        drawn,
+    }
+    .render()
+}
+
+fn again(line: &str) -> Section {
+    let note = "Where the recordings lie.".to_owned();
+    Section { id: "again", title: "The same again", blocks: vec![Block::Command { line: line.to_owned(), note }] }
+}
+
+/// What happened in a recording, in s from `start_s` on.
+fn happenings(name: &str, report: &DetectionReport, start_s: f64) -> Happenings {
+    let at = |time_s: f64| Fine(start_s + time_s - report.start_s);
+    let ruptures = report.labelled_ruptures_s.iter().enumerate().map(|(index, time_s)| Mark {
+        at: at(*time_s),
+        kind: "rupture",
+        label: report.labelled_kinds[index].clone().unwrap_or_else(|| format!("rupture {}", index + 1)),
+    });
+    let alarms = report.alarms.iter().map(|alarm| Mark { at: at(alarm.time_s), kind: "alarm", label: "alarm".into() });
+    let shade = |stretch: &trocar_sim::detect::Stretch| {
+        let name = match stretch.phase {
+            Phase::Free => return None,
+            Phase::Insertion => "insertion",
+            Phase::Hold => "hold",
+            Phase::Withdrawal => "withdrawal",
+        };
+        let of = |sample: usize| Fine(start_s + sample as f64 * report.interval_s);
+        Some(ChartShade { from: of(stretch.samples.start), to: of(stretch.samples.end), name })
+    };
+    Happenings {
+        name: name.to_owned(),
+        shades: report.stretches.iter().filter_map(shade).collect(),
+        marks: ruptures.chain(alarms).collect(),
+    }
+}
+
+fn windows(report: &DetectionReport) -> Vec<Window> {
+    let window = |label: String, at: f64| Window { label, from: (at - 0.1).max(report.start_s), to: at + 0.4 };
+    let alarms = report.alarms.iter().enumerate();
+    alarms.take(MOST_WINDOWS).map(|(index, alarm)| window(format!("alarm {}", index + 1), alarm.time_s)).collect()
+}
+
+fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
+    let detection = page.detection;
+    let happened = happenings(page.name, page.report, page.report.start_s);
+    let near = events::close(&happened.marks);
+    let unlabelled = |mark: Mark| if mark.kind == "alarm" { Mark { label: String::new(), ..mark } } else { mark };
+    let marks = happened.marks.into_iter().map(unlabelled).collect();
+    let extras = Extras { shades: happened.shades, marks, thresholds: vec![] };
+    let chart = |title: &str, (label, unit): (&str, &'static str), lines: Vec<(Series, &[f64])>| {
+        let (series, columns): (Vec<_>, Vec<_>) = lines.into_iter().unzip();
+        let rows = kept(&detection.time_s, &columns, &near, stretches(1));
+        let columns = vec![Columns::rows(&detection.time_s, &columns, &rows, 1.0)];
+        let axes = (ChartAxis::new("time", "s"), ChartAxis::new(label, unit));
+        Chart { series, columns, extras: extras.clone(), ..Chart::new(title, axes.0, axes.1) }
+    };
+    let line = |label: &str| Series::line(label, "blue");
+    let pairs = detection.measured_force_n.iter().zip(&detection.residual_n);
+    let estimated: Vec<f64> = pairs.map(|(measured, residual)| measured - residual).collect();
+    let forces = vec![
+        (Series { width: 4.0, ..Series::line("measured", "sky") }, detection.measured_force_n.as_slice()),
+        (Series::line("estimated", "vermilion"), estimated.as_slice()),
+    ];
+    let mut charts = vec![
+        Chart { mark_labels: true, height: 280, ..chart("Measured and estimated force", ("force", "N"), forces) },
+        chart(
+            "Residual: measured less estimated force",
+            ("residual", "N"),
+            vec![(line("residual"), &detection.residual_n)],
+        ),
+        bounded(
+            chart("Estimated stiffness", ("stiffness", "N/m"), vec![(line("stiffness"), &detection.stiffness_n_per_m)]),
+            0.995,
+        ),
+        bounded(
+            chart("Estimated damping", ("damping", "N·s/m"), vec![(line("damping"), &detection.damping_n_s_per_m)]),
+            0.995,
+        ),
+    ];
+    if let Some((name, column)) = &detection.further {
+        let (title, y) = further(name);
+        charts.push(bounded(chart(title, y, vec![(line(y.0), column)]), 0.995));
+    }
+    let y = ("decision", decision_unit(page.scale.1));
+    let decision = chart("Decision function and its threshold", y, vec![(line("decision"), &detection.decision)]);
+    charts.push(thresholded(decision, &[page.scale.0]));
+    charts.into_iter().map(Chart::described).collect()
+}
+
+/// The density of the residual, against the Gaussian of its robust spread.
+fn residual(residual_n: &[f64]) -> Chart {
+    let (residuals, Spectrum { half, bin, densities, sigma }) = figures::spectrum(residual_n);
+    let least = 0.5 / (residuals.len().max(1) as f64 * bin);
+    let left = (0..=densities.len()).map(|k| -half + bin * k as f64);
+    let last = densities.last().copied();
+    // On a logarithmic ordinate nothing is drawn as what is below the least that there can be.
+    let shown = densities.into_iter().chain(last).map(|density| if density > 0.0 { density } else { f64::NAN });
+    let (x, y) = (ChartAxis::new("residual", "N"), ChartAxis::new("density", "1/N").log());
+    let mut chart = Chart { height: 300, ..Chart::new("Density of the residual", x, y) };
+    let samples = format!("{} samples", residuals.len());
+    chart.series.push(Series { stepped: true, ..Series::line(samples, "blue") });
+    chart.columns.push(Columns::new(left, vec![shown.collect()]));
+    if let Some(sigma) = sigma {
+        let at = |k: i32| -half + 2.0 * half * f64::from(k) / f64::from(CURVE);
+        let curve = (0..=CURVE).map(|k| figures::gaussian(at(k), sigma)).map(|p| if p < least { f64::NAN } else { p });
+        chart.series.push(Series::line(format!("Gaussian, σ = {} N", significant(sigma)), "vermilion").dashed());
+        chart.columns.push(Columns::new((0..=CURVE).map(at), vec![curve.collect()]));
+    }
+    chart.described()
+}
+
+/// How many alarms came how late; none without any.
+fn delays(delays_s: &[f64]) -> Option<Chart> {
+    let delays_ms: Vec<f64> = delays_s.iter().map(|delay| 1e3 * delay).collect();
+    let greatest = delays_ms.iter().copied().reduce(f64::max)?;
+    let (counts, bin) = figures::bins(&delays_ms, greatest);
+    let ends = (0..=counts.len()).map(|k| bin * k as f64);
+    let steps = counts.iter().chain(counts.last()).map(|count| *count as f64).collect();
+    let (x, y) = (ChartAxis::new("delay", "ms"), ChartAxis::new("alarms", ""));
+    let mut chart = Chart::new("Alarms by their delay after the rupture", x, y);
+    chart.series.push(Series { stepped: true, ..Series::line("alarms", "blue") });
+    chart.columns.push(Columns::new(ends, vec![steps]));
+    chart.includes = vec![super::digits::Few(0.0)];
+    Some(chart.described())
+}

@@ -1,0 +1,229 @@
+//! A page as sections of blocks, and its template.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use super::assets;
+use super::bars::Influence;
+use super::chart::Chart;
+use super::events::Timeline;
+use super::map::Map;
+use crate::Table;
+
+const STYLE: [&str; 3] = [assets::UPLOT_CSS, assets::THEME_CSS, assets::REPORT_CSS];
+const SCRIPT: [&str; 3] = [assets::UPLOT_JS, assets::CHARTS_JS, assets::REPORT_JS];
+
+/// A page that could not be put together.
+#[derive(Debug, Error)]
+#[error("the report cannot be put together: {0}")]
+pub struct HtmlError(String);
+
+/// A page.
+#[derive(Clone, Debug)]
+pub(super) struct Page {
+    /// What was run, in a few words.
+    pub(super) heading: String,
+    /// The command that wrote it.
+    pub(super) command: &'static str,
+    /// What was run and how it ended, a paragraph each.
+    pub(super) lead: Vec<String>,
+    pub(super) sections: Vec<Section>,
+    /// What the page's places for charts and maps hold, by their names.
+    pub(super) drawn: Drawn,
+}
+
+/// What is drawn where.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct Drawn {
+    pub(super) charts: BTreeMap<&'static str, Vec<Chart>>,
+    pub(super) maps: BTreeMap<String, Map>,
+}
+
+/// A part of a page under a heading.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Section {
+    pub(super) id: &'static str,
+    pub(super) title: &'static str,
+    pub(super) blocks: Vec<Block>,
+}
+
+/// A row of a table, with what it means where that is said.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Row {
+    pub(super) cells: Vec<String>,
+    pub(super) meaning: &'static str,
+}
+
+/// A part of the time that a button shows in all charts of a group.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Window {
+    pub(super) label: String,
+    pub(super) from: f64,
+    pub(super) to: f64,
+}
+
+/// What stands in a section.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub(super) enum Block {
+    Text { text: String },
+    Table { caption: String, head: Vec<String>, rows: Vec<Row>, is_text: bool },
+    Charts { name: &'static str, windows: Vec<Window>, key: Vec<(&'static str, &'static str)> },
+    Map { name: String },
+    Timeline(Timeline),
+    Influences { caption: String, rows: Vec<Influence> },
+    File { name: String, text: String },
+    Command { line: String, note: String },
+}
+
+impl Block {
+    pub(super) fn text(text: impl Into<String>) -> Self {
+        Self::Text { text: text.into() }
+    }
+
+    /// A table as the terminal shows it.
+    pub(super) fn table(caption: impl Into<String>, table: &Table) -> Self {
+        let mut rows = table.rows().iter().cloned();
+        let head = rows.next().unwrap_or_default();
+        let row = |mut cells: Vec<String>| {
+            cells.resize(head.len(), String::new());
+            Row { cells, meaning: "" }
+        };
+        let rows = rows.map(row).collect();
+        Self::Table { caption: caption.into(), rows, is_text: table.is_flush_left(), head }
+    }
+}
+
+/// What the template is filled with.
+#[derive(Serialize)]
+struct Context<'a> {
+    title: String,
+    heading: &'a str,
+    command: &'static str,
+    lead: &'a [String],
+    sections: &'a [Section],
+    data: String,
+    policy: String,
+    style: String,
+    script: String,
+    licence: &'static str,
+    version: &'static str,
+}
+
+impl Page {
+    /// The page as HTML. The same page gives the same bytes.
+    ///
+    /// # Errors
+    /// [`HtmlError`] for a template that cannot be filled.
+    pub(super) fn render(&self) -> Result<String, HtmlError> {
+        let failed = |error: &dyn std::fmt::Display| HtmlError(error.to_string());
+        let mut environment = Environment::new();
+        environment.set_auto_escape_callback(|_| AutoEscape::Html);
+        let data = serde_json::to_string(&self.drawn).map_err(|error| failed(&error))?;
+        let (style, script) = (STYLE.join("\n"), SCRIPT.join("\n"));
+        let context = Context {
+            title: format!("{} · {}", self.heading, self.command),
+            heading: &self.heading,
+            command: self.command,
+            lead: &self.lead,
+            sections: &self.sections,
+            data: harmless(&data),
+            policy: policy(&script),
+            style,
+            script,
+            licence: assets::UPLOT_LICENSE,
+            version: env!("CARGO_PKG_VERSION"),
+        };
+        environment
+            .render_named_str("report.html", assets::REPORT_HTML, Serde(&context))
+            .map_err(|error| failed(&error))
+    }
+}
+
+/// JSON that stands in a `script` element: nothing in it ends that, or begins another or a comment.
+fn harmless(json: &str) -> String {
+    // Within JSON these characters stand in texts alone, where they may be written so.
+    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+}
+
+/// What the page may do: run the one script that it brings, by its hash, and be styled by itself.
+fn policy(script: &str) -> String {
+    let hash = base64(&Sha256::digest(script.as_bytes()));
+    format!(
+        "default-src 'none'; script-src 'sha256-{hash}'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+    )
+}
+
+/// RFC 4648, with padding.
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for three in bytes.chunks(3) {
+        let word = three.iter().fold(0_u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - three.len()));
+        for place in 0..4 {
+            let letter = LETTERS[(word >> (18 - 6 * place)) as usize & 63];
+            // Writing to a string does not fail.
+            let _ = write!(text, "{}", if place > three.len() { '=' } else { char::from(letter) });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        // The test vectors of RFC 4648, section 10.
+        let vectors =
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("fooba", "Zm9vYmE=")];
+        for (plain, encoded) in vectors {
+            assert_eq!(base64(plain.as_bytes()), encoded);
+        }
+    }
+
+    #[test]
+    fn whatever_a_text_holds_it_stays_a_text() {
+        let evil = "</script><script>alert(1)</script><!-- & ' \" {{ heading }} {% raw %}";
+        let mut chart = Chart::new(evil, Default::default(), Default::default());
+        chart.alt = evil.to_owned();
+        let mut drawn = Drawn::default();
+        drawn.charts.insert("signals", vec![chart]);
+        let mut table = Table::new([evil, evil]);
+        table.row([evil, evil]);
+        let blocks = vec![
+            Block::text(evil),
+            Block::table(evil, &table),
+            Block::File { name: evil.into(), text: evil.into() },
+            Block::Command { line: evil.into(), note: evil.into() },
+        ];
+        let page = Page {
+            heading: evil.into(),
+            command: "trocar run",
+            lead: vec![evil.into()],
+            sections: vec![Section { id: "x", title: "X", blocks }],
+            drawn,
+        };
+        let html = page.render().expect("rendered");
+        assert_eq!(html.matches("alert(1)").count(), 17, "everything is there");
+        assert!(!html.contains("<script>alert") && !html.contains("<!-- &"));
+        // The data and the script, and nothing else, are script elements.
+        assert_eq!(html.matches("<script").count(), 2);
+        assert_eq!(html.matches("</script>").count(), 2);
+        assert!(html.contains("{{ heading }}"), "texts are no templates");
+    }
+
+    #[test]
+    fn the_parts_of_the_script_end_no_element() {
+        for part in SCRIPT.iter().chain(&STYLE) {
+            assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! The page of a stability analysis.
+
+use super::chart::{Chart, ChartAxis, Columns, Level, Series};
+use super::compared::without_paths;
+use super::digits::Few;
+use super::map::Map;
+use super::page::{Block, Drawn, HtmlError, Page, Row, Section};
+use crate::Table;
+use crate::number::significant;
+use crate::stability_text::{checked, each_port, limit_table, loop_lines, port_table, sampled};
+use crate::switching::{event_table, seconds, switching_lines};
+use trocar_sim::stability::{Analysis, LIMITED, Parameter, PortPoint, StabilityMap, Switching};
+use trocar_sim::stability_check::{Check, StabilityStudy};
+
+/// What is above is safe.
+const MOST_LLEWELLYN: f64 = 3.0;
+
+/// What has died out in one event is drawn down to here.
+const LEAST_GROWTH: f64 = 1e-4;
+
+/// An analysis of a scenario's loop.
+#[derive(Clone, Copy, Debug)]
+pub struct StabilityPage<'a> {
+    /// What was found.
+    pub study: &'a StabilityStudy,
+    /// The scenario, resolved.
+    pub toml: &'a str,
+    /// The command that repeats it.
+    pub line: &'a str,
+}
+
+/// The page of a stability analysis.
+///
+/// # Errors
+/// [`HtmlError`].
+pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
+    let StabilityStudy { name, left_out, analysis, map, switching, check } = page.study;
+    let check = check.as_ref();
+    let mut drawn = Drawn::default();
+    let (of_map, is_thinned) = Map::of_stability(analysis, map, check);
+    drawn.maps.insert("stability".into(), of_map);
+    let mut shown = vec![Block::Map { name: "stability".into() }];
+    let counted =
+        format!("{} by {} points, {:.1} % of them stable", map.x.count, map.y.count, 100.0 * map.stable_share());
+    let thinned = if is_thinned { "; not all are drawn, stability_map.csv has them" } else { "" };
+    shown.push(Block::text(format!("{counted}{thinned}. The boundary is found on every edge between two points.")));
+    shown.extend(check.into_iter().flat_map(|check| checked_blocks(map, check)));
+    let mut sections = vec![
+        Section { id: "metrics", title: "The loop", blocks: vec![loop_block(analysis)] },
+        Section { id: "map", title: "Where it is stable", blocks: shown },
+        Section { id: "limits", title: "Limits and what moves them", blocks: limits(analysis) },
+    ];
+    if !analysis.ports.is_empty() {
+        drawn.charts.insert("ports", port_charts(&analysis.ports));
+        let text = each_port(analysis);
+        let blocks = vec![
+            Block::table("The teleoperator between any hand and any tissue", &port_table(analysis)),
+            Block::text(sentence(&text)),
+            Block::text(sentence(&sampled(analysis))),
+            Block::Charts { name: "ports", windows: vec![], key: vec![] },
+        ];
+        sections.push(Section { id: "ports", title: "Ports over frequency", blocks });
+    }
+    let events = match switching {
+        Err(reason) => vec![Block::text(format!("{reason}."))],
+        Ok(switching) => {
+            drawn.charts.insert("switching", vec![growth(switching)]);
+            let mut blocks: Vec<Block> =
+                switching_lines(switching).lines().map(|line| Block::text(sentence(line))).collect();
+            blocks
+                .push(Block::table("The end of one event, by the way of re-engaging", &event_table(&switching.events)));
+            blocks.push(Block::Charts { name: "switching", windows: vec![], key: vec![] });
+            blocks
+        }
+    };
+    sections.push(Section { id: "events", title: "Events", blocks: events });
+    let file = Block::File { name: format!("{name}.toml"), text: without_paths(page.toml) };
+    sections.push(Section { id: "scenario", title: "Scenario", blocks: vec![file] });
+    let note = "Where the scenario above is saved under its name.".to_owned();
+    let again = vec![Block::Command { line: page.line.to_owned(), note }];
+    sections.push(Section { id: "again", title: "The same again", blocks: again });
+    let settings = &analysis.settings;
+    let verdict = format!(
+        "{} in permanent contact with a tissue of {} N/m and {} N·s/m.",
+        if analysis.is_stable() { "Stable" } else { "Not stable" },
+        significant(settings.stiffness_n_per_m),
+        significant(settings.damping_n_s_per_m),
+    );
+    let left_out = (!left_out.is_empty()).then(|| format!("Not in the linear loop: {}.", left_out.join("; ")));
+    Page {
+        command: "trocar stability",
+        heading: name.clone(),
+        lead: [verdict].into_iter().chain(left_out).collect(),
+        sections,
+        drawn,
+    }
+    .render()
+}
+
+/// A line as a sentence.
+fn sentence(line: &str) -> String {
+    let line = line.trim();
+    let mut letters = line.chars();
+    let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+    format!("{first}{}{}", letters.as_str(), if line.ends_with('.') { "" } else { "." })
+}
+
+fn loop_block(analysis: &Analysis) -> Block {
+    let rows = loop_lines(analysis).into_iter().map(|(cells, meaning)| Row { cells: cells.to_vec(), meaning });
+    let head = ["metric", "value", "at"].map(str::to_owned).to_vec();
+    Block::Table { caption: "The loop, and what its numbers mean".into(), head, rows: rows.collect(), is_text: false }
+}
+
+fn checked_blocks(map: &StabilityMap, check: &Check) -> Vec<Block> {
+    let text = checked(map, check);
+    vec![Block::text(sentence(text.lines().next().unwrap_or_default()))]
+}
+
+fn limits(analysis: &Analysis) -> Vec<Block> {
+    let about = "The largest value of each parameter, all others as they are, up to which motions die out; and by how many per \
+                 cent that limit moves where a parameter grows by one per cent.";
+    let is_known = |limit: &Parameter| analysis.sensitivities.iter().any(|s| s.limit == *limit);
+    let limited: Vec<Parameter> = LIMITED.into_iter().filter(is_known).collect();
+    let mut heading = vec!["parameter".to_owned()];
+    heading.extend(limited.iter().map(|limit| format!("limit of {}", limit.key())));
+    let mut table = Table::new(heading);
+    let of = |limit: Parameter, parameter: Parameter| {
+        let found = analysis.sensitivities.iter().find(|s| s.limit == limit && s.parameter == parameter);
+        found.and_then(|s| s.relative).map_or("—".to_owned(), |relative| format!("{relative:+.3}"))
+    };
+    for parameter in Parameter::all() {
+        if analysis.sensitivities.iter().any(|s| s.parameter == parameter) {
+            let cells = limited.iter().map(|limit| of(*limit, parameter));
+            table.row([parameter.key().to_owned()].into_iter().chain(cells));
+        }
+    }
+    vec![
+        Block::text(about),
+        Block::table("Limits", &limit_table(analysis)),
+        Block::table("Sensitivities of the limits, in per cent per per cent", &table),
+    ]
+}
+
+fn port_charts(ports: &[PortPoint]) -> Vec<Chart> {
+    let column = |of: &dyn Fn(&PortPoint) -> f64| ports.iter().map(of).collect::<Vec<f64>>();
+    let frequency = || ChartAxis::new("frequency", "Hz").log();
+    let x = column(&|point| point.frequency_hz);
+    let chart = |title: &str, y: ChartAxis, lines: Vec<(Series, Vec<f64>)>| {
+        let (series, columns): (Vec<_>, Vec<_>) = lines.into_iter().unzip();
+        let columns = vec![Columns::new(x.clone(), columns)];
+        Chart { series, columns, ..Chart::new(title, frequency(), y) }
+    };
+    let positive = |value: f64| if value > 0.0 { value } else { f64::NAN };
+    let impedance = chart(
+        "Impedance",
+        ChartAxis::new("impedance", "N·s/m").log(),
+        vec![
+            (Series::line("felt in the tissue", "vermilion"), column(&|point| positive(point.transmitted.norm()))),
+            (Series::line("the tissue, scaled", "blue").dashed(), column(&|point| positive(point.ideal.norm()))),
+            (Series::line("felt in free motion", "green"), column(&|point| positive(point.hybrid.h[0][0].norm()))),
+        ],
+    );
+    let llewellyn = chart(
+        "Llewellyn's parameter: from 1 on stable between any hand and tissue",
+        ChartAxis::new("η", ""),
+        vec![(Series::line("η", "black"), column(&|point| point.hybrid.llewellyn().clamp(-2.0, MOST_LLEWELLYN)))],
+    );
+    let cosine = chart(
+        "Real part of the impedance at the hand, of its size: below 0 the port gives power away",
+        ChartAxis::new("Re Z / |Z|", ""),
+        vec![
+            (Series::line("in the tissue", "vermilion"), column(&|p| p.transmitted.re / p.transmitted.norm())),
+            (Series::line("in free motion", "green"), column(&|p| p.hybrid.h[0][0].re / p.hybrid.h[0][0].norm())),
+        ],
+    );
+    let level = |mut chart: Chart, value: f64, low: f64, high: f64| {
+        chart.extras.thresholds = vec![Level { value: Few(value) }];
+        chart.range = Some([Few(low), Few(high)]);
+        chart
+    };
+    let charts = [impedance, level(llewellyn, 1.0, -2.2, MOST_LLEWELLYN + 0.2), level(cosine, 0.0, -1.1, 1.1)];
+    charts.map(Chart::described).to_vec()
+}
+
+/// Growth per event over the teleoperation between two events.
+fn growth(switching: &Switching) -> Chart {
+    let points = &switching.by_dwell;
+    let positive = |value: f64| if value > 0.0 { value } else { f64::NAN };
+    let x = points.iter().map(|point| seconds(switching, point.dwell_ticks));
+    let columns = vec![
+        points.iter().map(|point| point.contraction.map_or(f64::NAN, |c| positive(c.sqrt()))).collect(),
+        points.iter().map(|point| positive(point.growth.0)).collect(),
+        points.iter().map(|point| positive(point.growth.1)).collect(),
+    ];
+    let (across, up) = (ChartAxis::new("teleoperation between events", "s").log(), ChartAxis::new("growth", "").log());
+    let mut chart = Chart::new("Growth per event: above 1 motions grow", across, up);
+    chart.series = vec![
+        Series::line("at most, certified", "blue"),
+        Series::line("the worst sequence found", "vermilion"),
+        Series::line("at most, of those tried", "green").dashed(),
+    ];
+    chart.columns = vec![Columns::new(x, columns)];
+    chart.extras.thresholds = vec![Level { value: Few(1.0) }];
+    let values = chart.columns.iter().flat_map(|columns| columns.y.iter().flatten());
+    let ends =
+        values.filter(|value| value.0.is_finite()).fold((1.0_f64, 1.0_f64), |(l, m), v| (l.min(v.0), m.max(v.0)));
+    chart.range = Some([Few(ends.0.max(LEAST_GROWTH) / 1.5), Few(1.5 * ends.1)]);
+    chart.described()
+}

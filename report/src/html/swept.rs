@@ -1,0 +1,243 @@
+//! The page of a sweep.
+
+use super::bars::influences;
+use super::chart::{Chart, ChartAxis, Columns, Series};
+use super::map::Map;
+use super::page::{Block, Drawn, HtmlError, Page, Row, Section};
+use crate::number::readable;
+use crate::sweep::{SUMMARY_HEADING, heading, summary_row};
+use trocar_sim::scenario::Value;
+use trocar_sim::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
+
+/// Cases that are drawn at most.
+const MOST_CASES: u64 = 2_000;
+
+/// Charts of a metric over an axis at most.
+const MOST_CHARTS: usize = 16;
+
+/// Classes of an axis without levels, or with more, over which medians are taken.
+const CLASSES: usize = 20;
+
+/// A sweep of which every case is done.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepPage<'a> {
+    /// Which cases there are.
+    pub design: &'a Design,
+    /// What came of them.
+    pub findings: &'a Findings,
+    /// Some of them.
+    pub cases: &'a DrawnCases,
+    /// Everything that the result depends on, as TOML.
+    pub canonical: &'a str,
+    /// The command that repeats it.
+    pub line: &'a str,
+}
+
+/// Some cases, which are drawn: the values of their axes, and the metrics in focus.
+#[derive(Clone, Debug)]
+pub struct DrawnCases {
+    /// By axis and case.
+    axes: Vec<Vec<f64>>,
+    /// By metric in focus and case.
+    metrics: Vec<Vec<f64>>,
+    cases: u64,
+}
+
+/// The page of a sweep.
+///
+/// # Errors
+/// [`HtmlError`].
+pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
+    let SweepPage { design, findings, cases: drawing, .. } = *page;
+    let mut drawn = Drawn::default();
+    let mut maps = vec![];
+    for map in &findings.heat_maps {
+        let name = format!("heat_{}", design.columns[map.column].name);
+        drawn.maps.insert(name.clone(), Map::of_sweep(design, map));
+        maps.push(Block::Map { name });
+    }
+    drawn.charts.insert("axes", charts(design, drawing));
+    let mut sections = vec![metrics(design, findings)];
+    if !design.axes.is_empty() {
+        let about = "The first-order Sobol index is the share of the metric's variance that the axis explains by itself; the \
+                     standardised rank regression coefficient says in which direction, its R² how far a line through the \
+                     ranks holds. What neither explains is noise, or axes acting together.";
+        let rows = influences(design, findings);
+        let blocks =
+            vec![Block::text(about), Block::Influences { caption: "What each metric depends on".into(), rows }];
+        sections.push(Section { id: "influences", title: "What matters", blocks });
+    }
+    if !maps.is_empty() {
+        sections.push(Section { id: "maps", title: "Over two axes", blocks: maps });
+    }
+    if !drawn.charts["axes"].is_empty() {
+        let shown = if drawing.cases < findings.cases {
+            format!("{} of {} cases are drawn, evenly chosen; cases.parquet has all", drawing.cases, findings.cases)
+        } else {
+            "Every case is drawn".to_owned()
+        };
+        let about = format!(
+            "{shown}. The line leads through the medians of the cases drawn, at each level or class of the axis."
+        );
+        let blocks = vec![Block::text(about), Block::Charts { name: "axes", windows: vec![], key: vec![] }];
+        sections.push(Section { id: "axes", title: "Over each axis", blocks });
+    }
+    let file = Block::File { name: "sweep.toml".into(), text: page.canonical.to_owned() };
+    sections.push(Section { id: "scenario", title: "Everything it depends on", blocks: vec![file] });
+    let note = "Where the sweep's file lies. A single case is printed as a scenario by --case and its number.".into();
+    let again = vec![Block::Command { line: page.line.to_owned(), note }];
+    sections.push(Section { id: "again", title: "The same again", blocks: again });
+    let name = design.name.clone();
+    let lead = heading(design, findings).lines().map(str::to_owned).collect();
+    Page { command: "trocar sweep", heading: name, lead, sections, drawn }.render()
+}
+
+fn metrics(design: &Design, findings: &Findings) -> Section {
+    let row = |(summary, column): (&trocar_sim::sweep::Summary, &Column)| Row {
+        cells: summary_row(summary).to_vec(),
+        meaning: column.meaning,
+    };
+    let rows = findings.summaries.iter().zip(&design.columns).map(row).collect();
+    let head = SUMMARY_HEADING.map(str::to_owned).to_vec();
+    let table =
+        Block::Table { caption: "Metrics over all cases, and what they mean".into(), head, rows, is_text: false };
+    let note = "Intervals in brackets and after ± hold the median and the mean with 95 % confidence; “defined” counts the \
+                cases in which there is such a number.";
+    Section { id: "metrics", title: "Metrics", blocks: vec![table, Block::text(note)] }
+}
+
+impl DrawnCases {
+    /// Reads the cases that are drawn: one of each equal part of all, at a place in it that is a little different each time, so that
+    /// no level of an axis is left out by the steps.
+    ///
+    /// # Errors
+    /// [`SweepError`] of the rows.
+    pub fn of(design: &Design, rows: &Rows) -> Result<Self, SweepError> {
+        let all = design.cases();
+        let most = all.min(MOST_CASES);
+        let of_part = |part: u64| {
+            let bound = |part: u64| (u128::from(part) * u128::from(all) / u128::from(most.max(1))) as u64;
+            let (start, end) = (bound(part), bound(part + 1));
+            // The digits of the golden ratio spread over the part.
+            start + (part.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) % (end - start).max(1)
+        };
+        let mut drawing =
+            Self { axes: vec![vec![]; design.axes.len()], metrics: vec![vec![]; design.focus.len()], cases: most };
+        let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+        let mut part = 0;
+        rows.each(|case, _, metrics| {
+            if part >= most || case != of_part(part) {
+                return Ok(());
+            }
+            part += 1;
+            sampler.values(case, &mut shares, &mut values);
+            for (column, (value, axis)) in drawing.axes.iter_mut().zip(values.iter().zip(&design.axes)) {
+                column.push(place(axis, value));
+            }
+            for (column, index) in drawing.metrics.iter_mut().zip(&design.focus) {
+                column.push(metrics[*index]);
+            }
+            Ok(())
+        })?;
+        Ok(drawing)
+    }
+}
+
+/// Where a value lies on its axis: a number at itself, a word at its place in the list, from 1.
+fn place(axis: &Axis, value: &Value) -> f64 {
+    match (value, &axis.levels) {
+        (Value::Number(number), _) => *number,
+        (Value::Whole(whole), _) => *whole as f64,
+        (_, Levels::List(list)) => list.iter().position(|level| level == value).map_or(f64::NAN, |at| (at + 1) as f64),
+        _ => f64::NAN,
+    }
+}
+
+fn charts(design: &Design, drawing: &DrawnCases) -> Vec<Chart> {
+    let mut charts = vec![];
+    for (metrics, index) in drawing.metrics.iter().zip(&design.focus) {
+        let column = &design.columns[*index];
+        for (values, axis) in drawing.axes.iter().zip(&design.axes) {
+            if axis.count() != Some(1) && charts.len() < MOST_CHARTS {
+                charts.push(chart(column, axis, values, metrics));
+            }
+        }
+    }
+    charts
+}
+
+fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Chart {
+    let (factor, unit) = readable(column.unit);
+    let words = match &axis.levels {
+        Levels::List(list) if !axis.is_numeric() => {
+            let word =
+                |(at, level): (usize, &Value)| format!("{}: {}", at + 1, level.to_toml().to_string().trim_matches('"'));
+            format!(" ({})", list.iter().enumerate().map(word).collect::<Vec<_>>().join(", "))
+        }
+        _ => String::new(),
+    };
+    let mut cases: Vec<(f64, f64)> =
+        values.iter().zip(metrics).filter(|(x, _)| x.is_finite()).map(|(x, y)| (*x, factor * y)).collect();
+    cases.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let x = ChartAxis { label: format!("{}{words}", axis.key.path), unit: "", log: axis.is_log() };
+    let y = ChartAxis::new("value", unit.trim_start());
+    let mut chart = Chart::new(format!("{} over {}", column.name, axis.key.path), x, y);
+    chart.series = vec![
+        Series { scatter: true, ..Series::line("cases", "sky") },
+        Series { span: true, width: 2.5, ..Series::line("median", "vermilion") },
+    ];
+    let medians = medians(&cases, axis.is_log());
+    let (x, y): (Vec<f64>, Vec<f64>) = cases.into_iter().unzip();
+    chart.columns = vec![Columns::new(x, vec![y, medians])];
+    chart.described()
+}
+
+/// The median of each class in its middle case, no number elsewhere. Cases are sorted by their abscissa; as many different
+/// abscissas as there may be classes are classes themselves.
+fn medians(cases: &[(f64, f64)], log: bool) -> Vec<f64> {
+    let mut medians = vec![f64::NAN; cases.len()];
+    let Some((&(low, _), &(high, _))) = cases.first().zip(cases.last()) else { return medians };
+    let different = cases.chunk_by(|a, b| a.0 == b.0).count();
+    let scale = |x: f64| if log { x.ln() } else { x };
+    let width = (scale(high) - scale(low)) / CLASSES as f64;
+    let class = |x: f64| if width > 0.0 { (((scale(x) - scale(low)) / width) as usize).min(CLASSES - 1) } else { 0 };
+    let is_same = |a: &(f64, f64), b: &(f64, f64)| {
+        if different <= 2 * CLASSES { a.0 == b.0 } else { class(a.0) == class(b.0) }
+    };
+    let mut start = 0;
+    for group in cases.chunk_by(is_same) {
+        let mut values: Vec<f64> = group.iter().map(|(_, y)| *y).filter(|y| y.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let of_rank = |rank: u64| values[rank as usize];
+        if let Some(median) = trocar_sim::quantiles::quantile(values.len() as u64, 0.5, of_rank) {
+            medians[start + group.len() / 2] = median;
+        }
+        start += group.len();
+    }
+    medians
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_level_has_its_median() {
+        let cases = [(1.0, 5.0), (1.0, 1.0), (1.0, 3.0), (2.0, f64::NAN), (4.0, 7.0), (4.0, 9.0)];
+        let found: Vec<(f64, f64)> = medians(&cases, true)
+            .into_iter()
+            .zip(&cases)
+            .filter(|(m, _)| m.is_finite())
+            .map(|(m, c)| (c.0, m))
+            .collect();
+        assert_eq!(found, [(1.0, 3.0), (4.0, 8.0)]);
+    }
+
+    #[test]
+    fn an_axis_without_levels_has_classes() {
+        let cases: Vec<(f64, f64)> = (0..1000).map(|k| (f64::from(k), f64::from(k))).collect();
+        let medians: Vec<f64> = medians(&cases, false).into_iter().filter(|median| median.is_finite()).collect();
+        assert_eq!(medians.len(), CLASSES);
+        assert!(medians.is_sorted());
+    }
+}

@@ -1,0 +1,78 @@
+//! The JSON files. An undefined value is `null`, never 0.
+
+use serde::Serialize;
+use serde_json::{Value as Json, json};
+
+use trocar_sim::compare::{Comparison, Fact, SeedStudy};
+use trocar_sim::detect::{DetectionReport, FurtherEstimate};
+use trocar_sim::run::Run;
+use trocar_sim::scenario::Values;
+
+/// `summary.json` of a run: every metric, the events, the seed and the version.
+#[must_use]
+pub fn summary_json(run: &Run) -> String {
+    render(&summary(run))
+}
+
+fn summary(run: &Run) -> Json {
+    let mut all = json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "scenario": run.scenario.name,
+        "seed": run.scenario.seed,
+        "tick_s": run.scenario.grid.tick_s(),
+        "metrics": run.metrics,
+    });
+    if let (Json::Object(all), Some(further)) = (&mut all, FurtherEstimate::of(&run.trace.further)) {
+        all.insert("further_estimate".into(), json!(further));
+    }
+    all
+}
+
+/// `comparison.json`: the summaries, the table, the detection in noise, for the shipped pair the paper's facts, and the
+/// spread over seeds where one was asked for.
+#[must_use]
+pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
+    let mut all = json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "runs": comparison.runs.iter().map(summary).collect::<Vec<_>>(),
+        "table": comparison.table(),
+        "noise": comparison.noise,
+        "paper_facts": facts,
+    });
+    if let (Json::Object(all), Some(study)) = (&mut all, study) {
+        all.insert("seeds".into(), json!(study));
+    }
+    render(&all)
+}
+
+/// What `detection.json` holds: the alarms, the statistics of the estimates, the scores and the settings.
+#[must_use]
+pub fn detection_object(name: &str, report: &DetectionReport, values: &Values) -> Json {
+    let settings: serde_json::Map<String, Json> = ["estimator", "detector"]
+        .into_iter()
+        .map(|section| (section.to_owned(), values.section_json(section)))
+        .collect();
+    let mut all = json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "recording": name,
+        "settings": settings,
+    });
+    if let (Json::Object(all), Ok(Json::Object(report))) = (&mut all, serde_json::to_value(report)) {
+        all.extend(report);
+    }
+    all
+}
+
+/// A value as the JSON files hold it.
+#[must_use]
+pub fn to_json(value: &Json) -> String {
+    render(value)
+}
+
+/// Indented, with a final line end.
+pub(super) fn render(value: &impl Serialize) -> String {
+    // Maps with text keys and numbers do not fail to serialise.
+    let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
+    text.push('\n');
+    text
+}

@@ -1,0 +1,30 @@
+//! What a live stream came to, in words.
+
+use super::number::{show, significant};
+use trocar_sim::compare::Unit;
+use trocar_sim::detect::LiveSummary;
+
+/// The summary of a live stream of so many `rows` below its header, `malformed` ones among them, and how it `ended`.
+#[must_use]
+pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) -> String {
+    let plural = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let seconds = |value: f64| format!("{} s", significant(value));
+    let newton = |value| show(value, Unit::Newton);
+    let apart = summary.interval_s.map_or(String::new(), |s| format!(" {} apart", show(Some(s), Unit::Second)));
+    format!(
+        "{}{apart} over {} ({} in contact), {}; ended by {ended}\nresidual: mean |e| {}, σ {}, greatest {}\n{}: {malformed} \
+         malformed and {} not later skipped, {} interpolated, {} uneven, {}",
+        plural(summary.samples, "sample"),
+        seconds(summary.duration_s),
+        seconds(summary.contact_s),
+        plural(summary.alarms, "alarm"),
+        newton(summary.mean_absolute_n),
+        newton(summary.std_n),
+        newton(summary.greatest_absolute_n),
+        plural(rows, "row"),
+        summary.not_later,
+        plural(summary.interpolated, "lost sample"),
+        plural(summary.uneven, "step"),
+        plural(summary.restarts, "restart"),
+    )
+}

@@ -1,0 +1,61 @@
+//! Numbers for people, in the units in which they are read.
+
+use trocar_sim::compare::Unit;
+
+/// What a quantity is multiplied by to be read, and the unit in which it then is.
+#[must_use]
+pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
+    match unit {
+        Unit::Metre => (1e3, " mm"),
+        Unit::MetrePerSecond => (1e3, " mm/s"),
+        Unit::Second => (1e3, " ms"),
+        Unit::Newton => (1.0, " N"),
+        Unit::NewtonPerSecond => (1.0, " N/s"),
+        Unit::Joule => (1e3, " mJ"),
+        Unit::Share => (100.0, " %"),
+        Unit::Number | Unit::Count => (1.0, ""),
+    }
+}
+
+/// A value with its unit, as a table shows it; `—` where it is undefined.
+#[must_use]
+pub(super) fn show(value: Option<f64>, unit: Unit) -> String {
+    let (factor, name) = readable(unit);
+    match (value, unit) {
+        (None, _) => "—".into(),
+        (Some(value), Unit::Second) if value >= 1.0 => format!("{} s", significant(value)),
+        (Some(value), Unit::Count) => format!("{value}"),
+        (Some(value), _) => format!("{}{name}", significant(factor * value)),
+    }
+}
+
+/// Four significant digits, at most four decimals; in powers of ten where that shows nothing.
+#[must_use]
+pub(super) fn significant(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 {
+        "0".into()
+    } else if !(5e-5..1e6).contains(&magnitude) {
+        format!("{value:.1e}")
+    } else {
+        // The exponent after rounding: 99.996 has three whole digits.
+        let scientific = format!("{magnitude:.3e}");
+        let whole_digits = scientific.rsplit('e').next().and_then(|e| e.parse::<i32>().ok()).unwrap_or(0) + 1;
+        let decimals = (4 - whole_digits).clamp(0, 4) as usize;
+        format!("{value:.decimals$}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_digits_are_shown() {
+        let shown = [9.0, 0.0, 123.456, 0.0123456, -5.6732, 1e-12, 15361.0, 99.995].map(significant);
+        assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "100.0"]);
+        assert_eq!(show(None, Unit::Metre), "—");
+        assert_eq!(show(Some(0.009), Unit::Metre), "9.000 mm");
+        assert_eq!(show(Some(0.0), Unit::Second), "0 ms");
+    }
+}

@@ -1,0 +1,212 @@
+//! Which figures a run, a comparison and a detection leave, and their files.
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::figures::{self, EstimationView, Figure, FigureError, RunView, Shade, TimelineRow};
+use super::{Folder, OutputError};
+use trocar_sim::detect::{Detection, DetectionReport, Phase};
+use trocar_sim::run::Run;
+
+/// Why the figures of a run are not there.
+#[derive(Debug, Error)]
+pub enum PictureError {
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Draw(#[from] FigureError),
+    /// A file could not be written.
+    #[error(transparent)]
+    Write(#[from] OutputError),
+}
+
+pub(super) type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure, FigureError> + Send + Sync + 'a>);
+
+/// Draws figures in parallel and writes each as SVG and PNG.
+pub(super) fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureError> {
+    jobs.into_par_iter().try_for_each(|(name, job)| Ok(keep(folder, name, &job()?)?))
+}
+
+/// Writes a figure as SVG and PNG.
+pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure) -> Result<(), OutputError> {
+    folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
+    folder.write(&format!("{name}.png"), &figure.png)
+}
+
+/// A run's columns and times, as figures borrow them.
+struct Borrowed<'a> {
+    run: &'a Run,
+    ruptures_s: Vec<f64>,
+    alarms_s: Vec<f64>,
+}
+
+impl<'a> Borrowed<'a> {
+    fn of(run: &'a Run) -> Self {
+        Self {
+            run,
+            ruptures_s: run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect(),
+            alarms_s: run.metrics.alarms.iter().map(|alarm| alarm.time_s).collect(),
+        }
+    }
+
+    fn view(&self) -> RunView<'_> {
+        let trace = &self.run.trace;
+        RunView {
+            name: &self.run.scenario.name,
+            time_s: &trace.time_s,
+            master_position_m: &trace.master_position_m,
+            slave_position_m: &trace.slave_position_m,
+            operator_force_n: &trace.operator_force_n,
+            tissue_force_n: &trace.tissue_force_n,
+            feedback_force_n: &trace.feedback_force_n,
+            mode: &trace.mode,
+            rupture_times_s: &self.ruptures_s,
+            alarm_times_s: &self.alarms_s,
+        }
+    }
+
+    fn estimation(&self) -> EstimationView<'_> {
+        let trace = &self.run.trace;
+        let detector = &self.run.scenario.detector;
+        EstimationView {
+            name: &self.run.scenario.name,
+            time_s: &trace.time_s,
+            measured_force_n: &trace.measured_force_n,
+            residual_n: &trace.residual_n,
+            stiffness_n_per_m: &trace.stiffness_n_per_m,
+            damping_n_s_per_m: &trace.damping_n_s_per_m,
+            further: lent(&trace.further),
+            decision: &trace.decision,
+            threshold: detector.cusum.threshold,
+            decision_unit: shown_unit(detector.distance.kind.unit()),
+            rupture_times_s: &self.ruptures_s,
+            alarm_times_s: &self.alarms_s,
+        }
+    }
+}
+
+fn lent<'a>(further: &'a Option<(&'static str, Vec<f64>)>) -> Option<(&'static str, &'a [f64])> {
+    further.as_ref().map(|(name, column)| (*name, column.as_slice()))
+}
+
+fn shown_unit(unit: &'static str) -> &'static str {
+    if unit == "1" { "" } else { unit }
+}
+
+fn estimation_jobs<'a>(view: EstimationView<'a>) -> Vec<Job<'a>> {
+    vec![
+        ("estimation", Box::new(move || figures::estimation(&view))),
+        ("parameters", Box::new(move || figures::parameters(&view))),
+        ("decision", Box::new(move || figures::decision(&view))),
+        ("residual", Box::new(move || figures::residual_histogram(&view))),
+    ]
+}
+
+/// A run's figures: `teleoperation`, `estimation`, `parameters`, `decision`, `residual`. A run that ended before its
+/// first tick has none.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
+    if run.trace.is_empty() {
+        return Ok(());
+    }
+    let borrowed = Borrowed::of(run);
+    let mut jobs = estimation_jobs(borrowed.estimation());
+    let view = borrowed.view();
+    let whole = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
+    jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], whole))));
+    draw(folder, jobs)
+}
+
+/// A comparison's figures: `comparison`, the runs below one another, and `overlay`, the runs over one another.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn comparison_pictures(folder: &Folder, runs: &[Run]) -> Result<(), PictureError> {
+    let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(Borrowed::of).collect();
+    if borrowed.is_empty() {
+        return Ok(());
+    }
+    let views: Vec<_> = borrowed.iter().map(Borrowed::view).collect();
+    let views = &views;
+    draw(
+        folder,
+        vec![
+            ("comparison", Box::new(move || figures::comparison(views, None))),
+            ("overlay", Box::new(move || figures::overlay(views, None))),
+        ],
+    )
+}
+
+/// A detection's figures: `estimation`, `parameters`, `decision`, `residual`.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn detection_pictures(
+    folder: &Folder,
+    name: &str,
+    detection: &Detection,
+    report: &DetectionReport,
+    (threshold, unit): (f64, &'static str),
+) -> Result<(), PictureError> {
+    let alarms_s: Vec<f64> = report.alarms.iter().map(|alarm| alarm.time_s).collect();
+    draw(
+        folder,
+        estimation_jobs(EstimationView {
+            name,
+            time_s: &detection.time_s,
+            measured_force_n: &detection.measured_force_n,
+            residual_n: &detection.residual_n,
+            stiffness_n_per_m: &detection.stiffness_n_per_m,
+            damping_n_s_per_m: &detection.damping_n_s_per_m,
+            further: lent(&detection.further),
+            decision: &detection.decision,
+            threshold,
+            decision_unit: shown_unit(unit),
+            rupture_times_s: &report.labelled_ruptures_s,
+            alarm_times_s: &alarms_s,
+        }),
+    )
+}
+
+/// What a person with many recordings looks at first: `timeline`, a row per recording with its phases, ruptures and alarms (of
+/// the first [`MOST_ROWS`](figures::MOST_ROWS)); and `delays`, how late the alarms came, where any was matched to a label.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn detections_pictures(folder: &Folder, reports: &[(&str, &DetectionReport)]) -> Result<(), PictureError> {
+    if reports.is_empty() {
+        return Ok(());
+    }
+    let mut jobs: Vec<Job<'_>> = vec![(
+        "timeline",
+        Box::new(|| {
+            let shown = &reports[..reports.len().min(figures::MOST_ROWS)];
+            figures::timeline(&shown.iter().map(|(name, report)| timeline_row(name, report)).collect::<Vec<_>>())
+        }),
+    )];
+    let delays_s: Vec<f64> =
+        reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect();
+    if !delays_s.is_empty() {
+        jobs.push(("delays", Box::new(move || figures::delay_histogram(&delays_s))));
+    }
+    draw(folder, jobs)
+}
+
+fn timeline_row<'a>(name: &'a str, report: &DetectionReport) -> TimelineRow<'a> {
+    let shade = |phase| match phase {
+        Phase::Free => None,
+        Phase::Insertion => Some(Shade::Insertion),
+        Phase::Hold => Some(Shade::Hold),
+        Phase::Withdrawal => Some(Shade::Withdrawal),
+    };
+    let at = |sample: usize| sample as f64 * report.interval_s;
+    let stretches = report.stretches.iter();
+    TimelineRow {
+        name,
+        duration_s: report.duration_s,
+        shades: stretches.filter_map(|s| Some((at(s.samples.start), at(s.samples.end), shade(s.phase)?))).collect(),
+        rupture_times_s: report.labelled_ruptures_s.iter().map(|time| time - report.start_s).collect(),
+        alarm_times_s: report.alarms.iter().map(|alarm| alarm.time_s - report.start_s).collect(),
+    }
+}

@@ -1,0 +1,241 @@
+//! Operating characteristics in words, tables, CSV, JSON and a figure.
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+
+use super::figures::{self, CharacteristicView};
+use super::number::{show, significant};
+use super::pictures::{PictureError, keep};
+use super::tables::{quoted, shortest};
+use super::{Folder, Table};
+use trocar_sim::compare::Unit;
+use trocar_sim::roc::{Characteristics, Condition, Curve, Point};
+
+/// The share of ruptures at which false alarms are compared.
+const STATED_DETECTION: f64 = 0.995;
+
+/// The false alarms an hour at which detections are compared.
+const STATED_FALSE_ALARMS_PER_HOUR: f64 = 1.0;
+
+/// The tables: the detectors as they are set, at the stated operating points, and condition by condition.
+#[must_use]
+pub fn roc_text(roc: &Characteristics) -> String {
+    let mut text = heading(roc);
+    text.push_str("\nat their own thresholds\n");
+    let mut table = Table::new(["detector", "threshold", "detected in time", "each", "delay", "late", "false alarms"]);
+    for curve in &roc.all {
+        let Some(point) = curve.at_own_threshold() else { continue };
+        let each: Vec<String> = point.detection_of_each.iter().map(|share| percent(*share)).collect();
+        table.row([
+            curve.detector.to_owned(),
+            format!("{}{}", significant(curve.own_threshold), of_unit(curve.unit)),
+            detected(point),
+            if each.is_empty() { "—".into() } else { each.join(", ") },
+            delay(point),
+            format!("{}", point.late),
+            rate(point),
+        ]);
+    }
+    let _ = write!(text, "{table}\nat the threshold that suits best\n");
+    let detection = format!("false alarms at {} % detected", 100.0 * STATED_DETECTION);
+    let mut table =
+        Table::new(["detector", &detection, "delay", "detected at 1 false alarm/h", "delay", "at most detected"]);
+    for curve in &roc.all {
+        let at_detection = curve.at_detection(STATED_DETECTION);
+        let at_rate = curve.at_false_alarms_per_hour(STATED_FALSE_ALARMS_PER_HOUR);
+        let most = curve.points.iter().max_by_key(|point| point.detected);
+        table.row([
+            curve.detector.to_owned(),
+            at_detection.map_or("never reached".into(), rate),
+            at_detection.map_or("—".into(), delay),
+            at_rate.map_or("—".into(), detected),
+            at_rate.map_or("—".into(), delay),
+            most.and_then(|point| point.detection).map_or("—".into(), percent),
+        ]);
+    }
+    let _ = write!(text, "{table}");
+    if roc.conditions.len() > 1 {
+        let _ = write!(text, "\ndetected in time and false alarms at their own thresholds\n{}", by_condition(roc));
+    }
+    text
+}
+
+fn heading(roc: &Characteristics) -> String {
+    let point = roc.all.first().and_then(|curve| curve.points.first());
+    let (ruptures, hours) = point.map_or((0, 0.0), |point| (point.ruptures, point.hours));
+    let stopped = if roc.cases < roc.cases_planned {
+        format!("stopped after {} of {} cases\n", roc.cases, roc.cases_planned)
+    } else {
+        String::new()
+    };
+    format!(
+        "{stopped}{} cases in {} condition{}: {ruptures} ruptures, {} h without; in time is within {} ms\n",
+        roc.cases,
+        roc.conditions.len(),
+        if roc.conditions.len() == 1 { "" } else { "s" },
+        significant(hours),
+        significant(1e3 * roc.within_s),
+    )
+}
+
+fn by_condition(roc: &Characteristics) -> Table {
+    let detectors = roc.all.iter().map(|curve| curve.detector.to_owned());
+    let mut table = Table::new(std::iter::once("condition".to_owned()).chain(detectors));
+    for condition in &roc.conditions {
+        let of = |curve: &Curve| match curve.at_own_threshold() {
+            Some(point) => format!("{}, {}", point.detection.map_or("—".into(), percent), short_rate(point)),
+            None => "—".into(),
+        };
+        table.row(std::iter::once(named(condition)).chain(condition.curves.iter().map(of)));
+    }
+    table
+}
+
+/// A condition in a few words.
+fn named(condition: &Condition) -> String {
+    let mut name = format!("{} + {} N", condition.signal, condition.noise_std_n);
+    let parts = [
+        (condition.drop_n, 1.0, "N drop"),
+        (condition.sharpness_s, 1e3, "ms fall"),
+        (condition.depth_m, 1e3, "mm deep"),
+    ];
+    for (value, factor, what) in parts {
+        if let Some(value) = value {
+            let _ = write!(name, ", {} {what}", significant(factor * value));
+        }
+    }
+    name
+}
+
+fn of_unit(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+fn detected(point: &Point) -> String {
+    match (point.detection, point.detection_interval) {
+        (Some(share), Some((low, high))) => {
+            format!("{:.1} [{:.1}, {:.1}] %", 100.0 * share, 100.0 * low, 100.0 * high)
+        }
+        _ => "—".into(),
+    }
+}
+
+fn delay(point: &Point) -> String {
+    let (Some(median), Some(low), Some(high)) = (point.delay_median_s, point.delay_5_s, point.delay_95_s) else {
+        return "—".into();
+    };
+    let ms = |seconds: f64| show(Some(seconds), Unit::Second).trim_end_matches(" ms").to_owned();
+    format!("{} [{}, {}] ms", ms(median), ms(low), ms(high))
+}
+
+/// As many digits as a rate is known to.
+fn short(rate: f64) -> String {
+    if rate >= 100.0 { format!("{rate:.0}") } else { format!("{rate:.2}") }
+}
+
+/// False alarms an hour; a bound where none was seen.
+fn short_rate(point: &Point) -> String {
+    match (point.false_alarms_per_minute, point.false_alarms_per_minute_interval) {
+        (Some(rate), _) => format!("{}/h", short(60.0 * rate)),
+        (None, Some((_, high))) => format!("< {}/h", short(60.0 * high)),
+        (None, None) => "—".into(),
+    }
+}
+
+/// False alarms an hour with their interval; a bound where none was seen.
+fn rate(point: &Point) -> String {
+    let Some((low, high)) = point.false_alarms_per_minute_interval else { return "—".into() };
+    match point.false_alarms_per_minute {
+        None => format!("< {}/h", short(60.0 * high)),
+        Some(rate) => format!("{} [{}, {}]/h", short(60.0 * rate), short(60.0 * low), short(60.0 * high)),
+    }
+}
+
+/// `roc.csv`: a row per condition, detector and threshold, those of all conditions together first; empty where undefined.
+#[must_use]
+pub fn roc_csv(roc: &Characteristics) -> String {
+    let mut text = "signal,noise_std_n,drop_n,sharpness_s,depth_m,detector,unit,threshold,drift,cases,clean_cases,ruptures,\
+                    detected,late,detection,detection_low,detection_high,delay_median_s,delay_5_s,delay_95_s,\
+                    false_alarms,hours,false_alarms_per_minute,false_alarms_per_minute_low,false_alarms_per_minute_high\n"
+        .to_owned();
+    rows(&mut text, "all,,,,", &roc.all);
+    let cell = |value: Option<f64>| value.map_or(String::new(), shortest);
+    for condition in &roc.conditions {
+        let Condition { signal, noise_std_n, drop_n, sharpness_s, depth_m, curves } = condition;
+        let varied = [*drop_n, *sharpness_s, *depth_m].map(cell).join(",");
+        rows(&mut text, &format!("{},{},{varied}", quoted(signal), shortest(*noise_std_n)), curves);
+    }
+    text
+}
+
+fn rows(text: &mut String, condition: &str, curves: &[Curve]) {
+    for curve in curves {
+        for point in &curve.points {
+            let (low, high) = point.detection_interval.unzip();
+            let (least, most) = point.false_alarms_per_minute_interval.unzip();
+            let detection = [point.detection, low, high, point.delay_median_s, point.delay_5_s, point.delay_95_s];
+            let wrong = [point.false_alarms_per_minute, least, most];
+            let join = |values: &[Option<f64>]| {
+                let cells: Vec<String> = values.iter().map(|value| value.map_or(String::new(), shortest)).collect();
+                cells.join(",")
+            };
+            let _ = writeln!(
+                text,
+                "{condition},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+                curve.detector,
+                curve.unit,
+                shortest(point.threshold),
+                shortest(curve.drift),
+                point.cases,
+                point.clean_cases,
+                point.ruptures,
+                point.detected,
+                point.late,
+                join(&detection),
+                point.false_alarms,
+                shortest(point.hours),
+                join(&wrong),
+            );
+        }
+    }
+}
+
+/// `roc.json`: everything that came out, with what was asked.
+#[must_use]
+pub fn roc_json(roc: &Characteristics, seeds: u64) -> String {
+    super::json::render(&json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "seeds": seeds,
+        "stopped": roc.cases < roc.cases_planned,
+        "characteristics": roc,
+    }))
+}
+
+/// The figure `roc`: what each detector can do at best with at most so many false alarms, over all conditions together.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn roc_picture(folder: &Folder, roc: &Characteristics) -> Result<(), PictureError> {
+    let views: Vec<CharacteristicView<'_>> = roc
+        .all
+        .iter()
+        .map(|curve| {
+            let front = curve.front();
+            CharacteristicView {
+                name: curve.detector,
+                false_alarms_per_minute: front.iter().map(|p| p.false_alarms_per_minute.unwrap_or(0.0)).collect(),
+                detection: front.iter().map(|p| p.detection.unwrap_or(f64::NAN)).collect(),
+                delay_median_s: front.iter().map(|p| p.delay_median_s.unwrap_or(f64::NAN)).collect(),
+            }
+        })
+        .collect();
+    let hours = roc.all.first().and_then(|curve| curve.points.first()).map_or(0.0, |point| point.hours);
+    let least_per_minute = if hours > 0.0 { 1.0 / (60.0 * hours) } else { 1.0 };
+    let figure = figures::characteristic(&views, least_per_minute)?;
+    Ok(keep(folder, "roc", &figure)?)
+}

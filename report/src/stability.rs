@@ -1,0 +1,235 @@
+//! Stability in JSON, CSV and figures.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value as Json, json};
+
+use super::Folder;
+use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView};
+use super::pictures::{Job, PictureError, draw};
+use super::tables::shortest;
+use trocar_sim::lti::Complex64;
+use trocar_sim::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, gives_nothing};
+use trocar_sim::stability_check::{Check, StabilityStudy, Verdict};
+
+/// A verdict in a word.
+pub(super) fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Decays => "decays",
+        Verdict::Grows => "grows",
+        Verdict::Undecided => "undecided",
+    }
+}
+
+/// `stability.json`: everything but the points of map and ports, which the CSV files hold. What is undefined is `null`; a
+/// limit that was not reached within the search is `null` too, with `is_beyond_search`.
+#[must_use]
+pub fn stability_json(study: &StabilityStudy) -> String {
+    let StabilityStudy { name, left_out, analysis, map, switching, check } = study;
+    let Analysis { settings, mode, margins, limits, sensitivities, ports, sampled } = analysis;
+    let limit = |limit: &Limit| {
+        let largest = limit.largest();
+        json!({
+            "parameter": limit.parameter.key(),
+            "value": limit.value,
+            "largest_stable": largest.filter(|largest| largest.is_finite()),
+            "is_beyond_search": largest.is_some_and(f64::is_infinite),
+            "searched_to": limit.search.high,
+            "stable_ranges": limit.stable,
+        })
+    };
+    let axis = |axis: &Axis| {
+        let spacing = if axis.spacing == Spacing::Linear { "linear" } else { "log" };
+        let (low, high, count) = (axis.low, axis.high, axis.count);
+        json!({ "parameter": axis.parameter.key(), "low": low, "high": high, "count": count, "spacing": spacing })
+    };
+    let sensitivities: Vec<Json> = sensitivities
+        .iter()
+        .map(|s| json!({ "limit": s.limit.key(), "parameter": s.parameter.key(), "relative": s.relative }))
+        .collect();
+    let checked = check.as_ref().map(|check| {
+        let disagreements: Vec<Json> = check
+            .disagreements
+            .iter()
+            .map(|d| {
+                json!({
+                    "x": d.x, "y": d.y, "analytic_stable": d.analytic_stable,
+                    "simulated": word(d.simulated), "is_near_boundary": d.is_near_boundary,
+                })
+            })
+            .collect();
+        json!({
+            "runs": check.simulated.iter().flatten().count(),
+            "judged": check.judged,
+            "agreement": check.agreement(),
+            "disagreements": disagreements,
+        })
+    });
+    super::json::render(&json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "scenario": name,
+        "left_out": left_out,
+        "stiffness_n_per_m": settings.stiffness_n_per_m,
+        "damping_n_s_per_m": settings.damping_n_s_per_m,
+        "is_stable": analysis.is_stable(),
+        "mode": {
+            "pole": [mode.pole.re, mode.pole.im],
+            "spectral_radius": mode.spectral_radius,
+            "damping_ratio": mode.damping_ratio,
+            "frequency_hz": mode.frequency_hz,
+            "growth_per_s": mode.growth_per_s,
+        },
+        "margins": {
+            "gain": margins.gain,
+            "gain_frequency_hz": margins.gain_frequency_hz,
+            "gain_below": margins.gain_below,
+            "phase_rad": margins.phase_rad,
+            "phase_frequency_hz": margins.phase_frequency_hz,
+            "delay_s": margins.delay_s,
+        },
+        "limits": limits.iter().map(limit).collect::<Vec<_>>(),
+        "sensitivities": sensitivities,
+        "ports": {
+            "is_absolutely_stable": all(ports, |point| point.is_absolutely_stable),
+            "is_passive": all(ports, |point| point.is_passive),
+            "hand_port_is_passive_in_free_motion": all(ports, |point| gives_nothing(point.hybrid.h[0][0])),
+            "hand_port_is_passive_in_tissue": all(ports, |point| gives_nothing(point.transmitted)),
+            "needle_port_is_passive": all(ports, |point| gives_nothing(point.hybrid.h[1][1])),
+        },
+        "sampled_data": sampled.map(|bound| json!({
+            "least_damping_n_s_per_m": bound.least_damping_n_s_per_m,
+            "damping_n_s_per_m": bound.damping_n_s_per_m,
+            "is_passive": bound.is_passive(),
+        })),
+        "switching": super::switching::switching_object(switching),
+        "map": { "x": axis(&map.x), "y": axis(&map.y), "stable_share": map.stable_share() },
+        "simulated": checked,
+    }))
+}
+
+/// Whether something holds at every frequency; `None` without any.
+pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
+    (!ports.is_empty()).then(|| ports.iter().all(holds))
+}
+
+/// `sensitivities.csv`: the percentage by which each limit changes with a per cent of each parameter.
+#[must_use]
+pub fn sensitivities_csv(analysis: &Analysis) -> String {
+    let mut text = "limit,parameter,relative_sensitivity\n".to_owned();
+    for s in &analysis.sensitivities {
+        let value = s.relative.map_or(String::new(), shortest);
+        let _ = writeln!(text, "{},{},{value}", s.limit.key(), s.parameter.key());
+    }
+    text
+}
+
+/// `stability_map.csv`: a row per point, with the run's verdict where there was one.
+#[must_use]
+pub fn map_csv(map: &StabilityMap, check: Option<&Check>) -> String {
+    let (x, y) = (map.x.parameter.key(), map.y.parameter.key());
+    let mut text = format!("{x},{y},stable{}\n", if check.is_some() { ",simulated" } else { "" });
+    for row in 0..map.y.count {
+        for column in 0..map.x.count {
+            let (x, y) = (shortest(map.x.value(column)), shortest(map.y.value(row)));
+            let _ = write!(text, "{x},{y},{}", u8::from(map.is_stable(column, row)));
+            if let Some(check) = check {
+                let verdict = check.simulated[row * map.x.count + column];
+                let _ = write!(text, ",{}", verdict.map_or("", word));
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// `stability_boundary.csv`: the two ends of each piece of the boundary.
+#[must_use]
+pub fn boundary_csv(map: &StabilityMap) -> String {
+    let (x, y) = (map.x.parameter.key(), map.y.parameter.key());
+    let mut text = format!("{x}_from,{y}_from,{x}_to,{y}_to\n");
+    for [from, to] in &map.boundary {
+        let cells = [from.0, from.1, to.0, to.1].map(shortest);
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    text
+}
+
+/// `ports.csv`: the two-port at each frequency.
+#[must_use]
+pub fn ports_csv(analysis: &Analysis) -> String {
+    let mut text = "frequency_hz,h11_re,h11_im,h12_re,h12_im,h21_re,h21_im,h22_re,h22_im,llewellyn,absolutely_stable,\
+                    passive,transmitted_re,transmitted_im,ideal_re,ideal_im,stiffest_re,stiffest_im\n"
+        .to_owned();
+    for point in &analysis.ports {
+        let [[h11, h12], [h21, h22]] = point.hybrid.h;
+        let parts = |values: &[Complex64]| {
+            let cells: Vec<String> = values.iter().flat_map(|v| [shortest(v.re), shortest(v.im)]).collect();
+            cells.join(",")
+        };
+        let llewellyn = point.hybrid.llewellyn();
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{}",
+            shortest(point.frequency_hz),
+            parts(&[h11, h12, h21, h22]),
+            if llewellyn.is_finite() { shortest(llewellyn) } else { String::new() },
+            u8::from(point.is_absolutely_stable),
+            u8::from(point.is_passive),
+            parts(&[point.transmitted, point.ideal]),
+            point.hybrid.stiffest().map_or(",".into(), |stiffest| parts(&[stiffest])),
+        );
+    }
+    text
+}
+
+/// The figures `stability` (the map) and `ports`, the latter where there is a two-port.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn stability_pictures(folder: &Folder, study: &StabilityStudy) -> Result<(), PictureError> {
+    let mut jobs: Vec<Job<'_>> = vec![("stability", Box::new(|| map_figure(study)))];
+    if !study.analysis.ports.is_empty() {
+        jobs.push(("ports", Box::new(|| ports_figure(&study.analysis.ports))));
+    }
+    draw(folder, jobs)
+}
+
+fn map_figure(study: &StabilityStudy) -> Result<Figure, FigureError> {
+    let StabilityStudy { analysis, map, check, .. } = study;
+    let values = |axis: &Axis| -> Vec<f64> { (0..axis.count).map(|index| axis.value(index)).collect() };
+    let (across, upwards) = (values(&map.x), values(&map.y));
+    let view = |axis: &Axis, values| MapAxisView {
+        caption: axis.parameter.caption(),
+        values,
+        is_logarithmic: axis.spacing == Spacing::Logarithmic,
+        here: analysis.settings.get(axis.parameter),
+    };
+    let grew: Vec<Option<bool>> = check.as_ref().map_or(vec![], |check| {
+        let grew = |verdict: &Option<Verdict>| match verdict {
+            Some(Verdict::Decays) => Some(false),
+            Some(Verdict::Grows) => Some(true),
+            _ => None,
+        };
+        check.simulated.iter().map(grew).collect()
+    });
+    figures::stability_map(&MapView {
+        x: view(&map.x, &across),
+        y: view(&map.y, &upwards),
+        stable: &map.stable,
+        boundary: &map.boundary,
+        grew: &grew,
+    })
+}
+
+fn ports_figure(ports: &[PortPoint]) -> Result<Figure, FigureError> {
+    let column = |of: fn(&PortPoint) -> f64| ports.iter().map(of).collect::<Vec<f64>>();
+    figures::ports(&PortsView {
+        frequency_hz: column(|point| point.frequency_hz),
+        transmitted: column(|point| point.transmitted.norm()),
+        ideal: column(|point| point.ideal.norm()),
+        free: column(|point| point.hybrid.h[0][0].norm()),
+        llewellyn: column(|point| point.hybrid.llewellyn()),
+        transmitted_cosine: column(|point| point.transmitted.re / point.transmitted.norm()),
+        free_cosine: column(|point| point.hybrid.h[0][0].re / point.hybrid.h[0][0].norm()),
+    })
+}

@@ -1,0 +1,233 @@
+//! Stability in words and tables.
+
+use std::fmt::Write as _;
+
+use super::Table;
+use super::number::significant;
+use super::stability::{all, word};
+use trocar_sim::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, gives_nothing};
+use trocar_sim::stability_check::{Check, StabilityStudy};
+
+/// Frequencies in Hz at which impedances are printed.
+const SHOWN_HZ: [f64; 4] = [0.5, 1.0, 5.0, 10.0];
+
+/// How many disagreements are printed.
+const SHOWN_DISAGREEMENTS: usize = 20;
+
+/// How many parameters are listed for each limit.
+const SHOWN_SENSITIVITIES: usize = 3;
+
+/// The tables.
+#[must_use]
+pub fn stability_text(study: &StabilityStudy) -> String {
+    let StabilityStudy { name, left_out, analysis, map, switching, check } = study;
+    let settings = &analysis.settings;
+    let mut text = format!(
+        "{name}: {} in permanent contact with {} N/m and {} N·s/m\n",
+        if analysis.is_stable() { "stable" } else { "not stable" },
+        significant(settings.stiffness_n_per_m),
+        significant(settings.damping_n_s_per_m),
+    );
+    if !left_out.is_empty() {
+        let _ = writeln!(text, "not in the linear loop: {}", left_out.join("; "));
+    }
+    let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
+    let _ = write!(text, "\n{}\n{}{}", port_table(analysis), each_port(analysis), sampled(analysis));
+    let _ = write!(text, "\n{}\n", super::switching_text(switching));
+    let stable = 100.0 * map.stable_share();
+    let _ = writeln!(
+        text,
+        "map: {} by {}, {} x {} points, {stable:.1} % stable",
+        map.x.parameter.key(),
+        map.y.parameter.key(),
+        map.x.count,
+        map.y.count,
+    );
+    if let Some(check) = check {
+        text.push_str(&checked(map, check));
+    }
+    text
+}
+
+/// A line of the loop's table: what, its value, where; and what it means, in a sentence.
+pub(super) type LoopLine = ([String; 3], &'static str);
+
+/// What is said of the loop.
+pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
+    let (mode, margins) = (&analysis.mode, &analysis.margins);
+    let shown = |value: Option<f64>, factor: f64, unit: &str| {
+        value.map_or("—".into(), |value| format!("{}{unit}", significant(factor * value)))
+    };
+    let hertz = |frequency: Option<f64>| shown(frequency, 1.0, " Hz");
+    vec![
+        (
+            ["spectral radius".into(), format!("{:.6}", mode.spectral_radius), String::new()],
+            "The magnitude of the slowest pole per tick; below 1 motions die out.",
+        ),
+        (
+            [
+                "dominant mode: damping ratio".into(),
+                significant(mode.damping_ratio),
+                format!("{} Hz", significant(mode.frequency_hz)),
+            ],
+            "How fast the slowest motion dies out, of its frequency; below 0 it grows.",
+        ),
+        (
+            ["dominant mode: growth".into(), format!("{} 1/s", significant(mode.growth_per_s)), String::new()],
+            "The rate at which the slowest motion grows; below 0 it dies out.",
+        ),
+        (
+            ["gain margin".into(), shown(margins.gain, 1.0, " times"), hertz(margins.gain_frequency_hz)],
+            "The factor by which the loop's gain may change before motions no longer die out.",
+        ),
+        (
+            [
+                "phase margin".into(),
+                shown(margins.phase_rad.map(f64::to_degrees), 1.0, "°"),
+                hertz(margins.phase_frequency_hz),
+            ],
+            "The phase that the loop may lose before motions no longer die out.",
+        ),
+        (
+            ["delay margin, around the loop".into(), shown(margins.delay_s, 1e3, " ms"), String::new()],
+            "The delay around the loop that may be added before motions no longer die out.",
+        ),
+    ]
+}
+
+fn loop_table(analysis: &Analysis) -> Table {
+    let mut table = Table::new(["loop", "", "at"]);
+    for (cells, _) in loop_lines(analysis) {
+        table.row(cells);
+    }
+    table
+}
+
+pub(super) fn limit_table(analysis: &Analysis) -> Table {
+    let mut table = Table::new(["parameter", "now", "largest stable", "moved most by (% per %)"]);
+    for limit in &analysis.limits {
+        let mut strongest: Vec<(Parameter, f64)> = analysis
+            .sensitivities
+            .iter()
+            .filter(|s| s.limit == limit.parameter)
+            .filter_map(|s| Some((s.parameter, s.relative?)))
+            .collect();
+        strongest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        let strongest: Vec<String> = strongest
+            .iter()
+            .take(SHOWN_SENSITIVITIES)
+            .map(|(parameter, relative)| format!("{} {relative:+.2}", parameter.key()))
+            .collect();
+        table.row([limit.parameter.key().into(), significant(limit.value), largest(limit), strongest.join(", ")]);
+    }
+    table.flush_left()
+}
+
+fn largest(limit: &Limit) -> String {
+    let value = match limit.largest() {
+        None => "none".into(),
+        Some(largest) if largest.is_infinite() => format!("above {}", significant(limit.search.high)),
+        Some(largest) => significant(largest),
+    };
+    let ranges = limit.stable.iter().map(|(from, to)| format!("{} to {}", significant(*from), significant(*to)));
+    if limit.is_not_all() { format!("{value} (stable: {})", ranges.collect::<Vec<_>>().join(", ")) } else { value }
+}
+
+pub(super) fn port_table(analysis: &Analysis) -> Table {
+    let mut table = Table::new([
+        "ports",
+        "|felt free|",
+        "|felt in tissue|",
+        "|tissue, scaled|",
+        "η",
+        "any hand and tissue",
+        "passive",
+    ]);
+    for shown_hz in SHOWN_HZ {
+        let distance = |point: &&PortPoint| (point.frequency_hz / shown_hz).ln().abs();
+        let Some(point) = analysis.ports.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else { continue };
+        let yes = |holds: bool| if holds { "yes" } else { "no" }.to_owned();
+        let impedance = |norm: f64| format!("{} N·s/m", significant(norm));
+        table.row([
+            format!("{} Hz", significant(point.frequency_hz)),
+            impedance(point.hybrid.h[0][0].norm()),
+            impedance(point.transmitted.norm()),
+            impedance(point.ideal.norm()),
+            significant(point.hybrid.llewellyn()),
+            yes(point.is_absolutely_stable),
+            yes(point.is_passive),
+        ]);
+    }
+    table.row([
+        "at every frequency".to_owned(),
+        String::new(),
+        String::new(),
+        String::new(),
+        String::new(),
+        answer(all(&analysis.ports, |point| point.is_absolutely_stable)),
+        answer(all(&analysis.ports, |point| point.is_passive)),
+    ]);
+    table
+}
+
+fn answer(holds: Option<bool>) -> String {
+    match holds {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "—",
+    }
+    .into()
+}
+
+/// Whether each port, the other one as it is, gives no power away at any frequency.
+pub(super) fn each_port(analysis: &Analysis) -> String {
+    let ports = &analysis.ports;
+    format!(
+        "passive at the hand in free motion: {}, in the tissue: {}; at the needle with the hand still: {}\n",
+        answer(all(ports, |point| gives_nothing(point.hybrid.h[0][0]))),
+        answer(all(ports, |point| gives_nothing(point.transmitted))),
+        answer(all(ports, |point| gives_nothing(point.hybrid.h[1][1]))),
+    )
+}
+
+pub(super) fn sampled(analysis: &Analysis) -> String {
+    let Some(bound) = analysis.sampled else {
+        return "sampled-data passivity: the condition does not apply (it takes a force of the sampled position alone)\n".into();
+    };
+    format!(
+        "sampled-data passivity: takes {} N·s/m at the master, which has {}: {}\n",
+        significant(bound.least_damping_n_s_per_m),
+        significant(bound.damping_n_s_per_m),
+        if bound.is_passive() { "passive" } else { "not passive" },
+    )
+}
+
+pub(super) fn checked(map: &StabilityMap, check: &Check) -> String {
+    let runs = check.simulated.iter().flatten().count();
+    let apart = check.disagreements.iter().filter(|d| !d.is_near_boundary).count();
+    let mut text = format!(
+        "engine: {runs} runs, {} of them not within 0.5 % of the boundary; of these {apart} disagree{}\n",
+        check.judged,
+        check.agreement().map_or(String::new(), |share| format!(", {:.3} % agree", 100.0 * share)),
+    );
+    if check.disagreements.is_empty() {
+        return text;
+    }
+    let mut table =
+        Table::new([map.x.parameter.key(), map.y.parameter.key(), "matrices", "engine", "near the boundary"]);
+    for d in check.disagreements.iter().take(SHOWN_DISAGREEMENTS) {
+        table.row([
+            significant(d.x),
+            significant(d.y),
+            if d.analytic_stable { "stable" } else { "not stable" }.to_owned(),
+            word(d.simulated).to_owned(),
+            if d.is_near_boundary { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    let _ = write!(text, "\n{table}");
+    let more = check.disagreements.len().saturating_sub(SHOWN_DISAGREEMENTS);
+    if more > 0 {
+        let _ = writeln!(text, "and {more} more, in stability.json");
+    }
+    text
+}

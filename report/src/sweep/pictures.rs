@@ -1,0 +1,43 @@
+//! A sweep's figures, and the numbers behind each.
+
+use super::text::{heat_map_csv, tornado_csv};
+use crate::figures::{self, AxisView, HeatView, TornadoView};
+use crate::number::readable;
+use crate::pictures::keep;
+use crate::{Folder, PictureError};
+use trocar_sim::sweep::{Design, Findings};
+
+/// Writes `tornado.svg`, `.png` and `.csv`, and for each metric in focus `heat_` and its name likewise.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> Result<(), PictureError> {
+    for map in &findings.heat_maps {
+        let column = &design.columns[map.column];
+        let (factor, unit) = readable(column.unit);
+        let caption = if unit.is_empty() { column.name.clone() } else { format!("{} in{unit}", column.name) };
+        let axis = |axis: usize| AxisView { name: design.axes[axis].key.path, log: design.axes[axis].is_log() };
+        let means: Vec<f64> = map.cells.iter().map(|cell| factor * cell.mean.unwrap_or(f64::NAN)).collect();
+        let x: Vec<f64> = map.cells.iter().take(map.x_count).map(|cell| cell.x).collect();
+        let y: Vec<f64> = map.cells.iter().step_by(map.x_count.max(1)).map(|cell| cell.y).collect();
+        let view = HeatView { caption: &caption, axes: [axis(map.x_axis), axis(map.y_axis)], x, y, means: &means };
+        let figure = figures::heat_map(&view)?;
+        let name = format!("heat_{}", column.name);
+        folder.write(&format!("{name}.csv"), heat_map_csv(design, map).as_bytes())?;
+        keep(folder, &name, &figure)?;
+    }
+    if design.axes.is_empty() {
+        return Ok(());
+    }
+    let views: Vec<TornadoView<'_>> = findings
+        .influences
+        .iter()
+        .map(|influences| TornadoView {
+            metric: &design.columns[influences.column].name,
+            bars: influences.of_axes.iter().map(|i| (i.axis, i.first_order, i.rank_regression)).collect(),
+        })
+        .collect();
+    let figure = figures::tornado(&views)?;
+    folder.write("tornado.csv", tornado_csv(design, findings).as_bytes())?;
+    Ok(keep(folder, "tornado", &figure)?)
+}

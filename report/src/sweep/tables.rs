@@ -1,0 +1,195 @@
+//! A sweep's rows as Parquet and as CSV: the number of the case, its values and its seed, how it ended, what is kept of it.
+
+use std::io::{self, Write};
+use std::sync::Arc;
+
+use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+use crate::tables::{quoted, shortest};
+use trocar_sim::scenario::Value;
+use trocar_sim::sweep::{AxisColumn, Design, Outcome, Rows, SweepError, text};
+
+/// Rows that are held in memory at once.
+const GROUP_ROWS: usize = 1 << 16;
+
+/// A column of a group of rows.
+enum Column {
+    Given(AxisColumn),
+    /// Numbers, NaN where there is none; whole ones if so.
+    Metric(Vec<f64>, bool),
+}
+
+impl Column {
+    fn field(&self, name: &str) -> Result<Arc<Type>, ParquetError> {
+        let (physical, converted) = match self {
+            Self::Given(AxisColumn::Whole(_)) | Self::Metric(_, true) => (Physical::INT64, ConvertedType::NONE),
+            Self::Given(AxisColumn::Number(_)) | Self::Metric(_, false) => (Physical::DOUBLE, ConvertedType::NONE),
+            Self::Given(AxisColumn::Text(_)) => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
+            Self::Given(AxisColumn::Flag(_)) => (Physical::BOOLEAN, ConvertedType::NONE),
+        };
+        let is_optional = matches!(self, Self::Metric(..));
+        let repetition = if is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+        let field = Type::primitive_type_builder(name, physical).with_converted_type(converted);
+        Ok(Arc::new(field.with_repetition(repetition).build()?))
+    }
+}
+
+/// The names of all columns.
+fn names(design: &Design) -> Vec<String> {
+    let axes = design.axes.iter().map(|axis| axis.key.path.to_owned());
+    let metrics = design.columns.iter().map(|column| column.name.clone());
+    std::iter::once("case".to_owned())
+        .chain(axes)
+        .chain(["seed".to_owned(), "outcome".to_owned()])
+        .chain(metrics)
+        .collect()
+}
+
+/// A sweep's columns, a group of rows at a time.
+struct Group<'a> {
+    design: &'a Design,
+    columns: Vec<Column>,
+    rows: usize,
+}
+
+impl<'a> Group<'a> {
+    fn new(design: &'a Design) -> Self {
+        let (case, seed, outcome) = (AxisColumn::Whole(vec![]), AxisColumn::Whole(vec![]), AxisColumn::Text(vec![]));
+        let given = std::iter::once(case).chain(design.axes.iter().map(AxisColumn::of)).chain([seed, outcome]);
+        let mut columns: Vec<Column> = given.map(Column::Given).collect();
+        columns.extend(design.columns.iter().map(|column| Column::Metric(vec![], column.is_count())));
+        Self { design, columns, rows: 0 }
+    }
+
+    fn push(&mut self, case: u64, values: &[Value], outcome: Outcome, metrics: &[f64]) {
+        let seed = self.design.seed(case);
+        let given = [Value::Whole(case)].into_iter().chain(values.iter().cloned());
+        let given = given.chain([Value::Whole(seed), Value::Text(outcome.word().into())]);
+        let (mut given, mut metrics) = (given, metrics.iter());
+        for column in &mut self.columns {
+            match column {
+                Column::Given(column) => given.by_ref().take(1).for_each(|value| column.push(&value)),
+                Column::Metric(column, _) => column.extend(metrics.next()),
+            }
+        }
+        self.rows += 1;
+    }
+
+    fn write<W: Write + Send>(&mut self, file: &mut SerializedFileWriter<W>) -> Result<(), ParquetError> {
+        let mut group = file.next_row_group()?;
+        for column in &mut self.columns {
+            let Some(mut writer) = group.next_column()? else { break };
+            match column {
+                Column::Given(AxisColumn::Whole(values)) => {
+                    writer.typed::<Int64Type>().write_batch(values, None, None)?;
+                }
+                Column::Given(AxisColumn::Number(values)) => {
+                    writer.typed::<DoubleType>().write_batch(values, None, None)?;
+                }
+                Column::Given(AxisColumn::Text(values)) => {
+                    let texts: Vec<ByteArray> = values.drain(..).map(|text| text.into_bytes().into()).collect();
+                    writer.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
+                }
+                Column::Given(AxisColumn::Flag(values)) => {
+                    writer.typed::<BoolType>().write_batch(values, None, None)?;
+                }
+                Column::Metric(values, is_count) => {
+                    let levels: Vec<i16> = values.iter().map(|value| i16::from(!value.is_nan())).collect();
+                    let defined = values.iter().filter(|value| !value.is_nan());
+                    if *is_count {
+                        let whole: Vec<i64> = defined.map(|value| *value as i64).collect();
+                        writer.typed::<Int64Type>().write_batch(&whole, Some(&levels), None)?;
+                    } else {
+                        let numbers: Vec<f64> = defined.copied().collect();
+                        writer.typed::<DoubleType>().write_batch(&numbers, Some(&levels), None)?;
+                    }
+                }
+            }
+            writer.close()?;
+        }
+        group.close()?;
+        for column in &mut self.columns {
+            match column {
+                Column::Given(values) => values.clear(),
+                Column::Metric(values, _) => values.clear(),
+            }
+        }
+        self.rows = 0;
+        Ok(())
+    }
+}
+
+/// The rows as Parquet. The same rows give the same bytes.
+///
+/// # Errors
+/// Those of the rows, as they are; those of the writer within [`io::Error`].
+pub fn write_sweep_parquet(
+    design: &Design,
+    hash: &str,
+    rows: &Rows,
+    out: &mut (dyn Write + Send),
+) -> Result<(), SweepError> {
+    let failed = |error: ParquetError| SweepError::Io { path: "cases.parquet".into(), source: io::Error::other(error) };
+    let mut group = Group::new(design);
+    let fields: Result<Vec<_>, _> = names(design).iter().zip(&group.columns).map(|(name, c)| c.field(name)).collect();
+    let schema =
+        fields.and_then(|fields| Type::group_type_builder("sweep").with_fields(fields).build()).map_err(failed)?;
+    let about = vec![KeyValue::new("trocar.sweep_sha256".to_owned(), hash.to_owned())];
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_created_by(format!("trocar {}", env!("CARGO_PKG_VERSION")))
+        .set_key_value_metadata(Some(about))
+        .build();
+    let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties)).map_err(failed)?;
+    let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+    rows.each(|case, outcome, metrics| {
+        sampler.values(case, &mut shares, &mut values);
+        group.push(case, &values, outcome, metrics);
+        if group.rows == GROUP_ROWS { group.write(&mut file).map_err(failed) } else { Ok(()) }
+    })?;
+    if group.rows > 0 {
+        group.write(&mut file).map_err(failed)?;
+    }
+    file.close().map_err(failed)?;
+    Ok(())
+}
+
+/// The rows as CSV, floats in the shortest form that reads back the same; empty where undefined.
+///
+/// # Errors
+/// Those of the rows, as they are; those of the writer within [`io::Error`].
+pub fn write_sweep_csv(design: &Design, rows: &Rows, out: &mut dyn Write) -> Result<(), SweepError> {
+    let failed = |source: io::Error| SweepError::Io { path: "cases.csv".into(), source };
+    writeln!(out, "{}", names(design).join(",")).map_err(failed)?;
+    let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+    let (mut line, mut buffer) = (String::new(), ryu::Buffer::new());
+    rows.each(|case, outcome, metrics| {
+        sampler.values(case, &mut shares, &mut values);
+        line.clear();
+        line.push_str(&case.to_string());
+        for value in &values {
+            line.push(',');
+            match value {
+                Value::Number(number) => line.push_str(buffer.format(*number)),
+                other => line.push_str(&quoted(&text(other))),
+            }
+        }
+        line.push_str(&format!(",{},{}", design.seed(case), outcome.word()));
+        for (column, metric) in design.columns.iter().zip(metrics) {
+            line.push(',');
+            if column.is_count() && !metric.is_nan() {
+                line.push_str(&(*metric as i64).to_string());
+            } else if !metric.is_nan() {
+                line.push_str(&shortest(*metric));
+            }
+        }
+        line.push('\n');
+        out.write_all(line.as_bytes()).map_err(failed)
+    })
+}

@@ -1,0 +1,188 @@
+//! A sweep's findings in words, CSV and JSON.
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+
+use trocar_sim::compare::Unit;
+use crate::number::{readable, show, significant};
+use crate::tables::shortest;
+use crate::{Table, json};
+use trocar_sim::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
+
+/// What a metric's row tells.
+pub(crate) const SUMMARY_HEADING: [&str; 6] =
+    ["metric", "defined", "median [95 %]", "5 % to 95 %", "least to greatest", "mean ± 95 %"];
+
+/// The tables: how each metric spreads, and what those in focus depend on.
+#[must_use]
+pub fn sweep_text(design: &Design, findings: &Findings) -> String {
+    let mut text = heading(design, findings);
+    let mut table = Table::new(SUMMARY_HEADING);
+    for summary in &findings.summaries {
+        table.row(summary_row(summary));
+    }
+    let _ = write!(text, "\n{table}");
+    if !design.axes.is_empty() {
+        let mut table =
+            Table::new(["what matters for", "axis", "first-order Sobol index", "rank regression", "its R²"]);
+        for influences in &findings.influences {
+            let metric = &design.columns[influences.column].name;
+            for (place, influence) in influences.of_axes.iter().enumerate() {
+                let of_first = |text: String| if place == 0 { text } else { String::new() };
+                table.row([
+                    of_first(metric.clone()),
+                    influence.axis.to_owned(),
+                    share(influence.first_order),
+                    coefficient(influence.rank_regression),
+                    of_first(share(influences.rank_r_squared)),
+                ]);
+            }
+        }
+        let _ = write!(text, "\n{table}");
+    }
+    text
+}
+
+pub(crate) fn heading(design: &Design, findings: &Findings) -> String {
+    let axes: Vec<&str> = design.axes.iter().map(|axis| axis.key.path).collect();
+    let points = design.points().unwrap_or(0);
+    let mut text = format!(
+        "{}: {} cases, {points} points ({}) with {} seed{} each, over {}\n",
+        design.name,
+        findings.cases,
+        design.filling.word(),
+        design.seeds,
+        if design.seeds == 1 { "" } else { "s" },
+        if axes.is_empty() { "no axis".to_owned() } else { axes.join(", ") },
+    );
+    if findings.diverged > 0 || findings.failed > 0 {
+        let (diverged, failed) = (findings.diverged, findings.failed);
+        let _ = writeln!(text, "{diverged} cases diverged, {failed} could not be integrated");
+    }
+    text
+}
+
+pub(crate) fn summary_row(summary: &Summary) -> [String; 6] {
+    let name = summary.metric.clone();
+    let defined = summary.defined.to_string();
+    let Some(spread) = &summary.spread else {
+        return [name, defined, "—".into(), "—".into(), "—".into(), "—".into()];
+    };
+    let (factor, unit) = readable(summary.unit);
+    let number = |value: f64| {
+        if summary.unit == Unit::Count && value.fract() == 0.0 {
+            format!("{value}")
+        } else {
+            significant(factor * value)
+        }
+    };
+    let Spread { least, quantile_5, median, quantile_95, greatest, median_low, median_high, mean, mean_reach, .. } =
+        spread;
+    [
+        name,
+        defined,
+        format!("{} [{}, {}]{unit}", number(*median), number(*median_low), number(*median_high)),
+        format!("{} to {}{unit}", number(*quantile_5), number(*quantile_95)),
+        format!("{} to {}{unit}", number(*least), number(*greatest)),
+        format!("{} ± {}{unit}", significant(factor * mean), significant(factor * mean_reach)),
+    ]
+}
+
+fn share(value: Option<f64>) -> String {
+    show(value, Unit::Share)
+}
+
+fn coefficient(value: Option<f64>) -> String {
+    value.map_or("—".into(), |value| format!("{value:+.3}"))
+}
+
+/// `summary.csv`: a row per metric, SI units; empty where undefined.
+#[must_use]
+pub fn sweep_summary_csv(findings: &Findings) -> String {
+    let mut text = "metric,unit,defined,least,quantile_2_5,quantile_5,quantile_25,median,quantile_75,quantile_95,\
+                    quantile_97_5,greatest,median_low,median_high,mean,mean_reach,standard_deviation\n"
+        .to_owned();
+    for Summary { metric, unit, defined, spread } in &findings.summaries {
+        let numbers = spread.map(|s| {
+            [
+                s.least,
+                s.quantile_2_5,
+                s.quantile_5,
+                s.quantile_25,
+                s.median,
+                s.quantile_75,
+                s.quantile_95,
+                s.quantile_97_5,
+                s.greatest,
+                s.median_low,
+                s.median_high,
+                s.mean,
+                s.mean_reach,
+                s.standard_deviation,
+            ]
+        });
+        let cells = numbers.map_or_else(|| ",".repeat(13), |numbers| numbers.map(shortest).join(","));
+        let _ = writeln!(text, "{metric},{},{defined},{cells}", unit.si());
+    }
+    text
+}
+
+/// `tornado.csv`: what each metric in focus depends on; empty where undefined.
+#[must_use]
+pub fn tornado_csv(design: &Design, findings: &Findings) -> String {
+    let mut text = "metric,axis,first_order_sobol,rank_regression,rank_r_squared,ranked\n".to_owned();
+    let cell = |value: Option<f64>| value.map_or(String::new(), shortest);
+    for influences in &findings.influences {
+        let metric = &design.columns[influences.column].name;
+        for Influence { axis, first_order, rank_regression } in &influences.of_axes {
+            let numbers = [*first_order, *rank_regression, influences.rank_r_squared].map(cell).join(",");
+            let _ = writeln!(text, "{metric},{axis},{numbers},{}", influences.ranked);
+        }
+    }
+    text
+}
+
+/// The cells of a heat map; empty where undefined.
+#[must_use]
+pub fn heat_map_csv(design: &Design, map: &HeatMap) -> String {
+    let [x, y] = [map.x_axis, map.y_axis].map(|axis| design.axes[axis].key.path);
+    let name = &design.columns[map.column].name;
+    let mut text = format!("{x},{y},defined,{name},mean_reach\n");
+    let cell = |value: Option<f64>| value.map_or(String::new(), shortest);
+    for c in &map.cells {
+        let (mean, reach) = (cell(c.mean), cell(c.mean_reach));
+        let _ = writeln!(text, "{},{},{},{mean},{reach}", shortest(c.x), shortest(c.y), c.defined);
+    }
+    text
+}
+
+/// `summary.json`: everything that came out but the rows.
+#[must_use]
+pub fn sweep_json(design: &Design, hash: &str, findings: &Findings) -> String {
+    let named = |index: usize| design.columns[index].name.as_str();
+    let influences: Vec<_> = findings
+        .influences
+        .iter()
+        .map(|influences| {
+            json!({
+                "metric": named(influences.column),
+                "of_axes": influences.of_axes,
+                "rank_r_squared": influences.rank_r_squared,
+                "ranked": influences.ranked,
+            })
+        })
+        .collect();
+    json::render(&json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "sweep": design.name,
+        "sweep_sha256": hash,
+        "cases": findings.cases,
+        "points": design.points(),
+        "seeds": design.seeds,
+        "diverged": findings.diverged,
+        "failed": findings.failed,
+        "metrics": findings.summaries,
+        "influences": influences,
+    }))
+}

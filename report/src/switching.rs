@@ -1,0 +1,249 @@
+//! The switching in words, tables, JSON, CSV and a figure.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value as Json, json};
+
+use super::figures::{self, SwitchingView};
+use super::number::significant;
+use super::pictures::{PictureError, keep};
+use super::tables::shortest;
+use super::{Folder, Table};
+use trocar_sim::augmentation::Reengage;
+use trocar_sim::stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching};
+
+fn policy(reengage: Reengage) -> &'static str {
+    match reengage {
+        Reengage::Ramp { .. } => "ramp",
+        Reengage::Clutch => "clutch",
+        Reengage::Snap => "snap",
+    }
+}
+
+/// A number of ticks in s.
+pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
+    // Without the last digits of the product, which a tick of 0.001 s has.
+    (ticks as f64 * switching.settings.of_loop.tick_s * 1e12).round() / 1e12
+}
+
+/// A number of ticks in ms, in words.
+fn milliseconds(switching: &Switching, ticks: u64) -> String {
+    format!("{} ms", significant(1e3 * seconds(switching, ticks)))
+}
+
+/// What is said of the switching, or why nothing is.
+#[must_use]
+pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
+    match switching {
+        Ok(switching) => format!("{}\n{}", switching_lines(switching), event_table(&switching.events)),
+        Err(reason) => format!("switching: {reason}\n"),
+    }
+}
+
+/// What is said of the switching, a line each.
+pub(super) fn switching_lines(switching: &Switching) -> String {
+    let ms = |ticks| milliseconds(switching, ticks);
+    let (softest, stiffest) = switching.settings.stiffness_n_per_m;
+    let phases = switching.phases;
+    let mut text = format!(
+        "switching: {} to {} N/m at any tick, frozen for {} to {}, cross-fade of {}, {}\n",
+        significant(softest),
+        significant(stiffest),
+        ms(phases.held.0),
+        ms(phases.held.1),
+        ms(phases.blend),
+        policy(switching.settings.augmentation.reengage),
+    );
+    match &switching.certificate {
+        None => {
+            let _ = writeln!(
+                text,
+                "certificate: none with up to {LONGEST_DWELL_S} s of teleoperation between events; \
+                 that says nothing against them"
+            );
+        }
+        Some(found) => {
+            let _ = writeln!(
+                text,
+                "certificate: motions die out whatever the events, with {} of teleoperation between them; margin {:.1e}, {} \
+                 conditions verified",
+                ms(found.dwell_ticks),
+                found.margin,
+                found.conditions,
+            );
+        }
+    }
+    let _ = writeln!(
+        text,
+        "the supervisor sees to {}: {}",
+        ms(phases.refractory),
+        match (&switching.certificate, switching.is_certified()) {
+            (_, true) => "certified".to_owned(),
+            (Some(found), false) =>
+                format!("refused, augmentation.refractory_s would have to be {}", seconds(switching, found.dwell_ticks)),
+            (None, false) => "not certified".to_owned(),
+        }
+    );
+    let certified = switching.certificate.as_ref().map(|found| found.contraction.sqrt());
+    let _ = writeln!(
+        text,
+        "growth per event at {}: {} in the worst sequence found, at most {} in those tried{}",
+        ms(switching.dwell_ticks),
+        significant(switching.growth.lower),
+        significant(switching.growth.upper),
+        certified.map_or(String::new(), |certified| format!(", at most {certified:.6} by the certificate")),
+    );
+    let _ = match switching.growing_dwell_ticks {
+        None => writeln!(text, "no sequence that grows was found, down to one tick between events"),
+        Some(ticks) => writeln!(text, "sequences that grow were found with {} between events", ms(ticks)),
+    };
+    if switching.shown.lower >= 1.0 {
+        let _ = writeln!(
+            text,
+            "with what the supervisor sees to, motions grow {} times from one event to the next: worst_events.toml",
+            significant(switching.shown.lower),
+        );
+    }
+    if let Some(reach) = &switching.reach {
+        let _ = writeln!(
+            text,
+            "a hand let go 1 mm away takes the needle at most {} mm, whatever happens then (found: {} mm), and is fed back at \
+             most {} N",
+            significant(reach.slave_bound),
+            significant(reach.slave_found),
+            significant(1e-3 * reach.force_bound_n_per_m),
+        );
+    }
+    text
+}
+
+pub(super) fn event_table(events: &[EventBound]) -> Table {
+    let mut table = Table::new([
+        format!("released {} mm behind the hand", significant(1e3 * GAP_M)).as_str(),
+        "reference jumps",
+        "needle moves",
+        "at most at",
+        "felt at most",
+        "in one tick",
+    ]);
+    let millimetres =
+        |metres: f64| if metres < 1e-9 { "0 mm".into() } else { format!("{} mm", significant(1e3 * metres)) };
+    let newtons = |force: f64| if force < 1e-9 { "0 N".into() } else { format!("{} N", significant(force)) };
+    for event in events {
+        table.row([
+            policy(event.reengage).to_owned(),
+            millimetres(event.reference_jump_m),
+            millimetres(event.slave_motion_m),
+            format!("{}/s", millimetres(event.slave_speed_m_per_s)),
+            newtons(event.force_n),
+            newtons(event.force_step_n),
+        ]);
+    }
+    table
+}
+
+/// The part `switching` of `stability.json`.
+pub(super) fn switching_object(switching: &Result<Switching, &'static str>) -> Json {
+    let switching = match switching {
+        Ok(switching) => switching,
+        Err(reason) => return json!({ "left_out": reason }),
+    };
+    let s = |ticks| seconds(switching, ticks);
+    let (softest, stiffest) = switching.settings.stiffness_n_per_m;
+    let events: Vec<Json> = switching
+        .events
+        .iter()
+        .map(|event| {
+            json!({
+                "reengage": policy(event.reengage),
+                "reference_jump_m": event.reference_jump_m,
+                "slave_motion_m": event.slave_motion_m,
+                "slave_speed_m_per_s": event.slave_speed_m_per_s,
+                "force_n": event.force_n,
+                "force_step_n": event.force_step_n,
+            })
+        })
+        .collect();
+    let p = |matrix: &nalgebra::DMatrix<f64>| -> Vec<Vec<f64>> {
+        matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+    };
+    json!({
+        "stiffness_n_per_m": [softest, stiffest],
+        "held_s": [s(switching.phases.held.0), s(switching.phases.held.1)],
+        "blend_s": s(switching.phases.blend),
+        "refractory_s": s(switching.phases.refractory),
+        "is_certified": switching.is_certified(),
+        "certificate": switching.certificate.as_ref().map(|found| json!({
+            "dwell_s": s(found.dwell_ticks),
+            "margin": found.margin,
+            "contraction": found.contraction,
+            "conditions": found.conditions,
+            "p_at_events": p(&found.at_events),
+        })),
+        "growth_per_event": {
+            "dwell_s": s(switching.dwell_ticks),
+            "found": switching.growth.lower,
+            "enumerated": switching.growth.upper,
+            "products": switching.growth.products,
+            "found_on_one_stiffness_at_refractory": switching.shown.lower,
+            "growing_dwell_s": switching.growing_dwell_ticks.map(s),
+        },
+        "reach": switching.reach.as_ref().map(|reach| json!({
+            "slave_bound_m_per_m": reach.slave_bound,
+            "slave_found_m_per_m": reach.slave_found,
+            "force_bound_n_per_m": reach.force_bound_n_per_m,
+            "worst_stiffness_n_per_m": reach.worst.stiffness_n_per_m,
+            "worst_events_s": reach.worst.starts.iter().map(|&tick| s(tick)).collect::<Vec<_>>(),
+            "worst_held_s": s(reach.worst.held_ticks),
+        })),
+        "gap_m": GAP_M,
+        "released": events,
+    })
+}
+
+/// `switching.csv`: each dwell that was looked at.
+#[must_use]
+pub fn switching_csv(switching: &Switching) -> String {
+    let mut text = "dwell_s,margin,certified_growth,found_growth,enumerated_growth\n".to_owned();
+    for point in &switching.by_dwell {
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{}",
+            shortest(seconds(switching, point.dwell_ticks)),
+            shortest(point.margin),
+            point.contraction.map_or(String::new(), |factor| shortest(factor.sqrt())),
+            shortest(point.growth.0),
+            shortest(point.growth.1),
+        );
+    }
+    text
+}
+
+/// `released.csv`: the end of one event, by policy.
+#[must_use]
+pub fn released_csv(switching: &Switching) -> String {
+    let mut text =
+        "reengage,gap_m,reference_jump_m,slave_motion_m,slave_speed_m_per_s,force_n,force_step_n\n".to_owned();
+    for event in &switching.events {
+        let EventBound { reengage, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n } =
+            *event;
+        let cells = [GAP_M, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n].map(shortest);
+        let _ = writeln!(text, "{},{}", policy(reengage), cells.join(","));
+    }
+    text
+}
+
+/// The figure `switching`.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn switching_picture(folder: &Folder, switching: &Switching) -> Result<(), PictureError> {
+    let points = &switching.by_dwell;
+    let figure = figures::switching(&SwitchingView {
+        dwell_s: points.iter().map(|point| seconds(switching, point.dwell_ticks)).collect(),
+        certified: points.iter().map(|point| point.contraction.map_or(f64::NAN, f64::sqrt)).collect(),
+        found: points.iter().map(|point| point.growth.0).collect(),
+        enumerated: points.iter().map(|point| point.growth.1).collect(),
+    })?;
+    Ok(keep(folder, "switching", &figure)?)
+}

@@ -1,0 +1,151 @@
+//! Tables for the terminal, and the CSV files.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use super::Table;
+use super::number::{show, significant};
+use trocar_sim::compare::{Comparison, Fact, Row, Unit};
+use trocar_sim::engine::{COLUMNS, Trace};
+use trocar_sim::metrics::Outcome;
+use trocar_sim::run::Run;
+
+/// A run's outcome in words.
+pub(super) fn outcome(run: &Run) -> String {
+    match run.metrics.outcome {
+        Outcome::Completed => {
+            let lasted = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
+            format!("{}: completed, {} s in {} ticks", run.scenario.name, significant(lasted), run.metrics.ticks)
+        }
+        Outcome::Diverged { time_s } => format!("{}: diverged at {time_s} s", run.scenario.name),
+    }
+}
+
+/// What a run was worth: its outcome, its metrics and its events.
+#[must_use]
+pub fn run_text(run: &Run) -> String {
+    let mut text = outcome(run);
+    text.push_str("\n\n");
+    let mut table = Table::new(["metric", run.scenario.name.as_str()]);
+    for Row { metric, unit, values, .. } in trocar_sim::compare::rows(&[&run.metrics], &[]) {
+        if let [value] = values.as_slice() {
+            table.row([metric, show(*value, unit)]);
+        }
+    }
+    let _ = write!(text, "{table}{}", alarms_line(run));
+    text
+}
+
+fn alarms_line(run: &Run) -> String {
+    let alarms: Vec<String> = run
+        .metrics
+        .alarms
+        .iter()
+        .map(|alarm| format!("{:.3} s{}", alarm.time_s, if alarm.matched { "" } else { " (no labelled rupture)" }))
+        .collect();
+    if alarms.is_empty() { "alarms: none\n".into() } else { format!("alarms: {}\n", alarms.join(", ")) }
+}
+
+/// The comparison's table, with what the second scenario changes where there are two.
+#[must_use]
+pub fn comparison_text(comparison: &Comparison) -> String {
+    let mut text = String::new();
+    for run in &comparison.runs {
+        if run.metrics.outcome != Outcome::Completed {
+            let _ = writeln!(text, "{}", outcome(run));
+        }
+    }
+    let table = comparison.table();
+    let pair = table.scenarios.len() == 2;
+    let mut heading = vec!["metric".to_owned()];
+    heading.extend(table.scenarios);
+    if pair {
+        heading.push("change".into());
+    }
+    let mut lines = Table::new(heading);
+    for row in &table.rows {
+        lines.row(row_cells(row));
+    }
+    let _ = write!(text, "{lines}");
+    text
+}
+
+/// A line of the comparison's table: the metric, its values, and of a pair the change.
+#[must_use]
+pub fn row_cells(row: &Row) -> Vec<String> {
+    let mut cells = vec![row.metric.clone()];
+    cells.extend(row.values.iter().map(|value| show(*value, row.unit)));
+    if row.values.len() == 2 {
+        cells.push(change(&row.values, row.unit));
+    }
+    cells
+}
+
+/// From the first to the second value, in per cent; nothing for counts, or where there is nothing to relate to.
+pub(super) fn change(values: &[Option<f64>], unit: Unit) -> String {
+    let (&[Some(first), Some(second)], false) = (values, unit == Unit::Count) else { return String::new() };
+    let percent = 100.0 * (second - first) / first.abs();
+    if first.abs() < 1e-9 || !percent.is_finite() || percent.abs() >= 1e4 {
+        return String::new();
+    }
+    format!("{percent:+.1} %")
+}
+
+/// The paper's facts beside ours.
+#[must_use]
+pub fn facts_text(facts: &[Fact]) -> String {
+    facts_table(facts).to_string()
+}
+
+/// The paper's facts beside ours, cell by cell.
+pub(super) fn facts_table(facts: &[Fact]) -> Table {
+    let mut table = Table::new(["rupture one, unless it says more", "paper", "asked", "here", ""]).flush_left();
+    for fact in facts {
+        table.row([fact.what, fact.paper, fact.asked, &fact.ours, if fact.holds { "✓" } else { "✗" }]);
+    }
+    table
+}
+
+/// `comparison.csv`: a row per metric, a column per scenario, SI units; empty where undefined.
+#[must_use]
+pub fn comparison_csv(comparison: &Comparison) -> String {
+    let table = comparison.table();
+    let mut text = format!("metric,unit,{}\n", table.scenarios.join(","));
+    for row in table.rows {
+        let values: Vec<String> = row.values.iter().map(|value| value.map_or(String::new(), shortest)).collect();
+        let _ = writeln!(text, "{},{},{}", quoted(&row.metric), row.unit.si(), values.join(","));
+    }
+    text
+}
+
+pub(super) fn quoted(text: &str) -> String {
+    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}
+
+pub(super) fn shortest(value: f64) -> String {
+    ryu::Buffer::new().format(value).to_owned()
+}
+
+/// `trace.csv`: the columns of [`COLUMNS`], then what the estimator estimates besides, floats in the shortest form that reads back the same.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
+    let further = trace.further.as_ref();
+    writeln!(out, "{}{}", COLUMNS.join(","), further.map_or(String::new(), |(name, _)| format!(",{name}")))?;
+    let numbers = trace.numbers();
+    let mut buffer = ryu::Buffer::new();
+    let mut line = String::with_capacity(400);
+    for (row, mode) in trace.mode.iter().enumerate() {
+        line.clear();
+        for column in &numbers {
+            line.push_str(buffer.format(column[row]));
+            line.push(',');
+        }
+        match further {
+            None => writeln!(out, "{line}{mode}")?,
+            Some((_, column)) => writeln!(out, "{line}{mode},{}", buffer.format(column[row]))?,
+        }
+    }
+    Ok(())
+}
