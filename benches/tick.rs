@@ -10,7 +10,7 @@ mod shipped;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use trocar::engine::{Engine, ExactSides, IntegratedSides, Sides};
+use trocar::engine::{Engine, ExactPlants, IntegratedPlants, Plants};
 use trocar::metrics::MetricsObserver;
 use trocar::plant::{
     ArmParameters, ControlTiming, MASTER_STATES, MasterParameters, MasterStep, SLAVE_STATES, SlaveParameters, SlaveStep,
@@ -29,11 +29,11 @@ fn steps() -> (MasterStep, SlaveStep) {
     (master.expect("valid"), slave.expect("valid"))
 }
 
-fn full(engine: &mut Engine<f64, ExactSides<f64>>, observer: &mut MetricsObserver<f64>) {
+fn full(engine: &mut Engine<f64, ExactPlants<f64>>, observer: &mut MetricsObserver<f64>) {
     engine.run(observer).expect("runs");
 }
 
-/// The sides without anything around them: two matrices times their states and inputs, as anyone would write it.
+/// The plants without anything around them: two matrices times their states and inputs, as anyone would write it.
 struct Baseline {
     /// Row by row: states, then `x_d` now and next, and `F_ed`.
     master: [[f64; MASTER_STATES + 3]; MASTER_STATES],
@@ -112,26 +112,26 @@ fn ticks(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn sides(criterion: &mut Criterion) {
-    fn drive(sides: &mut impl Sides<f64>, ticks: u64) -> f64 {
+fn plants(criterion: &mut Criterion) {
+    fn drive(plants: &mut impl Plants<f64>, ticks: u64) -> f64 {
         for tick in 0..ticks {
             let (now, next) = (1e-5 * tick as f64, 1e-5 * (tick + 1) as f64);
-            let (force, reference) = (100.0 * sides.slave().position_m, sides.master().position_m);
-            sides.step(now, next, force, reference).expect("steps");
+            let (force, reference) = (100.0 * plants.slave().position_m, plants.master().position_m);
+            plants.step(now, next, force, reference).expect("steps");
         }
-        sides.slave().position_m
+        plants.slave().position_m
     }
     const TICKS: u64 = 200;
     let (master, slave) = steps();
     let parameters = (&MasterParameters::default(), &ArmParameters::default(), &SlaveParameters::default());
-    let exact = ExactSides::<f64>::new(&master, &slave, 0.0, 0.0);
-    let integrated = IntegratedSides::new(parameters, ControlTiming::Continuous, TICK_S, 0.0, 0.0);
-    let mut group = criterion.benchmark_group("sides");
+    let exact = ExactPlants::<f64>::new(&master, &slave, 0.0, 0.0);
+    let integrated = IntegratedPlants::new(parameters, ControlTiming::Continuous, TICK_S, 0.0, 0.0);
+    let mut group = criterion.benchmark_group("plants");
     group.throughput(Throughput::Elements(TICKS));
     group.bench_function("exact", |bencher| bencher.iter(|| drive(&mut exact.clone(), black_box(TICKS))));
     group.bench_function("dop853", |bencher| bencher.iter(|| drive(&mut integrated.clone(), black_box(TICKS))));
     group.finish();
 }
 
-criterion_group!(benches, ticks, sides);
+criterion_group!(benches, ticks, plants);
 criterion_main!(benches);

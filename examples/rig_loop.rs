@@ -155,8 +155,8 @@ struct Outcome {
     alarms: u64,
     faults: u64,
     not_finite: u64,
-    least_eigenvalue: Option<f64>,
-    greatest_eigenvalue: f64,
+    min_eigenvalue: Option<f64>,
+    max_eigenvalue: f64,
 }
 
 impl Outcome {
@@ -176,8 +176,8 @@ impl Outcome {
     fn look_at_gain(&mut self, [f00, f01, f11]: [f64; 3]) {
         let greater = f64::midpoint(f00, f11) + f64::midpoint(f00, -f11).hypot(f01);
         let smaller = (f00 * f11 - f01 * f01) / greater;
-        self.least_eigenvalue = Some(self.least_eigenvalue.map_or(smaller, |least| least.min(smaller)));
-        self.greatest_eigenvalue = self.greatest_eigenvalue.max(greater);
+        self.min_eigenvalue = Some(self.min_eigenvalue.map_or(smaller, |least| least.min(smaller)));
+        self.max_eigenvalue = self.max_eigenvalue.max(greater);
     }
 }
 
@@ -271,8 +271,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let drive = if is_free { free_running } else { paced };
     let outcome = drive(&mut controller, &mut signal, tick_s, steps);
     println!("alarms {}, bad samples {}, commands not finite {}", outcome.alarms, outcome.faults, outcome.not_finite);
-    let least = outcome.least_eigenvalue.unwrap_or(f64::NAN);
-    println!("eigenvalues of the gain from {least:.4e} to {:.4e} 1/m²", outcome.greatest_eigenvalue);
+    let least = outcome.min_eigenvalue.unwrap_or(f64::NAN);
+    println!("eigenvalues of the gain from {least:.4e} to {:.4e} 1/m²", outcome.max_eigenvalue);
     let (low, high) = (1.0 / settings.estimator.reset_threshold, settings.estimator.initial_gain);
     println!("their bounds            from {low:.4e} to {high:.4e} 1/m²");
     Ok(())

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use trocar::engine::{Engine, Sides};
+use trocar::engine::{Engine, Plants};
 use trocar::metrics::MetricsObserver;
 use trocar::rig::{HapticController, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
@@ -38,7 +38,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-fn allocations<S: Sides<f64>>(scenario: &Scenario, mut engine: Engine<f64, S>) -> u64 {
+fn allocations<S: Plants<f64>>(scenario: &Scenario, mut engine: Engine<f64, S>) -> u64 {
     let mut observer = MetricsObserver::<f64>::new(scenario.grid, 4);
     let before = COUNT.with(Cell::get);
     engine.run(&mut observer).expect("runs");

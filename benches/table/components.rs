@@ -64,7 +64,7 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     let is_noisy = !engine.sensor.reads_force_exactly();
     vec![
         ("nothing (the loop that feeds)", Some(cost_ns(&Nothing(()), &inputs.sensor))),
-        ("both sides, stepped exactly", Some(cost_ns(&BothSides(engine.sides.clone()), &inputs.sides))),
+        ("both plants, stepped exactly", Some(cost_ns(&BothSides(engine.plants.clone()), &inputs.plants))),
         ("tissue", Some(cost_ns(&Met(engine.tissue.clone()), &inputs.tissue))),
         ("force sensor with noise", is_noisy.then(|| cost_ns(&Sensed(engine.sensor.clone()), &inputs.sensor))),
         ("estimator", Some(cost_ns(&Estimated(engine.estimator.clone()), &inputs.estimator))),

@@ -1,6 +1,6 @@
 //! The same experiment as an expert would write it by hand, and for nothing else: the baseline.
 //!
-//! A plain loop over `f64`: the recorded force replayed over time, both sides by constant matrices, recursive least
+//! A plain loop over `f64`: the recorded force replayed over time, both plants by constant matrices, recursive least
 //! squares with dead zone, normalisation and resetting, CUSUM with arming and cap, the automaton, and the force that
 //! decays. The scenario's numbers are read once; which kinds of thing there are is written into the code. No metrics.
 
@@ -133,7 +133,7 @@ impl Handwritten {
         let (mut p, mut v, mut expected) = (0.0, 0.0, 0.0);
         let (mut g, mut quiet) = (0.0_f64, 0_usize);
         let mut mode = Mode::Teleoperation;
-        let (mut entered, mut deaf_until, mut calm, mut alarms) = (0, 0, 0, 0);
+        let (mut entered, mut refractory_until, mut calm, mut alarms) = (0, 0, 0, 0);
         let (mut gap, mut frozen) = (0.0_f64, 0.0);
         let (mut felt, mut anchor, mut last_force) = (0.0, 0.0, 0.0);
 
@@ -183,7 +183,7 @@ impl Handwritten {
             let force = self.force_scale * y;
             match mode {
                 Mode::Teleoperation => {
-                    if alarm && k >= deaf_until {
+                    if alarm && k >= refractory_until {
                         (mode, entered, calm, frozen) = (Mode::Augmented, k, 0, x_e);
                         (felt, anchor) = (last_force, last_force);
                         alarms += 1;
@@ -199,7 +199,7 @@ impl Handwritten {
                 }
                 Mode::Reengaging => {
                     if gap == 0.0 && k - entered >= self.blend_ticks {
-                        (mode, deaf_until) = (Mode::Teleoperation, k + self.refractory_ticks);
+                        (mode, refractory_until) = (Mode::Teleoperation, k + self.refractory_ticks);
                     } else {
                         gap -= gap.clamp(-self.closing_step_m, self.closing_step_m);
                     }

@@ -2,7 +2,7 @@
 
 use trocar::augmentation::{Situation, Supervisor};
 use trocar::detection::{Detector, Evidence};
-use trocar::engine::{ExactSides, Observer, Sides, Signals};
+use trocar::engine::{ExactPlants, Observer, Plants, Signals};
 use trocar::estimation::Estimator;
 use trocar::metrics::MetricsObserver;
 use trocar::sensor::Sensor;
@@ -40,11 +40,11 @@ part!(
     Nothing(()), f64, |_nothing, input| input.to_bits()
 );
 part!(
-    /// Both sides.
-    BothSides(ExactSides<f64>), [f64; 4], |sides, input| {
+    /// Both plants.
+    BothSides(ExactPlants<f64>), [f64; 4], |plants, input| {
         let [desired_m, next_m, force_n, reference_m] = *input;
-        let stepped = sides.step(desired_m, next_m, force_n, reference_m).is_ok();
-        sides.slave().position_m.to_bits() ^ u64::from(stepped)
+        let stepped = plants.step(desired_m, next_m, force_n, reference_m).is_ok();
+        plants.slave().position_m.to_bits() ^ u64::from(stepped)
     }
 );
 part!(

@@ -3,7 +3,7 @@
 use trocar::augmentation::Situation;
 use trocar::detect::evidence;
 use trocar::detection::Evidence;
-use trocar::engine::{Engine, ExactSides, Observer, Signals};
+use trocar::engine::{Engine, ExactPlants, Observer, Signals};
 
 /// Keeps every tick.
 struct Recorder(Vec<Signals<f64>>);
@@ -17,7 +17,7 @@ impl Observer<f64> for Recorder {
 /// The inputs of a run, tick by tick.
 pub struct Inputs {
     /// `x_d` now and at the next tick (m), the fed-back force (N), the slave's reference (m).
-    pub sides: Vec<[f64; 4]>,
+    pub plants: Vec<[f64; 4]>,
     /// The tick, and where the slave is and how it moves (m, m/s).
     pub tissue: Vec<(u64, f64, f64)>,
     /// The tissue's force in N.
@@ -35,7 +35,7 @@ pub struct Inputs {
 impl Inputs {
     /// Runs a copy of an engine that reads positions exactly. What the estimator is given is checked to be what it was
     /// given in the run: it has to foretell the same, to the last bit.
-    pub fn of(engine: &Engine<f64, ExactSides<f64>>) -> Self {
+    pub fn of(engine: &Engine<f64, ExactPlants<f64>>) -> Self {
         let mut recorder = Recorder(Vec::with_capacity(engine.grid.ticks() as usize));
         engine.clone().run(&mut recorder).expect("runs");
         let signals = recorder.0;
@@ -61,7 +61,7 @@ impl Inputs {
         };
         let detector: Vec<_> = signals.iter().map(&mut detector_sees).collect();
         Self {
-            sides: signals.iter().map(&mut side).collect(),
+            plants: signals.iter().map(&mut side).collect(),
             tissue: signals.iter().map(|s| (s.tick, s.slave_position_m, s.slave_velocity_m_per_s)).collect(),
             sensor: signals.iter().map(|s| s.tissue_force_n).collect(),
             estimator: detector.iter().map(|e| [e.force_n, e.depth_m, e.velocity_m_per_s]).collect(),

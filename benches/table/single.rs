@@ -25,8 +25,8 @@ fn baseline() -> (Handwritten, Vec<f64>) {
     let scenario = scenario("augmented");
     let (engine, mut observer) = ready(&scenario);
     let inputs = Inputs::of(&engine);
-    let last = inputs.sides.last().map(|side| side[1]);
-    let desired_m = inputs.sides.iter().map(|side| side[0]).chain(last).collect();
+    let last = inputs.plants.last().map(|side| side[1]);
+    let desired_m = inputs.plants.iter().map(|side| side[0]).chain(last).collect();
     let handwritten = Handwritten::new(&scenario, desired_m, inputs.sensor.clone());
     let mut slave_m = vec![0.0; handwritten.ticks()];
     let alarms = handwritten.run(&mut slave_m);

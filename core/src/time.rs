@@ -6,7 +6,7 @@ use crate::error::{InvalidValue, positive, require};
 const WHOLE_TICK_TOLERANCE: f64 = 1e-6;
 
 /// Longest run, in ticks: `k * tick_s` stays exact to the last bit of the tick far beyond this.
-const MOST_TICKS: f64 = 1e9;
+const MAX_TICKS: f64 = 1e9;
 
 /// A regular grid of ticks, the first at time 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ impl TickGrid {
         positive("simulation.duration_s", duration_s)?;
         let ticks = libm::round(duration_s / tick_s);
         require("simulation.duration_s", duration_s, ticks >= 1.0, "at least one tick")?;
-        require("simulation.duration_s", duration_s, ticks <= MOST_TICKS, "at most 1e9 ticks")?;
+        require("simulation.duration_s", duration_s, ticks <= MAX_TICKS, "at most 1e9 ticks")?;
         let rate = libm::round(1.0 / tick_s);
         Ok(Self { tick_s, ticks: ticks as u64, rate_hz: (1.0 / rate == tick_s).then_some(rate) })
     }
@@ -64,7 +64,7 @@ pub fn nearest_ticks(duration_s: f64, tick_s: f64) -> u64 {
 pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Option<u64> {
     let ticks = duration_s / tick_s;
     let whole = libm::round(ticks);
-    ((ticks - whole).abs() <= WHOLE_TICK_TOLERANCE && (0.0..=MOST_TICKS).contains(&whole)).then_some(whole as u64)
+    ((ticks - whole).abs() <= WHOLE_TICK_TOLERANCE && (0.0..=MAX_TICKS).contains(&whole)).then_some(whole as u64)
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use trocar::detect::calibration::{self, CalibrationRequest};
-use trocar::report::{calibration_object, calibration_text, calibration_toml};
+use trocar_report::{calibration_object, calibration_text, calibration_toml};
+use trocar_sim::detect::calibration::{self, CalibrationRequest};
 
 use crate::detect::Samples;
 use crate::interrupt::interruptible;

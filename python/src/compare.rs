@@ -2,8 +2,8 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar::compare::{Comparison, MOST_SEEDS, SeedStudy, paper_facts};
-use trocar::report::{comparison_json, comparison_text, facts_text, seeds_text};
+use trocar_report::{comparison_json, comparison_text, facts_text, seeds_text};
+use trocar_sim::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
 
 use crate::interrupt::interruptible;
 use crate::run::{Run, hand_over};
@@ -21,8 +21,8 @@ pub(crate) fn compare<'py>(
     seeds: Option<u64>,
     is_paper_pair: bool,
 ) -> PyResult<Compared<'py>> {
-    if let Some(seeds) = seeds.filter(|seeds| !(2..=MOST_SEEDS).contains(seeds)) {
-        return Err(error::value(format!("seeds is {seeds}, must be from 2 to {MOST_SEEDS}")));
+    if let Some(seeds) = seeds.filter(|seeds| !(2..=MAX_SEEDS).contains(seeds)) {
+        return Err(error::value(format!("seeds is {seeds}, must be from 2 to {MAX_SEEDS}")));
     }
     let scenarios: Vec<_> = scenarios.iter().map(|scenario| scenario.scenario.clone()).collect();
     let compared = interruptible(py, 0, move |_| {

@@ -3,10 +3,10 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar::detect::DetectionReport;
-use trocar::recording::Recording;
-use trocar::report::{detection_object, detection_text};
-use trocar::scenario::{DetectionSpec, Source, Values};
+use trocar_report::{detection_object, detection_text};
+use trocar_sim::detect::DetectionReport;
+use trocar_sim::recording::Recording;
+use trocar_sim::scenario::{DetectionSpec, Source, Values};
 
 use crate::arrays::{put, samples};
 use crate::interrupt::interruptible;
@@ -33,7 +33,7 @@ impl Samples {
         let refuse = |error| error::scenario(py, &error);
         let mut values = Values::from_settings(name, settings).map_err(refuse)?;
         let max_gap_s = match values.get("recording.max_gap_s") {
-            Some(trocar::scenario::Value::Number(gap_s)) => Some(*gap_s),
+            Some(trocar_sim::scenario::Value::Number(gap_s)) => Some(*gap_s),
             _ => None,
         };
         let (time_s, position_m, velocity_m_per_s, force_n) = self.recording;
@@ -75,9 +75,9 @@ pub(crate) fn detect<'py>(
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
     let (spec, values) = samples.spec(py, name, &all)?;
     let (detection, report) = interruptible(py, 1, move |_| {
-        let detection = trocar::detect::detect(&spec)?;
+        let detection = trocar_sim::detect::detect(&spec)?;
         let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
-        Ok::<_, trocar::error::InvalidValue>((detection, report))
+        Ok::<_, trocar_sim::error::InvalidValue>((detection, report))
     })?
     .map_err(error::value)?;
     let json = convert::python(py, &detection_object(name, &report, &values))?;
@@ -92,7 +92,7 @@ pub(crate) fn detect<'py>(
     put(&columns, "damping_n_s_per_m", detection.damping_n_s_per_m)?;
     put(&columns, "distance", detection.distance)?;
     put(&columns, "decision", detection.decision)?;
-    if let Some((name, values)) = detection.further {
+    if let Some((name, values)) = detection.extra_parameter {
         put(&columns, name, values)?;
     }
     let alarms = detection.alarms.into_iter().map(|sample| sample as i64).collect();

@@ -3,9 +3,9 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar::detect::{ASSUMED_STEP_M, Chain, Reading, VelocitySource};
-use trocar::recording::Limits;
-use trocar::scenario::{DetectionSettings, Values};
+use trocar_sim::detect::{ASSUMED_STEP_M, Chain, Reading, VelocitySource};
+use trocar_sim::recording::Limits;
+use trocar_sim::scenario::{DetectionSettings, Values};
 
 use crate::arrays::put;
 use crate::detect::tuning;
@@ -191,12 +191,12 @@ impl Detector {
 fn check(reading: &Reading, at: Option<usize>) -> PyResult<()> {
     let all = [("position", reading.position_m), ("velocity", reading.velocity_m_per_s), ("force", reading.force_n)];
     // False for NaN.
-    let sound = |value: f64| value.abs() <= Limits::MOST_MAGNITUDE;
+    let sound = |value: f64| value.abs() <= Limits::MAX_MAGNITUDE;
     match all.into_iter().find(|(_, value)| !sound(*value)) {
         None => Ok(()),
         Some((name, value)) => {
             let at = at.map_or(String::new(), |at| format!("[{at}]"));
-            let most = Limits::MOST_MAGNITUDE;
+            let most = Limits::MAX_MAGNITUDE;
             Err(error::value(format!("{name}{at} is {value}, must be a finite number of at most {most:e} in SI units")))
         }
     }

@@ -4,12 +4,12 @@ use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
-use trocar::report::diagnostic;
-use trocar::run::RunError;
-use trocar::scenario::ScenarioError;
-use trocar::stability::StabilityError;
-use trocar::stability_check::CheckError;
-use trocar::sweep::SweepError;
+use trocar_report::diagnostic;
+use trocar_sim::run::RunError;
+use trocar_sim::scenario::ScenarioError;
+use trocar_sim::stability::StabilityError;
+use trocar_sim::stability_check::CheckError;
+use trocar_sim::sweep::SweepError;
 
 /// `trocar.ScenarioError`: the text that the command line prints, with the line underlined, and its parts as attributes.
 pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {

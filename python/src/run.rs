@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar::engine::{Observer, Signals, Trace};
-use trocar::report::{run_text, summary_json};
-use trocar::run::observe;
+use trocar_report::{run_text, summary_json};
+use trocar_sim::engine::{Observer, Signals, Trace};
+use trocar_sim::run::observe;
 
 use crate::arrays::put;
 use crate::scenario::Scenario;
@@ -21,7 +21,7 @@ const PERIOD: Duration = Duration::from_millis(40);
 /// A scenario that was run; its trace has been handed over.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Run {
-    run: trocar::run::Run,
+    run: trocar_sim::run::Run,
 }
 
 #[pymethods]
@@ -43,7 +43,7 @@ impl Run {
 
     /// The table's rows: metric, unit, value in SI.
     fn rows(&self) -> Vec<(String, &'static str, Option<f64>)> {
-        let rows = trocar::compare::rows(&[&self.run.metrics], &[]);
+        let rows = trocar_sim::compare::rows(&[&self.run.metrics], &[]);
         rows.into_iter().map(|row| (row.metric, row.unit.si(), row.values[0])).collect()
     }
 
@@ -92,7 +92,8 @@ impl Watch {
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
     let (outcome, Watch { trace, signal, .. }) = py.detach(|| {
-        let trace = Trace::new(scenario.grid).with_further(scenario.estimator.parameters.further_column());
+        let trace =
+            Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.parameters.extra_parameter_column());
         let mut watch = Watch { trace, looked: None, signal: None };
         let outcome = observe(scenario, &mut watch);
         (outcome, watch)
@@ -101,11 +102,11 @@ pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, B
         return Err(signal);
     }
     let metrics = outcome.map_err(|error| error::run(py, &error))?;
-    hand_over(py, trocar::run::Run { scenario: scenario.clone(), metrics, trace })
+    hand_over(py, trocar_sim::run::Run { scenario: scenario.clone(), metrics, trace })
 }
 
 /// A run, and its trace as arrays: the very vectors, without a copy.
-pub(crate) fn hand_over(py: Python<'_>, mut run: trocar::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
+pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
     let columns = PyDict::new(py);
     let trace = &mut run.trace;
     for (name, values) in [
@@ -129,7 +130,7 @@ pub(crate) fn hand_over(py: Python<'_>, mut run: trocar::run::Run) -> PyResult<(
         put(&columns, name, take(values))?;
     }
     put(&columns, "mode", take(&mut trace.mode))?;
-    if let Some((name, values)) = &trace.further {
+    if let Some((name, values)) = &trace.extra_parameter {
         // The summary needs it too.
         columns.set_item(*name, PyArray1::from_slice(py, values))?;
     }
@@ -142,7 +143,7 @@ pub(crate) fn seconds_of_run(py: Python<'_>, scenario: &Scenario, times: usize) 
     py.detach(|| {
         let once = || {
             let begun = Instant::now();
-            let run = trocar::run::run(scenario.scenario.clone());
+            let run = trocar_sim::run::run(scenario.scenario.clone());
             let seconds = begun.elapsed().as_secs_f64();
             drop(std::hint::black_box(run));
             seconds

@@ -4,21 +4,21 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use serde_json::Value as Json;
-use trocar::scenario::{KEYS, ScenarioError, Source, shipped_questions};
+use trocar_sim::scenario::{KEYS, ScenarioError, Source, shipped_questions};
 
 use crate::{convert, error};
 
 /// A scenario that can be run, with what it was made of.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Scenario {
-    pub(crate) scenario: trocar::scenario::Scenario,
+    pub(crate) scenario: trocar_sim::scenario::Scenario,
     pub(crate) source: Source,
     pub(crate) settings: Vec<String>,
 }
 
 impl Scenario {
     fn of(py: Python<'_>, source: Source, settings: Vec<String>) -> PyResult<Self> {
-        let load = || trocar::scenario::Scenario::load(&source, &settings);
+        let load = || trocar_sim::scenario::Scenario::load(&source, &settings);
         let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
         Ok(Self { scenario, source, settings })
     }
@@ -111,8 +111,8 @@ pub(crate) fn shipped() -> Vec<(String, &'static str)> {
 /// Every key of a scenario: its path, what it holds, its default as TOML writes it or none, its meaning.
 #[pyfunction]
 pub(crate) fn keys() -> Vec<(&'static str, String, Option<String>, &'static str)> {
-    let default = |key: &trocar::scenario::Key| match key.fallback {
-        trocar::scenario::Fallback::Value(value) => Some(value().to_toml().to_string()),
+    let default = |key: &trocar_sim::scenario::Key| match key.fallback {
+        trocar_sim::scenario::Fallback::Value(value) => Some(value().to_toml().to_string()),
         _ => None,
     };
     KEYS.iter().map(|key| (key.path, key.kind.describe(), default(key), key.meaning)).collect()
@@ -121,5 +121,5 @@ pub(crate) fn keys() -> Vec<(&'static str, String, Option<String>, &'static str)
 /// The in-vivo-like recording of a seed, as CSV.
 #[pyfunction]
 pub(crate) fn record(py: Python<'_>, seed: u64) -> String {
-    py.detach(|| trocar::recording::in_vivo_like_csv(seed))
+    py.detach(|| trocar_sim::recording::in_vivo_like_csv(seed))
 }

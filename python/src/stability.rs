@@ -2,9 +2,9 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar::report::{stability_json, stability_text};
-use trocar::stability::Axis;
-use trocar::stability_check::{CheckError, MOST_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
+use trocar_report::{stability_json, stability_text};
+use trocar_sim::stability::Axis;
+use trocar_sim::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
 
 use crate::arrays::put;
 use crate::interrupt::interruptible;
@@ -31,7 +31,7 @@ pub(crate) fn stability<'py>(
     }
     if !is_tissue(tissue) {
         let (low, high) = tissue;
-        let must = format!("two stiffnesses in N/m, the lesser first, from 0 to {MOST_STIFFNESS_N_PER_M}");
+        let must = format!("two stiffnesses in N/m, the lesser first, from 0 to {MAX_STIFFNESS_N_PER_M}");
         return Err(error::value(format!("tissue is ({low:?}, {high:?}), must be {must}")));
     }
     let scenario = scenario.scenario.clone();

@@ -2,8 +2,8 @@
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use trocar::lti::{self, Continuous};
-use trocar::plant::{ControlTiming, master_system, slave_system};
+use trocar_sim::lti::{self, Continuous};
+use trocar_sim::plant::{ControlTiming, master_system, slave_system};
 
 use crate::arrays::matrix;
 use crate::error;

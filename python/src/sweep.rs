@@ -4,8 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar::scenario::Source;
-use trocar::sweep::{AxisColumn, Column, Design, Part, Plan, Progress, Rows, Shard, SweepError, execute};
+use trocar_sim::scenario::Source;
+use trocar_sim::sweep::{AxisColumn, Column, Design, Part, Plan, Progress, Rows, Shard, SweepError, execute};
 
 use crate::arrays::put;
 use crate::error;
@@ -87,10 +87,10 @@ pub(crate) fn sweep<'py>(
             None => Plan::load(&source, &settings),
         }?;
         let layout = plan.layout(shard);
-        let (first, all) = (layout.packs.start * trocar::sweep::PACK_CASES, layout.part_cases());
+        let (first, all) = (layout.packs.start * trocar_sim::sweep::PACK_CASES, layout.part_cases());
         let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
         let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
-        let part = Part::open(&folder.path().join(trocar::sweep::CASES), layout)?;
+        let part = Part::open(&folder.path().join(trocar_sim::sweep::CASES), layout)?;
         let tell = |_: u64| ();
         let progress = Progress { stop, begun: &|_| (), done: &tell };
         let threads = if threads == 0 { rayon::current_num_threads() } else { threads };

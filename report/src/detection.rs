@@ -52,7 +52,7 @@ pub(super) fn residual_table(report: &DetectionReport) -> Table {
     table.row(["standard deviation".to_owned(), newton(report.residual.std_n)]);
     table.row(["robust standard deviation".to_owned(), newton(report.residual.robust_std_n)]);
     table.row(["mean magnitude".to_owned(), newton(report.residual.mean_absolute_n)]);
-    table.row(["greatest magnitude".to_owned(), newton(report.residual.greatest_absolute_n)]);
+    table.row(["greatest magnitude".to_owned(), newton(report.residual.max_absolute_n)]);
     table
 }
 
@@ -170,8 +170,7 @@ pub(super) fn scores_table(scores: &Scores, window_s: f64) -> Table {
 
 /// The median delay and its range in ms.
 pub(super) fn delays(scores: &Scores) -> String {
-    let (Some(median), Some(least), Some(greatest)) =
-        (scores.median_delay_s, scores.least_delay_s, scores.greatest_delay_s)
+    let (Some(median), Some(least), Some(greatest)) = (scores.median_delay_s, scores.min_delay_s, scores.max_delay_s)
     else {
         return "—".into();
     };
@@ -232,7 +231,7 @@ pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Re
         ("decision", &detection.decision),
     ];
     let mut columns = columns.to_vec();
-    columns.extend(detection.further.iter().map(|(name, column)| (*name, column.as_slice())));
+    columns.extend(detection.extra_parameter.iter().map(|(name, column)| (*name, column.as_slice())));
     writeln!(out, "{}", columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(","))?;
     let mut buffer = ryu::Buffer::new();
     for row in 0..detection.time_s.len() {

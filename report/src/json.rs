@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use trocar_sim::compare::{Comparison, Fact, SeedStudy};
-use trocar_sim::detect::{DetectionReport, FurtherEstimate};
+use trocar_sim::detect::{DetectionReport, ExtraParameterEstimate};
 use trocar_sim::run::Run;
 use trocar_sim::scenario::Values;
 
@@ -22,7 +22,7 @@ fn summary(run: &Run) -> Json {
         "tick_s": run.scenario.grid.tick_s(),
         "metrics": run.metrics,
     });
-    if let (Json::Object(all), Some(further)) = (&mut all, FurtherEstimate::of(&run.trace.further)) {
+    if let (Json::Object(all), Some(further)) = (&mut all, ExtraParameterEstimate::of(&run.trace.extra_parameter)) {
         all.insert("further_estimate".into(), json!(further));
     }
     all

@@ -20,7 +20,7 @@ pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) 
         plural(summary.alarms, "alarm"),
         newton(summary.mean_absolute_n),
         newton(summary.std_n),
-        newton(summary.greatest_absolute_n),
+        newton(summary.max_absolute_n),
         plural(rows, "row"),
         summary.not_later,
         plural(summary.interpolated, "lost sample"),

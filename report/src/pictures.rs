@@ -74,7 +74,7 @@ impl<'a> Borrowed<'a> {
             residual_n: &trace.residual_n,
             stiffness_n_per_m: &trace.stiffness_n_per_m,
             damping_n_s_per_m: &trace.damping_n_s_per_m,
-            further: lent(&trace.further),
+            extra_parameter: lent(&trace.extra_parameter),
             decision: &trace.decision,
             threshold: detector.cusum.threshold,
             decision_unit: shown_unit(detector.distance.kind.unit()),
@@ -159,7 +159,7 @@ pub fn detection_pictures(
             residual_n: &detection.residual_n,
             stiffness_n_per_m: &detection.stiffness_n_per_m,
             damping_n_s_per_m: &detection.damping_n_s_per_m,
-            further: lent(&detection.further),
+            extra_parameter: lent(&detection.extra_parameter),
             decision: &detection.decision,
             threshold,
             decision_unit: shown_unit(unit),
@@ -170,7 +170,7 @@ pub fn detection_pictures(
 }
 
 /// What a person with many recordings looks at first: `timeline`, a row per recording with its phases, ruptures and alarms (of
-/// the first [`MOST_ROWS`](figures::MOST_ROWS)); and `delays`, how late the alarms came, where any was matched to a label.
+/// the first [`MAX_ROWS`](figures::MAX_ROWS)); and `delays`, how late the alarms came, where any was matched to a label.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -181,7 +181,7 @@ pub fn detections_pictures(folder: &Folder, reports: &[(&str, &DetectionReport)]
     let mut jobs: Vec<Job<'_>> = vec![(
         "timeline",
         Box::new(|| {
-            let shown = &reports[..reports.len().min(figures::MOST_ROWS)];
+            let shown = &reports[..reports.len().min(figures::MAX_ROWS)];
             figures::timeline(&shown.iter().map(|(name, report)| timeline_row(name, report)).collect::<Vec<_>>())
         }),
     )];

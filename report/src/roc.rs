@@ -235,7 +235,7 @@ pub fn roc_picture(folder: &Folder, roc: &Characteristics) -> Result<(), Picture
         })
         .collect();
     let hours = roc.all.first().and_then(|curve| curve.points.first()).map_or(0.0, |point| point.hours);
-    let least_per_minute = if hours > 0.0 { 1.0 / (60.0 * hours) } else { 1.0 };
-    let figure = figures::characteristic(&views, least_per_minute)?;
+    let min_per_minute = if hours > 0.0 { 1.0 / (60.0 * hours) } else { 1.0 };
+    let figure = figures::characteristic(&views, min_per_minute)?;
     Ok(keep(folder, "roc", &figure)?)
 }

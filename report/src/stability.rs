@@ -97,7 +97,7 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "needle_port_is_passive": all(ports, |point| gives_nothing(point.hybrid.h[1][1])),
         },
         "sampled_data": sampled.map(|bound| json!({
-            "least_damping_n_s_per_m": bound.least_damping_n_s_per_m,
+            "min_damping_n_s_per_m": bound.min_damping_n_s_per_m,
             "damping_n_s_per_m": bound.damping_n_s_per_m,
             "is_passive": bound.is_passive(),
         })),

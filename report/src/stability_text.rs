@@ -196,7 +196,7 @@ pub(super) fn sampled(analysis: &Analysis) -> String {
     };
     format!(
         "sampled-data passivity: takes {} N·s/m at the master, which has {}: {}\n",
-        significant(bound.least_damping_n_s_per_m),
+        significant(bound.min_damping_n_s_per_m),
         significant(bound.damping_n_s_per_m),
         if bound.is_passive() { "passive" } else { "not passive" },
     )

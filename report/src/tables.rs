@@ -131,7 +131,7 @@ pub(super) fn shortest(value: f64) -> String {
 /// # Errors
 /// Those of the writer.
 pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
-    let further = trace.further.as_ref();
+    let further = trace.extra_parameter.as_ref();
     writeln!(out, "{}{}", COLUMNS.join(","), further.map_or(String::new(), |(name, _)| format!(",{name}")))?;
     let numbers = trace.numbers();
     let mut buffer = ryu::Buffer::new();

@@ -14,13 +14,13 @@ const DOTS: (u32, u32) = (140, 36);
 const AROUND_S: (f64, f64) = (0.5, 1.5);
 
 /// A chart each of up to this many runs.
-const MOST_RUNS: usize = 4;
+const MAX_RUNS: usize = 4;
 
 /// One chart a run, below each other on the same axes: the slave's position around the first rupture of any of them, or over
 /// all of the time where nothing ruptures. With colours as ANSI codes; none where there is nothing to draw.
 #[must_use]
 pub fn runs_chart(runs: &[Run]) -> Option<String> {
-    let runs: Vec<&Run> = runs.iter().filter(|run| run.trace.len() > 1).take(MOST_RUNS).collect();
+    let runs: Vec<&Run> = runs.iter().filter(|run| run.trace.len() > 1).take(MAX_RUNS).collect();
     let last_s = runs.iter().filter_map(|run| run.trace.time_s.last().copied()).reduce(f64::max)?;
     let ruptures = runs.iter().filter_map(|run| run.metrics.ruptures.first()).map(|rupture| rupture.time_s);
     let first_s = ruptures.reduce(f64::min);
@@ -54,7 +54,7 @@ pub fn runs_chart(runs: &[Run]) -> Option<String> {
 }
 
 /// One per chart: told apart by their titles, and by these where there are colours.
-const COLOURS: [AnsiColor; MOST_RUNS] = [AnsiColor::Blue, AnsiColor::Yellow, AnsiColor::Cyan, AnsiColor::Magenta];
+const COLOURS: [AnsiColor; MAX_RUNS] = [AnsiColor::Blue, AnsiColor::Yellow, AnsiColor::Cyan, AnsiColor::Magenta];
 
 /// The slave's position in mm over a stretch of time: what is no number, or far beyond an insertion, is left out.
 fn line(run: &Run, from_s: f64, to_s: f64) -> Vec<(f32, f32)> {

@@ -5,11 +5,11 @@ use clap::Args;
 use super::error::CliError;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
-use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
-use trocar_sim::detect::{Detection, DetectionReport, detect};
 use trocar_report::{
     Folder, calibration_object, calibration_text, calibration_toml, detection_pictures, run_lengths_text, to_json,
 };
+use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
+use trocar_sim::detect::{Detection, DetectionReport, detect};
 use trocar_sim::scenario::{DetectionSpec, Values};
 
 /// Find settings of estimator and detector from the beginning of a recording.

@@ -4,12 +4,12 @@ use clap::Args;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
-use trocar_sim::compare::{Comparison, Fact, MOST_SEEDS, SeedStudy, paper_facts};
 use trocar_report::html::{command_line, comparison_html};
 use trocar_report::{
     Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, runs_chart, seeds_csv,
     seeds_text,
 };
+use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_sim::scenario::Scenario;
 
 /// The pair that is compared when none is named.
@@ -22,7 +22,7 @@ pub(super) struct CompareArgs {
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
     /// Also run every scenario with N seeds, from its own on: medians, and the middle 95 % of the seeds
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MOST_SEEDS))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MAX_SEEDS))]
     seeds: Option<u64>,
     /// Also write report.html into DIR: one page to hand on, which needs nothing but itself, with the scenarios, the metrics and
     /// what they mean, the events, and charts of all runs to zoom into

@@ -19,9 +19,9 @@ use clap::Args;
 use super::error::CliError;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, report};
+use trocar_report::html::command_line;
 use trocar_sim::error::{non_negative, positive};
 use trocar_sim::metrics::RUPTURE_WINDOW_S;
-use trocar_report::html::command_line;
 use trocar_sim::scenario::{Source, Values};
 use warnings::Warnings;
 

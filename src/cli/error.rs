@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use thiserror::Error;
 
 use super::detect::DetectError;
-use trocar_sim::detect::calibration::CalibrationError;
-use trocar_sim::error::InvalidValue;
 use crate::explore::ExploreError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError, diagnostic};
+use trocar_sim::detect::calibration::CalibrationError;
+use trocar_sim::error::InvalidValue;
 use trocar_sim::roc::RocError;
 use trocar_sim::run::RunError;
 use trocar_sim::scenario::ScenarioError;

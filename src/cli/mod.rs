@@ -24,9 +24,9 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use error::CliError;
 use trocar_sim::scenario::{Scenario, Source, json_schema};
 use trocar_sim::sweep::sweep_schema;
-use error::CliError;
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
 ///

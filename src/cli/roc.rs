@@ -4,9 +4,9 @@ use clap::Args;
 
 use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
+use trocar_report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
 use trocar_sim::detection::DistanceKind;
 use trocar_sim::recording::InVivoLikeVariant;
-use trocar_report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
 use trocar_sim::roc::{Signal, Study};
 use trocar_sim::scenario::{DISTANCES, DetectionSpec, Scenario, Source, Values};
 

@@ -11,7 +11,7 @@ use trocar_report::{
 };
 use trocar_sim::scenario::Source;
 use trocar_sim::stability::Axis;
-use trocar_sim::stability_check::{self, MOST_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_sim::stability_check::{self, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
@@ -121,7 +121,7 @@ fn tissue(text: &str) -> Result<(f64, f64), CliError> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
     numbers.filter(|range| is_tissue(*range)).ok_or_else(|| {
-        let reason = format!("write LOW:HIGH in N/m, as in 50:600, from 0 to {MOST_STIFFNESS_N_PER_M}");
+        let reason = format!("write LOW:HIGH in N/m, as in 50:600, from 0 to {MAX_STIFFNESS_N_PER_M}");
         CliError::Axis { axis: text.to_owned(), reason }
     })
 }

@@ -17,11 +17,11 @@ use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-use super::limits::{HEAD, MOST_WAITING, REQUEST};
+use super::limits::{HEAD, MAX_WAITING, REQUEST};
 
 /// Accepts connections until it is dropped.
 pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible {
-    let mut open: VecDeque<JoinHandle<()>> = VecDeque::with_capacity(MOST_WAITING + 1);
+    let mut open: VecDeque<JoinHandle<()>> = VecDeque::with_capacity(MAX_WAITING + 1);
     loop {
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
@@ -31,10 +31,10 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
                 continue;
             }
         };
-        if open.len() >= MOST_WAITING {
+        if open.len() >= MAX_WAITING {
             open.retain(|connection| !connection.is_finished());
         }
-        if open.len() >= MOST_WAITING
+        if open.len() >= MAX_WAITING
             && let Some(oldest) = open.pop_front()
         {
             oldest.abort();

@@ -8,14 +8,14 @@ use std::time::Instant;
 
 use serde_json::{Value as Json, json};
 
-use super::limits::MOST_POINTS;
+use super::limits::MAX_POINTS;
 use super::pair::{Pair, SCHEMES};
 use super::protocol::Show;
 use super::thin::Window;
+use trocar_report::row_cells;
 use trocar_sim::compare::{NoiseCheck, rows};
 use trocar_sim::engine::Trace;
 use trocar_sim::metrics::Outcome;
-use trocar_report::row_cells;
 use trocar_sim::run::Run;
 
 /// A column of a run as the page gets it: its name, its factor into the page's unit, and its values.
@@ -40,7 +40,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
     let length = pair.runs.iter().map(|run| run.trace.len()).max().unwrap_or(0);
     let tick = |time_s: f64| ((time_s / grid.tick_s()).max(0.0) as usize).min(length);
     let ticks = show.window_s.map_or(0..length, |(from, to)| tick(from)..(tick(to).saturating_add(2)).min(length));
-    let window = Window::new(ticks, show.points.clamp(2, MOST_POINTS));
+    let window = Window::new(ticks, show.points.clamp(2, MAX_POINTS));
     let mut points: Vec<f32> = Vec::with_capacity((1 + 2 * (COLUMNS.len() + 1)) * window.len());
     points.extend(window.ticks().into_iter().map(|tick| grid.time_s(tick as u64) as f32));
     for run in &pair.runs {

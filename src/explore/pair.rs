@@ -53,9 +53,9 @@ impl PairMaker {
     /// [`StateError`].
     pub fn scenarios(&mut self, state: &State) -> Result<[Scenario; 2], StateError> {
         let (template, values, seed) = self.template(state)?;
-        let mut caster = template.caster();
+        let mut factory = template.factory();
         let mut cast = |enabled: bool| -> Result<Scenario, StateError> {
-            let mut scenario = caster.cast(&scheme(&values, enabled), seed)?;
+            let mut scenario = factory.build(&scheme(&values, enabled), seed)?;
             SCHEMES[usize::from(enabled)].clone_into(&mut scenario.name);
             bounded(scenario)
         };

@@ -12,7 +12,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::mpsc::error::TrySendError;
 
-use super::limits::MOST_TICKS;
+use super::limits::MAX_TICKS;
 use super::pair::PairMaker;
 use super::protocol::Answer;
 use super::state::{State, StateError, bounded};
@@ -123,7 +123,7 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
     }
     let duration_s = plain.grid.time_s(plain.grid.ticks());
     // A finer tick makes it shorter: an insertion has as many ticks as any other run of a page.
-    let longest_s = LONGEST_S.min((MOST_TICKS - 1) as f64 * plain.grid.tick_s());
+    let longest_s = LONGEST_S.min((MAX_TICKS - 1) as f64 * plain.grid.tick_s());
     if duration_s < longest_s && plain.values().get("recording.file").is_none() {
         set("simulation.duration_s", longest_s.into());
     }

@@ -16,7 +16,7 @@ use tokio::sync::Semaphore;
 use super::assets::ASSETS;
 use super::connections::{accept, header, host, text};
 use super::guard::Guard;
-use super::limits::{MOST_MESSAGE_BYTES, MOST_SESSIONS};
+use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS};
 use super::session;
 use super::state::Catalogue;
 
@@ -51,7 +51,7 @@ pub enum ExploreError {
 
 /// What every request is answered from.
 #[derive(Debug)]
-struct Desk {
+struct RunWorker {
     guard: Guard,
     catalogue: Catalogue,
     first: String,
@@ -69,11 +69,11 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr)) -> Result<(), Exp
         let address = SocketAddr::new(options.address, options.port);
         let listener = TcpListener::bind(address).await.map_err(|source| ExploreError::Bind { address, source })?;
         let bound = listener.local_addr().map_err(ExploreError::System)?;
-        let desk = Arc::new(Desk {
+        let desk = Arc::new(RunWorker {
             guard: Guard::new(bound),
             catalogue: options.catalogue,
             first: options.first,
-            sessions: Arc::new(Semaphore::new(MOST_SESSIONS)),
+            sessions: Arc::new(Semaphore::new(MAX_SESSIONS)),
         });
         let router = Router::new().fallback(move |request: Request<Body>| answer(desk.clone(), request));
         let stopped = stopped().map_err(ExploreError::System)?;
@@ -115,7 +115,7 @@ fn refusal(status: u16, reason: &'static str) -> Response<Body> {
     text(status, "text/plain; charset=utf-8", reason)
 }
 
-async fn answer(desk: Arc<Desk>, request: Request<Body>) -> Response<Body> {
+async fn answer(desk: Arc<RunWorker>, request: Request<Body>) -> Response<Body> {
     if !desk.guard.admits_host(host(&request)) {
         return refusal(421, "This server is addressed by its address or as localhost.\n");
     }
@@ -132,7 +132,7 @@ async fn answer(desk: Arc<Desk>, request: Request<Body>) -> Response<Body> {
 }
 
 /// A page's WebSocket.
-async fn link(desk: &Desk, request: Request<Body>) -> Response<Body> {
+async fn link(desk: &RunWorker, request: Request<Body>) -> Response<Body> {
     if !desk.guard.admits_origin(header(&request, "origin"), host(&request)) {
         return refusal(403, "Only pages of this server may talk to it.\n");
     }
@@ -146,7 +146,7 @@ async fn link(desk: &Desk, request: Request<Body>) -> Response<Body> {
     };
     let (catalogue, first) = (desk.catalogue.clone(), desk.first.clone());
     upgrade
-        .max_message_size(MOST_MESSAGE_BYTES)
-        .max_frame_size(MOST_MESSAGE_BYTES)
+        .max_message_size(MAX_MESSAGE_BYTES)
+        .max_frame_size(MAX_MESSAGE_BYTES)
         .on_upgrade(move |socket| session::serve(socket, catalogue, first, permit))
 }

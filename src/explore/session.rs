@@ -9,15 +9,15 @@ use tokio::sync::mpsc::{self, Sender};
 use tokio::time::{interval, timeout};
 
 use super::controls::greeting;
-use super::limits::{MESSAGES, MOST_ENDING, PING, SILENT, STALLED};
+use super::limits::{MAX_ENDING, MESSAGES, PING, SILENT, STALLED};
 use super::pair::PairMaker;
 use super::protocol::{Answer, Request};
 use super::push::Push;
 use super::state::Catalogue;
-use super::worker::{Job, Mailbox, Office, start};
+use super::worker::{Job, Mailbox, WorkerContext, start};
 
 /// Answers that may wait for a page to read them.
-const MOST_ANSWERS: usize = 4;
+const MAX_ANSWERS: usize = 4;
 
 /// Allows a number of messages at once, and some more each second.
 struct Allowance {
@@ -52,10 +52,10 @@ impl Drop for Session {
 
 /// Serves a page until it goes, breaks the rules, or stops reading.
 pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: String, permit: OwnedSemaphorePermit) {
-    let (answers, mut answered) = mpsc::channel(MOST_ANSWERS);
+    let (answers, mut answered) = mpsc::channel(MAX_ANSWERS);
     let permit = Arc::new(permit);
     let mailbox = Arc::new(Mailbox::default());
-    let office = Office {
+    let office = WorkerContext {
         mailbox: mailbox.clone(),
         catalogue: catalogue.clone(),
         answers: answers.clone(),
@@ -127,7 +127,7 @@ impl Session {
             Request::Push { id, state, augmented } => {
                 self.push = None;
                 // The page itself and its two threads hold a permit each, and so does each insertion until it is gone.
-                if Arc::strong_count(&self.permit) > 3 + MOST_ENDING {
+                if Arc::strong_count(&self.permit) > 3 + MAX_ENDING {
                     return Some(Answer::refused(id, &"too many wishes at once"));
                 }
                 let (maker, answers, permit) = (&mut self.maker, self.answers.clone(), self.permit.clone());

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::limits::{MOST_KEYS, MOST_NUMBERS, MOST_TICKS};
+use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
 use trocar_sim::run::RunError;
-use trocar_sim::scenario::{Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
+use trocar_sim::scenario::{
+    Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions,
+};
 use trocar_sim::stability::StabilityError;
 
 /// The key in which the two runs of a page differ.
@@ -50,10 +52,10 @@ pub enum StateError {
         must: String,
     },
     /// Too many keys.
-    #[error("{0} keys are changed, at most {MOST_KEYS}")]
+    #[error("{0} keys are changed, at most {MAX_KEYS}")]
     Keys(usize),
     /// Too long a run.
-    #[error("{0} ticks, at most {MOST_TICKS} on the page; shorten the run or lengthen the tick")]
+    #[error("{0} ticks, at most {MAX_TICKS} on the page; shorten the run or lengthen the tick")]
     Ticks(u64),
     /// The scenario cannot be run like this.
     #[error(transparent)]
@@ -78,7 +80,7 @@ impl State {
     /// # Errors
     /// [`StateError`].
     pub fn values(&self) -> Result<Vec<(&'static Key, Value)>, StateError> {
-        if self.set.len() > MOST_KEYS {
+        if self.set.len() > MAX_KEYS {
             return Err(StateError::Keys(self.set.len()));
         }
         self.set.iter().map(|(path, value)| accept(path, value)).collect()
@@ -97,7 +99,7 @@ fn accept(path: &str, value: &serde_json::Value) -> Result<(&'static Key, Value)
         }
         _ => {}
     }
-    let too_long = value.as_array().is_some_and(|list| list.len() > MOST_NUMBERS);
+    let too_long = value.as_array().is_some_and(|list| list.len() > MAX_NUMBERS);
     let toml = toml::Value::try_from(value).ok().filter(|_| !too_long);
     let accepted = toml.and_then(|toml| key.kind.accept(&toml));
     let value = accepted.ok_or_else(|| StateError::Value { key: key.path, must: key.kind.describe() })?;
@@ -107,7 +109,7 @@ fn accept(path: &str, value: &serde_json::Value) -> Result<(&'static Key, Value)
 /// A run that is not too long for a page.
 pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
     let ticks = scenario.grid.ticks();
-    if ticks > MOST_TICKS { Err(StateError::Ticks(ticks)) } else { Ok(scenario) }
+    if ticks > MAX_TICKS { Err(StateError::Ticks(ticks)) } else { Ok(scenario) }
 }
 
 /// The scenarios of a page: the user's own, if one was named, and those that are shipped.

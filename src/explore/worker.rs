@@ -16,12 +16,12 @@ use super::map::mapped;
 use super::pair::{Pair, PairMaker, SCHEMES};
 use super::protocol::{Answer, Export, File, MapRequest, Show};
 use super::state::{Catalogue, StateError};
-use trocar_sim::compare::NoiseCheck;
 use trocar_report::write_trace_csv;
+use trocar_sim::compare::NoiseCheck;
 use trocar_sim::run::run;
 
 /// How many files and openings may wait; beyond, they are refused.
-const MOST_JOBS: usize = 8;
+const MAX_JOBS: usize = 8;
 
 /// How long a page's controls must rest until its runs are looked at in noise.
 const REST: Duration = Duration::from_millis(600);
@@ -66,7 +66,7 @@ impl Mailbox {
     /// Gives the job back where too many wait already.
     pub(super) fn job(&self, job: Job) -> Result<(), Job> {
         let mut waiting = self.lock();
-        if waiting.jobs.len() >= MOST_JOBS {
+        if waiting.jobs.len() >= MAX_JOBS {
             return Err(job);
         }
         waiting.jobs.push_back(job);
@@ -83,7 +83,7 @@ impl Mailbox {
 }
 
 /// What the threads of one page share. The permit is the page's: the next one comes in when the last thread has ended.
-pub(super) struct Office {
+pub(super) struct WorkerContext {
     pub(super) mailbox: Arc<Mailbox>,
     pub(super) catalogue: Catalogue,
     pub(super) answers: Sender<Answer>,
@@ -94,8 +94,8 @@ pub(super) struct Office {
 ///
 /// # Errors
 /// Where the system has no thread left.
-pub(super) fn start(office: Office) -> std::io::Result<()> {
-    let Office { mailbox, catalogue, answers, permit } = office;
+pub(super) fn start(office: WorkerContext) -> std::io::Result<()> {
+    let WorkerContext { mailbox, catalogue, answers, permit } = office;
     let maps = (mailbox.clone(), PairMaker::new(catalogue.clone()), answers.clone(), permit.clone());
     std::thread::Builder::new().name("trocar map".into()).spawn(move || {
         let (mailbox, mut maker, answers, permit) = maps;
@@ -113,7 +113,7 @@ pub(super) fn start(office: Office) -> std::io::Result<()> {
         drop(permit);
     })?;
     std::thread::Builder::new().name("trocar runs".into()).spawn(move || {
-        let mut desk = Desk { maker: PairMaker::new(catalogue), shown: None, noise: None };
+        let mut desk = RunWorker { maker: PairMaker::new(catalogue), shown: None, noise: None };
         while let Some(task) = next_task(&mailbox, desk.shown.is_some() && desk.noise.is_none()) {
             if answers.blocking_send(desk.answer(task)).is_err() {
                 break;
@@ -171,14 +171,14 @@ fn next_task(mailbox: &Mailbox, wants_rest: bool) -> Option<Task> {
 }
 
 /// The thread of the runs, with the pair that it showed last.
-struct Desk {
+struct RunWorker {
     maker: PairMaker,
     shown: Option<(Show, Pair)>,
     /// What was seen of that pair in noise, once it was looked at.
     noise: Option<Vec<NoiseCheck>>,
 }
 
-impl Desk {
+impl RunWorker {
     fn answer(&mut self, task: Task) -> Answer {
         match task {
             Task::Show(show) => {

@@ -3,7 +3,7 @@
 
 use crate::support;
 use crate::support::pair::Pair;
-use trocar::engine::{ExactSides, IntegratedSides, LimitedSides, Sides};
+use trocar::engine::{ExactPlants, IntegratedPlants, LimitedPlants, Plants};
 use trocar::lane::Lane;
 use trocar::metrics::RuptureMetrics;
 use trocar::plant::{
@@ -26,8 +26,8 @@ fn input(k: usize) -> (f64, f64, f64) {
     (0.02 * t, 3.0 * (9.0 * t).sin(), if (k / 150).is_multiple_of(2) { 0.002 } else { -0.001 })
 }
 
-fn drive(sides: impl Sides<f64>, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
-    support::drive(sides, TICKS, input)
+fn drive(plants: impl Plants<f64>, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
+    support::drive(plants, TICKS, input)
 }
 
 fn difference(a: &[Vec<f64>; 5], b: &[Vec<f64>; 5]) -> f64 {
@@ -35,23 +35,23 @@ fn difference(a: &[Vec<f64>; 5], b: &[Vec<f64>; 5]) -> f64 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-fn limited(limits: &ActuatorLimits, coupling: Coupling, damping: Damping) -> LimitedSides<f64> {
+fn limited(limits: &ActuatorLimits, coupling: Coupling, damping: Damping) -> LimitedPlants<f64> {
     let master = MasterParameters { coupling, ..MasterParameters::default() };
     let slave = SlaveParameters { damping, ..SlaveParameters::default() };
-    LimitedSides::new((&master, &ArmParameters::default(), &slave), limits, TICK_S, 0.0, 0.0).expect("valid")
+    LimitedPlants::new((&master, &ArmParameters::default(), &slave), limits, TICK_S, 0.0, 0.0).expect("valid")
 }
 
-fn integrated(limits: &ActuatorLimits, damping: Damping) -> IntegratedSides {
+fn integrated(limits: &ActuatorLimits, damping: Damping) -> IntegratedPlants {
     let slave = SlaveParameters { damping, ..SlaveParameters::default() };
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &slave);
-    IntegratedSides::new(machines, ControlTiming::Sampled, TICK_S, 0.0, 0.0).limited(limits)
+    IntegratedPlants::new(machines, ControlTiming::Sampled, TICK_S, 0.0, 0.0).limited(limits)
 }
 
-fn unlimited(damping: Damping) -> ExactSides<f64> {
+fn unlimited(damping: Damping) -> ExactPlants<f64> {
     let (timing, slave) = (ControlTiming::Sampled, SlaveParameters { damping, ..SlaveParameters::default() });
     let master = MasterStep::new(&MasterParameters::default(), &ArmParameters::default(), timing, TICK_S);
     let slave = SlaveStep::new(&slave, timing, TICK_S);
-    ExactSides::new(&master.expect("valid"), &slave.expect("valid"), 0.0, 0.0)
+    ExactPlants::new(&master.expect("valid"), &slave.expect("valid"), 0.0, 0.0)
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn a_limit_of_nothing_is_refused() {
     }
 }
 
-/// Every limit of both sides at once, each reached: the range, the rate and a lag of some ticks.
+/// Every limit of both plants at once, each reached: the range, the rate and a lag of some ticks.
 const ALL: ActuatorLimits = ActuatorLimits {
     master_force_n: Some(1.2),
     slave_command: Some(0.4),
@@ -175,12 +175,12 @@ fn range_rate_and_lag_agree_with_numerical_integration() {
     }
 }
 
-/// Sides whose machines are simple enough to be told by hand: a master of 1 kg without damping that no hand holds, and
+/// Plants whose machines are simple enough to be told by hand: a master of 1 kg without damping that no hand holds, and
 /// a slave of any kind.
-fn simple(slave: &SlaveParameters, limits: &ActuatorLimits) -> LimitedSides<f64> {
+fn simple(slave: &SlaveParameters, limits: &ActuatorLimits) -> LimitedPlants<f64> {
     let master = MasterParameters { mass_kg: 1.0, damping_n_s_per_m: 0.0, ..MasterParameters::default() };
     let arm = ArmParameters { k_a_n_per_m: 0.0, b_a_n_s_per_m: 0.0, ..ArmParameters::default() };
-    LimitedSides::new((&master, &arm, slave), limits, TICK_S, 0.0, 0.0).expect("valid")
+    LimitedPlants::new((&master, &arm, slave), limits, TICK_S, 0.0, 0.0).expect("valid")
 }
 
 /// A slave `2 / ((s + 2) (s + 30))` under a gain so high that its command stands at the limit.
@@ -293,7 +293,7 @@ fn rated_end(k: usize) -> f64 {
 #[test]
 fn lanes_have_the_bits_of_each_alone() {
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &SlaveParameters::default());
-    let mut together = LimitedSides::<Pair>::new(machines, &ALL, TICK_S, 0.0, 0.0).expect("valid");
+    let mut together = LimitedPlants::<Pair>::new(machines, &ALL, TICK_S, 0.0, 0.0).expect("valid");
     let shifted = |k: usize| input(k + 70);
     let alone = [
         drive(limited(&ALL, Coupling::Physical, Damping::Velocity), input),
@@ -325,8 +325,8 @@ fn a_slave_that_is_held_at_rest_stays_there() {
     let slave = SlaveParameters { proportional_gain: 500.0, ..overdriven() };
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &slave);
     let limits = ActuatorLimits { slave_lag_s: 0.05, slave_command_rate_per_s: Some(1.0), ..ActuatorLimits::NONE };
-    let exact = LimitedSides::<f64>::new(machines, &limits, TICK_S, 0.0, 0.01).expect("valid");
-    let integrated = IntegratedSides::new(machines, ControlTiming::Sampled, TICK_S, 0.0, 0.01).limited(&limits);
+    let exact = LimitedPlants::<f64>::new(machines, &limits, TICK_S, 0.0, 0.01).expect("valid");
+    let integrated = IntegratedPlants::new(machines, ControlTiming::Sampled, TICK_S, 0.0, 0.01).limited(&limits);
     let rest = 0.01 * 1000.0 / 1060.0;
     for columns in [drive(exact, |_| (0.0, 0.0, 0.01)), drive(integrated, |_| (0.0, 0.0, 0.01))] {
         assert!(columns[3].iter().all(|x| (x - rest).abs() < 1e-12), "{:?}", columns[3].last());

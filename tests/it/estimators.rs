@@ -71,7 +71,7 @@ fn friction_finds_its_three_parameters() {
         let last = *estimates(&settings, with_friction).last().expect("some");
         assert_close(last.stiffness_n_per_m, 180.0, 1e-3);
         assert_close(last.damping_n_s_per_m, 9.0, 1e-2);
-        assert_close(last.further, 0.7, 1e-2);
+        assert_close(last.extra_parameter, 0.7, 1e-2);
     }
 }
 
@@ -84,7 +84,7 @@ fn hunt_crossley_finds_its_power_its_stiffness_and_its_damping() {
         for power in [1.0, 1.25, 1.5, 2.0, 2.5] {
             let all = estimates(&settings, hunt_crossley(power));
             let last = all.last().expect("some");
-            assert_close(last.further, power, 5e-3);
+            assert_close(last.extra_parameter, power, 5e-3);
             let (p, _) = motion(19_999);
             assert_close(last.stiffness_n_per_m, hunt_crossley(power)(p, 0.0) / p, 1e-3);
             assert_close(last.damping_n_s_per_m, 6.0 * hunt_crossley(power)(p, 0.0), 5e-3);
@@ -126,7 +126,7 @@ fn least_residual_is_never_further_off_than_either_model() {
         let least = of(Parameters::LeastResidual);
         for ((a, b), least) in without.iter().zip(&with).zip(&least) {
             assert_eq!(least.residual_n.abs(), a.residual_n.abs().min(b.residual_n.abs()));
-            assert_eq!((least.stiffness_n_per_m, least.further), (a.stiffness_n_per_m, b.further));
+            assert_eq!((least.stiffness_n_per_m, least.extra_parameter), (a.stiffness_n_per_m, b.extra_parameter));
         }
     }
 }
@@ -153,7 +153,7 @@ fn no_model_makes_anything_of_nothing() {
             for k in 0..20_000 {
                 let [force, depth, velocity] = kind(k);
                 let e = estimator.update(force, depth, velocity);
-                let numbers = [e.stiffness_n_per_m, e.damping_n_s_per_m, e.further];
+                let numbers = [e.stiffness_n_per_m, e.damping_n_s_per_m, e.extra_parameter];
                 assert!(numbers.iter().all(|n| n.abs() < 1e6), "{parameters:?}, {forgetting:?}, {which}: {e:?}");
             }
             let [force, depth, velocity] = [2.0, 0.02, 0.01];

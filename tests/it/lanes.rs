@@ -19,7 +19,7 @@ impl Seen {
             s.measured_force_n,
             s.feedback_force_n,
             s.residual_n,
-            s.further,
+            s.extra_parameter,
             s.decision,
             s.mode,
             s.allowed_force_step_n,

@@ -1,7 +1,7 @@
 //! The engine and the estimator against trajectories of an independent implementation (`tests/reference`).
 
 use crate::support::{ClosedLoop, difference, drive, table};
-use trocar::engine::{ExactSides, IntegratedSides, Trace};
+use trocar::engine::{ExactPlants, IntegratedPlants, Trace};
 use trocar::estimation::{Rls, RlsSettings};
 use trocar::plant::{
     ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters, SlaveStep,
@@ -10,16 +10,16 @@ use trocar::time::TickGrid;
 
 const TICK_S: f64 = 1e-3;
 
-fn exact(damping: Damping, timing: ControlTiming) -> ExactSides<f64> {
+fn exact(damping: Damping, timing: ControlTiming) -> ExactPlants<f64> {
     let master = MasterStep::new(&MasterParameters::default(), &ArmParameters::default(), timing, TICK_S);
     let slave = SlaveStep::new(&SlaveParameters { damping, ..SlaveParameters::default() }, timing, TICK_S);
-    ExactSides::new(&master.expect("valid"), &slave.expect("valid"), 0.0, 0.0)
+    ExactPlants::new(&master.expect("valid"), &slave.expect("valid"), 0.0, 0.0)
 }
 
-fn integrated(damping: Damping, timing: ControlTiming, coupling: Coupling) -> IntegratedSides {
+fn integrated(damping: Damping, timing: ControlTiming, coupling: Coupling) -> IntegratedPlants {
     let master = MasterParameters { coupling, ..MasterParameters::default() };
     let slave = SlaveParameters { damping, ..SlaveParameters::default() };
-    IntegratedSides::new((&master, &ArmParameters::default(), &slave), timing, TICK_S, 0.0, 0.0)
+    IntegratedPlants::new((&master, &ArmParameters::default(), &slave), timing, TICK_S, 0.0, 0.0)
 }
 
 #[test]
@@ -135,8 +135,8 @@ fn oracle_a_slave_of_degree_two_rests_where_the_exact_one_does() {
         let master_step = MasterStep::new(&master, &arm, timing, TICK_S).expect("valid");
         let slave_step = SlaveStep::new(&slave, timing, TICK_S).expect("valid");
         let input = |_| (0.01, 0.0, 0.01);
-        let exact = drive(ExactSides::new(&master_step, &slave_step, 0.01, 0.01), 300, input);
-        let integrated = drive(IntegratedSides::new((&master, &arm, &slave), timing, TICK_S, 0.01, 0.01), 300, input);
+        let exact = drive(ExactPlants::new(&master_step, &slave_step, 0.01, 0.01), 300, input);
+        let integrated = drive(IntegratedPlants::new((&master, &arm, &slave), timing, TICK_S, 0.01, 0.01), 300, input);
         let error = difference(&exact[3], &integrated[3], 1);
         assert!(error < 1e-9, "{damping:?}: {error:e}");
         assert!(difference(&exact[3], &vec![exact[3][0]; 300], 1) < 1e-9, "at rest it stays");

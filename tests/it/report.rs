@@ -7,7 +7,7 @@ use crate::support::desk::Desk;
 use serde_json::Value as Json;
 
 /// What a page may weigh.
-const MOST_BYTES: usize = 2_000_000;
+const MAX_BYTES: usize = 2_000_000;
 
 /// A short scenario that needs no recording.
 const SHORT: &str =
@@ -56,7 +56,7 @@ fn rows(html: &str) -> Vec<Vec<String>> {
 
 /// What holds for every page.
 fn is_sound(html: &str) {
-    assert!(html.len() < MOST_BYTES, "{} bytes", html.len());
+    assert!(html.len() < MAX_BYTES, "{} bytes", html.len());
     assert!(html.starts_with("<!doctype html>\n<html lang=\"en\">"));
     assert!(!between(html, "<title>", "</title>").is_empty());
     assert!(html.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src &#x27;none&#x27;; script-src"));

@@ -66,7 +66,7 @@ fn a_ladder_announces_what_the_real_detector_announces_alarm_for_alarm() {
             // Thirteen: a full group of lanes, and one that is not.
             let ladder = Ladder::around(settings, 13);
             let mut climbed = vec![vec![]; 13];
-            ladder.climb(&evidence, 1e-3, |rung, sample| climbed[rung].push(sample));
+            ladder.evaluate(&evidence, 1e-3, |rung, sample| climbed[rung].push(sample));
             for (rung, climbed) in climbed.iter().enumerate() {
                 let mut detector = Detector::<f64>::new(&ladder.settings_at(rung), 1e-3);
                 let alarms: Vec<usize> = (0..evidence.len()).filter(|&k| detector.update(&evidence[k]).alarm).collect();
@@ -164,8 +164,8 @@ fn the_defaults_keep_the_bar_that_the_derivative_never_reaches() {
     assert_eq!(paper.cases, 1000);
     assert!(paper.detection_of_each.iter().all(|share| *share >= 0.995), "{:?}", paper.detection_of_each);
     // Below one an hour, and that beyond chance: three in 4.4 h would have an upper end above it, as would one.
-    let (_, most_per_minute) = paper.false_alarms_per_minute_interval.expect("listened");
-    assert!(60.0 * most_per_minute < 1.0, "{} in {} h", paper.false_alarms, paper.hours);
+    let (_, max_per_minute) = paper.false_alarms_per_minute_interval.expect("listened");
+    assert!(60.0 * max_per_minute < 1.0, "{} in {} h", paper.false_alarms, paper.hours);
     assert_eq!(roc.all[1].at_detection(0.995), None);
     let most = roc.all[1].points.iter().filter_map(|point| point.detection).fold(0.0, f64::max);
     assert!(most < 0.7, "{most}");

@@ -324,9 +324,9 @@ fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel(
     let bound = |stiffness, delay_s| SampledBound::of(&with(stiffness, delay_s)).expect("built").expect("applies");
     // Linear in the stiffness, worse with delay, and enough for the loop with the arm to be stable.
     let (one, ten) = (bound(10.0, 0.0), bound(100.0, 0.0));
-    assert!((ten.least_damping_n_s_per_m - 10.0 * one.least_damping_n_s_per_m).abs() < 1e-9);
-    assert!(bound(100.0, 0.02).least_damping_n_s_per_m > ten.least_damping_n_s_per_m);
-    let passive = 0.99 * 100.0 * ten.damping_n_s_per_m / ten.least_damping_n_s_per_m;
+    assert!((ten.min_damping_n_s_per_m - 10.0 * one.min_damping_n_s_per_m).abs() < 1e-9);
+    assert!(bound(100.0, 0.02).min_damping_n_s_per_m > ten.min_damping_n_s_per_m);
+    let passive = 0.99 * 100.0 * ten.damping_n_s_per_m / ten.min_damping_n_s_per_m;
     assert!(bound(passive, 0.0).is_passive());
     assert!(ClosedLoop::new(&with(passive, 0.0)).expect("built").is_stable().expect("counted"));
     assert_eq!(SampledBound::of(&settings(&[])).expect("built"), None);

@@ -84,9 +84,9 @@ pub(super) struct Automaton<L: Lane> {
     teleoperates: L::Mask,
     entered: L,
     quiet_ticks: L,
-    deaf_until: L,
+    refractory_until: L,
     /// Where an augmented phase has lasted longer than it must: because `g` was not quiet.
-    has_lingered: L::Mask,
+    exit_was_delayed: L::Mask,
 }
 
 impl<L: Lane> Automaton<L> {
@@ -104,8 +104,8 @@ impl<L: Lane> Automaton<L> {
             teleoperates: L::Mask::splat(true),
             entered: L::zero(),
             quiet_ticks: L::zero(),
-            deaf_until: L::zero(),
-            has_lingered: L::Mask::splat(false),
+            refractory_until: L::zero(),
+            exit_was_delayed: L::Mask::splat(false),
         }
     }
 
@@ -121,8 +121,8 @@ impl<L: Lane> Automaton<L> {
 
     /// Where the run would have been another with a higher threshold, although the alarms are the same: one that is quiet
     /// sooner ends no augmented phase sooner that has lasted no longer than it must.
-    pub(super) fn has_lingered(&self) -> L::Mask {
-        self.has_lingered
+    pub(super) fn exit_was_delayed(&self) -> L::Mask {
+        self.exit_was_delayed
     }
 
     /// The mode for `tick`, given the tick's alarm and `g`, and whether the position had blended by the tick before.
@@ -132,13 +132,13 @@ impl<L: Lane> Automaton<L> {
         let mode = self.mode;
         let held = now - self.entered;
 
-        let enter = is(mode, Mode::Teleoperation) & alarm & now.ge(self.deaf_until);
+        let enter = is(mode, Mode::Teleoperation) & alarm & now.ge(self.refractory_until);
         let quiet = decision.lt(self.exit_level);
         let quiet_ticks = L::select(quiet, self.quiet_ticks + L::splat(1.0), L::zero());
         let settled = held.ge(self.min_hold_ticks) & quiet_ticks.ge(self.exit_quiet_ticks);
         let augmented = is(mode, Mode::Augmented);
         let leave = augmented & (settled | held.ge(self.max_hold_ticks));
-        self.has_lingered = self.has_lingered | (augmented & held.ge(self.min_hold_ticks) & !leave);
+        self.exit_was_delayed = self.exit_was_delayed | (augmented & held.ge(self.min_hold_ticks) & !leave);
         let done = is(mode, Mode::Reengaging) & blended & held.ge(self.blend_ticks);
 
         self.quiet_ticks = quiet_ticks;
@@ -147,7 +147,7 @@ impl<L: Lane> Automaton<L> {
             core::hint::cold_path();
             self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);
             self.entered = L::select(enter | leave, now, self.entered);
-            self.deaf_until = L::select(done, now + self.refractory_ticks, self.deaf_until);
+            self.refractory_until = L::select(done, now + self.refractory_ticks, self.refractory_until);
             let code = |mode: Mode| L::splat(mode.code());
             self.mode = L::select(enter, code(Mode::Augmented), mode);
             self.mode = L::select(leave, code(Mode::Reengaging), self.mode);
@@ -183,5 +183,5 @@ pub(super) fn has_become<L: Lane>(before: L, mode: L, which: Mode) -> L::Mask {
 
 crate::lane::gather!(Automaton {
     min_hold_ticks, max_hold_ticks, exit_level, exit_quiet_ticks, refractory_ticks, blend_ticks, mode, entered, quiet_ticks,
-    deaf_until,
-} masks { teleoperates, has_lingered });
+    refractory_until,
+} masks { teleoperates, exit_was_delayed });

@@ -1,7 +1,7 @@
 //! The distance `s_k`: how unlike the hypothesis "nothing happened" a sample is (eq. 22, 23, 26, the paper's choices and two
 //! textbook tests).
 
-use super::likelihood_ratio::{LikelihoodRatio, MOST_WINDOW_SAMPLES};
+use super::likelihood_ratio::{LikelihoodRatio, MAX_WINDOW_SAMPLES};
 use super::page_hinkley::PageHinkley;
 use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
@@ -133,7 +133,7 @@ pub struct Distance {
     pub kind: DistanceKind,
     /// What it compares.
     pub hypotheses: Hypotheses,
-    /// How many samples the likelihood ratio looks back over, 1 to [`MOST_WINDOW_SAMPLES`]; the others have no window.
+    /// How many samples the likelihood ratio looks back over, 1 to [`MAX_WINDOW_SAMPLES`]; the others have no window.
     pub window_samples: usize,
 }
 
@@ -148,7 +148,7 @@ impl Distance {
     /// [`InvalidValue`] naming the first one out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         self.hypotheses.validate()?;
-        let holds = (1..=MOST_WINDOW_SAMPLES).contains(&self.window_samples);
+        let holds = (1..=MAX_WINDOW_SAMPLES).contains(&self.window_samples);
         require("detector.window_samples", self.window_samples as f64, holds, "a whole number from 1 to 64")?;
         Ok(())
     }

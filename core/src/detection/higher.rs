@@ -22,7 +22,7 @@ pub(super) struct HigherThresholds {
 struct Higher {
     threshold: f64,
     /// At most so many ticks more than the lane's own detector it has been quiet.
-    quieter_by: f64,
+    extra_quiet_ticks: f64,
 }
 
 /// A sample above the lane's own threshold, as all of the thresholds see it.
@@ -47,7 +47,7 @@ pub(super) struct Crossing<L: Lane> {
 impl HigherThresholds {
     /// Thresholds that are asked beside the own one of the only lane.
     pub(super) fn of(thresholds: &[f64]) -> Self {
-        let higher = |&threshold: &f64| Higher { threshold, quieter_by: 0.0 };
+        let higher = |&threshold: &f64| Higher { threshold, extra_quiet_ticks: 0.0 };
         Self { lanes: [thresholds.iter().map(higher).collect()].into() }
     }
 
@@ -70,13 +70,13 @@ impl HigherThresholds {
             let (like_rupture, alarm) = (crossing.like_rupture.lane(index), crossing.alarm.lane(index));
             let in_contact = crossing.in_contact.lane(index);
             lane.retain_mut(|higher| {
-                let at_most = quiet_ticks + higher.quieter_by;
+                let at_most = quiet_ticks + higher.extra_quiet_ticks;
                 if decision > higher.threshold {
                     // Armed as the lower one is, or certainly not.
-                    higher.quieter_by = 0.0;
+                    higher.extra_quiet_ticks = 0.0;
                     !like_rupture || quiet_ticks >= settle_ticks || at_most < settle_ticks
                 } else {
-                    higher.quieter_by = if in_contact { at_most + 1.0 } else { 0.0 };
+                    higher.extra_quiet_ticks = if in_contact { at_most + 1.0 } else { 0.0 };
                     !alarm
                 }
             });

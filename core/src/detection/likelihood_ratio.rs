@@ -3,7 +3,7 @@
 use crate::lane::Lane;
 
 /// Most samples that a window may hold: it lies within the detector, which allocates nothing.
-pub const MOST_WINDOW_SAMPLES: usize = 64;
+pub const MAX_WINDOW_SAMPLES: usize = 64;
 
 /// The log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window.
 ///
@@ -19,21 +19,21 @@ pub const MOST_WINDOW_SAMPLES: usize = 64;
 #[derive(Debug, Clone)]
 pub(super) struct LikelihoodRatio<L> {
     /// The last samples in a ring, 0 where there was none: a sum that reaches back to those is a smaller ratio.
-    window: [L; MOST_WINDOW_SAMPLES],
+    window: [L; MAX_WINDOW_SAMPLES],
     /// `1 / (2 σ_0² n)` for a sum of `n` samples, from `n = 1` on.
-    weight: [L; MOST_WINDOW_SAMPLES],
+    weight: [L; MAX_WINDOW_SAMPLES],
     samples: usize,
     newest: usize,
 }
 
 impl<L: Lane> LikelihoodRatio<L> {
-    /// Over `samples` of them, kept within 1 and [`MOST_WINDOW_SAMPLES`], with `σ_0` in N.
+    /// Over `samples` of them, kept within 1 and [`MAX_WINDOW_SAMPLES`], with `σ_0` in N.
     pub(super) fn new(samples: usize, quiet_std_n: f64) -> Self {
         let weight = |n: usize| L::splat(1.0 / (2.0 * quiet_std_n * quiet_std_n * (n + 1) as f64));
         Self {
-            window: [L::zero(); MOST_WINDOW_SAMPLES],
+            window: [L::zero(); MAX_WINDOW_SAMPLES],
             weight: core::array::from_fn(weight),
-            samples: samples.clamp(1, MOST_WINDOW_SAMPLES),
+            samples: samples.clamp(1, MAX_WINDOW_SAMPLES),
             newest: 0,
         }
     }
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn it_is_the_greatest_log_likelihood_ratio_over_size_and_time() {
         let residuals: Vec<f64> = (0..300).map(|k| 0.1 * f64::from(k * k % 17) / 17.0 - 0.04).collect();
-        for samples in [1, 2, 10, MOST_WINDOW_SAMPLES] {
+        for samples in [1, 2, 10, MAX_WINDOW_SAMPLES] {
             let mut ratio = LikelihoodRatio::<f64>::new(samples, 0.02);
             for k in 0..residuals.len() {
                 let expected = by_definition(&residuals[..=k], samples, 0.02);

@@ -11,7 +11,7 @@ mod page_hinkley;
 pub use arming::{ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distance::{Distance, DistanceKind, Hypotheses, WINDOW_SAMPLES};
-pub use likelihood_ratio::MOST_WINDOW_SAMPLES;
+pub use likelihood_ratio::MAX_WINDOW_SAMPLES;
 
 use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};

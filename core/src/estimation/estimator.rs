@@ -43,7 +43,7 @@ impl<L: Lane> Estimator<L> {
 
     /// Whether it is the paper's, so that [`Estimator::update_papers`] may be called.
     #[must_use]
-    pub fn is_the_papers(&self) -> bool {
+    pub fn is_baseline(&self) -> bool {
         self.other.is_none()
     }
 
@@ -57,7 +57,7 @@ impl<L: Lane> Estimator<L> {
         }
     }
 
-    /// [`Estimator::update`] for those that have asked [`Estimator::is_the_papers`] before.
+    /// [`Estimator::update`] for those that have asked [`Estimator::is_baseline`] before.
     #[inline(always)]
     pub fn update_papers(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         self.papers.update(force_n, depth_m, velocity_m_per_s)

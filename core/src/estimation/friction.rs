@@ -44,7 +44,7 @@ impl<L: Lane> Friction<L> {
             correction: [stiffness_change, damping_change],
             stiffness_n_per_m: stiffness,
             damping_n_s_per_m: damping,
-            further: self.length * friction,
+            extra_parameter: self.length * friction,
         }
     }
 }

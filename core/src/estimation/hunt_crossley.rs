@@ -12,11 +12,11 @@ const REFERENCE_DEPTH_M: f64 = 0.01;
 const REFERENCE_VELOCITY_M_PER_S: f64 = 0.05;
 /// Where the power begins and within what it stays. Tissue stiffens with depth; 1 makes the model a line.
 const FIRST_POWER: f64 = 1.0;
-const LEAST_POWER: f64 = 0.5;
-const MOST_POWER: f64 = 4.0;
+const MIN_POWER: f64 = 0.5;
+const MAX_POWER: f64 = 4.0;
 /// Depths in m at which the logarithm is taken as that of the bound.
-const LEAST_DEPTH_M: f64 = 1e-6;
-const MOST_DEPTH_M: f64 = 1.0;
+const MIN_DEPTH_M: f64 = 1e-6;
+const MAX_DEPTH_M: f64 = 1.0;
 /// Information in N², of the force's sensitivity to the power, after which the power's gain is restored.
 const POWER_MEMORY_N2: f64 = 20.0;
 
@@ -80,7 +80,7 @@ impl<L: Lane> HuntCrossley<L> {
         self.learn_power(force_n);
 
         let contact = depth_m.gt(zero);
-        let bounded = depth_m.clamp(L::splat(LEAST_DEPTH_M), L::splat(MOST_DEPTH_M));
+        let bounded = depth_m.clamp(L::splat(MIN_DEPTH_M), L::splat(MAX_DEPTH_M));
         let (mut base, mut log_depth) = (zero, zero);
         if contact.any() {
             log_depth = each(bounded * L::splat(1.0 / REFERENCE_DEPTH_M), libm::log);
@@ -101,7 +101,7 @@ impl<L: Lane> HuntCrossley<L> {
             correction: lesson.correction,
             stiffness_n_per_m: self.seen[0],
             damping_n_s_per_m: self.seen[1],
-            further: self.power,
+            extra_parameter: self.power,
         }
     }
 
@@ -117,7 +117,7 @@ impl<L: Lane> HuntCrossley<L> {
         let share = self.power_gain / (one + self.power_gain * (slope * slope));
         let outside = left_over.abs().gt(self.dead_zone);
         let power = self.power + share * (slope * left_over);
-        let power = power.clamp(L::splat(LEAST_POWER), L::splat(MOST_POWER));
+        let power = power.clamp(L::splat(MIN_POWER), L::splat(MAX_POWER));
         self.power = L::select(outside, power, self.power);
         let information = self.power_information + slope * slope;
         let restore = information.ge(L::splat(POWER_MEMORY_N2));

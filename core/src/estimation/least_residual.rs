@@ -38,7 +38,7 @@ impl<L: Lane> LeastResidual<L> {
             correction: by_index!(2, |i| chosen(with.correction[i], without.correction[i])),
             stiffness_n_per_m: without.stiffness_n_per_m,
             damping_n_s_per_m: without.damping_n_s_per_m,
-            further: with.further,
+            extra_parameter: with.extra_parameter,
         }
     }
 }

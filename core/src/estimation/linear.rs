@@ -31,7 +31,7 @@ impl<L: Lane> Linear<L> {
             correction: lesson.correction,
             stiffness_n_per_m: stiffness,
             damping_n_s_per_m: damping,
-            further: zero,
+            extra_parameter: zero,
         }
     }
 }

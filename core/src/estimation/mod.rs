@@ -17,5 +17,5 @@ mod velocity;
 
 pub use estimator::Estimator;
 pub use rls::{Estimate, Parameters, Rls, RlsSettings};
-pub use settings::{Forgetting, FrictionShape, MOST_FORGETTING_FACTOR};
+pub use settings::{Forgetting, FrictionShape, MAX_FORGETTING_FACTOR};
 pub use velocity::VelocityFilter;

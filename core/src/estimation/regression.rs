@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_gain_stays_within_its_bounds_without_excitation() {
-        for factor in [0.0, 0.5, 0.9, 0.999, crate::estimation::MOST_FORGETTING_FACTOR] {
+        for factor in [0.0, 0.5, 0.9, 0.999, crate::estimation::MAX_FORGETTING_FACTOR] {
             let settings = RlsSettings {
                 forgetting: Forgetting::Exponential { factor },
                 dead_zone_n: 0.0,

@@ -8,7 +8,7 @@ use crate::lane::{Lane, Mask};
 const WELL_CONDITIONED: f64 = 1e4;
 
 /// Least share of `F₀₀ F₁₁` that the determinant of `F` may be where rounding is watched.
-const LEAST_DETERMINANT: f64 = 1e-12;
+const MIN_DETERMINANT: f64 = 1e-12;
 
 /// How the estimator weighs, ignores and forgets.
 ///
@@ -68,7 +68,7 @@ impl Parameters {
 
     /// What is estimated besides stiffness and damping, as a column's name with its unit.
     #[must_use]
-    pub fn further_column(self) -> Option<&'static str> {
+    pub fn extra_parameter_column(self) -> Option<&'static str> {
         match self {
             Self::StiffnessAndDamping | Self::Stiffness => None,
             Self::StiffnessDampingFriction | Self::LeastResidual => Some("friction_n"),
@@ -135,8 +135,8 @@ pub struct Estimate<L> {
     pub stiffness_n_per_m: L,
     /// `B_k` in N·s/m.
     pub damping_n_s_per_m: L,
-    /// What [`Parameters::further_column`] names, in its unit; 0 where it names nothing.
-    pub further: L,
+    /// What [`Parameters::extra_parameter_column`] names, in its unit; 0 where it names nothing.
+    pub extra_parameter: L,
 }
 
 /// The Kelvin-Voigt parameters `θ = (K, B)` of the force `y = K p + B v`, tracked sample by sample.
@@ -241,7 +241,7 @@ impl<L: Lane> Rls<L> {
             correction,
             stiffness_n_per_m: self.stiffness,
             damping_n_s_per_m: self.damping,
-            further: zero,
+            extra_parameter: zero,
         }
     }
 
@@ -281,7 +281,7 @@ impl<L: Lane> Rls<L> {
     fn is_definite(&self) -> L::Mask {
         let [f00, f01, f11] = self.gain();
         let product = f00 * f11;
-        (product - f01 * f01).gt(L::splat(LEAST_DETERMINANT) * product)
+        (product - f01 * f01).gt(L::splat(MIN_DETERMINANT) * product)
     }
 
     /// Takes note that a sample is missing: the next one is met as the first in contact is, and nothing is learnt from it.

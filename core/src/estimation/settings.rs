@@ -14,13 +14,13 @@ pub enum Forgetting {
     /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   F_k = (1/F_0 + D_k)⁻¹
     /// ```
     Exponential {
-        /// λ, from 0 to [`MOST_FORGETTING_FACTOR`].
+        /// λ, from 0 to [`MAX_FORGETTING_FACTOR`].
         factor: f64,
     },
 }
 
 /// Greatest factor: a memory of 1e5 corrections. Closer to 1 the information would outgrow what a double can invert.
-pub const MOST_FORGETTING_FACTOR: f64 = 0.99999;
+pub const MAX_FORGETTING_FACTOR: f64 = 0.99999;
 
 impl Forgetting {
     /// The factor unless another is given. In the long run a correction takes `1 - λ` of an error, where the default's
@@ -29,7 +29,7 @@ impl Forgetting {
 
     pub(super) fn validate(self) -> Result<(), InvalidValue> {
         if let Self::Exponential { factor } = self {
-            let allowed = (0.0..=MOST_FORGETTING_FACTOR).contains(&factor);
+            let allowed = (0.0..=MAX_FORGETTING_FACTOR).contains(&factor);
             require("estimator.forgetting_factor", factor, allowed, "from 0 to 0.99999, a memory of 1e5 corrections")?;
         }
         Ok(())

@@ -269,7 +269,7 @@ impl HapticController {
                 correction: [0.0; 2],
                 stiffness_n_per_m: self.parameters[0],
                 damping_n_s_per_m: self.parameters[1],
-                further: 0.0,
+                extra_parameter: 0.0,
             },
             decision: Decision { alarm: false, ..decision },
         }

@@ -11,7 +11,7 @@ const LEAST: f64 = 1e-12;
 const GREATEST: f64 = 1e12;
 
 /// Greatest limit, scale and amplification.
-const GREATEST_LIMIT: f64 = 1e6;
+const MAX_LIMIT: f64 = 1e6;
 
 /// Where the slave's velocity comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,16 +109,16 @@ impl Settings {
         require("simulation.tick_s", self.tick_s, tick, "from 1e-6 to 1")?;
         self.limits.validate()?;
         within("rig.start_m", self.start_m, self.limits.position_m)?;
-        within("estimator.contact_m", self.contact_m, GREATEST_LIMIT)?;
-        at_most("scaling.position", self.position_scale, GREATEST_LIMIT)?;
-        at_most("scaling.force", self.force_scale, GREATEST_LIMIT)?;
+        within("estimator.contact_m", self.contact_m, MAX_LIMIT)?;
+        at_most("scaling.position", self.position_scale, MAX_LIMIT)?;
+        at_most("scaling.force", self.force_scale, MAX_LIMIT)?;
         if let VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 } = self.velocity {
             VelocityFilter::<f64>::new(self.tick_s, resolution_m, acceleration_std_m_per_s2)?;
         }
         self.estimator.validate()?;
-        let is_the_papers = Estimator::<f64>::new(&self.estimator).is_the_papers();
+        let is_baseline = Estimator::<f64>::new(&self.estimator).is_baseline();
         let papers = "stiffness or stiffness-and-damping with resetting: a rig runs no other estimator";
-        require("estimator.parameters", 0.0, is_the_papers, papers)?;
+        require("estimator.parameters", 0.0, is_baseline, papers)?;
         moderate("estimator.initial_gain", self.estimator.initial_gain)?;
         moderate_or_zero("estimator.dead_zone_n", self.estimator.dead_zone_n)?;
         moderate_or_zero("estimator.normalisation", self.estimator.normalisation)?;
@@ -129,7 +129,7 @@ impl Settings {
         moderate("detector.rupture_mean_n", hypotheses.rupture_mean_n)?;
         self.augmentation.validate()?;
         if let ForceLaw::Amplify { gain } = self.augmentation.force {
-            at_most("augmentation.amplification", gain, GREATEST_LIMIT)?;
+            at_most("augmentation.amplification", gain, MAX_LIMIT)?;
         }
         Ok(())
     }
@@ -141,9 +141,9 @@ impl Limits {
     /// # Errors
     /// [`InvalidValue`] naming the first limit out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
-        at_most("rig.position_limit_m", self.position_m, GREATEST_LIMIT)?;
-        at_most("rig.velocity_limit_m_per_s", self.velocity_m_per_s, GREATEST_LIMIT)?;
-        at_most("rig.force_limit_n", self.force_n, GREATEST_LIMIT)?;
+        at_most("rig.position_limit_m", self.position_m, MAX_LIMIT)?;
+        at_most("rig.velocity_limit_m_per_s", self.velocity_m_per_s, MAX_LIMIT)?;
+        at_most("rig.force_limit_n", self.force_n, MAX_LIMIT)?;
         positive("rig.recovery_speed_m_per_s", self.recovery_speed_m_per_s)?;
         positive("rig.recovery_force_rate_n_per_s", self.recovery_force_rate_n_per_s)?;
         Ok(())

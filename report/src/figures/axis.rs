@@ -25,9 +25,9 @@ pub(super) struct Axis {
 
 impl Axis {
     /// An axis from exactly `low` to `high`, such as time.
-    pub(super) fn exact(range: (f64, f64), most_ticks: usize) -> Self {
+    pub(super) fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
-        let step = nice_step((high - low) / most_ticks.max(1) as f64);
+        let step = nice_step((high - low) / max_ticks.max(1) as f64);
         let first = (low / step - 1e-9).ceil();
         let count = ((high - first * step) / step + 1e-9).floor().clamp(0.0, 50.0) as usize;
         let ticks = (0..=count).map(|k| (first + k as f64) * step).collect();
@@ -35,16 +35,16 @@ impl Axis {
     }
 
     /// An axis with a little air around the data, more of it above, where detections are marked.
-    pub(super) fn padded(range: (f64, f64), most_ticks: usize) -> Self {
+    pub(super) fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         let air = 0.05 * (high - low);
-        Self::exact((low - air, high + 2.2 * air), most_ticks)
+        Self::exact((low - air, high + 2.2 * air), max_ticks)
     }
 
     /// An axis from zero, for quantities that cannot be negative.
-    pub(super) fn from_zero(high: f64, most_ticks: usize) -> Self {
+    pub(super) fn from_zero(high: f64, max_ticks: usize) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
-        Self::exact((0.0, 1.14 * high), most_ticks)
+        Self::exact((0.0, 1.14 * high), max_ticks)
     }
 
     /// A logarithmic axis over `range`, both positive; one with less than three powers of ten has ticks at 2 and 5 of each too.

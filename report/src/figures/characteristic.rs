@@ -21,11 +21,11 @@ pub struct CharacteristicView<'a> {
 
 /// Share of ruptures detected (above) and median delay (below) against false alarms a minute, on a logarithmic axis.
 ///
-/// `least_per_minute` is the rate of a single false alarm in all that was listened to: the left edge is half of it.
+/// `min_per_minute` is the rate of a single false alarm in all that was listened to: the left edge is half of it.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without detectors or points, [`FigureError::Length`] for columns of unequal lengths.
-pub fn characteristic(views: &[CharacteristicView<'_>], least_per_minute: f64) -> Result<Figure, FigureError> {
+pub fn characteristic(views: &[CharacteristicView<'_>], min_per_minute: f64) -> Result<Figure, FigureError> {
     for view in views {
         let columns = [("detection", view.detection.len()), ("delay_median_s", view.delay_median_s.len())];
         super::check("characteristic", view.name, view.false_alarms_per_minute.len(), &columns)?;
@@ -33,7 +33,7 @@ pub fn characteristic(views: &[CharacteristicView<'_>], least_per_minute: f64) -
     if views.is_empty() {
         return Err(FigureError::Empty { figure: "characteristic" });
     }
-    let floor = 0.5 * least_per_minute;
+    let floor = 0.5 * min_per_minute;
     let rates = || views.iter().flat_map(|view| view.false_alarms_per_minute.iter().copied());
     let highest = rates().filter(|rate| rate.is_finite()).fold(10.0 * floor, f64::max);
     let x_axis = Axis::log10((floor, 1.5 * highest));

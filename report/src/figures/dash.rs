@@ -5,13 +5,13 @@ use tiny_skia::{Path, PathBuilder, PathSegment, StrokeDash};
 use super::thin::Point;
 
 /// Dashes one line may have; a noisy line, many times longer than its axes are wide, gets longer dashes instead of more.
-const MOST_DASHES: f32 = 64.0;
+const MAX_DASHES: f32 = 64.0;
 
 /// Cuts `lines` into the dashes of `pattern` (`on, off, …`); an empty pattern leaves them whole.
 pub(super) fn dashed(lines: Vec<Vec<Point>>, pattern: &[f32]) -> Vec<Vec<Point>> {
     let length: f64 = lines.iter().flat_map(|line| line.windows(2)).map(|p| span(p[0], p[1])).sum();
     let period: f32 = pattern.iter().sum();
-    let stretch = (length as f32 / period * (pattern.len() as f32 / 2.0) / MOST_DASHES).max(1.0);
+    let stretch = (length as f32 / period * (pattern.len() as f32 / 2.0) / MAX_DASHES).max(1.0);
     let Some(dash) = StrokeDash::new(pattern.iter().map(|part| part * stretch).collect(), 0.0) else { return lines };
     let mut dashes = Vec::new();
     for line in lines {

@@ -44,7 +44,7 @@ pub use residual::residual_histogram;
 pub(super) use residual::{Spectrum, gaussian, spectrum};
 pub use stability::{MapAxisView, MapView, stability_map};
 pub use switching::{SwitchingView, switching};
-pub use timeline::{MOST_ROWS, Shade, TimelineRow, timeline};
+pub use timeline::{MAX_ROWS, Shade, TimelineRow, timeline};
 pub use tornado::{TornadoView, tornado};
 
 use plotters::drawing::DrawingAreaErrorKind;
@@ -93,7 +93,7 @@ pub struct EstimationView<'a> {
     /// Estimated damping, N·s/m.
     pub damping_n_s_per_m: &'a [f64],
     /// What is estimated besides: the name of its column, and its values.
-    pub further: Option<(&'static str, &'a [f64])>,
+    pub extra_parameter: Option<(&'static str, &'a [f64])>,
     /// Decision function of the detector, in `decision_unit`.
     pub decision: &'a [f64],
     /// The decision function's threshold γ, in `decision_unit`.
@@ -176,14 +176,14 @@ impl EstimationView<'_> {
             ("stiffness_n_per_m", self.stiffness_n_per_m.len()),
             ("damping_n_s_per_m", self.damping_n_s_per_m.len()),
             ("decision", self.decision.len()),
-            self.further.map_or(("further", self.time_s.len()), |(name, column)| (name, column.len())),
+            self.extra_parameter.map_or(("further", self.time_s.len()), |(name, column)| (name, column.len())),
         ];
         check(figure, self.name, self.time_s.len(), &columns)
     }
 
     /// The whole record, as an axis and as a range.
-    fn time_axis(&self, most_ticks: usize) -> (Axis, (f64, f64)) {
-        let axis = Axis::exact(extent(self.time_s.iter().copied()).unwrap_or((0.0, 1.0)), most_ticks);
+    fn time_axis(&self, max_ticks: usize) -> (Axis, (f64, f64)) {
+        let axis = Axis::exact(extent(self.time_s.iter().copied()).unwrap_or((0.0, 1.0)), max_ticks);
         let range = (axis.low, axis.high);
         (axis, range)
     }

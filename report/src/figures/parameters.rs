@@ -30,7 +30,8 @@ pub fn parameters(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
     let mut rows =
         vec![row((view.stiffness_n_per_m, "Stiffness (N/m)")), row((view.damping_n_s_per_m, "Damping (N·s/m)"))];
     rows.extend(
-        view.further.map(|(name, column)| row((column, if name == "power" { "Power" } else { "Friction (N)" }))),
+        view.extra_parameter
+            .map(|(name, column)| row((column, if name == "power" { "Power" } else { "Friction (N)" }))),
     );
     Grid { legends: Vec::new(), common: events::entries(&[&marked], window), rows }.draw()
 }

@@ -7,7 +7,7 @@ use super::style::{RUNS, Stroke, THRESHOLD};
 use super::{Figure, FigureError};
 
 /// Llewellyn's parameter is drawn up to this; what is above is safe.
-const MOST_LLEWELLYN: f64 = 3.0;
+const MAX_LLEWELLYN: f64 = 3.0;
 
 /// Columns over frequency, all equally long.
 #[derive(Clone, Debug)]
@@ -59,7 +59,7 @@ pub fn ports(view: &PortsView) -> Result<Figure, FigureError> {
         levels,
         ..Panel::over_time(x_axis.clone(), y, y_caption)
     };
-    let shown: Vec<f64> = view.llewellyn.iter().map(|value| value.clamp(-2.0, MOST_LLEWELLYN)).collect();
+    let shown: Vec<f64> = view.llewellyn.iter().map(|value| value.clamp(-2.0, MAX_LLEWELLYN)).collect();
     let zero = Stroke { width: 2.0, ..THRESHOLD };
     let rows = vec![
         Row {
@@ -76,7 +76,7 @@ pub fn ports(view: &PortsView) -> Result<Figure, FigureError> {
             title: None,
             height: 260.0,
             panels: vec![panel(
-                Axis::exact((-2.2, MOST_LLEWELLYN + 0.2), Y_TICKS),
+                Axis::exact((-2.2, MAX_LLEWELLYN + 0.2), Y_TICKS),
                 "Llewellyn η",
                 vec![line(&shown, RUNS[3])],
                 vec![(1.0, THRESHOLD)],

@@ -5,8 +5,8 @@ use super::grid::{Grid, Row, Sample};
 use super::panel::{Events, Panel, Trace};
 use super::style::{MAIN, SKY};
 use super::{EstimationView, Figure, FigureError};
-use trocar_sim::quantiles::robust_std;
 use plotters::style::{Color, RGBAColor};
+use trocar_sim::quantiles::robust_std;
 
 /// Half width of the figure in σ, at most.
 const WIDEST: f64 = 8.0;

@@ -7,7 +7,7 @@ use super::style::{RUNS, THRESHOLD};
 use super::{Figure, FigureError};
 
 /// What has died out in one event is drawn down to here.
-const LEAST_GROWTH: f64 = 1e-4;
+const MIN_GROWTH: f64 = 1e-4;
 
 /// Columns over the teleoperation between two events, all equally long; what is not there is no number.
 #[derive(Clone, Debug)]
@@ -37,7 +37,7 @@ pub fn switching(view: &SwitchingView) -> Result<Figure, FigureError> {
     let x: Vec<f64> = view.dwell_s.iter().map(|dwell| x_axis.place(*dwell)).collect();
     let all = view.certified.iter().chain(&view.found).chain(&view.enumerated).copied();
     let (least, most) = extent(all.filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
-    let least = least.max(LEAST_GROWTH);
+    let least = least.max(MIN_GROWTH);
     let [certified, found, enumerated] = [RUNS[0], RUNS[1], RUNS[2]];
     let line = |y, stroke| Trace { x: &x, y, scale: 1.0, stroke };
     let panel = Panel {

@@ -9,7 +9,7 @@ use super::style::{ORANGE, PURPLE, SKY};
 use super::{Figure, FigureError};
 
 /// Recordings that one figure can show; a page has an end.
-pub const MOST_ROWS: usize = 120;
+pub const MAX_ROWS: usize = 120;
 
 /// What a row shades.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub struct TimelineRow<'a> {
     pub alarm_times_s: Vec<f64>,
 }
 
-/// A row per recording, at most [`MOST_ROWS`] of them: phases shaded, labelled ruptures and detections marked.
+/// A row per recording, at most [`MAX_ROWS`] of them: phases shaded, labelled ruptures and detections marked.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a row.
@@ -58,7 +58,7 @@ pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure, FigureError> {
     if rows.is_empty() {
         return Err(FigureError::Empty { figure: "timeline" });
     }
-    let rows = &rows[..rows.len().min(MOST_ROWS)];
+    let rows = &rows[..rows.len().min(MAX_ROWS)];
     let longest_s = rows.iter().map(|row| row.duration_s).filter(|s| s.is_finite()).fold(0.0, f64::max);
     let time = Axis::exact((0.0, longest_s), X_TICKS);
     let mut blank = Axis::exact((0.0, 1.0), 1);
@@ -109,8 +109,8 @@ mod tests {
 
     #[test]
     fn a_page_has_an_end() {
-        let rows: Vec<_> = (0..MOST_ROWS + 50).map(|_| row("x", 2.0)).collect();
-        assert_eq!(timeline(&rows).expect("drawn"), timeline(&rows[..MOST_ROWS]).expect("drawn"));
+        let rows: Vec<_> = (0..MAX_ROWS + 50).map(|_| row("x", 2.0)).collect();
+        assert_eq!(timeline(&rows).expect("drawn"), timeline(&rows[..MAX_ROWS]).expect("drawn"));
         assert!(matches!(timeline(&[]), Err(FigureError::Empty { .. })));
     }
 }

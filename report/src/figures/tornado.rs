@@ -10,7 +10,7 @@ use super::thin::Point;
 use super::{Figure, FigureError};
 
 /// Bars that one figure can show; a page has an end.
-const MOST_BARS: usize = 100;
+const MAX_BARS: usize = 100;
 
 /// A metric with what each axis does to it, the strongest first.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub fn tornado(views: &[TornadoView<'_>]) -> Result<Figure, FigureError> {
     let titled: Vec<(String, Option<f64>, Option<f64>)> = views
         .iter()
         .flat_map(|view| view.bars.iter().map(|bar| (format!("{}: {}", view.metric, bar.0), bar.1, bar.2)))
-        .take(MOST_BARS)
+        .take(MAX_BARS)
         .collect();
     if titled.is_empty() {
         return Err(FigureError::Empty { figure: "tornado" });
@@ -43,13 +43,13 @@ pub fn tornado(views: &[TornadoView<'_>]) -> Result<Figure, FigureError> {
         let value = value.clamp(-1.05, 1.05);
         vec![(0.0, low), (value, low), (value, high), (0.0, high)]
     };
-    let panel = |first_order: Option<f64>, slope: Option<f64>| {
+    let panel = |epsilon_squared: Option<f64>, slope: Option<f64>| {
         let mut fills: Vec<(Vec<Point>, RGBAColor)> = vec![];
         if let Some(slope) = slope {
             let color = if slope < 0.0 { BLUE } else { VERMILION };
             fills.push((bar(slope, 0.5, 0.92), color.to_rgba()));
         }
-        fills.extend(first_order.map(|index| (bar(index, 0.08, 0.5), SKY.to_rgba())));
+        fills.extend(epsilon_squared.map(|index| (bar(index, 0.08, 0.5), SKY.to_rgba())));
         let middle = super::panel::Trace { x: &zero, y: &up, scale: 1.0, stroke: Stroke::solid(GREY, 2.0) };
         Panel {
             x_caption: "Standardised rank regression coefficient; share of the variance",
@@ -60,10 +60,10 @@ pub fn tornado(views: &[TornadoView<'_>]) -> Result<Figure, FigureError> {
     };
     let rows = titled
         .iter()
-        .map(|(title, first_order, slope)| Row {
+        .map(|(title, epsilon_squared, slope)| Row {
             title: Some(title),
             height: 56.0,
-            panels: vec![panel(*first_order, *slope)],
+            panels: vec![panel(*epsilon_squared, *slope)],
         })
         .collect();
     let common = vec![

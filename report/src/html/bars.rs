@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use trocar_sim::compare::Unit;
 use crate::number::show;
+use trocar_sim::compare::Unit;
 use trocar_sim::sweep::{Design, Findings};
 
 /// An axis's say in a metric, the bars in per cent of their places.
@@ -36,8 +36,8 @@ pub(super) fn influences(design: &Design, findings: &Findings) -> Vec<Influence>
             Influence {
                 metric: only_first(&metric),
                 axis: influence.axis.to_owned(),
-                index: show(influence.first_order, Unit::Share),
-                index_width: per_cent(influence.first_order.unwrap_or(0.0)),
+                index: show(influence.epsilon_squared, Unit::Share),
+                index_width: per_cent(influence.epsilon_squared.unwrap_or(0.0)),
                 slope: slope.map_or("—".into(), |slope| format!("{slope:+.3}")),
                 slope_from: per_cent(if slope.is_some_and(|slope| slope < 0.0) { 0.5 - size } else { 0.5 }),
                 slope_width: per_cent(size),

@@ -4,11 +4,11 @@ use super::command::command_line;
 use super::events::{self, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window};
 use super::signals;
-use trocar_sim::compare::{Comparison, Fact, SeedStudy};
 use crate::Table;
 use crate::number::show;
 use crate::seeds::seeds_table;
 use crate::tables::{change, facts_table, outcome};
+use trocar_sim::compare::{Comparison, Fact, SeedStudy};
 use trocar_sim::run::Run;
 
 /// How far a window around a rupture reaches, in s.
@@ -16,10 +16,10 @@ const BEFORE_S: f64 = 0.2;
 const AFTER_S: f64 = 1.0;
 
 /// Scenarios that the heading names at most.
-const MOST_NAMED: usize = 3;
+const MAX_NAMED: usize = 3;
 
 /// Ruptures that have a button at most.
-const MOST_WINDOWS: usize = 6;
+const MAX_WINDOWS: usize = 6;
 
 /// The page of a run.
 ///
@@ -89,7 +89,7 @@ pub fn comparison_html(
         },
         None => reproduction(own(), &runs),
     });
-    let heading = if names.len() > MOST_NAMED { format!("{} scenarios", names.len()) } else { names.join(" against ") };
+    let heading = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" against ") };
     let page = Page {
         command: "trocar compare",
         heading,
@@ -154,10 +154,10 @@ fn charts_section(runs: &[&Run]) -> Section {
         from: (rupture.time_s - BEFORE_S).max(0.0),
         to: rupture.time_s + AFTER_S,
     };
-    let windows = ruptures.iter().take(MOST_WINDOWS).enumerate().map(window).collect();
+    let windows = ruptures.iter().take(MAX_WINDOWS).enumerate().map(window).collect();
     let mut blocks = vec![];
-    if runs.len() > signals::MOST_RUNS {
-        blocks.push(Block::text(format!("The charts show the first {} of {} runs.", signals::MOST_RUNS, runs.len())));
+    if runs.len() > signals::MAX_RUNS {
+        blocks.push(Block::text(format!("The charts show the first {} of {} runs.", signals::MAX_RUNS, runs.len())));
     }
     let key = if signals::is_crowded(runs.len()) { &events::RUN_KEY[..1] } else { &events::RUN_KEY[..] };
     blocks.push(Block::Charts { name: "signals", windows, key: key.to_vec() });

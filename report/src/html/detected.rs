@@ -7,19 +7,19 @@ use super::events::{self, Happenings, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Section, Window};
 use super::signals::{bounded, decision_unit, further, stretches, thresholded};
 use super::thin::kept;
-use trocar_sim::compare::Unit;
-use trocar_sim::detect::{Detection, DetectionReport, Phase};
 use crate::DetectionEntry;
 use crate::detection::{events_table, phases_table, residual_table, scores_table};
 use crate::detections::{pooled_phases, recordings_table, scores_table as scores_of_many};
 use crate::figures::{self, Spectrum};
 use crate::number::{show, significant};
+use trocar_sim::compare::Unit;
+use trocar_sim::detect::{Detection, DetectionReport, Phase};
 
 /// Alarms and ruptures that have a button at most.
-const MOST_WINDOWS: usize = 6;
+const MAX_WINDOWS: usize = 6;
 
 /// Recordings whose events are drawn at most.
-const MOST_LANES: usize = 120;
+const MAX_LANES: usize = 120;
 
 /// Points of a curve.
 const CURVE: i32 = 120;
@@ -132,12 +132,12 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
     numbers.push(Block::table("Estimates by phase, all recordings together", &phases_table(&pooled_phases(entries))));
     numbers.push(Block::text(MEANINGS));
     let lanes: Vec<Happenings> =
-        reports.iter().take(MOST_LANES).map(|(name, report)| happenings(name, report, 0.0)).collect();
+        reports.iter().take(MAX_LANES).map(|(name, report)| happenings(name, report, 0.0)).collect();
     let longest_s = reports.iter().map(|(_, report)| report.duration_s).fold(0.0, f64::max);
     let named: Vec<_> = reports.iter().map(|(name, report)| (Some(*name), *report)).collect();
     let mut events = vec![Block::Timeline(Timeline::of(&lanes, (0.0, longest_s), KEY.to_vec()))];
-    if reports.len() > MOST_LANES {
-        events.push(Block::text(format!("The first {MOST_LANES} of {} recordings are drawn.", reports.len())));
+    if reports.len() > MAX_LANES {
+        events.push(Block::text(format!("The first {MAX_LANES} of {} recordings are drawn.", reports.len())));
     }
     events.push(Block::table("Alarms, and ruptures that none announced", &events_table(&named)));
     let mut sections = vec![
@@ -182,7 +182,7 @@ fn happenings(name: &str, report: &DetectionReport, start_s: f64) -> Happenings 
         label: report.labelled_kinds[index].clone().unwrap_or_else(|| format!("rupture {}", index + 1)),
     });
     let alarms = report.alarms.iter().map(|alarm| Mark { at: at(alarm.time_s), kind: "alarm", label: "alarm".into() });
-    let shade = |stretch: &trocar_sim::detect::Stretch| {
+    let shade = |stretch: &trocar_sim::detect::PhaseInterval| {
         let name = match stretch.phase {
             Phase::Free => return None,
             Phase::Insertion => "insertion",
@@ -202,7 +202,7 @@ fn happenings(name: &str, report: &DetectionReport, start_s: f64) -> Happenings 
 fn windows(report: &DetectionReport) -> Vec<Window> {
     let window = |label: String, at: f64| Window { label, from: (at - 0.1).max(report.start_s), to: at + 0.4 };
     let alarms = report.alarms.iter().enumerate();
-    alarms.take(MOST_WINDOWS).map(|(index, alarm)| window(format!("alarm {}", index + 1), alarm.time_s)).collect()
+    alarms.take(MAX_WINDOWS).map(|(index, alarm)| window(format!("alarm {}", index + 1), alarm.time_s)).collect()
 }
 
 fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
@@ -242,7 +242,7 @@ fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
             0.995,
         ),
     ];
-    if let Some((name, column)) = &detection.further {
+    if let Some((name, column)) = &detection.extra_parameter {
         let (title, y) = further(name);
         charts.push(bounded(chart(title, y, vec![(line(y.0), column)]), 0.995));
     }

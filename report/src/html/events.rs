@@ -4,14 +4,14 @@ use serde::Serialize;
 
 use super::chart::{ChartShade, Mark};
 use super::digits::Fine;
-use trocar_sim::compare::Unit;
-use trocar_sim::engine::Trace;
 use crate::Table;
 use crate::number::{show, significant};
+use trocar_sim::compare::Unit;
+use trocar_sim::engine::Trace;
 use trocar_sim::run::Run;
 
 /// Marks on the line of time, and captions, at most: a page has an end.
-const MOST_MARKS: usize = 200;
+const MAX_MARKS: usize = 200;
 
 /// Lanes over one axis of time.
 #[derive(Clone, Debug, Serialize)]
@@ -76,7 +76,7 @@ impl Timeline {
             shades: lane
                 .shades
                 .iter()
-                .take(MOST_MARKS)
+                .take(MAX_MARKS)
                 .map(|shade| Bar {
                     at: share(shade.from.0),
                     width: share(from_s + shade.to.0 - shade.from.0),
@@ -87,7 +87,7 @@ impl Timeline {
             marks: lane
                 .marks
                 .iter()
-                .take(MOST_MARKS)
+                .take(MAX_MARKS)
                 .map(|mark| Point {
                     at: share(mark.at.0),
                     kind: mark.kind,
@@ -216,7 +216,7 @@ pub(super) fn events_table(runs: &[&Run]) -> Table {
 pub(super) fn close(marks: &[Mark]) -> Vec<(f64, f64)> {
     const BEFORE_S: f64 = 0.1;
     const AFTER_S: f64 = 0.6;
-    marks.iter().take(MOST_MARKS).map(|mark| (mark.at.0 - BEFORE_S, mark.at.0 + AFTER_S)).collect()
+    marks.iter().take(MAX_MARKS).map(|mark| (mark.at.0 - BEFORE_S, mark.at.0 + AFTER_S)).collect()
 }
 
 /// How long, in a word.

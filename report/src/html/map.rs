@@ -9,13 +9,13 @@ use trocar_sim::stability_check::Check;
 use trocar_sim::sweep::{Design, HeatMap};
 
 /// Cells to the right and upwards at most; of more, some are left out evenly.
-const MOST_CELLS: usize = 400;
+const MAX_CELLS: usize = 400;
 
 /// Pieces of a boundary at most, likewise.
-const MOST_PIECES: usize = 8_000;
+const MAX_PIECES: usize = 8_000;
 
 /// Points at which the engine disagrees that are drawn at most.
-const MOST_POINTS: usize = 500;
+const MAX_POINTS: usize = 500;
 
 /// An axis of a map: where its cells have their middles, ascending.
 #[derive(Clone, Debug, Serialize)]
@@ -55,7 +55,7 @@ fn stride(count: usize, most: usize) -> usize {
 impl Map {
     /// The stability map, and whether some of its points are left out.
     pub(super) fn of_stability(analysis: &Analysis, map: &StabilityMap, check: Option<&Check>) -> (Self, bool) {
-        let (every_column, every_row) = (stride(map.x.count, MOST_CELLS), stride(map.y.count, MOST_CELLS));
+        let (every_column, every_row) = (stride(map.x.count, MAX_CELLS), stride(map.y.count, MAX_CELLS));
         let axis = |axis: &Axis, every: usize| MapAxis {
             label: axis.parameter.caption().to_owned(),
             log: axis.spacing == Spacing::Logarithmic,
@@ -65,9 +65,9 @@ impl Map {
             let verdict = |column| if map.is_stable(column, row) { '1' } else { '0' };
             (0..map.x.count).step_by(every_column).map(verdict).collect()
         };
-        let pieces = map.boundary.iter().step_by(stride(map.boundary.len(), MOST_PIECES));
+        let pieces = map.boundary.iter().step_by(stride(map.boundary.len(), MAX_PIECES));
         let differing = check.map_or(vec![], |check| {
-            check.disagreements.iter().take(MOST_POINTS).map(|d| [Few(d.x), Few(d.y)]).collect()
+            check.disagreements.iter().take(MAX_POINTS).map(|d| [Few(d.x), Few(d.y)]).collect()
         });
         let here = [map.x.parameter, map.y.parameter].map(|parameter| Fine(analysis.settings.get(parameter)));
         let title = format!("{} by {}", map.x.parameter.caption(), map.y.parameter.caption());

@@ -7,7 +7,7 @@ use super::thin::kept;
 use trocar_sim::run::Run;
 
 /// Runs that charts show at most; a line more is a line too many.
-pub(super) const MOST_RUNS: usize = 8;
+pub(super) const MAX_RUNS: usize = 8;
 
 /// Stretches that all runs together are cut into, so that a page stays below 2 MB.
 const STRETCHES: usize = 1_300;
@@ -25,7 +25,7 @@ pub(super) fn stretches(runs: usize) -> usize {
 
 /// The charts of a run, or of several over one another.
 pub(super) fn charts(runs: &[&Run]) -> Vec<Chart> {
-    let runs = &runs[..runs.len().min(MOST_RUNS)];
+    let runs = &runs[..runs.len().min(MAX_RUNS)];
     let extras = extras(runs);
     let chart = |title: &str, y: (&str, &'static str)| {
         let chart = Chart::new(title, ChartAxis::new("time", "s"), ChartAxis::new(y.0, y.1));
@@ -56,10 +56,10 @@ pub(super) fn charts(runs: &[&Run]) -> Vec<Chart> {
     ] {
         charts.push(bounded(drawn(chart(title, y), runs, &[quantity], 1.0), 0.995));
     }
-    if let Some(name) = runs.iter().find_map(|run| run.trace.further.as_ref().map(|(name, _)| *name)) {
+    if let Some(name) = runs.iter().find_map(|run| run.trace.extra_parameter.as_ref().map(|(name, _)| *name)) {
         let (title, y) = further(name);
         let column: Quantity<'_> =
-            (y.0, |run| run.trace.further.as_ref().map_or(&[][..], |(_, column)| column.as_slice()));
+            (y.0, |run| run.trace.extra_parameter.as_ref().map_or(&[][..], |(_, column)| column.as_slice()));
         charts.push(bounded(drawn(chart(title, y), runs, &[column], 1.0), 0.995));
     }
     let residual: Quantity<'_> = ("residual", |run| &run.trace.residual_n);

@@ -13,10 +13,10 @@ use trocar_sim::stability::{Analysis, LIMITED, Parameter, PortPoint, StabilityMa
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
 /// What is above is safe.
-const MOST_LLEWELLYN: f64 = 3.0;
+const MAX_LLEWELLYN: f64 = 3.0;
 
 /// What has died out in one event is drawn down to here.
-const LEAST_GROWTH: f64 = 1e-4;
+const MIN_GROWTH: f64 = 1e-4;
 
 /// An analysis of a scenario's loop.
 #[derive(Clone, Copy, Debug)]
@@ -163,7 +163,7 @@ fn port_charts(ports: &[PortPoint]) -> Vec<Chart> {
     let llewellyn = chart(
         "Llewellyn's parameter: from 1 on stable between any hand and tissue",
         ChartAxis::new("η", ""),
-        vec![(Series::line("η", "black"), column(&|point| point.hybrid.llewellyn().clamp(-2.0, MOST_LLEWELLYN)))],
+        vec![(Series::line("η", "black"), column(&|point| point.hybrid.llewellyn().clamp(-2.0, MAX_LLEWELLYN)))],
     );
     let cosine = chart(
         "Real part of the impedance at the hand, of its size: below 0 the port gives power away",
@@ -178,7 +178,7 @@ fn port_charts(ports: &[PortPoint]) -> Vec<Chart> {
         chart.range = Some([Few(low), Few(high)]);
         chart
     };
-    let charts = [impedance, level(llewellyn, 1.0, -2.2, MOST_LLEWELLYN + 0.2), level(cosine, 0.0, -1.1, 1.1)];
+    let charts = [impedance, level(llewellyn, 1.0, -2.2, MAX_LLEWELLYN + 0.2), level(cosine, 0.0, -1.1, 1.1)];
     charts.map(Chart::described).to_vec()
 }
 
@@ -204,6 +204,6 @@ fn growth(switching: &Switching) -> Chart {
     let values = chart.columns.iter().flat_map(|columns| columns.y.iter().flatten());
     let ends =
         values.filter(|value| value.0.is_finite()).fold((1.0_f64, 1.0_f64), |(l, m), v| (l.min(v.0), m.max(v.0)));
-    chart.range = Some([Few(ends.0.max(LEAST_GROWTH) / 1.5), Few(1.5 * ends.1)]);
+    chart.range = Some([Few(ends.0.max(MIN_GROWTH) / 1.5), Few(1.5 * ends.1)]);
     chart.described()
 }

@@ -10,10 +10,10 @@ use trocar_sim::scenario::Value;
 use trocar_sim::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
 
 /// Cases that are drawn at most.
-const MOST_CASES: u64 = 2_000;
+const MAX_CASES: u64 = 2_000;
 
 /// Charts of a metric over an axis at most.
-const MOST_CHARTS: usize = 16;
+const MAX_CHARTS: usize = 16;
 
 /// Classes of an axis without levels, or with more, over which medians are taken.
 const CLASSES: usize = 20;
@@ -114,7 +114,7 @@ impl DrawnCases {
     /// [`SweepError`] of the rows.
     pub fn of(design: &Design, rows: &Rows) -> Result<Self, SweepError> {
         let all = design.cases();
-        let most = all.min(MOST_CASES);
+        let most = all.min(MAX_CASES);
         let of_part = |part: u64| {
             let bound = |part: u64| (u128::from(part) * u128::from(all) / u128::from(most.max(1))) as u64;
             let (start, end) = (bound(part), bound(part + 1));
@@ -158,7 +158,7 @@ fn charts(design: &Design, drawing: &DrawnCases) -> Vec<Chart> {
     for (metrics, index) in drawing.metrics.iter().zip(&design.focus) {
         let column = &design.columns[*index];
         for (values, axis) in drawing.axes.iter().zip(&design.axes) {
-            if axis.count() != Some(1) && charts.len() < MOST_CHARTS {
+            if axis.count() != Some(1) && charts.len() < MAX_CHARTS {
                 charts.push(chart(column, axis, values, metrics));
             }
         }

@@ -34,7 +34,7 @@ pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> 
         .iter()
         .map(|influences| TornadoView {
             metric: &design.columns[influences.column].name,
-            bars: influences.of_axes.iter().map(|i| (i.axis, i.first_order, i.rank_regression)).collect(),
+            bars: influences.of_axes.iter().map(|i| (i.axis, i.epsilon_squared, i.rank_regression)).collect(),
         })
         .collect();
     let figure = figures::tornado(&views)?;

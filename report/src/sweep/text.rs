@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use trocar_sim::compare::Unit;
 use crate::number::{readable, show, significant};
 use crate::tables::shortest;
 use crate::{Table, json};
+use trocar_sim::compare::Unit;
 use trocar_sim::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
 /// What a metric's row tells.
@@ -33,7 +33,7 @@ pub fn sweep_text(design: &Design, findings: &Findings) -> String {
                 table.row([
                     of_first(metric.clone()),
                     influence.axis.to_owned(),
-                    share(influence.first_order),
+                    share(influence.epsilon_squared),
                     coefficient(influence.rank_regression),
                     of_first(share(influences.rank_r_squared)),
                 ]);
@@ -77,15 +77,25 @@ pub(crate) fn summary_row(summary: &Summary) -> [String; 6] {
             significant(factor * value)
         }
     };
-    let Spread { least, quantile_5, median, quantile_95, greatest, median_low, median_high, mean, mean_reach, .. } =
-        spread;
+    let Spread {
+        least,
+        quantile_5,
+        median,
+        quantile_95,
+        greatest,
+        median_low,
+        median_high,
+        mean,
+        mean_ci95_half_width,
+        ..
+    } = spread;
     [
         name,
         defined,
         format!("{} [{}, {}]{unit}", number(*median), number(*median_low), number(*median_high)),
         format!("{} to {}{unit}", number(*quantile_5), number(*quantile_95)),
         format!("{} to {}{unit}", number(*least), number(*greatest)),
-        format!("{} ± {}{unit}", significant(factor * mean), significant(factor * mean_reach)),
+        format!("{} ± {}{unit}", significant(factor * mean), significant(factor * mean_ci95_half_width)),
     ]
 }
 
@@ -101,7 +111,7 @@ fn coefficient(value: Option<f64>) -> String {
 #[must_use]
 pub fn sweep_summary_csv(findings: &Findings) -> String {
     let mut text = "metric,unit,defined,least,quantile_2_5,quantile_5,quantile_25,median,quantile_75,quantile_95,\
-                    quantile_97_5,greatest,median_low,median_high,mean,mean_reach,standard_deviation\n"
+                    quantile_97_5,greatest,median_low,median_high,mean,mean_ci95_half_width,standard_deviation\n"
         .to_owned();
     for Summary { metric, unit, defined, spread } in &findings.summaries {
         let numbers = spread.map(|s| {
@@ -118,7 +128,7 @@ pub fn sweep_summary_csv(findings: &Findings) -> String {
                 s.median_low,
                 s.median_high,
                 s.mean,
-                s.mean_reach,
+                s.mean_ci95_half_width,
                 s.standard_deviation,
             ]
         });
@@ -135,8 +145,8 @@ pub fn tornado_csv(design: &Design, findings: &Findings) -> String {
     let cell = |value: Option<f64>| value.map_or(String::new(), shortest);
     for influences in &findings.influences {
         let metric = &design.columns[influences.column].name;
-        for Influence { axis, first_order, rank_regression } in &influences.of_axes {
-            let numbers = [*first_order, *rank_regression, influences.rank_r_squared].map(cell).join(",");
+        for Influence { axis, epsilon_squared, rank_regression } in &influences.of_axes {
+            let numbers = [*epsilon_squared, *rank_regression, influences.rank_r_squared].map(cell).join(",");
             let _ = writeln!(text, "{metric},{axis},{numbers},{}", influences.ranked);
         }
     }
@@ -148,10 +158,10 @@ pub fn tornado_csv(design: &Design, findings: &Findings) -> String {
 pub fn heat_map_csv(design: &Design, map: &HeatMap) -> String {
     let [x, y] = [map.x_axis, map.y_axis].map(|axis| design.axes[axis].key.path);
     let name = &design.columns[map.column].name;
-    let mut text = format!("{x},{y},defined,{name},mean_reach\n");
+    let mut text = format!("{x},{y},defined,{name},mean_ci95_half_width\n");
     let cell = |value: Option<f64>| value.map_or(String::new(), shortest);
     for c in &map.cells {
-        let (mean, reach) = (cell(c.mean), cell(c.mean_reach));
+        let (mean, reach) = (cell(c.mean), cell(c.mean_ci95_half_width));
         let _ = writeln!(text, "{},{},{},{mean},{reach}", shortest(c.x), shortest(c.y), c.defined);
     }
     text

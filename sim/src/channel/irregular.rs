@@ -11,7 +11,7 @@ use crate::lane::Lane;
 use crate::time::nearest_ticks;
 
 /// Longest jitter in ticks.
-const MOST_JITTER_TICKS: u64 = 100_000;
+const MAX_JITTER_TICKS: u64 = 100_000;
 
 /// What a link does to samples besides delaying them all alike.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -29,7 +29,7 @@ impl Irregularity {
     /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate(&self, tick_s: f64) -> Result<(), InvalidValue> {
         non_negative("channel.jitter_s", self.jitter_s)?;
-        let held = self.jitter_s / tick_s <= MOST_JITTER_TICKS as f64;
+        let held = self.jitter_s / tick_s <= MAX_JITTER_TICKS as f64;
         require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks")?;
         let share = (0.0..=1.0).contains(&self.loss);
         require("channel.loss", self.loss, share, "from 0 to 1")?;
@@ -76,7 +76,7 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         initial: [L; N],
         (seed, first_stream): (u64, u64),
     ) -> Self {
-        let jitter_ticks = nearest_ticks(irregularity.jitter_s, tick_s).min(MOST_JITTER_TICKS);
+        let jitter_ticks = nearest_ticks(irregularity.jitter_s, tick_s).min(MAX_JITTER_TICKS);
         let nothing = Sent { stamp: L::splat(NEVER), sample: initial };
         let stream = |lane: usize| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -11,10 +11,10 @@ use crate::lane::{Lane, Mask};
 use irregular::Irregular;
 
 /// Most lanes whose delays may differ.
-const MOST_LANES: usize = crate::lane::LANES;
+const MAX_LANES: usize = crate::lane::LANES;
 
 /// Longest delay in ticks.
-pub const MOST_DELAY_TICKS: u64 = 1_000_000;
+pub const MAX_DELAY_TICKS: u64 = 1_000_000;
 
 /// What the receiver has at a tick: a sample of `N` numbers, the last that has come.
 #[derive(Debug, Clone, Copy)]
@@ -37,10 +37,10 @@ pub struct Delay<L: Lane, const N: usize> {
 }
 
 impl<L: Lane, const N: usize> Delay<L, N> {
-    /// A delay of `ticks` (0: the same tick; at most [`MOST_DELAY_TICKS`], more is cut to it) holding `initial`.
+    /// A delay of `ticks` (0: the same tick; at most [`MAX_DELAY_TICKS`], more is cut to it) holding `initial`.
     #[must_use]
     pub fn new(ticks: u64, initial: [L; N]) -> Self {
-        let line = vec![initial; ticks.min(MOST_DELAY_TICKS) as usize].into_boxed_slice();
+        let line = vec![initial; ticks.min(MAX_DELAY_TICKS) as usize].into_boxed_slice();
         Self { line, next: 0, own_ticks: None, irregular: None }
     }
 
@@ -83,7 +83,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         if let Some(own_ticks) = &self.own_ticks {
             let length = self.line.len();
             let place = |lane: usize| (self.next + length - own_ticks[lane]) % length;
-            let places: [usize; MOST_LANES] = std::array::from_fn(|lane| if lane < L::WIDTH { place(lane) } else { 0 });
+            let places: [usize; MAX_LANES] = std::array::from_fn(|lane| if lane < L::WIDTH { place(lane) } else { 0 });
             let sent = |i: usize| L::from_lanes(|lane| self.line[places[lane]][i].lane(lane));
             let arrived = std::array::from_fn(sent);
             self.line[self.next] = sample;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::MOST_DELAY_TICKS;
+use super::MAX_DELAY_TICKS;
 
 /// One direction's timetable, by the tick at which a sample is sent. The default one changes nothing.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,7 +16,7 @@ impl Schedule {
     /// The delay of a sample that never arrives.
     pub const LOST: u32 = u32::MAX;
 
-    /// A timetable. `delays` has the whole ticks that the sample of each tick takes (more than [`MOST_DELAY_TICKS`] are cut
+    /// A timetable. `delays` has the whole ticks that the sample of each tick takes (more than [`MAX_DELAY_TICKS`] are cut
     /// to it), or [`Schedule::LOST`]; the last holds on, and where there are none every sample takes the link's own delay.
     /// What is sent in an outage is lost; outages ascend and do not overlap.
     #[must_use]
@@ -38,7 +38,7 @@ impl Schedule {
 
 /// The ticks of a delay, if it has an end.
 fn arriving(delay: u32) -> Option<u64> {
-    (delay != Schedule::LOST).then(|| u64::from(delay).min(MOST_DELAY_TICKS))
+    (delay != Schedule::LOST).then(|| u64::from(delay).min(MAX_DELAY_TICKS))
 }
 
 /// A timetable that is gone through tick by tick.
@@ -99,6 +99,6 @@ mod tests {
         let schedule = Schedule::new(Arc::from([Schedule::LOST]), Arc::default());
         assert_eq!((schedule.longest(7), delays(schedule, 2)), (7, vec![None; 2]));
         let schedule = Schedule::new(Arc::from([u32::MAX - 1]), Arc::default());
-        assert_eq!(schedule.longest(7), MOST_DELAY_TICKS);
+        assert_eq!(schedule.longest(7), MAX_DELAY_TICKS);
     }
 }

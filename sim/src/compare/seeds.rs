@@ -10,7 +10,7 @@ use crate::run::{RunError, measure};
 use crate::scenario::Scenario;
 
 /// Most seeds of one study, which keeps the metrics of every run.
-pub const MOST_SEEDS: u64 = 100_000;
+pub const MAX_SEEDS: u64 = 100_000;
 
 /// How a metric spreads over the seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

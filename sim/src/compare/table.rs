@@ -90,8 +90,8 @@ pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
         of("false alarms", Unit::Count, meaning::FALSE_ALARMS, &|m| count(m.false_alarms)),
         of("alarms ignored during events", Unit::Count, meaning::IGNORED_ALARMS, &|m| count(m.ignored_alarms)),
         of("mean |prediction error|", Unit::Newton, meaning::MEAN_RESIDUAL, &|m| m.mean_absolute_residual_n),
-        of("least tissue force", Unit::Newton, meaning::LEAST_TISSUE_FORCE, &|m| m.least_tissue_force_n),
-        of("greatest tissue force", Unit::Newton, meaning::GREATEST_TISSUE_FORCE, &|m| m.greatest_tissue_force_n),
+        of("least tissue force", Unit::Newton, meaning::MIN_TISSUE_FORCE, &|m| m.least_tissue_force_n),
+        of("greatest tissue force", Unit::Newton, meaning::MAX_TISSUE_FORCE, &|m| m.greatest_tissue_force_n),
         of("tracking RMSE in teleoperation", Unit::Metre, meaning::TRACKING_RMSE, &|m| m.tracking_rmse_m),
         of("final tracking error", Unit::Share, meaning::FINAL_TRACKING_ERROR, &|m| m.final_tracking_error),
         of("largest motion while frozen", Unit::Metre, meaning::FROZEN_MOTION, &|m| {

@@ -13,7 +13,7 @@ use crate::scenario::DetectionSettings;
 const SET_BACK_ROWS: u32 = 10;
 
 /// A step of more intervals than this has lost samples in it.
-const MOST_OF_ONE_STEP: f64 = 1.5;
+const MAX_OF_ONE_STEP: f64 = 1.5;
 
 /// One tick of the stream with what came of it.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +30,7 @@ pub struct LiveStep {
 
 /// What is odd about a sample's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Oddity {
+pub enum TimestampAnomaly {
     /// It does not come after the last one; the sample is left out.
     NotLater {
         /// The time of the last sample in s.
@@ -82,7 +82,7 @@ pub struct LiveSummary {
     /// Mean of its magnitude in N.
     pub mean_absolute_n: Option<f64>,
     /// Its largest magnitude in N.
-    pub greatest_absolute_n: Option<f64>,
+    pub max_absolute_n: Option<f64>,
 }
 
 /// Estimator and detector on a stream, in constant memory.
@@ -145,7 +145,7 @@ impl LiveDetector {
         &mut self,
         sample: &LiveSample,
         mut emit: impl FnMut(&LiveStep),
-    ) -> Result<Option<Oddity>, InvalidValue> {
+    ) -> Result<Option<TimestampAnomaly>, InvalidValue> {
         let Some(last) = self.last else {
             // Without an interval the first sample waits for the second.
             self.last = Some(*sample);
@@ -172,9 +172,9 @@ impl LiveDetector {
         let steps = (time_s - last_s) / interval_s;
         if steps > Limits::GAP_IN_MEDIANS * (1.0 + 1e-9) {
             self.restart(sample, &mut emit);
-            return Ok(Some(Oddity::Gap { last_s, time_s }));
+            return Ok(Some(TimestampAnomaly::Gap { last_s, time_s }));
         }
-        let ticks = if steps > MOST_OF_ONE_STEP { steps.round() } else { 1.0 };
+        let ticks = if steps > MAX_OF_ONE_STEP { steps.round() } else { 1.0 };
         self.summary.uneven += u64::from((steps / ticks - 1.0).abs() > EVEN_SHARE);
         for lost in 1..ticks as u32 {
             self.summary.interpolated += 1;
@@ -204,7 +204,7 @@ impl LiveDetector {
             mean_n: defined(residual.mean),
             std_n: defined((residual.squares / residual.count).sqrt()),
             mean_absolute_n: defined(residual.absolute / residual.count),
-            greatest_absolute_n: defined(residual.greatest),
+            max_absolute_n: defined(residual.greatest),
             ..self.summary.clone()
         }
     }
@@ -215,19 +215,19 @@ impl LiveDetector {
         Ok(())
     }
 
-    fn not_later(&mut self, sample: &LiveSample, last_s: f64, emit: &mut impl FnMut(&LiveStep)) -> Oddity {
+    fn not_later(&mut self, sample: &LiveSample, last_s: f64, emit: &mut impl FnMut(&LiveStep)) -> TimestampAnomaly {
         let time_s = sample.time_s;
         let (before_s, rows) = self.behind;
         let ascends = rows > 0 && time_s > before_s;
         self.behind = (time_s, if ascends { rows + 1 } else { 1 });
         if self.behind.1 < SET_BACK_ROWS {
             self.summary.not_later += 1;
-            return Oddity::NotLater { last_s, time_s };
+            return TimestampAnomaly::NotLater { last_s, time_s };
         }
         self.behind.1 = 0;
         self.last = Some(*sample);
         self.restart(sample, emit);
-        Oddity::SetBack { last_s, time_s }
+        TimestampAnomaly::SetBack { last_s, time_s }
     }
 
     /// Begins anew with a sample; before the interval is known there is nothing to begin.

@@ -11,10 +11,10 @@ mod statistics;
 
 pub use chain::evidence;
 pub use chain::{ASSUMED_STEP_M, Chain, Reading, Step, VelocitySource};
-pub use live::{LiveDetector, LiveStep, LiveSummary, Oddity};
+pub use live::{LiveDetector, LiveStep, LiveSummary, TimestampAnomaly};
 pub use matching::{Match, match_alarms};
-pub use phases::{Phase, PhaseRule, Stretch};
-pub use report::{DetectedAlarm, DetectionReport, FurtherEstimate, Label};
+pub use phases::{Phase, PhaseInterval, PhaseRule};
+pub use report::{DetectedAlarm, DetectionReport, ExtraParameterEstimate, Label};
 pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
 
@@ -38,7 +38,7 @@ pub struct Detection {
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
     /// What the estimator estimates besides: the column's name, and its values.
-    pub further: Option<(&'static str, Vec<f64>)>,
+    pub extra_parameter: Option<(&'static str, Vec<f64>)>,
     /// Samples at which a rupture is announced.
     pub alarms: Vec<usize>,
     /// Where the tissue begins, in m.
@@ -51,7 +51,7 @@ pub struct Detection {
 const EVEN_SHARE: f64 = 0.01;
 
 /// Smallest change of a recorded position that can be a step of its encoder or of its digits, in m.
-const LEAST_STEP_M: f64 = 1e-9;
+const MIN_STEP_M: f64 = 1e-9;
 
 /// Runs the estimator and the detector over a recording, sample by sample.
 ///
@@ -81,7 +81,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         damping_n_s_per_m: room(),
         distance: room(),
         decision: room(),
-        further: settings.estimator.parameters.further_column().map(|name| (name, room())),
+        extra_parameter: settings.estimator.parameters.extra_parameter_column().map(|name| (name, room())),
         alarms: vec![],
         contact_m: settings.contact_m,
         touched: false,
@@ -97,8 +97,8 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         detection.residual_n.push(step.estimate.residual_n);
         detection.stiffness_n_per_m.push(step.estimate.stiffness_n_per_m);
         detection.damping_n_s_per_m.push(step.estimate.damping_n_s_per_m);
-        if let Some((_, further)) = &mut detection.further {
-            further.push(step.estimate.further);
+        if let Some((_, further)) = &mut detection.extra_parameter {
+            further.push(step.estimate.extra_parameter);
         }
         detection.distance.push(step.decision.distance);
         detection.decision.push(step.decision.decision);
@@ -146,6 +146,6 @@ fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
     if given_m > 0.0 {
         return given_m;
     }
-    let steps = position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > LEAST_STEP_M);
+    let steps = position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > MIN_STEP_M);
     steps.reduce(f64::min).unwrap_or(ASSUMED_STEP_M)
 }

@@ -36,7 +36,7 @@ impl Phase {
 
 /// A stretch of samples in one phase.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stretch {
+pub struct PhaseInterval {
     /// Which phase.
     pub phase: Phase,
     /// Which samples.
@@ -73,11 +73,11 @@ impl PhaseRule {
     /// Splits evenly spaced positions (m, `interval_s` apart) into stretches that follow one another without a gap, from the
     /// first sample to the last; neighbours differ in phase. No samples have none. `contact_m` is where the tissue begins.
     #[must_use]
-    pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<Stretch> {
+    pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
         let half = samples(0.5 * self.window_s).max(1);
         let shortest = samples(self.shortest_s);
-        let mut stretches: Vec<Stretch> = vec![];
+        let mut stretches: Vec<PhaseInterval> = vec![];
         for sample in 0..position_m.len() {
             let phase = self.phase_at(position_m, sample, half, interval_s, contact_m);
             extend(&mut stretches, phase, sample..sample + 1);
@@ -105,16 +105,16 @@ impl PhaseRule {
 }
 
 /// Lets the last stretch go on, or begins the next one.
-fn extend(stretches: &mut Vec<Stretch>, phase: Phase, samples: Range<usize>) {
+fn extend(stretches: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize>) {
     match stretches.last_mut() {
         Some(last) if last.phase == phase => last.samples.end = samples.end,
-        _ => stretches.push(Stretch { phase, samples }),
+        _ => stretches.push(PhaseInterval { phase, samples }),
     }
 }
 
 /// The same samples without stretches shorter than `shortest` samples; where all are, the longest of them stands for all.
-fn merge(stretches: &[Stretch], shortest: usize) -> Vec<Stretch> {
-    let mut merged: Vec<Stretch> = vec![];
+fn merge(stretches: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
+    let mut merged: Vec<PhaseInterval> = vec![];
     for stretch in stretches {
         if stretch.samples.len() >= shortest {
             // What is short at the very beginning belongs to the first that is not.
@@ -126,7 +126,7 @@ fn merge(stretches: &[Stretch], shortest: usize) -> Vec<Stretch> {
     }
     let longest = stretches.iter().rev().max_by_key(|stretch| stretch.samples.len());
     if let (true, Some(longest), Some(last)) = (merged.is_empty(), longest, stretches.last()) {
-        merged.push(Stretch { phase: longest.phase, samples: 0..last.samples.end });
+        merged.push(PhaseInterval { phase: longest.phase, samples: 0..last.samples.end });
     }
     merged
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Detection;
 use super::matching::match_alarms;
-use super::phases::{PhaseRule, Stretch};
+use super::phases::{PhaseInterval, PhaseRule};
 use super::scores::{Scores, Tally};
 use super::statistics::{PhaseStatistics, ResidualStatistics};
 use crate::metrics::RUPTURE_WINDOW_S;
@@ -42,7 +42,7 @@ pub struct Label {
 
 /// What was estimated besides stiffness and damping, over a whole run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct FurtherEstimate {
+pub struct ExtraParameterEstimate {
     /// Its column, with its unit.
     pub column: &'static str,
     /// The upper median.
@@ -51,7 +51,7 @@ pub struct FurtherEstimate {
     pub last: f64,
 }
 
-impl FurtherEstimate {
+impl ExtraParameterEstimate {
     /// Sums a column up; none where there is none, or nothing in it.
     #[must_use]
     pub fn of(further: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
@@ -95,13 +95,13 @@ pub struct DetectionReport {
     pub phases: Vec<PhaseStatistics>,
     /// The phases, one after the other.
     #[serde(skip)]
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<PhaseInterval>,
     /// What the scores are of.
     #[serde(skip)]
     pub tally: Option<Tally>,
     /// What was estimated besides stiffness and damping, if anything was.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub further_estimate: Option<FurtherEstimate>,
+    pub further_estimate: Option<ExtraParameterEstimate>,
 }
 
 impl DetectionReport {
@@ -167,7 +167,7 @@ impl DetectionReport {
             phases: PhaseStatistics::all(detection, &stretches),
             stretches,
             tally,
-            further_estimate: FurtherEstimate::of(&detection.further),
+            further_estimate: ExtraParameterEstimate::of(&detection.extra_parameter),
         }
     }
 

@@ -56,9 +56,9 @@ pub struct Scores {
     /// Median delay, in s; of an even number the mean of the middle two.
     pub median_delay_s: Option<f64>,
     /// Least delay, in s.
-    pub least_delay_s: Option<f64>,
+    pub min_delay_s: Option<f64>,
     /// Greatest delay, in s.
-    pub greatest_delay_s: Option<f64>,
+    pub max_delay_s: Option<f64>,
     /// Recorded time, in s.
     pub recorded_s: f64,
     /// Of that in contact, in s.
@@ -95,8 +95,8 @@ impl Scores {
             recall: share(found as f64, tally.ruptures as f64),
             f1: share(2.0 * found as f64, (tally.alarms + tally.ruptures) as f64),
             median_delay_s,
-            least_delay_s: delays_s.first().copied(),
-            greatest_delay_s: delays_s.last().copied(),
+            min_delay_s: delays_s.first().copied(),
+            max_delay_s: delays_s.last().copied(),
             recorded_s: tally.recorded_s,
             contact_s: tally.contact_s,
             false_alarms_per_minute: share(60.0 * false_alarms as f64, tally.recorded_s),
@@ -122,7 +122,7 @@ mod tests {
         let scores = Scores::of(&tally);
         assert_eq!((scores.found, scores.missed, scores.false_alarms), (2, 2, 3));
         assert_eq!((scores.precision, scores.recall, scores.f1), (Some(0.4), Some(0.5), Some(4.0 / 9.0)));
-        assert_eq!((scores.least_delay_s, scores.median_delay_s), (Some(0.002), Some(0.004)));
+        assert_eq!((scores.min_delay_s, scores.median_delay_s), (Some(0.002), Some(0.004)));
         assert_eq!(scores.false_alarms_per_minute, Some(6.0));
         assert_eq!(scores.false_alarms_per_contact_minute, Some(9.0));
         tally.add(&Tally {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Detection;
-use super::phases::{Phase, Stretch};
+use super::phases::{Phase, PhaseInterval};
 use crate::quantiles::robust_std;
 
 /// The residual over the whole recording.
@@ -16,7 +16,7 @@ pub struct ResidualStatistics {
     /// Mean of the magnitude, in N.
     pub mean_absolute_n: f64,
     /// Largest magnitude, in N.
-    pub greatest_absolute_n: f64,
+    pub max_absolute_n: f64,
     /// 1.4826 times the median deviation from the median, in N: the spread that outliers do not move.
     pub robust_std_n: f64,
 }
@@ -33,7 +33,7 @@ impl ResidualStatistics {
             mean_n,
             std_n: variance.sqrt(),
             mean_absolute_n: magnitudes.iter().sum::<f64>() / count,
-            greatest_absolute_n: magnitudes.last().copied().unwrap_or(0.0),
+            max_absolute_n: magnitudes.last().copied().unwrap_or(0.0),
             robust_std_n: robust_std(residual).unwrap_or(0.0),
         }
     }
@@ -65,12 +65,12 @@ pub struct PhaseStatistics {
 
 impl PhaseStatistics {
     /// The statistics of every phase, in the order of [`Phase::ALL`].
-    pub(super) fn all(detection: &Detection, stretches: &[Stretch]) -> Vec<Self> {
+    pub(super) fn all(detection: &Detection, stretches: &[PhaseInterval]) -> Vec<Self> {
         Phase::ALL.map(|phase| Self::of(detection, stretches, phase)).to_vec()
     }
 
-    fn of(detection: &Detection, stretches: &[Stretch], phase: Phase) -> Self {
-        let own: Vec<&Stretch> = stretches.iter().filter(|stretch| stretch.phase == phase).collect();
+    fn of(detection: &Detection, stretches: &[PhaseInterval], phase: Phase) -> Self {
+        let own: Vec<&PhaseInterval> = stretches.iter().filter(|stretch| stretch.phase == phase).collect();
         let gather = |column: &[f64]| -> Vec<f64> {
             own.iter().flat_map(|stretch| column[stretch.samples.clone()].iter().copied()).collect()
         };
@@ -136,7 +136,7 @@ mod tests {
             damping_n_s_per_m: vec![2.0; count],
             distance: ramp(),
             decision: ramp(),
-            further: None,
+            extra_parameter: None,
             alarms: vec![],
             contact_m: 0.0,
             touched: true,
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn a_phase_is_summed_over_its_stretches_and_nothing_else() {
-        let stretch = |phase, samples| Stretch { phase, samples };
+        let stretch = |phase, samples| PhaseInterval { phase, samples };
         let stretches = [
             stretch(Phase::Free, 0..1),
             stretch(Phase::Insertion, 1..3),
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn pooling_weighs_by_samples() {
-        let stretches = |samples| [Stretch { phase: Phase::Hold, samples }];
+        let stretches = |samples| [PhaseInterval { phase: Phase::Hold, samples }];
         let one = PhaseStatistics::all(&detection(vec![1.0, -1.0]), &stretches(0..2));
         let two = PhaseStatistics::all(&detection(vec![4.0, -4.0, 4.0, -4.0]), &stretches(0..4));
         let both = PhaseStatistics::pooled(Phase::Hold, one.iter().chain(&two));

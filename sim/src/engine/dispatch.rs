@@ -3,12 +3,12 @@
 //! The same source is compiled once for the baseline and once for wider registers. All give the same bits: no fused
 //! multiply-add is enabled, and sums keep their order.
 
-use super::{Engine, IntegrationError, Observer, Sides};
+use super::{Engine, IntegrationError, Observer, Plants};
 use crate::lane::Lane;
 
 /// Runs the engine in the widest instruction set that the machine has.
 #[allow(unsafe_code, reason = "calling a function that is compiled for an instruction set")]
-pub(super) fn run<L: Lane, S: Sides<L>, O: Observer<L>>(
+pub(super) fn run<L: Lane, S: Plants<L>, O: Observer<L>>(
     engine: &mut Engine<L, S>,
     observer: &mut O,
 ) -> Result<(), IntegrationError> {
@@ -23,7 +23,7 @@ pub(super) fn run<L: Lane, S: Sides<L>, O: Observer<L>>(
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2<L: Lane, S: Sides<L>, O: Observer<L>>(
+fn run_avx2<L: Lane, S: Plants<L>, O: Observer<L>>(
     engine: &mut Engine<L, S>,
     observer: &mut O,
 ) -> Result<(), IntegrationError> {

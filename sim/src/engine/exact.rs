@@ -1,6 +1,6 @@
-//! The sides stepped exactly, by the matrix exponentials of `plant`.
+//! The plants stepped exactly, by the matrix exponentials of `plant`.
 
-use super::{IntegrationError, MasterReading, Sides, SlaveReading};
+use super::{IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::lane::{Gather, LANES, Lane, by_index, of_each};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 
@@ -37,14 +37,14 @@ impl<L: Lane> Coefficient<L> for Shared {
     }
 }
 
-/// Both sides as two matrices, column by column, and their states.
+/// Both plants as two matrices, column by column, and their states.
 ///
 /// The matrices are most of what a tick reads: where all lanes have the same machines they are [`Shared`], an eighth as much.
 /// Aligned so that no vector straddles two cache lines. In this order no state lies beside another: two that do are written
 /// and read as one vector, in other parts than the tick before wrote, which then have to leave the processor's queue first.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-pub struct ExactSides<L, C = L> {
+pub struct ExactPlants<L, C = L> {
     /// The master's rows for its motion.
     motion: [[C; MOTION_ROWS]; MASTER_COLUMNS],
     motion_state: [L; MOTION_ROWS],
@@ -55,8 +55,8 @@ pub struct ExactSides<L, C = L> {
     force_state: [L; FORCE_ROWS],
 }
 
-impl<L: Lane> ExactSides<L> {
-    /// Both sides at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
+impl<L: Lane> ExactPlants<L> {
+    /// Both plants at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
     #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
         let motion =
@@ -107,7 +107,7 @@ impl<L: Lane> ForceColumn<L> {
     }
 }
 
-impl<L: Lane> ExactSides<L> {
+impl<L: Lane> ExactPlants<L> {
     /// Adds what a force (N) does to the master.
     #[inline(always)]
     pub(super) fn push(&mut self, column: &ForceColumn<L>, force: L) {
@@ -140,7 +140,7 @@ pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUM
     by_index!(ROWS, |i| even[i] + odd[i])
 }
 
-impl<L: Lane, C: Coefficient<L>> Sides<L> for ExactSides<L, C> {
+impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
     const IS_VECTOR: bool = true;
 
     #[inline(always)]
@@ -173,9 +173,9 @@ impl<L: Lane, C: Coefficient<L>> Sides<L> for ExactSides<L, C> {
     }
 }
 
-impl ExactSides<f64> {
+impl ExactPlants<f64> {
     /// Those of eight cases with the same machines; nothing where a bit of them differs.
-    pub(crate) fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactSides<L, Shared>> {
+    pub(crate) fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactPlants<L, Shared>> {
         fn same<const ROWS: usize, const COLUMNS: usize>(
             a: &[[f64; ROWS]; COLUMNS],
             b: &[[f64; ROWS]; COLUMNS],
@@ -187,7 +187,7 @@ impl ExactSides<f64> {
             same(&one.motion, &first.motion) && same(&one.forces, &first.forces) && same(&one.slave, &first.slave)
         };
         all.iter().all(is_alike).then_some(())?;
-        Some(ExactSides {
+        Some(ExactPlants {
             motion: first.motion.map(|column| column.map(Shared)),
             forces: first.forces.map(|column| column.map(Shared)),
             slave: first.slave.map(|column| column.map(Shared)),
@@ -198,4 +198,4 @@ impl ExactSides<f64> {
     }
 }
 
-crate::lane::gather!(ExactSides { motion, forces, slave, motion_state, slave_state, force_state });
+crate::lane::gather!(ExactPlants { motion, forces, slave, motion_state, slave_state, force_state });

@@ -1,4 +1,4 @@
-//! The sides integrated numerically between ticks (Dormand-Prince 8(5,3)), as an independent check on the exact step.
+//! The plants integrated numerically between ticks (Dormand-Prince 8(5,3)), as an independent check on the exact step.
 //!
 //! The equations are written out here from the paper's letters and coefficients: nothing of `lti` is used, so that an
 //! error in a realisation or a hold shows as a difference. Some hundred times slower than the exact step.
@@ -7,7 +7,7 @@ use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
 use thiserror::Error;
 
-use super::{MasterReading, Sides, SlaveReading};
+use super::{MasterReading, Plants, SlaveReading};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
 };
@@ -26,7 +26,7 @@ const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 #[error("the numerical integration gave up within a tick: {0}; use simulation.engine = \"exact\"")]
 pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 
-/// The equations of both sides over one tick.
+/// The equations of both plants over one tick.
 #[derive(Debug, Clone)]
 struct Equations {
     master: MasterParameters,
@@ -128,9 +128,9 @@ impl System<f64, LaggedState> for Lagged<'_> {
     }
 }
 
-/// Both sides between ticks, integrated numerically.
+/// Both plants between ticks, integrated numerically.
 #[derive(Debug, Clone)]
-pub struct IntegratedSides {
+pub struct IntegratedPlants {
     equations: Equations,
     tick_s: f64,
     state: State,
@@ -140,8 +140,8 @@ pub struct IntegratedSides {
     arrivals: [f64; 2],
 }
 
-impl IntegratedSides {
-    /// Both sides at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
+impl IntegratedPlants {
+    /// Both plants at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
     ///
     /// The parameters are those that `plant` has accepted.
     #[must_use]
@@ -185,7 +185,7 @@ impl IntegratedSides {
         Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2] }
     }
 
-    /// The same sides with a fed-back force and a reference that arrive within each tick, at shares of it from 0 to 1; until
+    /// The same plants with a fed-back force and a reference that arrive within each tick, at shares of it from 0 to 1; until
     /// then the ones before hold. It takes continuous control: sampled control reads what has arrived at the tick.
     #[must_use]
     pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
@@ -227,13 +227,13 @@ impl IntegratedSides {
         Ok(())
     }
 
-    /// The same sides at rest with motors that saturate, take their time and lag, which takes sampled control: continuous
+    /// The same plants at rest with motors that saturate, take their time and lag, which takes sampled control: continuous
     /// control takes no notice of limits.
     #[must_use]
     pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
         let equations = &mut self.equations;
         equations.limits = *limits;
-        let limit = limits.greatest_slave_command();
+        let limit = limits.max_slave_command();
         equations.held_slave_control = equations.held_slave_control.clamp(-limit, limit);
         self.actual = [equations.motor, equations.held_slave_control];
         self
@@ -262,7 +262,7 @@ fn third_order(numerator: &[f64], denominator: &[f64]) -> ([f64; 3], [f64; 2]) {
     (std::array::from_fn(|p| power(&denominator, p)), std::array::from_fn(|p| power(&numerator, p)))
 }
 
-impl Sides<f64> for IntegratedSides {
+impl Plants<f64> for IntegratedPlants {
     fn master(&self) -> MasterReading<f64> {
         MasterReading {
             position_m: self.state[0],
@@ -295,9 +295,9 @@ impl Sides<f64> for IntegratedSides {
         let equations = &mut self.equations;
         let limits = equations.limits;
         let wanted = equations.motor(&self.state);
-        let (motor_range, motor_rate) = (limits.greatest_master_force_n(), limits.master_force_rate_n_per_s);
+        let (motor_range, motor_rate) = (limits.max_master_force_n(), limits.master_force_rate_n_per_s);
         equations.motor = limited(wanted, equations.motor, motor_range, motor_rate, self.tick_s);
-        let (slave_range, slave_rate) = (limits.greatest_slave_command(), limits.slave_command_rate_per_s);
+        let (slave_range, slave_rate) = (limits.max_slave_command(), limits.slave_command_rate_per_s);
         let slave_wanted = equations.slave_control(&self.state);
         equations.held_slave_control =
             limited(slave_wanted, equations.held_slave_control, slave_range, slave_rate, self.tick_s);

@@ -1,4 +1,4 @@
-//! The sides with motors that saturate, take their time and lag, stepped exactly.
+//! The plants with motors that saturate, take their time and lag, stepped exactly.
 //!
 //! Both controllers run on the tick and hold what they command, so the machines between ticks are linear whatever the
 //! limits do: each is stepped by its own matrix exponential under the limited command and what its motor does when the
@@ -6,7 +6,7 @@
 
 use super::exact::combine;
 use super::motor::Motor;
-use super::{IntegrationError, MasterReading, Sides, SlaveReading};
+use super::{IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::lane::Lane;
 use crate::plant::{
     ActuatorLimits, ArmParameters, MASTER_STATES, MasterParameters, MasterStep, PlantError, SLAVE_STATES,
@@ -20,7 +20,7 @@ const MASTER_COLUMNS: usize = MOTIONS + 4;
 /// The slave's states and the command of `U_s`.
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// Both sides with sampled controllers whose outputs are clipped to a range and to a change per tick, and motors that follow
+/// Both plants with sampled controllers whose outputs are clipped to a range and to a change per tick, and motors that follow
 /// them with a lag τ.
 ///
 /// ```text
@@ -34,7 +34,7 @@ const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 /// motor still has to catch up with does not stop the integral.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-pub struct LimitedSides<L> {
+pub struct LimitedPlants<L> {
     master: [[L; MOTIONS]; MASTER_COLUMNS],
     slave: [[L; SLAVE_STATES]; SLAVE_COLUMNS],
     hand_force: [L; MOTIONS],
@@ -49,8 +49,8 @@ pub struct LimitedSides<L> {
     slave_state: [L; SLAVE_STATES],
 }
 
-impl<L: Lane> LimitedSides<L> {
-    /// Both sides at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m), on ticks
+impl<L: Lane> LimitedPlants<L> {
+    /// Both plants at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m), on ticks
     /// `tick_s` (s) apart.
     ///
     /// # Errors
@@ -81,8 +81,8 @@ impl<L: Lane> LimitedSides<L> {
         let slave_rest = slave_step.rest.map(|share| share * reference_m);
         let control = slave.control();
         let slave_command = control[0] * reference_m + control[1] * slave_rest[0];
-        let master_bounds = (limits.greatest_master_force_n(), limits.greatest_master_change_n(tick_s));
-        let slave_bounds = (limits.greatest_slave_command(), limits.greatest_slave_change(tick_s));
+        let master_bounds = (limits.max_master_force_n(), limits.max_master_change_n(tick_s));
+        let slave_bounds = (limits.max_slave_command(), limits.max_slave_change(tick_s));
         Ok(Self {
             master: std::array::from_fn(|j| std::array::from_fn(|i| L::splat(master_column(j)[i]))),
             slave: std::array::from_fn(|j| slave_column(j).map(L::splat)),
@@ -100,7 +100,7 @@ impl<L: Lane> LimitedSides<L> {
     }
 }
 
-impl<L: Lane> Sides<L> for LimitedSides<L> {
+impl<L: Lane> Plants<L> for LimitedPlants<L> {
     #[inline(always)]
     fn master(&self) -> MasterReading<L> {
         MasterReading { position_m: self.motion[0], velocity_m_per_s: self.motion[1], hand_force_n: self.hand_force_n }

@@ -1,15 +1,15 @@
 //! One tick, N ticks, and the observers that see them.
 //!
-//! The physics between ticks is linear, so it is stepped exactly; the sides meet only through the sampled channel. A
+//! The physics between ticks is linear, so it is stepped exactly; the two sides meet only through the sampled channel. A
 //! tick, at `k * tick_s`:
 //!
-//! 1. read both sides: `x_h, v_h, F_h`; `x_e, v_e`
+//! 1. read both plants: `x_h, v_h, F_h`; `x_e, v_e`
 //! 2. tissue: `f_e`; sensors: the measured force `y`, position and velocity
 //! 3. estimator: `e_k`, then its parameters
 //! 4. detector: `s_k`, then `g_k` and the alarm
 //! 5. link, and supervisor on the slave's side, fed with the hand's position as it arrives: mode, `x_ref`
 //! 6. link, and force law on the master's side, fed with force and mode as they arrive: `F_ed`
-//! 7. both sides to tick `k + 1`
+//! 7. both plants to tick `k + 1`
 
 mod dispatch;
 #[cfg(target_arch = "x86_64")]
@@ -20,24 +20,24 @@ mod limited;
 mod motor;
 mod observer;
 mod pack;
+mod plants;
 mod scheduled;
-mod sides;
 mod signals;
 mod split;
 mod trace;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use eight::{Avx2, Avx512};
-pub use exact::ExactSides;
-pub use integrated::{IntegratedSides, IntegrationError};
-pub use limited::LimitedSides;
+pub use exact::ExactPlants;
+pub use integrated::{IntegratedPlants, IntegrationError};
+pub use limited::LimitedPlants;
 pub use observer::Observer;
 pub use pack::InstructionSet;
 pub(crate) use pack::{Wide, gather};
-pub use scheduled::Scheduled;
-pub use sides::{MasterReading, Sides, SlaveReading};
+pub use plants::{MasterReading, Plants, SlaveReading};
+pub use scheduled::ScheduledAlarms;
 pub use signals::Signals;
-pub use split::SplitSides;
+pub use split::FractionalDelayPlants;
 pub use trace::{COLUMNS, Trace};
 
 use std::ops::ControlFlow;
@@ -58,7 +58,7 @@ pub struct Engine<L: Lane, S> {
     /// Which ticks there are.
     pub grid: TickGrid,
     /// The two machines.
-    pub sides: S,
+    pub plants: S,
     /// What the person wants.
     pub operator: Operator<L>,
     /// What the needle meets.
@@ -75,10 +75,10 @@ pub struct Engine<L: Lane, S> {
     pub detector: Detector<L>,
     /// The supervisor.
     pub supervisor: Supervisor<L>,
-    /// What joins the sides.
+    /// What joins the two sides.
     pub link: Link<L>,
     /// Alarms that are raised whatever the detector says.
-    pub scheduled: Scheduled,
+    pub scheduled: ScheduledAlarms,
 }
 
 /// What the person wants, known beforehand or not.
@@ -146,11 +146,11 @@ impl<L: Lane, S> Engine<L, S> {
     }
 }
 
-impl<L: Lane, S: Sides<L>> Engine<L, S> {
+impl<L: Lane, S: Plants<L>> Engine<L, S> {
     /// Runs every tick of the grid, or until the observer has seen enough. Nothing is allocated on the way.
     ///
     /// # Errors
-    /// [`IntegrationError`] where the sides are integrated numerically and the integrator gives up.
+    /// [`IntegrationError`] where the plants are integrated numerically and the integrator gives up.
     pub fn run<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
         dispatch::run(self, observer)
     }
@@ -222,7 +222,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         self.sensor.reads_position_exactly()
             && self.velocity_filter.is_none()
             && self.link.is_direct()
-            && self.estimator.is_the_papers()
+            && self.estimator.is_baseline()
             && self.detector.is_square()
             && self.scheduled.is_empty()
     }
@@ -246,7 +246,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         // tick needs.
         let mut desired = desire.desired_m(0, L::zero());
         for tick in 0..self.grid.ticks() {
-            let reaction = tissue.answer(tick, self.sides.slave());
+            let reaction = tissue.answer(tick, self.plants.slave());
             let sensed = self.sense::<DIRECT, EXACT>(tick, desired, reaction);
             // The ticks on which nothing happens, which most are, are compiled apart up to their end: that there is no alarm and
             // no other mode need not be asked again, nor do their numbers wait for the others' in the same registers.
@@ -304,7 +304,7 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         self.conclude::<false, _, _>(sensed, command, feedback_force, observer, desire)
     }
 
-    /// The end of a tick: its signals are shown, and both sides go to the next. Gives the desired position there, or how the
+    /// The end of a tick: its signals are shown, and both plants go to the next. Gives the desired position there, or how the
     /// run has ended.
     #[inline(always)]
     fn conclude<const DIRECT: bool, O, D>(
@@ -329,9 +329,9 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         let reference = if DIRECT {
             signals.slave_reference_m
         } else {
-            self.link.yielding(signals.slave_reference_m, signals.tissue_force_n)
+            self.link.apply_compliance(signals.slave_reference_m, signals.tissue_force_n)
         };
-        match self.sides.step(desired, desired_next, feedback_force_n, reference) {
+        match self.plants.step(desired, desired_next, feedback_force_n, reference) {
             Ok(()) => ControlFlow::Continue(desired_next),
             Err(error) => ControlFlow::Break(Err(error)),
         }
@@ -345,8 +345,8 @@ impl<L: Lane, S: Sides<L>> Engine<L, S> {
         desired_position_m: L,
         reaction: Reaction<L>,
     ) -> Sensed<L> {
-        let master = self.sides.master();
-        let slave = self.sides.slave();
+        let master = self.plants.master();
+        let slave = self.plants.slave();
         let measured_force_n = if EXACT { reaction.force_n } else { self.sensor.read_force(reaction.force_n) };
         let (mut measured_position_m, mut measured_velocity_m_per_s) = (slave.position_m, slave.velocity_m_per_s);
         if !DIRECT {
@@ -427,7 +427,7 @@ impl<L: Lane> Sensed<L> {
             feedback_force_n,
             stiffness_n_per_m: estimate.stiffness_n_per_m,
             damping_n_s_per_m: estimate.damping_n_s_per_m,
-            further: estimate.further,
+            extra_parameter: estimate.extra_parameter,
             residual_n: estimate.residual_n,
             distance: self.distance,
             decision: situation.decision,

@@ -2,7 +2,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::eight::{Avx2, Avx512};
-use super::{Engine, IntegrationError, Observer, Sides};
+use super::{Engine, IntegrationError, Observer, Plants};
 use crate::lane::{Gather, LANES, Lane};
 
 /// What several cases are computed with. All give the same bits.
@@ -52,7 +52,7 @@ pub(crate) trait Wide: Lane {
     ///
     /// # Errors
     /// As [`Engine::run`].
-    fn run<S: Sides<Self>, O: Observer<Self>>(
+    fn run<S: Plants<Self>, O: Observer<Self>>(
         engine: &mut Engine<Self, S>,
         observer: &mut O,
     ) -> Result<(), IntegrationError>;
@@ -64,7 +64,7 @@ macro_rules! wide {
         #[allow(unsafe_code, unused_unsafe, reason = "calling a function that is compiled for an instruction set")]
         const _: () = {
             impl Wide for $Number {
-                fn run<S: Sides<Self>, O: Observer<Self>>(
+                fn run<S: Plants<Self>, O: Observer<Self>>(
                     engine: &mut Engine<Self, S>,
                     observer: &mut O,
                 ) -> Result<(), IntegrationError> {
@@ -74,7 +74,7 @@ macro_rules! wide {
             }
 
             $(#[$attribute])*
-            fn run<S: Sides<$Number>, O: Observer<$Number>>(
+            fn run<S: Plants<$Number>, O: Observer<$Number>>(
                 engine: &mut Engine<$Number, S>,
                 observer: &mut O,
             ) -> Result<(), IntegrationError> {
@@ -92,11 +92,11 @@ wide! {
     Avx512;
 }
 
-/// Eight engines as one, the first in lane 0; nothing where they differ in more than numbers, or have begun. `sides` lays
+/// Eight engines as one, the first in lane 0; nothing where they differ in more than numbers, or have begun. `plants` lays
 /// their machines side by side.
 pub(crate) fn gather<L: Lane, S, T>(
     all: [&Engine<f64, S>; LANES],
-    sides: impl FnOnce([&S; LANES]) -> Option<T>,
+    plants: impl FnOnce([&S; LANES]) -> Option<T>,
 ) -> Option<Engine<L, T>> {
     let grid = all[0].grid;
     if all.iter().any(|one| one.grid != grid) {
@@ -104,7 +104,7 @@ pub(crate) fn gather<L: Lane, S, T>(
     }
     Some(Engine {
         grid,
-        sides: sides(crate::lane::of_each!(all, |one| &one.sides))?,
+        plants: plants(crate::lane::of_each!(all, |one| &one.plants))?,
         operator: Gather::gather(crate::lane::of_each!(all, |one| &one.operator))?,
         tissue: Gather::gather(crate::lane::of_each!(all, |one| &one.tissue))?,
         sensor: Gather::gather(crate::lane::of_each!(all, |one| &one.sensor))?,

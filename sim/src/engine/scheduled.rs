@@ -5,14 +5,14 @@ use std::sync::Arc;
 /// The ticks at which the supervisor is alarmed, in every lane; it takes such an alarm where it would take one of the
 /// detector's. Looked at only where there are any, or where something else already takes the tick off its straight way.
 #[derive(Debug, Clone)]
-pub struct Scheduled {
+pub struct ScheduledAlarms {
     ticks: Arc<[u64]>,
     index: usize,
     /// The next of them; beyond every run where there is none.
     next: u64,
 }
 
-impl Scheduled {
+impl ScheduledAlarms {
     /// Alarms at ticks that ascend.
     #[must_use]
     pub fn new(ticks: Arc<[u64]>) -> Self {

@@ -32,7 +32,7 @@ pub struct Signals<L: Lane> {
     /// `B` in N·s/m.
     pub damping_n_s_per_m: L,
     /// What the estimator estimates besides, in the unit of its column; 0 for most.
-    pub further: L,
+    pub extra_parameter: L,
     /// `e` in N.
     pub residual_n: L,
     /// `s`, in the unit of the distance.
@@ -72,7 +72,7 @@ impl<L: Lane> Signals<L> {
             feedback_force_n: self.feedback_force_n.lane(index),
             stiffness_n_per_m: self.stiffness_n_per_m.lane(index),
             damping_n_s_per_m: self.damping_n_s_per_m.lane(index),
-            further: self.further.lane(index),
+            extra_parameter: self.extra_parameter.lane(index),
             residual_n: self.residual_n.lane(index),
             distance: self.distance.lane(index),
             decision: self.decision.lane(index),

@@ -1,11 +1,11 @@
-//! The sides with samples that arrive between ticks, stepped exactly.
+//! The plants with samples that arrive between ticks, stepped exactly.
 
 use super::exact::ForceColumn;
-use super::{ExactSides, IntegrationError, MasterReading, Sides, SlaveReading};
+use super::{ExactPlants, IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::lane::Lane;
 use crate::plant::{MasterStep, SLAVE_STATES, SlaveStep};
 
-/// Both sides, holding the last tick's fed-back force and reference for a first part of each tick and the tick's own for
+/// Both plants, holding the last tick's fed-back force and reference for a first part of each tick and the tick's own for
 /// the rest: what a delay of 3.7 ticks does after its three whole ones.
 ///
 /// The machines are linear, so a sample that arrives late adds what its difference to the one before it does over the
@@ -15,19 +15,19 @@ use crate::plant::{MasterStep, SLAVE_STATES, SlaveStep};
 /// x_{k+1} = Φ x_k + Γ(T) u_{k-1} + Γ((1-f) T) (u_k - u_{k-1}),   Γ(τ) = ∫₀^τ exp(A s) ds B
 /// ```
 #[derive(Debug, Clone)]
-pub struct SplitSides<L> {
-    exact: ExactSides<L>,
+pub struct FractionalDelayPlants<L> {
+    exact: ExactPlants<L>,
     late_force: ForceColumn<L>,
     late_reference: [L; SLAVE_STATES],
     force_n: L,
     reference_m: L,
 }
 
-impl<L: Lane> SplitSides<L> {
-    /// Sides at rest without a fed-back force and under the reference `reference_m` (m); `master` and `slave` are the steps
+impl<L: Lane> FractionalDelayPlants<L> {
+    /// Plants at rest without a fed-back force and under the reference `reference_m` (m); `master` and `slave` are the steps
     /// over what is left of a tick when the force or the reference arrives.
     #[must_use]
-    pub fn new(exact: ExactSides<L>, master: &MasterStep, slave: &SlaveStep, reference_m: f64) -> Self {
+    pub fn new(exact: ExactPlants<L>, master: &MasterStep, slave: &SlaveStep, reference_m: f64) -> Self {
         Self {
             exact,
             late_force: ForceColumn::of(master),
@@ -38,7 +38,7 @@ impl<L: Lane> SplitSides<L> {
     }
 }
 
-impl<L: Lane> Sides<L> for SplitSides<L> {
+impl<L: Lane> Plants<L> for FractionalDelayPlants<L> {
     #[inline(always)]
     fn master(&self) -> MasterReading<L> {
         self.exact.master()

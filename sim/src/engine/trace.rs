@@ -46,7 +46,7 @@ pub struct Trace {
     pub decision: Vec<f64>,
     pub mode: Vec<u8>,
     /// What the estimator estimates besides: the column's name, and its values.
-    pub further: Option<(&'static str, Vec<f64>)>,
+    pub extra_parameter: Option<(&'static str, Vec<f64>)>,
     grid: TickGrid,
 }
 
@@ -73,15 +73,15 @@ impl Trace {
             distance: room(),
             decision: room(),
             mode: Vec::with_capacity(grid.ticks() as usize),
-            further: None,
+            extra_parameter: None,
             grid,
         }
     }
 
     /// The same trace with one more column, of a name, for what the estimator estimates besides.
     #[must_use]
-    pub fn with_further(mut self, column: Option<&'static str>) -> Self {
-        self.further = column.map(|name| (name, Vec::with_capacity(self.grid.ticks() as usize)));
+    pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {
+        self.extra_parameter = column.map(|name| (name, Vec::with_capacity(self.grid.ticks() as usize)));
         self
     }
 
@@ -140,8 +140,8 @@ impl Observer<f64> for Trace {
         self.distance.push(s.distance);
         self.decision.push(s.decision);
         self.mode.push(s.mode as u8);
-        if let Some((_, further)) = &mut self.further {
-            further.push(s.further);
+        if let Some((_, further)) = &mut self.extra_parameter {
+            further.push(s.extra_parameter);
         }
     }
 }

@@ -36,8 +36,8 @@ pub const EXIT_STEP: &str = "How much the fed-back force changed in the first ti
 pub const FEEDBACK_STEP_EXCESS: &str =
     "By how much the fed-back force changed in one tick beyond what its law allows; 0 but for rounding.";
 pub const MEAN_RESIDUAL: &str = "How far the estimator's force is from the measured one, averaged over the run.";
-pub const LEAST_TISSUE_FORCE: &str = "The least force of the tissue on the needle; below 0 it holds the needle back.";
-pub const GREATEST_TISSUE_FORCE: &str = "The greatest force of the tissue on the needle, resisting insertion.";
+pub const MIN_TISSUE_FORCE: &str = "The least force of the tissue on the needle; below 0 it holds the needle back.";
+pub const MAX_TISSUE_FORCE: &str = "The greatest force of the tissue on the needle, resisting insertion.";
 pub const TRACKING_RMSE: &str = "How far the slave is from its reference while it follows the hand, root mean square.";
 pub const FINAL_SLAVE_POSITION: &str = "Where the needle was at the last tick.";
 pub const FINAL_TRACKING_ERROR: &str = "How far the slave was from its reference at the last tick, of that reference.";

@@ -26,4 +26,4 @@ pub const TRAVEL_S: f64 = 0.3;
 pub const FALLEN_SHARE: f64 = 0.05;
 
 /// A run has diverged once a position is beyond this, in m, or no number.
-pub const DIVERGED_M: f64 = crate::operator::MOST_POSITION_M;
+pub const DIVERGED_M: f64 = crate::operator::MAX_POSITION_M;

@@ -13,7 +13,7 @@ use crate::lane::{Lane, Mask};
 use crate::time::TickGrid;
 
 /// Most ruptures, events and alarms of one run that are looked at one by one.
-const MOST_KEPT: usize = 4096;
+const MAX_KEPT: usize = 4096;
 
 /// Measured force in N beyond which a run has diverged: no needle meets a millionth of it. NaN is beyond
 /// any bound.
@@ -94,11 +94,11 @@ struct History {
 impl History {
     fn new(ruptures: usize) -> Self {
         Self {
-            ruptures: Vec::with_capacity(ruptures.min(MOST_KEPT)),
+            ruptures: Vec::with_capacity(ruptures.min(MAX_KEPT)),
             first_open: 0,
-            events: Vec::with_capacity(ruptures.clamp(16, MOST_KEPT)),
+            events: Vec::with_capacity(ruptures.clamp(16, MAX_KEPT)),
             event_goes_on: false,
-            alarms: Vec::with_capacity(MOST_KEPT),
+            alarms: Vec::with_capacity(MAX_KEPT),
             false_alarms: 0,
             ignored_alarms: 0,
             mode: Mode::Teleoperation.code(),
@@ -124,14 +124,14 @@ impl History {
             rupture.observe(s);
         }
         // Before the alarms: one at the very tick of a rupture is its detection.
-        if s.ruptured && self.ruptures.len() < MOST_KEPT {
+        if s.ruptured && self.ruptures.len() < MAX_KEPT {
             self.ruptures.push(RuptureWindow::open(s, *grid));
         }
         if s.alarm_taken {
             // The latest rupture first: an alarm is about what has just happened.
             let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s.tick));
             self.false_alarms += u64::from(!matched);
-            if self.alarms.len() < MOST_KEPT {
+            if self.alarms.len() < MAX_KEPT {
                 self.alarms.push(Alarm { time_s: grid.time_s(s.tick), matched });
             }
         } else if s.alarm {
@@ -146,8 +146,7 @@ impl History {
         if self.event_goes_on || s.mode != self.mode {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
-        if s.mode == Mode::Augmented.code() && self.mode == Mode::Teleoperation.code() && self.events.len() < MOST_KEPT
-        {
+        if s.mode == Mode::Augmented.code() && self.mode == Mode::Teleoperation.code() && self.events.len() < MAX_KEPT {
             self.events.push(EventWindow::open(s, step, grid));
             self.event_goes_on = true;
         }
@@ -231,8 +230,8 @@ impl<L: Lane> MetricsObserver<L> {
             false_alarms: history.false_alarms,
             ignored_alarms: history.ignored_alarms,
             mean_absolute_residual_n: mean(totals.absolute_residual_n, ticks as f64),
-            least_tissue_force_n: ran.then_some(totals.least_force_n),
-            greatest_tissue_force_n: ran.then_some(totals.greatest_force_n),
+            least_tissue_force_n: ran.then_some(totals.min_force_n),
+            greatest_tissue_force_n: ran.then_some(totals.max_force_n),
             tracking_rmse_m: mean(totals.squared_tracking_error_m2, following as f64).map(f64::sqrt),
             final_slave_position_m: ran.then_some(slave_m),
             final_tracking_error: (ran && reference_m != 0.0).then(|| (reference_m - slave_m) / reference_m),

@@ -53,7 +53,7 @@ pub(super) struct RuptureWindow {
     pub(super) felt_fallen_at: Option<u64>,
     /// Greatest change of the force on the hand in a tick, in N.
     pub(super) peak_change_n: f64,
-    pub(super) least_felt_n: f64,
+    pub(super) min_felt_n: f64,
     pub(super) seen: u64,
 }
 
@@ -76,7 +76,7 @@ impl RuptureWindow {
             feedback_fallen_at: None,
             felt_fallen_at: None,
             peak_change_n: 0.0,
-            least_felt_n: s.operator_force_n,
+            min_felt_n: s.operator_force_n,
             seen: 0,
         }
     }
@@ -115,7 +115,7 @@ impl RuptureWindow {
         self.peak_change_n = self.peak_change_n.max((s.operator_force_n - self.last_felt_n).abs());
         self.last_felt_n = s.operator_force_n;
         if since <= self.travel_ticks {
-            self.least_felt_n = self.least_felt_n.min(s.operator_force_n);
+            self.min_felt_n = self.min_felt_n.min(s.operator_force_n);
         }
     }
 
@@ -148,7 +148,7 @@ impl RuptureWindow {
             feedback_fall_s: self.feedback_fallen_at.map(since),
             felt_fall_s: self.felt_fallen_at.map(since),
             peak_force_rate_n_per_s: whole.then(|| self.peak_change_n / self.grid.tick_s()),
-            felt_contrast: felt.then(|| 1.0 - self.least_felt_n / self.felt_n),
+            felt_contrast: felt.then(|| 1.0 - self.min_felt_n / self.felt_n),
         }
     }
 }

@@ -81,8 +81,8 @@ struct Partial<L> {
     squared_tracking_error: [L; WAYS],
     operator_power: [L; WAYS],
     tissue_power: [L; WAYS],
-    least_force: [L; WAYS],
-    greatest_force: [L; WAYS],
+    min_force: [L; WAYS],
+    max_force: [L; WAYS],
 }
 
 /// Sums and extremes over the samples so far.
@@ -97,9 +97,9 @@ pub(super) struct Totals {
     /// `Σ f_e v_e` in W.
     pub tissue_power_w: f64,
     /// Least `f_e` in N.
-    pub least_force_n: f64,
+    pub min_force_n: f64,
     /// Greatest `f_e` in N.
-    pub greatest_force_n: f64,
+    pub max_force_n: f64,
 }
 
 /// Sums that take a sample a tick.
@@ -120,8 +120,8 @@ impl<L: Lane> Sums<L> {
                 squared_tracking_error: zero,
                 operator_power: zero,
                 tissue_power: zero,
-                least_force: [L::splat(f64::INFINITY); WAYS],
-                greatest_force: [L::splat(f64::NEG_INFINITY); WAYS],
+                min_force: [L::splat(f64::INFINITY); WAYS],
+                max_force: [L::splat(f64::NEG_INFINITY); WAYS],
             },
         }
     }
@@ -167,8 +167,8 @@ impl<L: Lane> Sums<L> {
             squared_tracking_error: ways(&partial.squared_tracking_error),
             operator_power: ways(&partial.operator_power),
             tissue_power: ways(&partial.tissue_power),
-            least_force: ways(&partial.least_force),
-            greatest_force: ways(&partial.greatest_force),
+            min_force: ways(&partial.min_force),
+            max_force: ways(&partial.max_force),
         };
         sums.add::<L>(&Block {
             residual_n: rest(&waiting.residual_n, neutral.residual_n),
@@ -186,8 +186,8 @@ impl<L: Lane> Sums<L> {
             squared_tracking_error_m2: sum(sums.squared_tracking_error),
             operator_power_w: sum(sums.operator_power),
             tissue_power_w: sum(sums.tissue_power),
-            least_force_n: least(sums.least_force),
-            greatest_force_n: greatest(sums.greatest_force),
+            min_force_n: least(sums.min_force),
+            max_force_n: greatest(sums.max_force),
         }
     }
 }
@@ -215,8 +215,8 @@ impl<L: Lane> Partial<L> {
         gather::<_, Width>(&mut self.squared_tracking_error, &tracking_error, |sum, error| sum + error * error);
         gather::<_, Width>(&mut self.operator_power, &block.operator_power_w, |sum, power| sum + power);
         gather::<_, Width>(&mut self.tissue_power, &block.tissue_power_w, |sum, power| sum + power);
-        gather::<_, Width>(&mut self.least_force, &block.tissue_force_n, |least, force| force.min(least));
-        gather::<_, Width>(&mut self.greatest_force, &block.tissue_force_n, |greatest, force| force.max(greatest));
+        gather::<_, Width>(&mut self.min_force, &block.tissue_force_n, |least, force| force.min(least));
+        gather::<_, Width>(&mut self.max_force, &block.tissue_force_n, |greatest, force| force.max(greatest));
     }
 }
 

@@ -18,7 +18,7 @@ use crate::error::{InvalidValue, finite};
 use crate::lane::Lane;
 
 /// How far from 0 a person may go, in m: farther is no insertion, and a run that gets there has diverged.
-pub const MOST_POSITION_M: f64 = 1.0;
+pub const MAX_POSITION_M: f64 = 1.0;
 
 /// The kinds of intention. The desired position is linear between ticks.
 #[derive(Debug, Clone)]

@@ -47,7 +47,7 @@ pub struct ReflexSettings {
     /// Time constant of the recent level in s, above 0.
     pub memory_s: f64,
     /// Level in N, at least 0, below which nothing is noticed.
-    pub least_force_n: f64,
+    pub min_force_n: f64,
     /// How long the reaction lasts in s, at least 0.
     pub pause_s: f64,
 }
@@ -66,7 +66,7 @@ impl ReflexSettings {
         let rule = "at least operator.reflex_reaction_min_s";
         require("operator.reflex_reaction_max_s", self.reaction_max_s, ordered, rule)?;
         positive("operator.reflex_memory_s", self.memory_s)?;
-        non_negative("operator.reflex_least_force_n", self.least_force_n)?;
+        non_negative("operator.reflex_least_force_n", self.min_force_n)?;
         non_negative("operator.reflex_pause_s", self.pause_s)?;
         if let Reflex::Withdraw { distance_m, speed_m_per_s } = self.reflex {
             non_negative("operator.reflex_withdraw_m", distance_m)?;
@@ -88,7 +88,7 @@ impl ReflexSettings {
 pub(super) struct Reaction<L: Lane> {
     keep: L,
     noticed_share: L,
-    least_force: L,
+    min_force: L,
     pause_ticks: L,
     withdraw_step: L,
     withdraw_m: L,
@@ -125,7 +125,7 @@ impl<L: Lane> Reaction<L> {
         Self {
             keep: L::splat(libm::exp(-tick_s / settings.memory_s)),
             noticed_share: L::splat(1.0 - settings.weber_fraction),
-            least_force: L::splat(settings.least_force_n),
+            min_force: L::splat(settings.min_force_n),
             pause_ticks: L::splat(ticks(settings.pause_s)),
             withdraw_step: L::splat(speed * tick_s),
             withdraw_m: L::splat(withdraw_m),
@@ -147,7 +147,7 @@ impl<L: Lane> Reaction<L> {
         let now = L::splat(tick as f64);
         let first = self.level.lt(L::splat(f64::MIN));
         let idle = self.due.ge(never);
-        let fallen = felt.lt(self.noticed_share * self.level) & self.level.ge(self.least_force);
+        let fallen = felt.lt(self.noticed_share * self.level) & self.level.ge(self.min_force);
         let notices = idle & fallen & !first;
         if notices.any() {
             self.notice(notices, now);
@@ -181,7 +181,7 @@ impl<L: Lane> Reaction<L> {
 crate::lane::gather!(Reaction {
     keep,
     noticed_share,
-    least_force,
+    min_force,
     pause_ticks,
     withdraw_step,
     withdraw_m,
@@ -205,7 +205,7 @@ mod tests {
             reaction_min_s: 0.15,
             reaction_max_s: 0.25,
             memory_s: 0.05,
-            least_force_n: 0.3,
+            min_force_n: 0.3,
             pause_s: 0.4,
         }
     }

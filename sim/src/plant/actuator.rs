@@ -66,25 +66,25 @@ impl ActuatorLimits {
 
     /// Greatest `|U_m|` in N, infinite without a limit.
     #[must_use]
-    pub fn greatest_master_force_n(&self) -> f64 {
+    pub fn max_master_force_n(&self) -> f64 {
         self.master_force_n.unwrap_or(f64::INFINITY)
     }
 
     /// Greatest `|U_s|`, infinite without a limit.
     #[must_use]
-    pub fn greatest_slave_command(&self) -> f64 {
+    pub fn max_slave_command(&self) -> f64 {
         self.slave_command.unwrap_or(f64::INFINITY)
     }
 
     /// Greatest change of the commanded `U_m` in N from one tick to the next, infinite without a limit.
     #[must_use]
-    pub fn greatest_master_change_n(&self, tick_s: f64) -> f64 {
+    pub fn max_master_change_n(&self, tick_s: f64) -> f64 {
         self.master_force_rate_n_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 
     /// Greatest change of the commanded `U_s` from one tick to the next, infinite without a limit.
     #[must_use]
-    pub fn greatest_slave_change(&self, tick_s: f64) -> f64 {
+    pub fn max_slave_change(&self, tick_s: f64) -> f64 {
         self.slave_command_rate_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 }

@@ -26,12 +26,12 @@ pub struct DelayRow {
 /// the text may be as [`read_csv`](super::read_csv) takes it. Of `limits`, the longest gap is not asked for.
 ///
 /// # Errors
-/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `most_s` (s). Rows before the error have been taken.
+/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `max_s` (s). Rows before the error have been taken.
 pub fn read_delays<R: Read>(
     source: &str,
     reader: R,
     limits: &Limits,
-    most_s: f64,
+    max_s: f64,
     mut take: impl FnMut(&DelayRow),
 ) -> Result<(), RecordingError> {
     let columns = ["time_s", "forward_delay_s", "backward_delay_s"].map(Column::plain);
@@ -52,10 +52,10 @@ pub fn read_delays<R: Read>(
                 return Ok(None);
             }
             let delay_s = rows.number(index, column)?;
-            if (0.0..=most_s).contains(&delay_s) {
+            if (0.0..=max_s).contains(&delay_s) {
                 return Ok(Some(delay_s));
             }
-            Err(rows.place().in_column(column.name()).error(Problem::DelayOutOfRange { delay_s, most_s }))
+            Err(rows.place().in_column(column.name()).error(Problem::DelayOutOfRange { delay_s, max_s }))
         };
         take(&DelayRow { time_s, forward_s: delay(1)?, backward_s: delay(2)? });
         before = Some((time_s, rows.line()));

@@ -157,13 +157,13 @@ pub enum Problem {
     ),
     /// A delay that no link has, or longer than can be kept.
     #[error(
-        "a delay of {delay_s} s, must be from 0 to {most_s} s; correct it, or leave the field empty if the sample was lost"
+        "a delay of {delay_s} s, must be from 0 to {max_s} s; correct it, or leave the field empty if the sample was lost"
     )]
     DelayOutOfRange {
         /// The delay in s.
         delay_s: f64,
         /// The longest in s.
-        most_s: f64,
+        max_s: f64,
     },
     /// NaN, an infinity, or a number that overflows when scaled.
     #[error("'{text}' is not finite{}; correct it or remove the row", scaled(*.scale))]

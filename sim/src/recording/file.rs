@@ -23,11 +23,11 @@ pub fn open_csv(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recor
 pub fn open_delays(
     path: &Path,
     limits: &Limits,
-    most_s: f64,
+    max_s: f64,
     take: impl FnMut(&DelayRow),
 ) -> Result<(), RecordingError> {
     let (name, file) = open(path, limits)?;
-    read_delays(&name, file, limits, most_s, take)
+    read_delays(&name, file, limits, max_s, take)
 }
 
 /// Reads the labels in the file `path`; see [`read_labels`].

@@ -18,7 +18,7 @@ impl Limits {
 
     /// Largest position (m), velocity (m/s) and force (N) that is taken for a needle's: beyond, squares overflow, and a scale is
     /// surely missing.
-    pub const MOST_MAGNITUDE: f64 = 1e6;
+    pub const MAX_MAGNITUDE: f64 = 1e6;
 
     /// Bytes in one line at most: a file without line ends is not a table.
     pub const MAX_LINE_BYTES: u64 = 1 << 20;

@@ -156,10 +156,9 @@ impl LiveTable {
         let velocity = layout.velocity.zip(self.columns.velocity.as_ref());
         Ok(LiveLine::Sample(LiveSample {
             time_s: read(layout.time, &self.columns.time, f64::INFINITY)?,
-            position_m: read(layout.position, &self.columns.position, Limits::MOST_MAGNITUDE)?,
-            velocity_m_per_s: velocity
-                .map_or(Ok(0.0), |(index, column)| read(index, column, Limits::MOST_MAGNITUDE))?,
-            force_n: read(layout.force, &self.columns.force, Limits::MOST_MAGNITUDE)?,
+            position_m: read(layout.position, &self.columns.position, Limits::MAX_MAGNITUDE)?,
+            velocity_m_per_s: velocity.map_or(Ok(0.0), |(index, column)| read(index, column, Limits::MAX_MAGNITUDE))?,
+            force_n: read(layout.force, &self.columns.force, Limits::MAX_MAGNITUDE)?,
         }))
     }
 

@@ -4,7 +4,7 @@
 const Z: f64 = 1.959_963_984_540_054;
 
 /// Counts up to this have their exact interval; above, the cube root is normal to more digits than anyone reads.
-const MOST_EXACT: u64 = 100;
+const MAX_EXACT: u64 = 100;
 
 /// The 95 % interval of a probability of which `successes` of `trials` came true (Wilson, *Journal of the American
 /// Statistical Association* 22, 1927); none of no trials.
@@ -30,7 +30,7 @@ pub fn poisson(count: u64) -> (f64, f64) {
     if count == 0 {
         return (0.0, -libm::log(0.05));
     }
-    if count > MOST_EXACT {
+    if count > MAX_EXACT {
         return (cube(count as f64, -Z), cube(count as f64 + 1.0, Z));
     }
     let least = solve(count as f64, |mean| 1.0 - at_most(count - 1, mean) < 0.025);

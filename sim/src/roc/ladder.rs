@@ -1,6 +1,6 @@
 //! One detector at many thresholds, on the same samples.
 
-use super::rungs::{RUNGS, Rungs};
+use super::rungs::{RUNGS, ThresholdLanes};
 use crate::detection::{Detector, DetectorSettings, Evidence};
 use crate::lane::{Lane, Mask};
 
@@ -56,14 +56,14 @@ impl Ladder {
     }
 
     /// Tells of every alarm: the index of the threshold and that of the sample. For each threshold they come in time order.
-    pub fn climb(&self, evidence: &[Evidence<f64>], tick_s: f64, mut alarm: impl FnMut(usize, usize)) {
+    pub fn evaluate(&self, evidence: &[Evidence<f64>], tick_s: f64, mut alarm: impl FnMut(usize, usize)) {
         let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|rung| self.settings_at(rung)).collect();
         for (group, settings) in settings.chunks(RUNGS).enumerate() {
             // Where the last group is not full, its last threshold stands in for the rest.
             let of = |pick: fn(&DetectorSettings) -> f64| {
-                Rungs(std::array::from_fn(|i| pick(&settings[i.min(settings.len() - 1)])))
+                ThresholdLanes(std::array::from_fn(|i| pick(&settings[i.min(settings.len() - 1)])))
             };
-            let detector = Detector::<Rungs>::new(&self.settings, tick_s)
+            let detector = Detector::<ThresholdLanes>::new(&self.settings, tick_s)
                 .with_thresholds(of(|settings| settings.cusum.threshold), of(|settings| settings.cusum.cap));
             self.climb_group(detector, evidence, |rung, sample| {
                 if rung < settings.len() {
@@ -75,18 +75,18 @@ impl Ladder {
 
     fn climb_group(
         &self,
-        mut detector: Detector<Rungs>,
+        mut detector: Detector<ThresholdLanes>,
         evidence: &[Evidence<f64>],
         mut alarm: impl FnMut(usize, usize),
     ) {
         for (sample, e) in evidence.iter().enumerate() {
             let decision = detector.update(&Evidence {
-                force_n: Rungs::splat(e.force_n),
-                predicted_force_n: Rungs::splat(e.predicted_force_n),
-                residual_n: Rungs::splat(e.residual_n),
-                correction: e.correction.map(Rungs::splat),
-                depth_m: Rungs::splat(e.depth_m),
-                velocity_m_per_s: Rungs::splat(e.velocity_m_per_s),
+                force_n: ThresholdLanes::splat(e.force_n),
+                predicted_force_n: ThresholdLanes::splat(e.predicted_force_n),
+                residual_n: ThresholdLanes::splat(e.residual_n),
+                correction: e.correction.map(ThresholdLanes::splat),
+                depth_m: ThresholdLanes::splat(e.depth_m),
+                velocity_m_per_s: ThresholdLanes::splat(e.velocity_m_per_s),
                 in_contact: Mask::splat(e.in_contact),
             });
             if decision.alarm.any() {

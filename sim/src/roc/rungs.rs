@@ -9,13 +9,13 @@ pub(super) const RUNGS: usize = 8;
 
 /// A number for each threshold.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rungs(pub(super) [f64; RUNGS]);
+pub(super) struct ThresholdLanes(pub(super) [f64; RUNGS]);
 
 /// A truth value for each threshold, all bits or none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RungMask([u64; RUNGS]);
 
-impl Rungs {
+impl ThresholdLanes {
     #[inline(always)]
     fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
@@ -28,7 +28,7 @@ impl Rungs {
 
 macro_rules! arithmetic {
     ($($name:ident $method:ident),*) => {$(
-        impl $name for Rungs {
+        impl $name for ThresholdLanes {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -39,7 +39,7 @@ macro_rules! arithmetic {
 }
 arithmetic!(Add add, Sub sub, Mul mul, Div div);
 
-impl Neg for Rungs {
+impl Neg for ThresholdLanes {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -85,7 +85,7 @@ impl Mask for RungMask {
         self.0[index] != 0
     }
 }
-impl Lane for Rungs {
+impl Lane for ThresholdLanes {
     type Mask = RungMask;
     const WIDTH: usize = RUNGS;
     #[inline(always)]

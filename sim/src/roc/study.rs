@@ -108,7 +108,7 @@ impl Study {
                     let rungs = ladder.thresholds().len();
                     share.alarms.iter_mut().for_each(Vec::clear);
                     share.alarms.resize(rungs.max(share.alarms.len()), vec![]);
-                    ladder.climb(&share.evidence, signal.tick_s(), |rung, sample| share.alarms[rung].push(sample));
+                    ladder.evaluate(&share.evidence, signal.tick_s(), |rung, sample| share.alarms[rung].push(sample));
                     let (own, others) = rest.split_at_mut(rungs);
                     own.iter_mut().zip(&share.alarms).for_each(|(tally, alarms)| tally.count(alarms, &labels));
                     rest = others;

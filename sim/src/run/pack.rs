@@ -3,7 +3,7 @@
 use super::{RunError, measure_asking};
 #[cfg(target_arch = "x86_64")]
 use crate::engine::{Avx2, Avx512};
-use crate::engine::{Engine, ExactSides, InstructionSet, Sides, Wide, gather};
+use crate::engine::{Engine, ExactPlants, InstructionSet, Plants, Wide, gather};
 use crate::lane::{Gather, LANES, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
@@ -126,14 +126,14 @@ impl Engines {
         let Some(engines) = self.exact() else { return false };
         match InstructionSet::widest() {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => gather::<Avx512, _, _>(engines, ExactSides::gather::<Avx512>).is_some(),
+            InstructionSet::Avx512 => gather::<Avx512, _, _>(engines, ExactPlants::gather::<Avx512>).is_some(),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => gather::<Avx2, _, _>(engines, ExactSides::gather::<Avx2>).is_some(),
+            InstructionSet::Avx2 => gather::<Avx2, _, _>(engines, ExactPlants::gather::<Avx2>).is_some(),
             _ => false,
         }
     }
 
-    fn exact(&self) -> Option<[&Engine<f64, ExactSides<f64>>; LANES]> {
+    fn exact(&self) -> Option<[&Engine<f64, ExactPlants<f64>>; LANES]> {
         Some(of_each!(self.lanes(), |engine| match engine {
             ScenarioEngine::Exact(engine) => &**engine,
             _ => return None,
@@ -154,16 +154,16 @@ impl Engines {
 
 /// Runs engines in lanes, where they can share them.
 fn side_by_side<L: Wide>(
-    engines: [&Engine<f64, ExactSides<f64>>; LANES],
+    engines: [&Engine<f64, ExactPlants<f64>>; LANES],
     scenarios: &[Scenario],
 ) -> Option<Vec<Asked>> {
-    match gather::<L, _, _>(engines, ExactSides::gather_alike) {
+    match gather::<L, _, _>(engines, ExactPlants::gather_alike) {
         Some(engine) => run_gathered(engine, scenarios),
-        None => run_gathered(gather::<L, _, _>(engines, ExactSides::gather)?, scenarios),
+        None => run_gathered(gather::<L, _, _>(engines, ExactPlants::gather)?, scenarios),
     }
 }
 
-fn run_gathered<L: Wide, S: Sides<L>>(mut engine: Engine<L, S>, scenarios: &[Scenario]) -> Option<Vec<Asked>> {
+fn run_gathered<L: Wide, S: Plants<L>>(mut engine: Engine<L, S>, scenarios: &[Scenario]) -> Option<Vec<Asked>> {
     let grid = engine.grid;
     let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
     let mut observer = MetricsObserver::<L>::new(grid, ruptures);

@@ -9,7 +9,8 @@ use crate::augmentation::Supervisor;
 use crate::channel::Delay;
 use crate::detection::Detector;
 use crate::engine::{
-    Engine, ExactSides, IntegratedSides, IntegrationError, LimitedSides, Observer, Scheduled, SplitSides,
+    Engine, ExactPlants, FractionalDelayPlants, IntegratedPlants, IntegrationError, LimitedPlants, Observer,
+    ScheduledAlarms,
 };
 use crate::error::InvalidValue;
 use crate::estimation::{Estimator, VelocityFilter};
@@ -28,13 +29,13 @@ const BACKWARD: u64 = 0x6261_636b_7761_7264;
 #[derive(Debug, Clone)]
 pub enum ScenarioEngine {
     /// Stepped exactly.
-    Exact(Box<Engine<f64, ExactSides<f64>>>),
+    Exact(Box<Engine<f64, ExactPlants<f64>>>),
     /// Stepped exactly, with motors that saturate.
-    Limited(Box<Engine<f64, LimitedSides<f64>>>),
+    Limited(Box<Engine<f64, LimitedPlants<f64>>>),
     /// Stepped exactly, with samples that arrive between ticks.
-    Split(Box<Engine<f64, SplitSides<f64>>>),
+    Split(Box<Engine<f64, FractionalDelayPlants<f64>>>),
     /// Integrated numerically.
-    Integrated(Box<Engine<f64, IntegratedSides>>),
+    Integrated(Box<Engine<f64, IntegratedPlants>>),
 }
 
 impl ScenarioEngine {
@@ -98,15 +99,15 @@ impl Scenario {
             EngineKind::Exact => ScenarioEngine::Limited(Box::new(self.limited_engine(0)?)),
             EngineKind::Dop853 => {
                 let start_m = self.start_m();
-                let sides = IntegratedSides::new(
+                let plants = IntegratedPlants::new(
                     (&self.master, &self.arm, &self.slave),
                     self.timing,
                     self.grid.tick_s(),
                     start_m,
                     self.position_scale() * start_m,
                 );
-                let sides = sides.limited(&self.actuators).split(self.backward.share, self.forward.share);
-                ScenarioEngine::Integrated(Box::new(self.assemble(sides, 0)?))
+                let plants = plants.limited(&self.actuators).split(self.backward.share, self.forward.share);
+                ScenarioEngine::Integrated(Box::new(self.assemble(plants, 0)?))
             }
         })
     }
@@ -116,7 +117,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::build`], and for a scenario with actuator limits, which takes [`Scenario::limited_engine`], or with
     /// delays of no whole number of ticks, which takes [`Scenario::split_engine`].
-    pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactSides<L>>, ScenarioError> {
+    pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactPlants<L>>, ScenarioError> {
         if !self.actuators.are_none() {
             return Err(
                 ScenarioError::new("this engine has no actuator limits").at(self.values().section_place("actuator"))
@@ -126,7 +127,7 @@ impl Scenario {
             let message = "this engine has no samples that arrive between ticks";
             return Err(ScenarioError::new(message).at(self.values().section_place("channel")));
         }
-        self.assemble(self.exact_sides()?, first_stream)
+        self.assemble(self.exact_plants()?, first_stream)
     }
 
     /// Whether samples arrive between ticks.
@@ -138,33 +139,36 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`Scenario::build`].
-    pub fn split_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, SplitSides<L>>, ScenarioError> {
+    pub fn split_engine<L: Lane>(
+        &self,
+        first_stream: u64,
+    ) -> Result<Engine<L, FractionalDelayPlants<L>>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let plant = |error| self.unbuildable(&error);
         let rest_s = |delay: DelayTicks| (1.0 - delay.share) * tick_s;
         let master = MasterStep::new(&self.master, &self.arm, self.timing, rest_s(self.backward)).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
         let reference_m = self.position_scale() * self.start_m();
-        self.assemble(SplitSides::new(self.exact_sides()?, &master, &slave, reference_m), first_stream)
+        self.assemble(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m), first_stream)
     }
 
-    /// Both sides over whole ticks.
-    fn exact_sides<L: Lane>(&self) -> Result<ExactSides<L>, ScenarioError> {
+    /// Both plants over whole ticks.
+    fn exact_plants<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
         let start_m = self.start_m();
         let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
-        Ok(ExactSides::new(&master, &slave, start_m, self.position_scale() * start_m))
+        Ok(ExactPlants::new(&master, &slave, start_m, self.position_scale() * start_m))
     }
 
     /// As [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
     ///
     /// # Errors
     /// As [`Scenario::build`].
-    pub fn limited_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, LimitedSides<L>>, ScenarioError> {
+    pub fn limited_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, LimitedPlants<L>>, ScenarioError> {
         let machines = (&self.master, &self.arm, &self.slave);
         let start_m = self.start_m();
         let reference_m = self.position_scale() * start_m;
-        let sides = LimitedSides::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
-        self.assemble(sides.map_err(|error| self.unbuildable(&error))?, first_stream)
+        let plants = LimitedPlants::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
+        self.assemble(plants.map_err(|error| self.unbuildable(&error))?, first_stream)
     }
 
     /// A side that cannot be built, at the place of what is wrong with it.
@@ -181,7 +185,7 @@ impl Scenario {
     }
 
     /// The scenario around two machines.
-    fn assemble<L: Lane, S>(&self, sides: S, first_stream: u64) -> Result<Engine<L, S>, ScenarioError> {
+    fn assemble<L: Lane, S>(&self, plants: S, first_stream: u64) -> Result<Engine<L, S>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let start_m = self.start_m();
         let out_of_range = |error| self.values().out_of_range(&error);
@@ -191,7 +195,7 @@ impl Scenario {
             .map_err(out_of_range)?;
         Ok(Engine {
             grid: self.grid,
-            sides,
+            plants,
             operator: self.person(first_stream).map_err(out_of_range)?,
             tissue: match &self.tissue {
                 TissueSpec::Recording { force_n, rupture_ticks } => {
@@ -231,11 +235,15 @@ impl Scenario {
             ),
             link: self.joined(first_stream)?,
             // Without augmentation there is nothing that an alarm could begin.
-            scheduled: Scheduled::new(if self.augmentation.enabled { self.events.clone() } else { Arc::default() }),
+            scheduled: ScheduledAlarms::new(if self.augmentation.enabled {
+                self.events.clone()
+            } else {
+                Arc::default()
+            }),
         })
     }
 
-    /// What joins the sides.
+    /// What joins the two sides.
     fn joined<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
         let (at_master, at_slave) = (L::splat(start_m), L::splat(self.position_scale() * start_m));
@@ -279,7 +287,7 @@ impl Scenario {
         Ok(person)
     }
 
-    /// Where the person begins, in m; both sides begin there at rest.
+    /// Where the person begins, in m; both plants begin there at rest.
     pub(super) fn start_m(&self) -> f64 {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),

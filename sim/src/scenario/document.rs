@@ -16,10 +16,10 @@ use super::error::{Place, ScenarioError};
 use super::keys::{find, is_section};
 
 /// Largest scenario file in bytes; a real one has a few thousand.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// Longest chain of bases.
-const MOST_BASES: usize = 32;
+const MAX_BASES: usize = 32;
 
 /// Where a file comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -107,12 +107,12 @@ impl Source {
                 }
                 let mut bytes = Vec::new();
                 let file = File::open(path).map_err(cannot)?;
-                file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
+                file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
                 bytes
             }
         };
-        if bytes.len() as u64 > MOST_BYTES {
-            return Err(refuse(format!("is larger than the {MOST_BYTES} bytes that a scenario may have")));
+        if bytes.len() as u64 > MAX_BYTES {
+            return Err(refuse(format!("is larger than the {MAX_BYTES} bytes that a scenario may have")));
         }
         String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8 text; save it as UTF-8".into()))
     }
@@ -151,8 +151,8 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
             let message = format!("{} is based on itself", source.display());
             return Err(ScenarioError::new(message).at(place).remedy("base must name another file"));
         }
-        if seen.len() > MOST_BASES {
-            let message = format!("the chain of bases is longer than {MOST_BASES}");
+        if seen.len() > MAX_BASES {
+            let message = format!("the chain of bases is longer than {MAX_BASES}");
             return Err(ScenarioError::new(message).at(place).remedy("base on a file nearer to the first"));
         }
         let text = source.read().map_err(|error| error.at(place))?;

@@ -1,4 +1,4 @@
-//! From values to what joins the sides.
+//! From values to what joins the plants.
 
 use super::error::ScenarioError;
 use super::values::Values;

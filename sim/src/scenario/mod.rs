@@ -34,6 +34,6 @@ pub use resolve::{DelayTicks, EngineKind, Scenario, waits_for_tick};
 pub use schema::json_schema;
 pub use specs::{OperatorSpec, TissueSpec};
 pub use starter::starter;
-pub use template::{Caster, Template};
+pub use template::{CaseFactory, Template};
 pub use value::{Kind, Range, Value};
 pub use values::{Values, harmless_name};

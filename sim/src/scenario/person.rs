@@ -29,7 +29,7 @@ pub(super) fn reflex(values: &Values) -> Result<Option<ReflexSettings>, Scenario
         reaction_min_s: values.number("operator.reflex_reaction_min_s")?,
         reaction_max_s: values.number("operator.reflex_reaction_max_s")?,
         memory_s: values.number("operator.reflex_memory_s")?,
-        least_force_n: values.number("operator.reflex_least_force_n")?,
+        min_force_n: values.number("operator.reflex_least_force_n")?,
         pause_s: values.number("operator.reflex_pause_s")?,
     }))
 }

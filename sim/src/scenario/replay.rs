@@ -23,7 +23,7 @@ const COLUMN_KEYS: [&str; 4] = [
 
 /// Most samples that an uneven recording may become at its even interval, whatever recording.max_samples says: as many as a
 /// run has ticks.
-const MOST_EVEN_SAMPLES: u64 = 1_000_000_000;
+const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 
 /// A recording with its labels, as a scenario describes it.
 #[derive(Debug, Clone)]
@@ -141,17 +141,16 @@ fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(),
 
 /// Checks that the recording is one of a needle.
 fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
-    const MOST_MAGNITUDE: f64 = Limits::MOST_MAGNITUDE;
+    const MAX_MAGNITUDE: f64 = Limits::MAX_MAGNITUDE;
     let quantities = [
         ("recording.scale.position_m", "m", recording.position_m()),
         ("recording.scale.velocity_m_per_s", "m/s", recording.velocity_m_per_s().unwrap_or(&[])),
         ("recording.scale.force_n", "N", recording.force_n()),
     ];
     for (scale, unit, samples) in quantities {
-        if let Some(sample) = samples.iter().position(|value| value.abs() > MOST_MAGNITUDE) {
+        if let Some(sample) = samples.iter().position(|value| value.abs() > MAX_MAGNITUDE) {
             let (value, time_s) = (samples[sample], recording.time_s()[sample]);
-            let message =
-                format!("the recording has {value:e} {unit} at {time_s} s, at most {MOST_MAGNITUDE:e} {unit}");
+            let message = format!("the recording has {value:e} {unit} at {time_s} s, at most {MAX_MAGNITUDE:e} {unit}");
             return Err(values.error("recording.file", message).remedy(format!("correct it, or give {scale}")));
         }
     }
@@ -164,7 +163,7 @@ fn check_even_samples(values: &Values, recording: &Recording) -> Result<(), Scen
     let interval_s = recording.median_interval_s();
     // Between ascending times the median is a tick.
     let samples = recording.ticks_covered(interval_s).unwrap_or(0) as u64;
-    let most = values.whole("recording.max_samples")?.min(MOST_EVEN_SAMPLES);
+    let most = values.whole("recording.max_samples")?.min(MAX_EVEN_SAMPLES);
     if samples <= most.max(2 * recording.len() as u64) {
         return Ok(());
     }

@@ -14,10 +14,10 @@ use super::steps::Steps;
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
-use crate::channel::{Irregularity, MOST_DELAY_TICKS, Schedule};
+use crate::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
-use crate::operator::{MOST_POSITION_M, ReflexSettings, TremorSettings};
+use crate::operator::{MAX_POSITION_M, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
@@ -27,7 +27,7 @@ use crate::time::{TickGrid, whole_ticks};
 const DEFAULT_DURATION_S: f64 = 7.0;
 
 /// Most ticks of one scenario: at 1 kHz half an hour, in a trace 0.3 GB.
-const MOST_TICKS: f64 = 2e6;
+const MAX_TICKS: f64 = 2e6;
 
 /// A delay in ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,10 +54,10 @@ impl DelayTicks {
 /// Whether what arrives within a tick is read at the next one: only the paper's continuous controllers take it as it arrives.
 #[must_use]
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
-    timing == ControlTiming::Sampled || !link.is_the_papers()
+    timing == ControlTiming::Sampled || !link.is_baseline()
 }
 
-/// How the sides are brought from tick to tick.
+/// How the plants are brought from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EngineKind {
     /// By matrix exponentials.
@@ -73,7 +73,7 @@ pub struct Scenario {
     pub name: String,
     /// Its ticks.
     pub grid: TickGrid,
-    /// How the sides are stepped.
+    /// How the plants are stepped.
     pub engine: EngineKind,
     /// Where the controllers run.
     pub timing: ControlTiming,
@@ -87,7 +87,7 @@ pub struct Scenario {
     pub slave: SlaveParameters,
     /// What their motors can do.
     pub actuators: ActuatorLimits,
-    /// What the sides make of what they are sent.
+    /// What the plants make of what they are sent.
     pub link: LinkSettings,
     /// Delay from master to slave.
     pub forward: DelayTicks,
@@ -123,7 +123,7 @@ pub struct Scenario {
     pub events: Arc<[u64]>,
     /// Shared by the scenarios of a [`Template`](super::Template).
     pub(super) values: Arc<Values>,
-    /// Both sides' steps, once they were made.
+    /// Both plants' steps, once they were made.
     pub(super) steps: Arc<OnceLock<Steps>>,
 }
 
@@ -240,7 +240,7 @@ impl Scenario {
         self.link.machines.position_scale
     }
 
-    /// Checks what involves more than one key, and that the sides can be built.
+    /// Checks what involves more than one key, and that the plants can be built.
     fn check(&self) -> Result<(), ScenarioError> {
         let out_of_range = |error| self.values.out_of_range(&error);
         self.tremor.validate(self.grid.tick_s()).map_err(out_of_range)?;
@@ -264,7 +264,7 @@ impl Scenario {
 
     /// Checks that the person stays where an insertion can be; beyond, every run would count as diverged.
     pub(super) fn check_reach(&self) -> Result<(), ScenarioError> {
-        let farthest_m = MOST_POSITION_M / self.position_scale().max(1.0);
+        let farthest_m = MAX_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= farthest_m;
         let (key, position) = match &self.operator {
             OperatorSpec::Recording(positions) => {
@@ -304,8 +304,8 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
     };
     values.derive_if_missing("simulation.duration_s", Value::Number(duration_s));
     let ticks = duration_s / tick_s;
-    if ticks > MOST_TICKS {
-        let message = format!("{duration_s} s in ticks of {tick_s} s are {ticks:.0} ticks, at most {MOST_TICKS:.0}");
+    if ticks > MAX_TICKS {
+        let message = format!("{duration_s} s in ticks of {tick_s} s are {ticks:.0} ticks, at most {MAX_TICKS:.0}");
         let written = |key: &&str| values.place(key).is_some();
         let key =
             ["simulation.tick_s", "simulation.duration_s"].into_iter().find(written).unwrap_or("simulation.tick_s");
@@ -324,9 +324,9 @@ pub(super) fn delay_ticks(
     let delay_s = values.number(path)?;
     let tick_s = grid.tick_s();
     let ticks = delay_s / tick_s;
-    if ticks > MOST_DELAY_TICKS as f64 {
-        let most_s = MOST_DELAY_TICKS as f64 * tick_s;
-        return Err(values.error(path, format!("{path} is {delay_s:?}, at most {most_s} s, {MOST_DELAY_TICKS} ticks")));
+    if ticks > MAX_DELAY_TICKS as f64 {
+        let max_s = MAX_DELAY_TICKS as f64 * tick_s;
+        return Err(values.error(path, format!("{path} is {delay_s:?}, at most {max_s} s, {MAX_DELAY_TICKS} ticks")));
     }
     Ok(DelayTicks::new(delay_s, tick_s, waits_for_tick))
 }

@@ -8,7 +8,7 @@ use super::error::ScenarioError;
 use super::replay::{carried, file_limits, limiting_key};
 use super::value::Value;
 use super::values::Values;
-use crate::channel::{MOST_DELAY_TICKS, Schedule};
+use crate::channel::{MAX_DELAY_TICKS, Schedule};
 use crate::recording::{DelayRow, open_delays, read_delays};
 use crate::time::{TickGrid, nearest_ticks, whole_ticks};
 
@@ -72,7 +72,7 @@ fn outages(values: &Values, tick_s: f64) -> Result<Arc<[Range<u64>]>, ScenarioEr
 }
 
 /// The delays of each tick's samples as rows of a trace come in.
-struct Filling {
+struct DelayTable {
     tick_s: f64,
     ticks: usize,
     begin_s: Option<f64>,
@@ -81,7 +81,7 @@ struct Filling {
     delays: [Vec<u32>; 2],
 }
 
-impl Filling {
+impl DelayTable {
     fn new(grid: &TickGrid) -> Self {
         let ticks = grid.ticks() as usize;
         let room = || Vec::with_capacity(ticks);
@@ -121,27 +121,27 @@ fn delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], Scena
         }
     }
     let limits = file_limits(values)?;
-    let most_s = MOST_DELAY_TICKS as f64 * grid.tick_s();
+    let max_s = MAX_DELAY_TICKS as f64 * grid.tick_s();
     let source = source.canonical();
-    let mut filling = Filling::new(grid);
-    let take = |row: &DelayRow| filling.take(row);
+    let mut table = DelayTable::new(grid);
+    let take = |row: &DelayRow| table.take(row);
     let read = match &source {
-        Source::Disk(path) => open_delays(path, &limits, most_s, take),
-        Source::Builtin(name) => read_delays(&source.display(), carried(values, FILE, name)?, &limits, most_s, take),
-        Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, most_s, take),
+        Source::Disk(path) => open_delays(path, &limits, max_s, take),
+        Source::Builtin(name) => read_delays(&source.display(), carried(values, FILE, name)?, &limits, max_s, take),
+        Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, max_s, take),
     };
     read.map_err(|error| {
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(values.place(FILE));
         ScenarioError::new(error.to_string()).at(place)
     })?;
     let end_s = grid.time_s(grid.ticks());
-    if let Some(begin_s) = filling.begin_s.filter(|&begin_s| begin_s >= end_s) {
+    if let Some(begin_s) = table.begin_s.filter(|&begin_s| begin_s >= end_s) {
         let message = format!("the delays begin at {begin_s} s, after the run's end at {end_s} s");
         return Err(values.error(FILE, message).remedy("count time_s from the run's start"));
     }
-    filling.hold_until(grid.ticks());
+    table.hold_until(grid.ticks());
     values.derive_keeping_place(FILE, Value::Text(source.display()));
-    Ok(filling.delays.map(Arc::from))
+    Ok(table.delays.map(Arc::from))
 }
 
 #[cfg(test)]
@@ -150,12 +150,12 @@ mod tests {
 
     fn filled(rows: &[(f64, Option<f64>)]) -> Vec<u32> {
         let grid = TickGrid::new(1e-3, 0.01).expect("valid");
-        let mut filling = Filling::new(&grid);
+        let mut table = DelayTable::new(&grid);
         for &(time_s, forward_s) in rows {
-            filling.take(&DelayRow { time_s, forward_s, backward_s: None });
+            table.take(&DelayRow { time_s, forward_s, backward_s: None });
         }
-        filling.hold_until(grid.ticks());
-        let [forward, backward] = filling.delays;
+        table.hold_until(grid.ticks());
+        let [forward, backward] = table.delays;
         assert_eq!(backward, [Schedule::LOST; 10]);
         forward
     }

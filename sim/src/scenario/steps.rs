@@ -1,4 +1,4 @@
-//! Both sides' steps over whole ticks, which take longer to make than some hundred ticks to run: made once for all scenarios
+//! Both plants' steps over whole ticks, which take longer to make than some hundred ticks to run: made once for all scenarios
 //! that are copies of one another but for other parts.
 
 use std::borrow::Cow;

@@ -25,7 +25,7 @@ use crate::channel::Irregularity;
 enum Part {
     /// The seed alone.
     Seed,
-    /// What joins the sides.
+    /// What joins the two sides.
     Link,
     /// Master, arm, slave and motors, and with them the link.
     Machines,
@@ -178,7 +178,7 @@ impl Template {
 
     /// What makes scenarios of it; each thread has its own.
     #[must_use]
-    pub fn caster(&self) -> Caster<'_> {
+    pub fn factory(&self) -> CaseFactory<'_> {
         let values = self.first.values().clone();
         let derived = KEYS
             .iter()
@@ -186,13 +186,13 @@ impl Template {
             .map(|key| key.path)
             .filter(|path| self.parts.iter().flat_map(|part| part.derives()).any(|section| path.starts_with(section)))
             .collect();
-        Caster { template: self, values, derived, scenario: self.first.clone() }
+        CaseFactory { template: self, values, derived, scenario: self.first.clone() }
     }
 }
 
 /// Makes scenarios of a [`Template`].
 #[derive(Debug, Clone)]
-pub struct Caster<'a> {
+pub struct CaseFactory<'a> {
     template: &'a Template,
     /// Those of the last scenario.
     values: Values,
@@ -201,13 +201,13 @@ pub struct Caster<'a> {
     scenario: Scenario,
 }
 
-impl Caster<'_> {
+impl CaseFactory<'_> {
     /// The scenario with these values of the open keys and this seed. It is what [`Template::whole`] gives, but for its
     /// [`Scenario::values`], which are those of the first scenario.
     ///
     /// # Errors
     /// As [`Scenario::load`], but for machines that cannot be built, which [`Scenario::build`] refuses.
-    pub fn cast(&mut self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
+    pub fn build(&mut self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
         if self.template.parts.contains(&Part::Whole) {
             return self.template.whole(values, seed);
         }
@@ -220,7 +220,7 @@ impl Caster<'_> {
         let template = self.template;
         if let Err(error) = template.parts.iter().try_for_each(|part| self.set(*part)) {
             // Half of it may have been set.
-            *self = template.caster();
+            *self = template.factory();
             return Err(error);
         }
         self.scenario.seed = seed;
@@ -344,10 +344,10 @@ mod tests {
                 |value: &&Value| Template::new(&base, vec![], &[], &[(key, (*value).clone(), place.clone())]).is_ok();
             let Some(first) = values.iter().find(first) else { continue };
             let template = Template::new(&base, vec![], &[], &[(key, first.clone(), place.clone())]).expect("good");
-            let mut caster = template.caster();
+            let mut factory = template.factory();
             for (seed, value) in (7..).zip(&values) {
                 let value = std::slice::from_ref(value);
-                let cast = caster.cast(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
+                let cast = factory.build(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
                 let whole = template.whole(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
                 match (cast, whole) {
                     (Ok(cast), Ok(whole)) => assert!(cast == whole, "{name}: {} = {value:?}", key.path),

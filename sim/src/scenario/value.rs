@@ -25,7 +25,7 @@ impl Range {
     pub const NON_NEGATIVE: Self = Self { low: 0.0, low_is_open: false, high: EXTREME, stated: None };
     /// A mass in kg: lighter ones are beyond the precision of the step.
     pub const MASS: Self = Self { low: 1e-6, low_is_open: false, high: 1e6, stated: None };
-    /// A scale between the sides.
+    /// A scale between the two sides.
     pub const SCALE: Self = Self { low: 0.0, low_is_open: false, high: 1e3, stated: None };
     /// From 0 to 1.
     pub const SHARE: Self = Self { low: 0.0, low_is_open: false, high: 1.0, stated: None };

@@ -22,10 +22,10 @@ type Stream = ([u8; 32], u64, usize);
 type Drawn = (Arc<[f64]>, ChaCha8Rng);
 
 impl NoiseBank {
-    /// A bank for `most_numbers` (8 bytes each): the streams that come when it is full are drawn anew by each run.
+    /// A bank for `max_numbers` (8 bytes each): the streams that come when it is full are drawn anew by each run.
     #[must_use]
-    pub fn new(most_numbers: usize) -> Self {
-        Self { kept: HashMap::new(), room: most_numbers }
+    pub fn new(max_numbers: usize) -> Self {
+        Self { kept: HashMap::new(), room: max_numbers }
     }
 
     /// The next `count` numbers of a generator, where there is room for them.

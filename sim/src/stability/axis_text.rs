@@ -4,7 +4,7 @@ use super::{Axis, Parameter, Spacing};
 use crate::scenario::{Kind, Range, find_key, nearest_of};
 
 /// Most values of an axis.
-const MOST_VALUES: usize = 2000;
+const MAX_VALUES: usize = 2000;
 
 /// Ratio of an axis's ends from which on it is spaced by ratios.
 const WIDE: f64 = 50.0;
@@ -43,10 +43,11 @@ impl Axis {
         if low >= high {
             return Err(format!("{low} is not below {high}; write the lesser value first"));
         }
-        let count: usize =
-            count.parse().ok().filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
-                format!("{count:?} is not a number of values, a whole number from 2 to {MOST_VALUES}")
-            })?;
+        let count: usize = count
+            .parse()
+            .ok()
+            .filter(|count| (2..=MAX_VALUES).contains(count))
+            .ok_or_else(|| format!("{count:?} is not a number of values, a whole number from 2 to {MAX_VALUES}"))?;
         let spacing = match *spacing {
             [] if low > 0.0 && high >= WIDE * low => Spacing::Logarithmic,
             [] | ["linear"] => Spacing::Linear,

@@ -9,7 +9,7 @@ use super::{LoopSettings, StabilityError};
 use crate::lti::{Complex64, eigenvalues};
 
 /// Most states of a matrix that is written out.
-const MOST_STATES: u64 = 4000;
+const MAX_STATES: u64 = 4000;
 
 /// The whole loop in permanent contact.
 #[derive(Debug, Clone)]
@@ -105,8 +105,8 @@ impl ClosedLoop {
     #[allow(clippy::type_complexity, reason = "three parts that are always taken apart at once")]
     pub fn matrix(&self) -> Result<(DMatrix<f64>, [DVector<f64>; 2], usize), StabilityError> {
         let states = self.states();
-        if states > MOST_STATES {
-            return Err(StabilityError::TooLarge { ticks: self.round_trip_ticks(), states, most: MOST_STATES });
+        if states > MAX_STATES {
+            return Err(StabilityError::TooLarge { ticks: self.round_trip_ticks(), states, most: MAX_STATES });
         }
         let (n, of_master, of_slave) = (states as usize, self.master.a.nrows(), self.slave.a.nrows());
         let (forward, backward) = (self.forward as usize, self.backward as usize);

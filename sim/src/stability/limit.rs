@@ -124,8 +124,8 @@ pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Sea
     let mut start = None;
     // A scale of 0 opens the loop of the paper's controller; the gains of others are divided by it.
     let is_scale = matches!(parameter, Parameter::ForceScale | Parameter::PositionScale);
-    let is_the_papers = settings.link.controller.kind == ControllerKind::PositionForce;
-    for value in search.values(parameter.may_be_zero() && (is_the_papers || !is_scale)) {
+    let is_baseline = settings.link.controller.kind == ControllerKind::PositionForce;
+    for value in search.values(parameter.may_be_zero() && (is_baseline || !is_scale)) {
         let verdict = judge.is_stable(&[(parameter, value)])?;
         match last {
             None if verdict => start = Some(value),

@@ -4,7 +4,7 @@ use super::{ClosedLoop, StabilityError};
 use crate::lti::{Complex64, eigenvalues};
 
 /// Most states whose eigenvalues are all computed.
-const MOST_STATES: u64 = 240;
+const MAX_STATES: u64 = 240;
 
 /// The closed loop's pole of the greatest modulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +41,7 @@ impl ClosedLoop {
     /// # Errors
     /// [`StabilityError`] where neither can be computed.
     pub fn dominant_mode(&self) -> Result<Mode, StabilityError> {
-        let pole = if self.states() <= MOST_STATES {
+        let pole = if self.states() <= MAX_STATES {
             let (matrix, _, _) = self.matrix()?;
             let poles = eigenvalues(&matrix)?;
             let greatest = poles.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));

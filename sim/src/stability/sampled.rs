@@ -26,7 +26,7 @@ pub struct SampledWall {
 impl SampledWall {
     /// The least damping in N·s/m for a force law, which is given `ωT` in rad, 0 excluded, and answers in N/m.
     #[must_use]
-    pub fn least_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
+    pub fn min_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
         let share = |k: usize| {
             // Close to 0 as well as to π, where bounds are usually greatest.
             let part = k as f64 / FREQUENCIES as f64;
@@ -44,7 +44,7 @@ impl SampledWall {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledBound {
     /// Damping that passivity asks for in N·s/m.
-    pub least_damping_n_s_per_m: f64,
+    pub min_damping_n_s_per_m: f64,
     /// Damping that there is.
     pub damping_n_s_per_m: f64,
 }
@@ -70,7 +70,7 @@ impl SampledBound {
         let wall = SampledWall { tick_s: settings.tick_s };
         let law = |angle: f64| closed.force_per_reference(angle) * scale;
         Ok(Some(Self {
-            least_damping_n_s_per_m: wall.least_damping_n_s_per_m(law),
+            min_damping_n_s_per_m: wall.min_damping_n_s_per_m(law),
             damping_n_s_per_m: settings.master.damping_n_s_per_m,
         }))
     }
@@ -78,7 +78,7 @@ impl SampledBound {
     /// Whether there is enough.
     #[must_use]
     pub fn is_passive(&self) -> bool {
-        self.damping_n_s_per_m > self.least_damping_n_s_per_m
+        self.damping_n_s_per_m > self.min_damping_n_s_per_m
     }
 }
 
@@ -94,7 +94,7 @@ mod tests {
                 let before = Complex64::from_polar(1.0, -angle);
                 (Complex64::new(1.0, 0.0) - before) * (b / wall.tick_s) + k
             };
-            let least = wall.least_damping_n_s_per_m(law);
+            let least = wall.min_damping_n_s_per_m(law);
             let expected = k * wall.tick_s / 2.0 + f64::abs(b);
             assert!((least - expected).abs() < 1e-5 * (1.0 + expected), "{least} {expected}");
         }

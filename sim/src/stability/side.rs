@@ -184,8 +184,8 @@ impl Side {
             }
         };
         let read = reading(&mut states, &force, settings);
-        let yielding = &read * at_slave.own_force + &force * link.machines.compliance_m_per_n;
-        states.a -= &now * yielding.transpose();
+        let apply_compliance = &read * at_slave.own_force + &force * link.machines.compliance_m_per_n;
+        states.a -= &now * apply_compliance.transpose();
         let mut sent = &read * (at_master.force * link.machines.force_scale)
             - &position * at_master.position
             - &velocity * (at_master.velocity + at_master.drag);

@@ -6,7 +6,7 @@ use super::{ClosedLoop, StabilityError};
 use crate::lti::Complex64;
 
 /// Most points at which one response is asked.
-const MOST_EVALUATIONS: usize = 4_000_000;
+const MAX_EVALUATIONS: usize = 4_000_000;
 
 /// Below this `1 - L` cannot go around 0.
 const SMALL_GAIN: f64 = 0.25;
@@ -86,7 +86,7 @@ impl ClosedLoop {
                     continue;
                 }
                 evaluations += 1;
-                if evaluations > MOST_EVALUATIONS {
+                if evaluations > MAX_EVALUATIONS {
                     return Err(StabilityError::TooFast { evaluations });
                 }
                 open.push(sample(0.5 * (from.angle_rad + to.angle_rad)));

@@ -11,7 +11,7 @@ mod study;
 
 pub use events::worst_events;
 pub use run::{Verdict, simulate};
-pub use study::{MOST_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};

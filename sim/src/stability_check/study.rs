@@ -7,7 +7,7 @@ use crate::scenario::Scenario;
 use crate::stability::{Analysis, Axis, LoopSettings, StabilityError, StabilityMap, Switching, SwitchingSettings, map};
 
 /// The stiffest tissue that events are looked at on, in N/m.
-pub const MOST_STIFFNESS_N_PER_M: f64 = 1e6;
+pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
 
 /// A scenario's loop, its map over two parameters, its events, and what the engine says of them.
 #[derive(Debug, Clone)]
@@ -60,8 +60,8 @@ impl StabilityStudy {
 }
 
 /// Whether events can be looked at on a tissue between these stiffnesses in N/m: ascending, from 0 to
-/// [`MOST_STIFFNESS_N_PER_M`].
+/// [`MAX_STIFFNESS_N_PER_M`].
 #[must_use]
 pub fn is_tissue((low, high): (f64, f64)) -> bool {
-    0.0 <= low && low <= high && high <= MOST_STIFFNESS_N_PER_M
+    0.0 <= low && low <= high && high <= MAX_STIFFNESS_N_PER_M
 }

@@ -73,7 +73,7 @@ impl Axis {
         self.value(0.0)
     }
 
-    /// Shares of the values between which all others lie: all of a list, both ends of a range.
+    /// UnitCoordinates of the values between which all others lie: all of a list, both ends of a range.
     #[must_use]
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {

@@ -72,8 +72,8 @@ const OF_RUN: &[OfRun] = &[
     }),
     ("feedback_step_excess_n", Unit::Newton, meaning::FEEDBACK_STEP_EXCESS, |m| Some(m.feedback_step_excess_n)),
     ("mean_absolute_residual_n", Unit::Newton, meaning::MEAN_RESIDUAL, |m| m.mean_absolute_residual_n),
-    ("least_tissue_force_n", Unit::Newton, meaning::LEAST_TISSUE_FORCE, |m| m.least_tissue_force_n),
-    ("greatest_tissue_force_n", Unit::Newton, meaning::GREATEST_TISSUE_FORCE, |m| m.greatest_tissue_force_n),
+    ("least_tissue_force_n", Unit::Newton, meaning::MIN_TISSUE_FORCE, |m| m.least_tissue_force_n),
+    ("greatest_tissue_force_n", Unit::Newton, meaning::MAX_TISSUE_FORCE, |m| m.greatest_tissue_force_n),
     ("tracking_rmse_m", Unit::Metre, meaning::TRACKING_RMSE, |m| m.tracking_rmse_m),
     ("final_slave_position_m", Unit::Metre, meaning::FINAL_SLAVE_POSITION, |m| m.final_slave_position_m),
     ("final_tracking_error", Unit::Share, meaning::FINAL_TRACKING_ERROR, |m| m.final_tracking_error),
@@ -146,7 +146,7 @@ const DEFAULTS: [&str; 9] = [
 const DEFAULTS_OF_RUPTURE: [&str; 4] = ["detection_delay_s", "slave_overshoot_m", "slave_travel_m", "feedback_fall_s"];
 
 /// The highest number that a rupture or an event can be asked for by.
-const MOST_NUMBERED: usize = 64;
+const MAX_NUMBERED: usize = 64;
 
 impl Column {
     /// The column of a name; none if nothing is called so.
@@ -218,7 +218,7 @@ impl Column {
 fn numbered<'a>(name: &'a str, prefix: &str) -> Option<(usize, &'a str)> {
     let (number, field) = name.strip_prefix(prefix)?.split_once('_')?;
     let is_plain = number.bytes().all(|digit| digit.is_ascii_digit()) && !number.starts_with('0');
-    let number = number.parse().ok().filter(|number| is_plain && (1..=MOST_NUMBERED).contains(number))?;
+    let number = number.parse().ok().filter(|number| is_plain && (1..=MAX_NUMBERED).contains(number))?;
     Some((number, field))
 }
 

@@ -12,7 +12,7 @@ use crate::scenario::Value;
 
 /// How the axes are filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Filling {
+pub enum SamplingScheme {
     /// Every combination of their levels, the last axis fastest.
     Grid,
     /// Points of independent random shares.
@@ -38,7 +38,7 @@ pub enum Filling {
     },
 }
 
-impl Filling {
+impl SamplingScheme {
     /// The words that sweep files use.
     pub const WORDS: [&'static str; 4] = ["grid", "random", "latin-hypercube", "sobol"];
 
@@ -73,7 +73,7 @@ pub struct Design {
     /// The keys that vary, in the order in which they are written.
     pub axes: Vec<Axis>,
     /// How they do.
-    pub filling: Filling,
+    pub filling: SamplingScheme,
     /// How many seeds of noise each point has.
     pub seeds: u64,
     /// The first of them.
@@ -87,17 +87,17 @@ pub struct Design {
 }
 
 /// Most cases of a sweep: doubles count them exactly.
-pub const MOST_CASES: u64 = 1 << 50;
+pub const MAX_CASES: u64 = 1 << 50;
 
 impl Design {
-    /// How many points there are, each with [`Design::seeds`] cases; none beyond [`MOST_CASES`] cases.
+    /// How many points there are, each with [`Design::seeds`] cases; none beyond [`MAX_CASES`] cases.
     #[must_use]
     pub fn points(&self) -> Option<u64> {
         let points = match self.filling.points_and_seed() {
             Some((points, _)) => points,
             None => self.axes.iter().try_fold(1_u64, |product, axis| product.checked_mul(axis.count().unwrap_or(1)))?,
         };
-        points.checked_mul(self.seeds).filter(|cases| *cases <= MOST_CASES)?;
+        points.checked_mul(self.seeds).filter(|cases| *cases <= MAX_CASES)?;
         Some(points)
     }
 
@@ -115,16 +115,18 @@ impl Design {
 
     /// What computes the shares of each axis.
     #[must_use]
-    pub fn shares(&self) -> Shares<'_> {
+    pub fn shares(&self) -> UnitCoordinates<'_> {
         let (points, seed) = self.filling.points_and_seed().unwrap_or((1, 0));
         let of_axis = |axis: usize| mix(seed ^ mix(axis as u64));
-        Shares {
+        UnitCoordinates {
             design: self,
             points,
             random: ChaCha8Rng::seed_from_u64(seed),
             orders: (0..self.axes.len()).map(|axis| Permutation::new(points, of_axis(axis))).collect(),
             sequences: match self.filling {
-                Filling::Sobol { .. } => (0..self.axes.len()).map(|axis| (Sobol::new(axis), of_axis(axis))).collect(),
+                SamplingScheme::Sobol { .. } => {
+                    (0..self.axes.len()).map(|axis| (Sobol::new(axis), of_axis(axis))).collect()
+                }
                 _ => vec![],
             },
         }
@@ -133,7 +135,7 @@ impl Design {
 
 /// Computes where on its axes a case lies.
 #[derive(Debug, Clone)]
-pub struct Shares<'a> {
+pub struct UnitCoordinates<'a> {
     design: &'a Design,
     points: u64,
     /// Its stream is the point.
@@ -142,13 +144,13 @@ pub struct Shares<'a> {
     sequences: Vec<(Sobol, u64)>,
 }
 
-impl Shares<'_> {
+impl UnitCoordinates<'_> {
     /// The share of each axis, 0 to below 1, in the order of the axes.
     pub fn of(&self, case: u64, shares: &mut Vec<f64>) {
         let point = case / self.design.seeds;
         shares.clear();
         match self.design.filling {
-            Filling::Grid => {
+            SamplingScheme::Grid => {
                 let mut left = point;
                 for axis in self.design.axes.iter().rev() {
                     let count = axis.count().unwrap_or(1);
@@ -157,11 +159,11 @@ impl Shares<'_> {
                 }
                 shares.reverse();
             }
-            Filling::Random { .. } => {
+            SamplingScheme::Random { .. } => {
                 let mut random = self.stream(point);
                 shares.extend(self.design.axes.iter().map(|_| random.random::<f64>()));
             }
-            Filling::LatinHypercube { .. } => {
+            SamplingScheme::LatinHypercube { .. } => {
                 let mut random = self.stream(point);
                 let share = |order: &Permutation| {
                     let within: f64 = random.random();
@@ -169,7 +171,7 @@ impl Shares<'_> {
                 };
                 shares.extend(self.orders.iter().map(share));
             }
-            Filling::Sobol { .. } => {
+            SamplingScheme::Sobol { .. } => {
                 shares.extend(self.sequences.iter().map(|(sequence, shift)| sequence.coordinate(point, *shift)));
             }
         }
@@ -195,7 +197,7 @@ mod tests {
     use crate::scenario::{Place, find_key};
     use crate::sweep::axis::Levels;
 
-    fn design(filling: Filling, points: Option<u64>) -> Design {
+    fn design(filling: SamplingScheme, points: Option<u64>) -> Design {
         let place = Place { file: "".into(), text: "".into(), span: 0..0 };
         let axis = |path: &str| Axis {
             key: find_key(path).expect("a key"),
@@ -226,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_grid_has_every_combination_the_last_axis_and_the_seeds_fastest() {
-        let grid = design(Filling::Grid, Some(3));
+        let grid = design(SamplingScheme::Grid, Some(3));
         assert_eq!(grid.cases(), 54);
         let cases = all(&grid);
         assert_eq!(cases[1], cases[0]);
@@ -240,7 +242,7 @@ mod tests {
 
     #[test]
     fn a_latin_hypercube_hits_each_part_of_each_axis_once() {
-        let latin = design(Filling::LatinHypercube { points: 37, seed: 1 }, None);
+        let latin = design(SamplingScheme::LatinHypercube { points: 37, seed: 1 }, None);
         let cases = all(&latin);
         for axis in 0..3 {
             let mut parts: Vec<_> = cases.iter().step_by(2).map(|case| (37.0 * case[axis]) as u64).collect();
@@ -252,20 +254,20 @@ mod tests {
 
     #[test]
     fn what_is_random_depends_on_the_seed_and_a_point_on_nothing_else() {
-        let random = |seed| design(Filling::Random { points: 500, seed }, None);
+        let random = |seed| design(SamplingScheme::Random { points: 500, seed }, None);
         let cases = all(&random(1));
         assert_ne!(cases, all(&random(2)));
         let mean = |axis: usize| cases.iter().map(|case| case[axis]).sum::<f64>() / cases.len() as f64;
         // The mean of 500 is normal with a standard deviation of 0.013.
         assert!((0..3).all(|axis| (mean(axis) - 0.5).abs() < 0.05));
-        let (longer, mut shares) = (design(Filling::Random { points: 900, seed: 1 }, None), vec![]);
+        let (longer, mut shares) = (design(SamplingScheme::Random { points: 900, seed: 1 }, None), vec![]);
         longer.shares().of(777, &mut shares);
         assert_eq!(shares, cases[777]);
     }
 
     #[test]
     fn too_many_cases_are_none() {
-        assert_eq!(design(Filling::Random { points: u64::MAX, seed: 1 }, None).points(), None);
-        assert_eq!(design(Filling::Grid, Some(1 << 30)).points(), None);
+        assert_eq!(design(SamplingScheme::Random { points: u64::MAX, seed: 1 }, None).points(), None);
+        assert_eq!(design(SamplingScheme::Grid, Some(1 << 30)).points(), None);
     }
 }

@@ -17,7 +17,7 @@ use crate::run::{Asked, RunError, run_pack_asking};
 use crate::sensor::NoiseBank;
 
 /// Numbers of noise that all threads keep together, 64 MB of them.
-const MOST_NUMBERS_KEPT: usize = 8 << 20;
+const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
 /// How a sweep is watched and ended.
 pub struct Progress<'a> {
@@ -100,7 +100,7 @@ impl<'a> Worker<'a> {
     fn new(plan: &'a Plan, part: &'a Part, ladder: Option<&'a Ladder>, threads: usize) -> Self {
         // Only where there are several points does a seed come again.
         let comes_again = plan.design.points().is_some_and(|points| points > 1);
-        let bank = NoiseBank::new(if comes_again { MOST_NUMBERS_KEPT / threads.max(1) } else { 0 });
+        let bank = NoiseBank::new(if comes_again { MAX_NUMBERS_KEPT / threads.max(1) } else { 0 });
         Self { plan, part, ladder, maker: plan.maker(), bank, rows: PackRows::default() }
     }
 

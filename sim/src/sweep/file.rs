@@ -2,8 +2,8 @@
 
 use super::axis::{Axis, Levels};
 use super::columns::Column;
-use super::design::{Filling, MOST_CASES};
-use super::sobol::MOST_DIMENSIONS;
+use super::design::{MAX_CASES, SamplingScheme};
+use super::sobol::MAX_DIMENSIONS;
 use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key, nearest_of};
 
 /// The keys of a sweep file, with what each is about.
@@ -31,7 +31,7 @@ pub(super) struct SweepFile {
     pub(super) base: Option<Entry>,
     pub(super) set: Vec<Entry>,
     pub(super) axes: Vec<Axis>,
-    pub(super) filling: Filling,
+    pub(super) filling: SamplingScheme,
     pub(super) seeds: u64,
     pub(super) first_seed: Option<u64>,
     pub(super) columns: Vec<Column>,
@@ -67,9 +67,9 @@ impl SweepFile {
             return Err(unknown(entry));
         }
         let filling = filling(&find)?;
-        let axes = all_axes(&axes, filling == Filling::Grid)?;
-        if let (Filling::Sobol { .. }, Some(beyond)) = (filling, axes.get(MOST_DIMENSIONS)) {
-            let message = format!("a Sobol sequence has at most {MOST_DIMENSIONS} axes here");
+        let axes = all_axes(&axes, filling == SamplingScheme::Grid)?;
+        if let (SamplingScheme::Sobol { .. }, Some(beyond)) = (filling, axes.get(MAX_DIMENSIONS)) {
+            let message = format!("a Sobol sequence has at most {MAX_DIMENSIONS} axes here");
             return Err(ScenarioError::new(message).at(Some(beyond.place.clone())).remedy("use a Latin hypercube"));
         }
         let columns = columns(find("metrics"))?;
@@ -84,7 +84,7 @@ impl SweepFile {
             set: set.into_iter().map(strip).collect(),
             axes,
             filling,
-            seeds: find("seeds").map_or(Ok(1), |entry| whole(entry, 1, MOST_CASES))?,
+            seeds: find("seeds").map_or(Ok(1), |entry| whole(entry, 1, MAX_CASES))?,
             first_seed: find("first_seed").map(|entry| whole(entry, 0, i64::MAX as u64)).transpose()?,
             columns,
             focus,
@@ -141,33 +141,34 @@ fn name(entry: &Entry) -> Result<String, ScenarioError> {
     name.map(str::to_owned).ok_or_else(|| must(entry, "a text of letters, digits, '-' and '_', which names a folder"))
 }
 
-fn filling<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<Filling, ScenarioError> {
+fn filling<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
     let word = match find("design.kind") {
-        None => Filling::WORDS[0],
+        None => SamplingScheme::WORDS[0],
         Some(entry) => {
-            let word = entry.value.as_str().and_then(|word| Filling::WORDS.into_iter().find(|known| *known == word));
-            word.ok_or_else(|| must(entry, &format!("one of \"{}\"", Filling::WORDS.join("\", \""))))?
+            let word =
+                entry.value.as_str().and_then(|word| SamplingScheme::WORDS.into_iter().find(|known| *known == word));
+            word.ok_or_else(|| must(entry, &format!("one of \"{}\"", SamplingScheme::WORDS.join("\", \""))))?
         }
     };
-    if word == Filling::WORDS[0] {
+    if word == SamplingScheme::WORDS[0] {
         let superfluous = ["design.points", "design.seed"].into_iter().find_map(find);
         return match superfluous {
             Some(entry) => Err(ScenarioError::new(format!("a grid has no {}", entry.path))
                 .at(Some(entry.key_place.clone()))
                 .remedy("its ranges have points; or give design.kind = \"random\", \"latin-hypercube\" or \"sobol\"")),
-            None => Ok(Filling::Grid),
+            None => Ok(SamplingScheme::Grid),
         };
     }
     let Some(points) = find("design.points") else {
         let place = find("design.kind").map(|entry| entry.value_place.clone());
         return Err(ScenarioError::new("design.points is missing, a whole number of at least 1").at(place));
     };
-    let points = whole(points, 1, MOST_CASES)?;
+    let points = whole(points, 1, MAX_CASES)?;
     let seed = find("design.seed").map_or(Ok(1), |entry| whole(entry, 0, i64::MAX as u64))?;
     Ok(match word {
-        "random" => Filling::Random { points, seed },
-        "latin-hypercube" => Filling::LatinHypercube { points, seed },
-        _ => Filling::Sobol { points, seed },
+        "random" => SamplingScheme::Random { points, seed },
+        "latin-hypercube" => SamplingScheme::LatinHypercube { points, seed },
+        _ => SamplingScheme::Sobol { points, seed },
     })
 }
 
@@ -322,7 +323,7 @@ fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioErro
         return Err(must(end, "above 0 where log = true"));
     }
     let points = match (points, is_grid) {
-        (Some(entry), true) => Some(whole(entry, 2, MOST_CASES)?),
+        (Some(entry), true) => Some(whole(entry, 2, MAX_CASES)?),
         (None, true) => return Err(missing("points")),
         (None, false) => None,
         (Some(entry), false) => {

@@ -8,12 +8,12 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::columns::Column;
-use super::design::Filling;
+use super::design::SamplingScheme;
 use super::part::Outcome;
 use super::plan::Plan;
 
 /// Thresholds of which it is kept at once what is known, over all groups; more, and what is known is forgotten.
-const MOST_KEPT: usize = 1 << 20;
+const MAX_KEPT: usize = 1 << 20;
 
 /// What comes out of a case.
 #[derive(Debug, Clone)]
@@ -58,7 +58,7 @@ impl Ladder {
         let design = &plan.design;
         let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
         // A cap that follows from the threshold differs, too; and what belongs to a loop is computed for each case.
-        let alone = design.filling == Filling::Grid && plan.gives("detector.cap");
+        let alone = design.filling == SamplingScheme::Grid && plan.gives("detector.cap");
         if !alone || design.columns.iter().any(Column::is_of_loop) {
             return None;
         }
@@ -134,7 +134,7 @@ impl Ladder {
         let (first, own) = self.place(case);
         let count = self.thresholds.len();
         let mut known = self.known();
-        if known.groups.len() * count >= MOST_KEPT {
+        if known.groups.len() * count >= MAX_KEPT {
             *known = Known::default();
         }
         let nothing = || Group { places: vec![None; count], rows: vec![], unread: self.places(first).count() };
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn not_more_is_kept_than_fits() {
         let ladder = ladder();
-        (0..MOST_KEPT as u64).for_each(|group| ladder.keep(group * 15, row(0.0), &[]));
-        assert!(ladder.known().groups.len() * 3 <= MOST_KEPT + 3);
+        (0..MAX_KEPT as u64).for_each(|group| ladder.keep(group * 15, row(0.0), &[]));
+        assert!(ladder.known().groups.len() * 3 <= MAX_KEPT + 3);
     }
 }

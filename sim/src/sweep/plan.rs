@@ -6,14 +6,14 @@ use sha2::{Digest, Sha256};
 
 use super::axis::Axis;
 use super::columns::Column;
-use super::design::{Design, MOST_CASES, Shares};
+use super::design::{Design, MAX_CASES, UnitCoordinates};
 use super::error::SweepError;
 use super::file::SweepFile;
 use super::part::{Layout, PACK_CASES};
 use super::shard::Shard;
 use crate::run::RunError;
 use crate::scenario::{
-    Caster, Kind, OperatorSpec, Place, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries,
+    CaseFactory, Kind, OperatorSpec, Place, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries,
     harmless_name,
 };
 use crate::stability::{LoopSettings, Parameter};
@@ -28,7 +28,7 @@ pub struct Plan {
 }
 
 /// Axes whose corners are all tried before anything is run; those of further ones only one by one.
-const MOST_CORNER_AXES: usize = 7;
+const MAX_CORNER_AXES: usize = 7;
 
 impl Plan {
     /// Loads a sweep file and its scenario, overridden by `section.key=value` settings, and tries the corners of its axes.
@@ -75,7 +75,7 @@ impl Plan {
         let first_seed = template.first().seed;
         let mut design = design(file, harmless_name(&source.stem()), first_seed);
         if design.points().is_none() {
-            let message = format!("{}: more than {MOST_CASES} cases", source.display());
+            let message = format!("{}: more than {MAX_CASES} cases", source.display());
             return Err(ScenarioError::new(message).remedy("use fewer points or seeds, or a design that is no grid"));
         }
         design.focus.dedup();
@@ -116,7 +116,7 @@ impl Plan {
         CaseMaker {
             design: &self.design,
             sampler: self.design.shares(),
-            caster: self.template.caster(),
+            factory: self.template.factory(),
             shares,
             values,
         }
@@ -146,16 +146,16 @@ impl Plan {
                 values
             }));
         }
-        for corner in 0..1_u32 << axes.len().min(MOST_CORNER_AXES) {
+        for corner in 0..1_u32 << axes.len().min(MAX_CORNER_AXES) {
             let end = |(index, of_axis): (usize, &Vec<Value>)| {
-                let last = index < MOST_CORNER_AXES && (corner >> index) & 1 == 1;
+                let last = index < MAX_CORNER_AXES && (corner >> index) & 1 == 1;
                 if last { of_axis.last().cloned() } else { of_axis.first().cloned() }
             };
             tried.push(ends.iter().enumerate().filter_map(end).collect());
         }
-        let mut caster = self.template.caster();
+        let mut factory = self.template.factory();
         for values in tried {
-            let built = caster.cast(&values, self.design.first_seed).and_then(|scenario| scenario.build().map(drop));
+            let built = factory.build(&values, self.design.first_seed).and_then(|scenario| scenario.build().map(drop));
             built.map_err(|error| {
                 let told = describe(&self.design, &values);
                 if error.remedy.is_some() { error } else { error.remedy(format!("in the case of {told}")) }
@@ -320,8 +320,8 @@ pub fn difference(there: &str, here: &str) -> String {
 #[derive(Debug, Clone)]
 pub struct CaseMaker<'a> {
     design: &'a Design,
-    sampler: Shares<'a>,
-    caster: Caster<'a>,
+    sampler: UnitCoordinates<'a>,
+    factory: CaseFactory<'a>,
     shares: Vec<f64>,
     values: Vec<Value>,
 }
@@ -333,7 +333,7 @@ impl CaseMaker<'_> {
     /// [`SweepError::Case`] where its values go together as little as in a file.
     pub fn scenario(&mut self, case: u64) -> Result<Scenario, SweepError> {
         self.sampler.values(case, &mut self.shares, &mut self.values);
-        let scenario = self.caster.cast(&self.values, self.design.seed(case));
+        let scenario = self.factory.build(&self.values, self.design.seed(case));
         scenario.map_err(|error| self.refused(case, error.into()))
     }
 

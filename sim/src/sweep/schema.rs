@@ -3,7 +3,7 @@
 use serde_json::{Map, Value as Json, json};
 
 use super::columns::Column;
-use super::design::Filling;
+use super::design::SamplingScheme;
 use super::file::SWEEP_KEYS;
 use crate::scenario::{KEYS, Kind, json_schema};
 
@@ -51,7 +51,7 @@ pub fn sweep_schema() -> Json {
                 "type": "object",
                 "additionalProperties": false,
                 "properties": {
-                    "kind": with(json!({ "enum": Filling::WORDS }), "design.kind"),
+                    "kind": with(json!({ "enum": SamplingScheme::WORDS }), "design.kind"),
                     "points": with(points(), "design.points"),
                     "seed": with(json!({ "type": "integer", "minimum": 0 }), "design.seed"),
                 }

@@ -1,7 +1,7 @@
 //! Sobol's sequence: points that fill a cube more evenly than chance does.
 
 /// How many coordinates a point can have.
-pub const MOST_DIMENSIONS: usize = TABLE.len() + 1;
+pub const MAX_DIMENSIONS: usize = TABLE.len() + 1;
 
 /// Binary digits of a coordinate: all that a double of [0, 1) can hold without rounding, but one.
 const BITS: u32 = 52;
@@ -40,7 +40,7 @@ pub struct Sobol {
 }
 
 impl Sobol {
-    /// The sequence in coordinate `dimension`, below [`MOST_DIMENSIONS`] (those beyond repeat the last one).
+    /// The sequence in coordinate `dimension`, below [`MAX_DIMENSIONS`] (those beyond repeat the last one).
     ///
     /// `m_k = 2 a_1 m_{k-1} ⊕ … ⊕ 2^{s-1} a_{s-1} m_{k-s+1} ⊕ 2^s m_{k-s} ⊕ m_{k-s}`, and `v_k = m_k / 2^k`.
     #[must_use]
@@ -91,7 +91,7 @@ mod tests {
             0.015625, 0.078125, 0.578125, 0.859375, 0.109375, 0.484375, 0.796875, 0.421875, 0.046875, 0.140625,
             0.953125,
         ];
-        assert_eq!(expected.len(), MOST_DIMENSIONS);
+        assert_eq!(expected.len(), MAX_DIMENSIONS);
         for (dimension, expected) in expected.into_iter().enumerate() {
             assert_eq!(Sobol::new(dimension).coordinate(37, 0), expected, "{dimension}");
         }
@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn every_dyadic_interval_holds_its_share_shifted_or_not() {
-        for dimension in 0..MOST_DIMENSIONS {
+        for dimension in 0..MAX_DIMENSIONS {
             for shift in [0, 0x9_e377_9b97_f4a7] {
                 let sequence = Sobol::new(dimension);
                 let mut counts = [0; 256];

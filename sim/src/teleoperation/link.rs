@@ -51,7 +51,7 @@ pub struct LinkSettings {
 impl LinkSettings {
     /// Whether it is the paper's: position and force sent and taken as they are.
     #[must_use]
-    pub fn is_the_papers(&self) -> bool {
+    pub fn is_baseline(&self) -> bool {
         self.controller.kind == ControllerKind::PositionForce
             && self.passivity.scheme == Scheme::None
             && self.machines.compliance_m_per_n == 0.0
@@ -150,10 +150,10 @@ pub struct Link<L: Lane> {
     master_port: Port<L>,
     slave_port: Port<L>,
     /// Of the last tick at which the master knew of no event: what it was fed, and the force among it.
-    calm_total: L,
+    unfrozen_force: L,
     calm_force: L,
     /// What passivity on the slave's side had to say, as it has arrived.
-    slave_word: L,
+    passivity_payload: L,
 }
 
 impl<L: Lane> Link<L> {
@@ -202,9 +202,9 @@ impl<L: Lane> Link<L> {
             passivity,
             master_port: Port::at(L::splat(start_m)),
             slave_port: Port::at(reference),
-            calm_total: L::zero(),
+            unfrozen_force: L::zero(),
             calm_force: L::zero(),
-            slave_word: L::zero(),
+            passivity_payload: L::zero(),
             forward,
             backward,
         })
@@ -289,7 +289,7 @@ impl<L: Lane> Link<L> {
             Passivity::Waves(scheme) => scheme.force(word, master.velocity_m_per_s),
             _ => force_n,
         };
-        self.slave_word = word;
+        self.passivity_payload = word;
         let [on_force, on_hand, stiffness, damping, drag, inertia] = self.gains.master;
         let force_n = match self.kind {
             ControllerKind::PositionForce => wave_force_n,
@@ -306,8 +306,8 @@ impl<L: Lane> Link<L> {
             _ => {
                 let is_frozen = (mode - L::splat(1.0)).abs().lt(L::splat(0.5));
                 let live_n = arrival.sample[0];
-                let held_n = self.calm_total + (live_n - self.calm_force);
-                self.calm_total = L::select(is_frozen, self.calm_total, force_n);
+                let held_n = self.unfrozen_force + (live_n - self.calm_force);
+                self.unfrozen_force = L::select(is_frozen, self.unfrozen_force, force_n);
                 self.calm_force = L::select(is_frozen, self.calm_force, live_n);
                 L::select(is_frozen, held_n, force_n)
             }
@@ -320,8 +320,8 @@ impl<L: Lane> Link<L> {
     pub fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L {
         let fed_back = match &mut self.passivity {
             Passivity::None | Passivity::Waves(_) => force_n,
-            Passivity::TimeDomain(scheme) => scheme.limit(force_n, self.slave_word, master.velocity_m_per_s),
-            Passivity::Tank(scheme) => scheme.limit(force_n, self.slave_word, master.velocity_m_per_s),
+            Passivity::TimeDomain(scheme) => scheme.limit(force_n, self.passivity_payload, master.velocity_m_per_s),
+            Passivity::Tank(scheme) => scheme.limit(force_n, self.passivity_payload, master.velocity_m_per_s),
         };
         self.master_port.hold(fed_back);
         fed_back
@@ -329,7 +329,7 @@ impl<L: Lane> Link<L> {
 
     /// The reference that the slave's controller works on (m), where the tissue pushes the slave off it with a force (N).
     #[inline(always)]
-    pub fn yielding(&self, reference_m: L, tissue_force_n: L) -> L {
+    pub fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
         reference_m - self.compliance * tissue_force_n
     }
 
@@ -357,7 +357,7 @@ impl<L: Lane> Link<L> {
 
 crate::lane::gather!(Link {
     forward, backward, force_scale, position_scale, energy_scale, compliance, gains, master_accelerometer,
-    slave_accelerometer, positions, forces, passivity, master_port, slave_port, calm_total, calm_force, slave_word,
+    slave_accelerometer, positions, forces, passivity, master_port, slave_port, unfrozen_force, calm_force, passivity_payload,
 } same { is_plain, kind });
 crate::lane::gather!(Gains { master, slave });
 crate::lane::gather!(Accelerometer { weight, inverse_tick, velocity, acceleration });

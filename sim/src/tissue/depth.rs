@@ -10,7 +10,7 @@ use crate::lane::{Lane, Mask};
 const STEP_M: f64 = 1e-5;
 
 /// Most entries of a table: 10 m of depth.
-const MOST_ENTRIES: usize = 1_000_000;
+const MAX_ENTRIES: usize = 1_000_000;
 
 /// Force against depth on a regular grid; between entries it is linear, beyond them the nearest entry holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +92,7 @@ impl<L: Lane> DepthReplay<L> {
         let least = position_m.iter().copied().fold(f64::INFINITY, f64::min);
         let most = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let span = most - least;
-        let allowed = span.is_finite() && span / STEP_M < MOST_ENTRIES as f64;
+        let allowed = span.is_finite() && span / STEP_M < MAX_ENTRIES as f64;
         crate::error::require("tissue.index", span, allowed, "by time for a recording of more than 10 m")?;
         let entries = (span / STEP_M) as usize + 2;
         let samples = || position_m.iter().copied().zip(force_n.iter().copied());

@@ -6,13 +6,13 @@ use crate::error::{InvalidValue, finite, non_negative, require};
 use crate::lane::{Lane, Mask};
 
 /// Most depths at which coefficients are given.
-pub const MOST_DEPTHS: usize = 16;
+pub const MAX_DEPTHS: usize = 16;
 
 /// A coefficient over depth: `value + Σ slope_j clamp(p - from_j, 0, width_j)`, linear between the depths where it is given.
 #[derive(Debug, Clone, Copy)]
 struct Profile<L> {
     value: L,
-    slopes: [L; MOST_DEPTHS],
+    slopes: [L; MAX_DEPTHS],
 }
 
 impl<L: Lane> Profile<L> {
@@ -42,8 +42,8 @@ impl<L: Lane> Profile<L> {
 pub struct Generalised<L: Lane> {
     mu: Profile<L>,
     lambda: Profile<L>,
-    from: [L; MOST_DEPTHS],
-    width: [L; MOST_DEPTHS],
+    from: [L; MAX_DEPTHS],
+    width: [L; MAX_DEPTHS],
     pieces: usize,
     contact: L,
     power: QuarterPower<L>,
@@ -62,7 +62,7 @@ impl<L: Lane> Generalised<L> {
         contact_m: f64,
     ) -> Result<Self, InvalidValue> {
         let count = depths_m.len();
-        require("tissue.depths_m", count as f64, (1..=MOST_DEPTHS).contains(&count), "a list of 1 to 16 depths")?;
+        require("tissue.depths_m", count as f64, (1..=MAX_DEPTHS).contains(&count), "a list of 1 to 16 depths")?;
         for pair in depths_m.windows(2) {
             require("tissue.depths_m", pair[1], pair[1] - pair[0] >= 1e-6, "ascending, by 1e-6 or more each")?;
         }

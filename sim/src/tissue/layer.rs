@@ -35,7 +35,7 @@ pub const LAYERS: usize = 5;
 pub const LAYER_NAMES: [&str; LAYERS] = ["skin", "fat", "muscle", "capsule", "organ"];
 
 /// Slowest relaxation in s.
-pub const MOST_RELAXATION_S: f64 = 10.0;
+pub const MAX_RELAXATION_S: f64 = 10.0;
 
 /// What a layer is made of.
 ///
@@ -162,7 +162,7 @@ impl LayerParameters {
         let reaches = self.deflection_m(rupture) <= DEFLECTION_M.high;
         require(keys.stiffness_n_per_m, self.stiffness_n_per_m, reaches, keys.reaches_rupture)?;
         let relaxation = self.relaxation_s;
-        let resolved = relaxation == 0.0 || (tick_s..=MOST_RELAXATION_S).contains(&relaxation);
+        let resolved = relaxation == 0.0 || (tick_s..=MAX_RELAXATION_S).contains(&relaxation);
         require(keys.relaxation_s, relaxation, resolved, "0 (at once), or from simulation.tick_s to 10")?;
         DAMPING_S_PER_M.check(keys.damping_s_per_m, self.damping_s_per_m)?;
         FRICTION_N_PER_M.check(keys.friction_n_per_m, self.friction_n_per_m)?;

@@ -11,7 +11,7 @@ const FAR_M: f64 = 1e9;
 
 /// By how much a yield deflection falls in each tick besides its exponential relaxation, in m: nothing of note, but it
 /// arrives, where otherwise ever smaller numbers would take their time.
-const LEAST_FALL_M: f64 = 1e-15;
+const MIN_FALL_M: f64 = 1e-15;
 
 /// What a layered tissue is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -156,7 +156,7 @@ impl<L: Lane> Layer<L> {
     #[inline(always)]
     fn press(&mut self, position: L, velocity: L) -> L {
         let relaxed = self.target + (self.yields_at - self.target) * self.decay;
-        self.yields_at = (relaxed - L::splat(LEAST_FALL_M)).max(self.target);
+        self.yields_at = (relaxed - L::splat(MIN_FALL_M)).max(self.target);
         let d = (position - self.front).clamp(L::zero(), self.yields_at);
         let viscous = (L::splat(1.0) + self.damping * velocity).max(L::zero());
         self.front = self.front.max(position - self.yields_at);

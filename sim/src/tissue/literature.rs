@@ -186,9 +186,9 @@ mod tests {
             let by_rupture = force_n / RUPTURE_FORCE_N.high;
             assert!((1.0..most).contains(&by_rupture), "{by_rupture}");
         }
-        let most_friction_n = 2.8;
-        assert!((most_friction_n / SHAFT_STIFFNESS_N_PER_M.low) < THICKNESS_M.high);
-        assert_eq!(GRIP_N.high, most_friction_n * 2.5);
+        let max_friction_n = 2.8;
+        assert!((max_friction_n / SHAFT_STIFFNESS_N_PER_M.low) < THICKNESS_M.high);
+        assert_eq!(GRIP_N.high, max_friction_n * 2.5);
     }
 
     #[test]

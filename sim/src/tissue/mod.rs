@@ -12,7 +12,7 @@ mod recording;
 mod shaft;
 
 pub use depth::DepthReplay;
-pub use generalised::{Generalised, MOST_DEPTHS};
+pub use generalised::{Generalised, MAX_DEPTHS};
 pub use hunt_crossley::HuntCrossley;
 pub use kelvin_voigt::KelvinVoigt;
 pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerKeys, LayerParameters};

@@ -4,7 +4,7 @@ use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};
 
 /// Most quarters of a power: every part at once.
-const MOST_QUARTERS: f64 = 31.0;
+const MAX_QUARTERS: f64 = 31.0;
 
 /// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: a product of `p`, its squares and its square roots, the same
 /// bits on every machine and in every lane. The price is that n = 1.3 has to be 1.25.
@@ -21,7 +21,7 @@ impl<L: Lane> QuarterPower<L> {
     /// [`InvalidValue`] for one that is no multiple of 0.25 from 0 to 7.75.
     pub(super) fn new(power: f64) -> Result<Self, InvalidValue> {
         let quarters = 4.0 * power;
-        let allowed = quarters.fract() == 0.0 && (0.0..=MOST_QUARTERS).contains(&quarters);
+        let allowed = quarters.fract() == 0.0 && (0.0..=MAX_QUARTERS).contains(&quarters);
         require("tissue.power", power, allowed, "a multiple of 0.25 from 0 to 7.75")?;
         let bits = quarters as u32;
         Ok(Self { parts: std::array::from_fn(|bit| L::Mask::splat(bits >> bit & 1 == 1)) })

@@ -11,12 +11,12 @@ use super::warnings::{Warnings, too_far_apart};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
 use crate::cli::{progress, recorded, report as page, terminal};
-use trocar_sim::detect::{Detection, DetectionReport, Label, detect};
 use trocar_report::html::{DetectionPage, detection_html, detections_html};
 use trocar_report::{
     DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
     detections_pictures, detections_text, event_rows, to_json, write_detection_csv,
 };
+use trocar_sim::detect::{Detection, DetectionReport, Label, detect};
 use trocar_sim::scenario::{DetectionSpec, Values};
 
 /// The sections of a scenario that a detection depends on.

@@ -8,9 +8,9 @@ use super::warnings::{Warnings, too_far_apart};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
 use crate::cli::recorded::of_flags;
+use trocar_report::live_text;
 use trocar_sim::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use trocar_sim::recording::{LiveLine, LiveTable, RecordingError};
-use trocar_report::live_text;
 use trocar_sim::scenario::{DetectionSettings, Values, recording_columns};
 
 /// How a stream ends by itself.

@@ -3,14 +3,14 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use trocar_sim::detect::Oddity;
+use trocar_sim::detect::TimestampAnomaly;
 
 /// Warnings a second at most.
-const MOST_PER_SECOND: u32 = 5;
+const MAX_PER_SECOND: u32 = 5;
 
 /// The lowest rate of samples that is not warned of, in Hz. Chosen here: the slowest rupture that `trocar calibrate` looks for
 /// unless told otherwise takes half of the force in 30 ms, which are three samples then.
-const LEAST_RATE_HZ: f64 = 100.0;
+const MIN_RATE_HZ: f64 = 100.0;
 
 /// Writes warnings, a few each second; those between are counted.
 pub(super) struct Warnings {
@@ -44,7 +44,7 @@ impl Warnings {
             self.shown = 0;
             self.flush();
         }
-        if self.shown < MOST_PER_SECOND {
+        if self.shown < MAX_PER_SECOND {
             self.shown += 1;
             self.note(&format!("warning: {}", text()));
         } else {
@@ -65,24 +65,24 @@ impl Warnings {
 pub(super) fn too_far_apart(interval_s: f64) -> Option<String> {
     let rate_hz = 1.0 / interval_s;
     // A rate that is right to 1 % is that rate.
-    (rate_hz < 0.99 * LEAST_RATE_HZ).then(|| {
+    (rate_hz < 0.99 * MIN_RATE_HZ).then(|| {
         format!(
-            "{rate_hz:.3} samples a second, below {LEAST_RATE_HZ}: a rupture takes some 30 ms and falls between them, and \
+            "{rate_hz:.3} samples a second, below {MIN_RATE_HZ}: a rupture takes some 30 ms and falls between them, and \
              estimator and detector count samples, with defaults for 0.5 to 2 ms"
         )
     })
 }
 
 /// An oddity in words.
-pub(super) fn words(odd: &Oddity) -> String {
+pub(super) fn words(odd: &TimestampAnomaly) -> String {
     match odd {
-        Oddity::NotLater { last_s, time_s } => {
+        TimestampAnomaly::NotLater { last_s, time_s } => {
             format!("time {time_s} s does not come after the last sample's, {last_s} s; the row is skipped")
         }
-        Oddity::SetBack { last_s, time_s } => {
+        TimestampAnomaly::SetBack { last_s, time_s } => {
             format!("the clock was set back from {last_s} s to {time_s} s; the detection begins anew")
         }
-        Oddity::Gap { last_s, time_s } => {
+        TimestampAnomaly::Gap { last_s, time_s } => {
             format!("no sample from {last_s} s to {time_s} s; the detection begins anew")
         }
     }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use trocar::augmentation::{AugmentationSettings, Supervisor};
 use trocar::channel::Delay;
 use trocar::detection::{Detector, DetectorSettings};
-use trocar::engine::{Engine, Sides};
+use trocar::engine::{Engine, Plants};
 use trocar::estimation::{Estimator, RlsSettings};
 use trocar::operator::{Motion, Operator, Ramp};
 use trocar::sensor::{Sensor, SensorSettings};
@@ -46,18 +46,18 @@ pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
     expected.iter().zip(&thinned).map(|(e, c)| (e - c).abs()).fold(0.0, f64::max) / peak
 }
 
-/// `x_h, v_h, F_h, x_e, v_e` of sides that are driven by given inputs `(x_d, F_ed, x_ref)`.
-pub fn drive(mut sides: impl Sides<f64>, ticks: usize, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
+/// `x_h, v_h, F_h, x_e, v_e` of plants that are driven by given inputs `(x_d, F_ed, x_ref)`.
+pub fn drive(mut plants: impl Plants<f64>, ticks: usize, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
     let mut columns: [Vec<f64>; 5] = Default::default();
     for k in 0..ticks {
-        let (master, slave) = (sides.master(), sides.slave());
+        let (master, slave) = (plants.master(), plants.slave());
         let row =
             [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
         for (column, value) in columns.iter_mut().zip(row) {
             column.push(value);
         }
         let (desired, feedback, reference) = input(k);
-        sides.step(desired, input(k + 1).0, feedback, reference).expect("steps");
+        plants.step(desired, input(k + 1).0, feedback, reference).expect("steps");
     }
     columns
 }
@@ -93,14 +93,14 @@ impl ClosedLoop {
         Link::new(&settings, directions, tick_s, 0.0).expect("valid")
     }
 
-    pub fn engine<S: Sides<f64>>(&self, sides: S) -> Engine<f64, S> {
+    pub fn engine<S: Plants<f64>>(&self, plants: S) -> Engine<f64, S> {
         let tick_s = 1e-3;
         let supervisor = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
         let tissue = KelvinVoigt::new(self.stiffness_n_per_m, self.damping_n_s_per_m, 0.0).expect("valid");
         Engine {
-            scheduled: trocar::engine::Scheduled::new(std::sync::Arc::default()),
+            scheduled: trocar::engine::ScheduledAlarms::new(std::sync::Arc::default()),
             grid: TickGrid::new(tick_s, 3.0).expect("valid"),
-            sides,
+            plants,
             operator: Operator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
             tissue: Tissue::KelvinVoigt(tissue),
             sensor: Sensor::new(&SensorSettings::default(), tick_s, 0, 0),

@@ -5,7 +5,7 @@ use super::excursions::{excursions, is_rupture};
 use super::probe::{Fall, delays};
 use super::run_length::{Tails, WANTED, average_run_length, threshold_for};
 use super::signal::{Residuals, Signal};
-use super::spread::{least_step, median, noise_std, quantile, root_mean_square};
+use super::spread::{median, min_step, noise_std, quantile, root_mean_square};
 use super::{Calibration, CalibrationError, CalibrationRequest, Candidate, FEWEST_SAMPLES, Whiteness};
 use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, DistanceKind, Hypotheses};
 use crate::estimation::RlsSettings;
@@ -18,7 +18,7 @@ const GAIN_RATIO: f64 = 10.0;
 
 /// `N_0` in standard deviations of the noise, and the least, in N.
 const DEAD_ZONE_STDS: f64 = 2.0;
-const LEAST_DEAD_ZONE_N: f64 = 1e-3;
+const MIN_DEAD_ZONE_N: f64 = 1e-3;
 
 const BLOCK_S: f64 = 0.1;
 const FEWEST_BLOCKS: usize = 5;
@@ -35,17 +35,17 @@ const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
 /// A needle that a person pushes recoils at some 0.7 mm/s when the slave's controller settles.
-const LEAST_WITHDRAWAL_M_PER_S: f64 = 1e-3;
+const MIN_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
 /// Probes: how far apart and how many, how far from the ends and from ruptures, what force they need, what they take.
 const PROBE_EVERY_S: f64 = 0.1;
-const MOST_PROBES: usize = 40;
+const MAX_PROBES: usize = 40;
 const FEWEST_PROBES: usize = 5;
 const PROBES_FROM_S: f64 = 0.7;
 const PROBES_TO_END_S: f64 = 0.6;
 const PROBE_CLEARANCE_S: f64 = 0.4;
 const PROBE_CONTACT_S: f64 = 0.3;
-const LEAST_PROBED_N: f64 = 0.5;
+const MIN_PROBED_N: f64 = 0.5;
 const REMAINING_SHARE: f64 = 0.5;
 const HARMLESS_PENALTY: f64 = 3.0;
 
@@ -98,8 +98,8 @@ impl<'a> Bench<'a> {
         let drift = request.drift();
         let samples = request.false_alarm_s / signal.interval_s;
         if !WANTED.contains(&samples) {
-            let [least_s, most_s] = [WANTED.start(), WANTED.end()].map(|samples| samples * signal.interval_s);
-            return Err(CalibrationError::FalseAlarm { wanted_s: request.false_alarm_s, least_s, most_s });
+            let [min_s, max_s] = [WANTED.start(), WANTED.end()].map(|samples| samples * signal.interval_s);
+            return Err(CalibrationError::FalseAlarm { wanted_s: request.false_alarm_s, min_s, max_s });
         }
         Ok(Self {
             request,
@@ -108,7 +108,7 @@ impl<'a> Bench<'a> {
             noise_n,
             contact,
             withdrawal_m_per_s: rounded(
-                (VELOCITY_STDS * noise_std(signal.velocity_m_per_s)).max(LEAST_WITHDRAWAL_M_PER_S),
+                (VELOCITY_STDS * noise_std(signal.velocity_m_per_s)).max(MIN_WITHDRAWAL_M_PER_S),
             ),
             drift,
             threshold: threshold_for(Tails::Lower, drift, samples),
@@ -154,7 +154,7 @@ impl<'a> Bench<'a> {
 
     /// The settings for a memory, not probed yet.
     fn candidate(&self, memory_updates: f64) -> (Candidate, Quiet) {
-        let dead_zone_n = (DEAD_ZONE_STDS * self.noise_n).max(least_step(self.signal.force_n)).max(LEAST_DEAD_ZONE_N);
+        let dead_zone_n = (DEAD_ZONE_STDS * self.noise_n).max(min_step(self.signal.force_n)).max(MIN_DEAD_ZONE_N);
         let dead_zone_n = rounded(dead_zone_n);
         let estimator = RlsSettings::normalised(FULL_GAIN_DEPTH_M, GAIN_RATIO, memory_updates, dead_zone_n);
         let residuals = Residuals::of(&self.signal, &estimator, self.contact.0);
@@ -190,8 +190,8 @@ impl<'a> Bench<'a> {
         (candidate, quiet)
     }
 
-    /// Where the residual is quiet, and how quiet, but no quieter than `least_n`.
-    fn quiet_of(&self, residuals: Residuals, least_n: f64) -> Quiet {
+    /// Where the residual is quiet, and how quiet, but no quieter than `min_n`.
+    fn quiet_of(&self, residuals: Residuals, min_n: f64) -> Quiet {
         let count = residuals.residual_n.len();
         let first = residuals.depth_m.iter().position(|&depth_m| depth_m > 0.0).unwrap_or(count);
         let settled = first.saturating_add(self.signal.samples_in(ArmingSettings::default().settle_s, 1));
@@ -199,7 +199,7 @@ impl<'a> Bench<'a> {
             residuals.depth_m.iter().enumerate().map(|(sample, &depth_m)| depth_m > 0.0 && sample >= settled).collect();
         if let Some(range) = &self.quiet {
             usable.iter_mut().enumerate().for_each(|(sample, usable)| *usable = range.contains(&sample));
-            let std_n = root_mean_square(&residuals.residual_n[range.clone()]).max(least_n);
+            let std_n = root_mean_square(&residuals.residual_n[range.clone()]).max(min_n);
             return Quiet { std_n, blocks: 1, usable, ruptures: vec![], residuals };
         }
         let strike = |usable: &mut [bool], from: usize, to: usize| {
@@ -211,8 +211,8 @@ impl<'a> Bench<'a> {
         for &label in &self.labels {
             strike(&mut usable, label, label);
         }
-        let first_std_n = self.block_std(&residuals, &usable, FIRST_SHARE).map_or(least_n, |(std_n, _)| std_n);
-        let variance = first_std_n.max(least_n).powi(2);
+        let first_std_n = self.block_std(&residuals, &usable, FIRST_SHARE).map_or(min_n, |(std_n, _)| std_n);
+        let variance = first_std_n.max(min_n).powi(2);
         let tuning = (self.drift * variance, self.threshold * variance);
         for excursion in excursions(&self.signal, &residuals, tuning, self.withdrawal_m_per_s) {
             let Some(crossing) = excursion.crossing else { continue };
@@ -226,7 +226,7 @@ impl<'a> Bench<'a> {
         }
         ruptures.sort_unstable();
         let (std_n, blocks) = self.block_std(&residuals, &usable, QUIET_SHARE).unwrap_or((first_std_n, 0));
-        Quiet { std_n: std_n.max(least_n), blocks, usable, ruptures, residuals }
+        Quiet { std_n: std_n.max(min_n), blocks, usable, ruptures, residuals }
     }
 
     /// The root mean square that a share of the usable blocks does not exceed, and how many there are; none of too few.
@@ -246,17 +246,17 @@ impl<'a> Bench<'a> {
         let signal = &self.signal;
         let samples_in = |time_s: f64| signal.samples_in(time_s, 1);
         let end = signal.force_n.len().saturating_sub(samples_in(PROBES_TO_END_S));
-        let least_n = LEAST_PROBED_N.max(10.0 * self.noise_n);
+        let min_n = MIN_PROBED_N.max(10.0 * self.noise_n);
         let touches = |sample: usize| signal.position_m[sample] > self.contact.0;
         let suits = |&sample: &usize| {
             let clear = ruptures.iter().all(|rupture| rupture.abs_diff(sample) >= samples_in(PROBE_CLEARANCE_S));
             let inserting = signal.velocity_m_per_s[sample] > -self.withdrawal_m_per_s;
             let touching = touches(sample) && touches(sample.saturating_sub(samples_in(PROBE_CONTACT_S)));
-            clear && inserting && touching && signal.force_n[sample] > least_n
+            clear && inserting && touching && signal.force_n[sample] > min_n
         };
         let all: Vec<usize> =
             (samples_in(PROBES_FROM_S)..end).step_by(samples_in(PROBE_EVERY_S)).filter(suits).collect();
-        let stride = all.len().div_ceil(MOST_PROBES).max(1);
+        let stride = all.len().div_ceil(MAX_PROBES).max(1);
         all.into_iter().step_by(stride).collect()
     }
 

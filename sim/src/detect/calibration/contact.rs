@@ -18,9 +18,9 @@ pub enum ContactRule {
     Lowest,
 }
 
-/// A force is noise below so many of its standard deviations, and at least below [`LEAST_FORCE_N`].
+/// A force is noise below so many of its standard deviations, and at least below [`MIN_FORCE_N`].
 const NOISE_STDS: f64 = 6.0;
-const LEAST_FORCE_N: f64 = 0.05;
+const MIN_FORCE_N: f64 = 0.05;
 /// The share of samples, from the lowest position on, whose force may be more than noise before contact.
 const STRAY_SHARE: f64 = 0.02;
 /// The share of samples, and the fewest, that tell whether the lowest positions are free.
@@ -35,7 +35,7 @@ pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64
     let mut samples: Vec<(f64, f64)> = position_m.iter().copied().zip(force_n.iter().copied()).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     let Some(&(lowest_m, _)) = samples.first() else { return (0.0, ContactRule::Lowest) };
-    let free_below_n = (NOISE_STDS * noise_n).max(LEAST_FORCE_N);
+    let free_below_n = (NOISE_STDS * noise_n).max(MIN_FORCE_N);
     let lowest = &samples[..samples.len().min((samples.len() / LOWEST_SHARE).max(FEWEST_LOWEST))];
     let median_of = |part: fn(f64) -> f64| median(&lowest.iter().map(|sample| part(sample.1)).collect::<Vec<_>>());
     if median_of(f64::abs).unwrap_or(0.0) < free_below_n {

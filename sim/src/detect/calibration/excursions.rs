@@ -11,11 +11,11 @@ const BEFORE_S: f64 = 20e-3;
 const AFTER_S: f64 = 100e-3;
 const MEDIAN_S: f64 = 5e-3;
 /// It takes at least this share of the force, so many standard deviations of the noise and so many N with it.
-const LEAST_SHARE: f64 = 0.25;
+const MIN_SHARE: f64 = 0.25;
 const NOISE_STDS: f64 = 10.0;
-const LEAST_DROP_N: f64 = 0.5;
+const MIN_DROP_N: f64 = 0.5;
 /// The needle has not been drawn back by more than this meanwhile, in m.
-const MOST_WITHDRAWAL_M: f64 = 0.2e-3;
+const MAX_WITHDRAWAL_M: f64 = 0.2e-3;
 
 /// A rise of the decision on drops.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,8 +79,8 @@ pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> 
     let (Some(before_n), Some((index, after_n))) = (median(before), lowest) else { return false };
     let then = (crossing + index * stride + width / 2).min(position_m.len() - 1);
     let withdrawn_m = position_m[crossing.saturating_sub(2)] - position_m[then];
-    let least_n = (LEAST_SHARE * before_n.abs()).max(NOISE_STDS * noise_n).max(LEAST_DROP_N);
-    before_n - after_n > least_n && withdrawn_m <= MOST_WITHDRAWAL_M
+    let min_n = (MIN_SHARE * before_n.abs()).max(NOISE_STDS * noise_n).max(MIN_DROP_N);
+    before_n - after_n > min_n && withdrawn_m <= MAX_WITHDRAWAL_M
 }
 
 #[cfg(test)]

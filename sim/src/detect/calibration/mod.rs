@@ -123,15 +123,15 @@ pub enum CalibrationError {
     },
     /// No threshold can be found for so long or so short a time between false alarms.
     #[error(
-        "--false-alarm-s is {wanted_s:?}, must be from {least_s:.3e} to {most_s:.3e} s: 2 to 1e10 samples of this recording, as longer run lengths are not told apart"
+        "--false-alarm-s is {wanted_s:?}, must be from {min_s:.3e} to {max_s:.3e} s: 2 to 1e10 samples of this recording, as longer run lengths are not told apart"
     )]
     FalseAlarm {
         /// What was wanted, in s.
         wanted_s: f64,
         /// The least, in s.
-        least_s: f64,
+        min_s: f64,
         /// The most, in s.
-        most_s: f64,
+        max_s: f64,
     },
     /// The quiet segment holds too little.
     #[error(

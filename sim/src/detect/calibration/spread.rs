@@ -41,7 +41,7 @@ pub(super) fn noise_std(signal: &[f64]) -> f64 {
 
 /// The smallest step between two samples that differ: the signal's resolution, or its digits; 0 for a constant.
 #[must_use]
-pub(super) fn least_step(signal: &[f64]) -> f64 {
+pub(super) fn min_step(signal: &[f64]) -> f64 {
     let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 1e-9);
     steps.reduce(f64::min).unwrap_or(0.0)
 }
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn the_least_step_is_the_resolution() {
-        assert!((least_step(&[0.0, 0.5, 0.5, 0.75, 0.25]) - 0.25).abs() < 1e-12);
-        assert_eq!(least_step(&[1.0; 5]), 0.0);
+        assert!((min_step(&[0.0, 0.5, 0.5, 0.75, 0.25]) - 0.25).abs() < 1e-12);
+        assert_eq!(min_step(&[1.0; 5]), 0.0);
     }
 }

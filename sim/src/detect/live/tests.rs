@@ -31,7 +31,7 @@ fn stream(
     interval_s: Option<f64>,
     velocity: VelocitySource,
     samples: &[LiveSample],
-) -> (Vec<LiveStep>, Vec<Oddity>, LiveSummary) {
+) -> (Vec<LiveStep>, Vec<TimestampAnomaly>, LiveSummary) {
     let mut live = LiveDetector::new(spec.settings.clone(), interval_s, velocity).expect("valid");
     let (mut ticks, mut oddities) = (vec![], vec![]);
     for sample in samples {
@@ -71,7 +71,7 @@ fn an_even_stream_gives_the_bits_of_its_file() {
         let close = |a: Option<f64>, b: f64| (a.expect("defined") - b).abs() < 1e-12;
         assert!(close(summary.std_n, residual.std_n) && close(summary.mean_n, residual.mean_n));
         assert!(close(summary.mean_absolute_n, residual.mean_absolute_n));
-        assert_eq!(summary.greatest_absolute_n, Some(residual.greatest_absolute_n));
+        assert_eq!(summary.max_absolute_n, Some(residual.max_absolute_n));
     }
 }
 
@@ -109,7 +109,7 @@ fn after_a_gap_all_begins_anew_and_the_next_rupture_is_found() {
     let spec = insertion(&[MEASURED]);
     let kept: Vec<LiveSample> = samples(&spec).into_iter().filter(|s| !(5.0..7.0).contains(&s.time_s)).collect();
     let (ticks, oddities, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &kept);
-    assert_eq!(oddities, [Oddity::Gap { last_s: 4.999, time_s: 7.0 }]);
+    assert_eq!(oddities, [TimestampAnomaly::Gap { last_s: 4.999, time_s: 7.0 }]);
     assert_eq!((summary.restarts, ticks.len()), (1, kept.len()));
     let found = alarms_s(&ticks);
     assert!(found.len() == 1 && (8.85..8.86).contains(&found[0]), "{found:?}");
@@ -124,14 +124,14 @@ fn what_is_not_later_is_left_out_until_the_clock_was_set_back() {
     spoilt.insert(2001, all[100]);
     let (ticks, oddities, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &spoilt);
     assert_eq!((ticks.len(), summary.not_later, oddities.len()), (all.len(), 2, 2));
-    assert_eq!(oddities[0], Oddity::NotLater { last_s: 2.0, time_s: 0.1 });
+    assert_eq!(oddities[0], TimestampAnomaly::NotLater { last_s: 2.0, time_s: 0.1 });
     assert_eq!(alarms_s(&ticks).len(), 2);
 
     // The same insertion twice, the clock of the second begins at 0 again.
     let twice: Vec<LiveSample> = all.iter().chain(&all).copied().collect();
     let (ticks, oddities, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &twice);
     assert_eq!((summary.not_later, summary.restarts), (9, 1));
-    assert!(matches!(oddities.last(), Some(Oddity::SetBack { .. })));
+    assert!(matches!(oddities.last(), Some(TimestampAnomaly::SetBack { .. })));
     assert_eq!(alarms_s(&ticks).len(), 4, "both ruptures, twice");
 
     // One wild time takes the stream away and it comes back.

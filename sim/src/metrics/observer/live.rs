@@ -31,7 +31,7 @@ struct Slot<L> {
     overshoot_m: L,
     master_travel_m: L,
     peak_change_n: L,
-    least_felt_n: L,
+    min_felt_n: L,
 }
 
 impl<L: Lane> Slot<L> {
@@ -48,7 +48,7 @@ impl<L: Lane> Slot<L> {
             overshoot_m: zero,
             master_travel_m: zero,
             peak_change_n: zero,
-            least_felt_n: zero,
+            min_felt_n: zero,
         }
     }
 
@@ -66,7 +66,7 @@ impl<L: Lane> Slot<L> {
         self.master_travel_m = (s.master_position_m - self.master_m).max(self.master_travel_m);
         self.peak_change_n = (felt_n - self.last_felt_n).abs().max(self.peak_change_n);
         self.last_felt_n = felt_n;
-        self.least_felt_n = L::select(now.le(self.travel_tick), felt_n.min(self.least_felt_n), self.least_felt_n);
+        self.min_felt_n = L::select(now.le(self.travel_tick), felt_n.min(self.min_felt_n), self.min_felt_n);
     }
 
     /// Takes a window over into lane `lane`.
@@ -88,7 +88,7 @@ impl<L: Lane> Slot<L> {
         set(&mut self.overshoot_m, window.overshoot_m);
         set(&mut self.master_travel_m, window.master_travel_m);
         set(&mut self.peak_change_n, window.peak_change_n);
-        set(&mut self.least_felt_n, window.least_felt_n);
+        set(&mut self.min_felt_n, window.min_felt_n);
     }
 
     /// Leaves lane `lane` without a window.
@@ -105,7 +105,7 @@ impl<L: Lane> Slot<L> {
         window.overshoot_m = self.overshoot_m.lane(lane);
         window.master_travel_m = self.master_travel_m.lane(lane);
         window.peak_change_n = self.peak_change_n.lane(lane);
-        window.least_felt_n = self.least_felt_n.lane(lane);
+        window.min_felt_n = self.min_felt_n.lane(lane);
     }
 }
 
@@ -116,7 +116,7 @@ pub(super) struct Live<L: Lane> {
     /// How many slots each lane has in use, more than [`SLOTS`] where it takes every tick by itself.
     in_use: Vec<usize>,
     /// The most of any lane, [`SLOTS`] at most.
-    most_in_use: usize,
+    max_in_use: usize,
     /// The tick from which on the numbers are here.
     since: Vec<u64>,
     /// 1 where the lane has not diverged.
@@ -141,7 +141,7 @@ impl<L: Lane> Live<L> {
         Self {
             slots: [Slot::empty(); SLOTS],
             in_use: vec![0; L::WIDTH],
-            most_in_use: 0,
+            max_in_use: 0,
             since: vec![0; L::WIDTH],
             runs: L::splat(1.0),
             is_open: zero,
@@ -172,7 +172,7 @@ impl<L: Lane> Live<L> {
     pub(super) fn asks(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
         let half = L::splat(0.5);
         let mut asks = s.ruptured | s.alarm | self.is_crowded.gt(half) | (s.mode - self.mode).abs().gt(half);
-        for slot in &self.slots[..self.most_in_use] {
+        for slot in &self.slots[..self.max_in_use] {
             asks = asks | slot.asks(now, s);
         }
         asks & (eventful | self.is_open.gt(half))
@@ -181,7 +181,7 @@ impl<L: Lane> Live<L> {
     /// Takes a tick of which no lane's numbers are read before they are loaded anew, unless it does not ask for more.
     #[inline(always)]
     pub(super) fn follow(&mut self, now: L, s: &Signals<L>, force_step_n: L) {
-        for slot in &mut self.slots[..self.most_in_use] {
+        for slot in &mut self.slots[..self.max_in_use] {
             slot.follow(now, s);
         }
         self.master_end_m = s.master_position_m;
@@ -194,7 +194,7 @@ impl<L: Lane> Live<L> {
     pub(super) fn load(&mut self, lane: usize, history: &History, tick: u64) {
         let open = &history.ruptures[history.first_open..];
         self.in_use[lane] = open.len();
-        self.most_in_use = self.in_use.iter().copied().max().unwrap_or(0).min(SLOTS);
+        self.max_in_use = self.in_use.iter().copied().max().unwrap_or(0).min(SLOTS);
         for (k, slot) in self.slots.iter_mut().enumerate() {
             match open.get(k) {
                 Some(window) => slot.load(lane, window),

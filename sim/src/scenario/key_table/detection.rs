@@ -2,7 +2,7 @@
 
 use super::{DISTANCES, PARAMETERS, key};
 use crate::detection::{ArmingSettings, Hypotheses, WINDOW_SAMPLES};
-use crate::estimation::{Forgetting, FrictionShape, MOST_FORGETTING_FACTOR};
+use crate::estimation::{Forgetting, FrictionShape, MAX_FORGETTING_FACTOR};
 use crate::scenario::keys::{Fallback, Key};
 use crate::scenario::value::{Kind, Range as R, Value};
 use Fallback::{Derived, Unset};
@@ -75,7 +75,7 @@ pub(super) const KEYS: &[Key] = &[
     ),
     key(
         "estimator.forgetting_factor",
-        Number(R::stated(0.0, MOST_FORGETTING_FACTOR, "from 0 to 0.99999, a memory of 1e5 corrections")),
+        Number(R::stated(0.0, MAX_FORGETTING_FACTOR, "from 0 to 0.99999, a memory of 1e5 corrections")),
         number!(Forgetting::DEFAULT_FACTOR),
         "How much everything older counts after a correction, for exponential.",
     ),

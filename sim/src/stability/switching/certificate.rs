@@ -14,7 +14,7 @@ const DOUBLINGS: usize = 40;
 
 /// The solver's margin below which no certificate is looked at: chosen here, far above what the solver's own accuracy of 1e-8
 /// could feign, so that the dwell found is the same on every machine.
-const LEAST_MARGIN: f64 = 1e-3;
+const MIN_MARGIN: f64 = 1e-3;
 
 /// Functions that prove that any sequence of events dies out.
 #[derive(Debug, Clone)]
@@ -104,7 +104,7 @@ pub(super) struct Focus {
 }
 
 /// How much of a certificate with a margin is added to one without, in steps of four.
-const LEAST_DILUTION: f64 = 1e-6;
+const MIN_DILUTION: f64 = 1e-6;
 const DILUTIONS: i32 = 12;
 
 /// How far beyond 0 conditions are kept where the margin is not theirs.
@@ -175,7 +175,7 @@ pub(super) fn attempt(
         Err(_) if focus.is_some() => return Ok(Attempt { margin: 0.0, certificate: None }),
         solved => solved?,
     };
-    if margin < LEAST_MARGIN && focus.is_none() {
+    if margin < MIN_MARGIN && focus.is_none() {
         return Ok(Attempt { margin, certificate: None });
     }
     let matrices: Vec<DMatrix<f64>> = scaled
@@ -197,7 +197,7 @@ pub(super) fn attempt(
         // What is in focus is found at the edge of what holds. The conditions are homogeneous: a little of a certificate that has
         // a margin takes it back inside.
         Some(Focus { plain, .. }) => (0..DILUTIONS).find_map(|k| {
-            let share = LEAST_DILUTION * 4.0_f64.powi(k);
+            let share = MIN_DILUTION * 4.0_f64.powi(k);
             let diluted = matrices.iter().zip(&plain.matrices).map(|(matrix, (other, _))| matrix + other * share);
             Some(diluted.collect::<Vec<_>>()).filter(|matrices| holds(matrices))
         }),

@@ -18,7 +18,7 @@ use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use std::ffi::{c_char, c_int};
 
 /// Sweeps after which rotations give up; ten are many.
-const MOST_SWEEPS: usize = 60;
+const MAX_SWEEPS: usize = 60;
 
 /// Rows `rows` and columns `columns` of what is stored at `at`.
 ///
@@ -76,7 +76,7 @@ fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
 fn tall_singular_values(a: &DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>, DMatrix<f64>) {
     let n = a.ncols();
     let (mut u, mut v) = (a.clone(), DMatrix::identity(n, n));
-    for _ in 0..MOST_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut turned = false;
         for p in 0..n {
             for q in p + 1..n {

@@ -18,10 +18,10 @@ use crate::stability::StabilityError;
 const TOLERANCE: f64 = 0.01;
 
 /// Longest product.
-const MOST_EVENTS: usize = 8;
+const MAX_EVENTS: usize = 8;
 
 /// Most products that are looked at.
-const MOST_PRODUCTS: usize = 20_000;
+const MAX_PRODUCTS: usize = 20_000;
 
 /// How many lengths of teleoperation are tried, and over how many ticks beyond the shortest.
 const DWELLS: usize = 10;
@@ -161,7 +161,7 @@ pub(super) fn growth(
     let mut found = Growth { lower: 0.0, upper: 0.0, worst: vec![], products: 0 };
     let mut open = vec![Node { matrix: DMatrix::identity(size, size), word: vec![], least: f64::INFINITY }];
     let mut left: f64 = 0.0;
-    for events in 1..=MOST_EVENTS {
+    for events in 1..=MAX_EVENTS {
         let mut next = vec![];
         left = 0.0;
         for node in &open {
@@ -181,7 +181,7 @@ pub(super) fn growth(
             }
         }
         next.retain(|node| node.least > found.lower + TOLERANCE && found.lower.is_finite());
-        if next.is_empty() || (found.products + next.len() * matrices.len()) > MOST_PRODUCTS {
+        if next.is_empty() || (found.products + next.len() * matrices.len()) > MAX_PRODUCTS {
             left = next.iter().map(|node| node.least).fold(0.0, f64::max);
             break;
         }

@@ -7,7 +7,7 @@ use crate::sweep::axis::{Axis, number};
 use crate::sweep::design::Design;
 
 /// Classes of an axis that has no levels, or more.
-const MOST_CLASSES: u64 = 40;
+const MAX_CLASSES: u64 = 40;
 
 /// One cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -21,7 +21,7 @@ pub struct Cell {
     /// The metric's mean over them; none where there are none.
     pub mean: Option<f64>,
     /// Half the width of the mean's 95 % interval.
-    pub mean_reach: Option<f64>,
+    pub mean_ci95_half_width: Option<f64>,
 }
 
 /// A metric over two axes.
@@ -63,7 +63,7 @@ impl<'a> Cells<'a> {
         let varied = |(_, axis): &(usize, &Axis)| axis.is_numeric() && axis.count() != Some(1);
         let mut numeric = design.axes.iter().enumerate().filter(varied);
         let axes = numeric.next().zip(numeric.next());
-        let axes = axes.map(|(x, y)| [x, y].map(|(index, axis)| (index, classes(axis, MOST_CLASSES))));
+        let axes = axes.map(|(x, y)| [x, y].map(|(index, axis)| (index, classes(axis, MAX_CLASSES))));
         let cells = axes.map_or(0, |[(_, x), (_, y)]| (x * y) as usize);
         Self { design, axes, moments: vec![Moments::default(); cells * design.focus.len()] }
     }
@@ -92,7 +92,7 @@ impl<'a> Cells<'a> {
                         y: *y,
                         defined: moments.count,
                         mean: is_any.then_some(moments.mean),
-                        mean_reach: is_any.then(|| 1.96 * moments.standard_error()),
+                        mean_ci95_half_width: is_any.then(|| 1.96 * moments.standard_error()),
                     });
                 }
             }

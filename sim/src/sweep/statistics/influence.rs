@@ -17,10 +17,10 @@ use crate::sweep::design::Design;
 use crate::sweep::permutation::Permutation;
 
 /// Classes of an axis that has no levels, or more; chosen here: with 20, a class of a thousand cases has 50.
-const MOST_CLASSES: u64 = 20;
+const MAX_CLASSES: u64 = 20;
 
 /// Most cases whose ranks are compared; a coefficient of 0 then has a standard error of 0.01.
-const MOST_RANKED: u64 = 10_000;
+const MAX_RANKED: u64 = 10_000;
 
 /// What one axis does to a metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -28,7 +28,7 @@ pub struct Influence {
     /// The axis's key.
     pub axis: &'static str,
     /// Its first-order Sobol index; none where the metric does not vary.
-    pub first_order: Option<f64>,
+    pub epsilon_squared: Option<f64>,
     /// Its standardised rank regression coefficient; none for words, and where there is no line.
     pub rank_regression: Option<f64>,
 }
@@ -64,13 +64,13 @@ pub(super) struct Inputs<'a> {
 
 impl<'a> Inputs<'a> {
     pub(super) fn new(design: &'a Design) -> Self {
-        let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MOST_CLASSES)).collect();
+        let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MAX_CLASSES)).collect();
         let by_class: Vec<Vec<Moments>> =
             counts.iter().map(|&count| vec![Moments::default(); count as usize]).collect();
         // Spread at random: a regular choice would see the same levels of a grid again and again.
         let cases = design.cases();
         let order = Permutation::new(cases, 1);
-        let mut ranked: Vec<u64> = (0..cases.min(MOST_RANKED)).map(|index| order.at(index)).collect();
+        let mut ranked: Vec<u64> = (0..cases.min(MAX_RANKED)).map(|index| order.at(index)).collect();
         ranked.sort_unstable();
         let focus = design.focus.len();
         Self {
@@ -113,11 +113,11 @@ impl<'a> Inputs<'a> {
                 .enumerate()
                 .map(|(index, axis)| Influence {
                     axis: axis.key.path,
-                    first_order: first_order(&self.overall[place], &self.by_class[place][index]),
+                    epsilon_squared: epsilon_squared(&self.overall[place], &self.by_class[place][index]),
                     rank_regression: regression.as_ref().and_then(|regression| regression.coefficients[index]),
                 })
                 .collect();
-            let strength = |influence: &Influence| influence.first_order.unwrap_or(0.0);
+            let strength = |influence: &Influence| influence.epsilon_squared.unwrap_or(0.0);
             let slope = |influence: &Influence| influence.rank_regression.unwrap_or(0.0).abs();
             of_axes.sort_by(|a, b| strength(b).total_cmp(&strength(a)).then(slope(b).total_cmp(&slope(a))));
             Influences {
@@ -161,7 +161,7 @@ struct Regression {
 
 /// `ε² = (SSB - (k - 1) SSW / (n - k)) / SST`, at least 0 (Kelley 1935): the share of the variance between `k` classes, less
 /// what chance puts there.
-fn first_order(overall: &Moments, classes: &[Moments]) -> Option<f64> {
+fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     let filled: Vec<&Moments> = classes.iter().filter(|class| class.count > 0).collect();
     let (n, k) = (overall.count as f64, filled.len() as f64);
     // Rounding leaves a metric that does not vary some 1e-16 of its size.
@@ -206,7 +206,7 @@ mod tests {
     use crate::scenario::{Place, find_key};
     use crate::sweep::axis::{Axis, Levels};
     use crate::sweep::columns::Column;
-    use crate::sweep::design::Filling;
+    use crate::sweep::design::SamplingScheme;
 
     fn design() -> Design {
         let place = Place { file: "".into(), text: "".into(), span: 0..0 };
@@ -218,7 +218,7 @@ mod tests {
         Design {
             name: "x".into(),
             axes: ["operator.start_m", "operator.end_m", "sensor.force_bias_n"].map(axis).into(),
-            filling: Filling::Sobol { points: 1 << 14, seed: 1 },
+            filling: SamplingScheme::Sobol { points: 1 << 14, seed: 1 },
             seeds: 1,
             first_seed: 1,
             columns: vec![Column::named("tracking_rmse_m").expect("a metric")],
@@ -247,7 +247,7 @@ mod tests {
         for (influence, index, slope) in
             [(first, 0.9, 0.9_f64.sqrt()), (second, 0.1, -(0.1_f64.sqrt())), (third, 0.0, 0.0)]
         {
-            assert!((influence.first_order.expect("varies") - index).abs() < 0.01, "{influence:?}");
+            assert!((influence.epsilon_squared.expect("varies") - index).abs() < 0.01, "{influence:?}");
             assert!((influence.rank_regression.expect("a line") - slope).abs() < 0.03, "{influence:?}");
         }
         assert!(influences.rank_r_squared.expect("a line") > 0.97);
@@ -264,7 +264,7 @@ mod tests {
         // Twenty classes see an index a little small: the mean of a class is flat within it.
         for (axis, expected) in [("operator.start_m", 0.3139), ("operator.end_m", 0.4424), ("sensor.force_bias_n", 0.0)]
         {
-            assert!((index(axis).first_order.expect("varies") - expected).abs() < 0.015, "{:?}", index(axis));
+            assert!((index(axis).epsilon_squared.expect("varies") - expected).abs() < 0.015, "{:?}", index(axis));
         }
         assert!(index("operator.end_m").rank_regression.expect("a line").abs() < 0.03);
         assert!(influences.rank_r_squared.expect("a line") < 0.25);
@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn what_does_not_vary_depends_on_nothing() {
         let influences = of(|_| 0.1);
-        assert!(influences.of_axes.iter().all(|i| i.first_order.is_none() && i.rank_regression.is_none()));
+        assert!(influences.of_axes.iter().all(|i| i.epsilon_squared.is_none() && i.rank_regression.is_none()));
         assert_eq!(of(|_| f64::NAN).ranked, 0);
     }
 }

@@ -64,7 +64,7 @@ pub struct Spread {
     /// The mean.
     pub mean: f64,
     /// Half the width of the 95 % interval of the mean, 1.96 standard deviations over √n.
-    pub mean_reach: f64,
+    pub mean_ci95_half_width: f64,
     /// The standard deviation; 0 of a single case.
     pub standard_deviation: f64,
 }
@@ -86,7 +86,7 @@ pub struct Findings {
     pub heat_maps: Vec<HeatMap>,
 }
 
-/// Shares of the values at which quantiles are read.
+/// UnitCoordinates of the values at which quantiles are read.
 const QUANTILES: [f64; 7] = [0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975];
 
 /// Reads the rows and sums them up.
@@ -152,7 +152,7 @@ fn spread(moments: &Moments, statistics: &OrderStatistics) -> Spread {
         median_low: statistics.of_rank(low),
         median_high: statistics.of_rank(high),
         mean: moments.mean,
-        mean_reach: 1.96 * moments.standard_error(),
+        mean_ci95_half_width: 1.96 * moments.standard_error(),
         standard_deviation: moments.variance().sqrt(),
     }
 }

@@ -5,7 +5,7 @@ use super::{PassivitySettings, SlavePort};
 use crate::lane::Lane;
 
 /// How many times its level a tank holds at most; what comes beyond is let go.
-const MOST_LEVELS: f64 = 10.0;
+const MAX_LEVELS: f64 = 10.0;
 
 /// After Franken, Stramigioli, Misra, Secchi and Macchelli (2011, *Bilateral telemanipulation with time delays: a two-layer
 /// approach combining passivity and transparency*): the layer above wants what it wants, the one below lets through what
@@ -23,7 +23,7 @@ pub(in crate::teleoperation) struct Tank<L> {
     inverse_level: L,
     most: L,
     share: L,
-    greatest_damping: L,
+    max_damping: L,
     tick_s: L,
     meter: Meter<L>,
     master: L,
@@ -45,9 +45,9 @@ impl<L: Lane> Tank<L> {
         let level = L::splat(settings.tank_level_j);
         Self {
             inverse_level: L::splat(1.0 / settings.tank_level_j),
-            most: L::splat(MOST_LEVELS * settings.tank_level_j),
+            most: L::splat(MAX_LEVELS * settings.tank_level_j),
             share: L::splat(settings.tank_share),
-            greatest_damping: L::splat(settings.damping_limit_n_s_per_m),
+            max_damping: L::splat(settings.damping_limit_n_s_per_m),
             tick_s: L::splat(tick_s),
             meter: Meter::new(settings.catch_up_speed_m_per_s, tick_s, reference),
             master: level,
@@ -102,8 +102,7 @@ impl<L: Lane> Tank<L> {
         let travel = (self.tick_s * velocity).abs();
         let most = self.master.max(zero) / L::select(gives, travel, L::splat(1.0));
         let afforded = L::select(gives, force.clamp(-most, most), force);
-        let damping =
-            self.greatest_damping * (L::splat(1.0) - self.master * self.inverse_level).clamp(zero, L::splat(1.0));
+        let damping = self.max_damping * (L::splat(1.0) - self.master * self.inverse_level).clamp(zero, L::splat(1.0));
         self.fed_back = afforded + damping * velocity;
         self.changed = self.fed_back - force;
         self.fed_back
@@ -120,7 +119,7 @@ crate::lane::gather!(Tank {
     inverse_level,
     most,
     share,
-    greatest_damping,
+    max_damping,
     tick_s,
     meter,
     master,

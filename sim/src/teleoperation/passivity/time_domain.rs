@@ -15,7 +15,7 @@ use crate::lane::Lane;
 #[derive(Debug, Clone)]
 pub(in crate::teleoperation) struct TimeDomain<L> {
     budget: L,
-    greatest_damping: L,
+    max_damping: L,
     inverse_tick: L,
     meter: Meter<L>,
     master_in: L,
@@ -36,7 +36,7 @@ impl<L: Lane> TimeDomain<L> {
         let zero = L::zero();
         Self {
             budget: L::splat(settings.budget_j),
-            greatest_damping: L::splat(settings.damping_limit_n_s_per_m),
+            max_damping: L::splat(settings.damping_limit_n_s_per_m),
             inverse_tick: L::splat(1.0 / tick_s),
             meter: Meter::new(settings.catch_up_speed_m_per_s, tick_s, reference),
             master_in: zero,
@@ -87,7 +87,7 @@ impl<L: Lane> TimeDomain<L> {
         let power = velocity * velocity;
         let moves = power.gt(zero);
         let wanted = (-left).max(zero) * self.inverse_tick / L::select(moves, power, L::splat(1.0));
-        let damping = L::select(moves, wanted.min(self.greatest_damping), zero);
+        let damping = L::select(moves, wanted.min(self.max_damping), zero);
         self.law_force = force;
         self.added_force = damping * velocity;
         force + self.added_force
@@ -102,7 +102,7 @@ impl<L: Lane> TimeDomain<L> {
 
 crate::lane::gather!(TimeDomain {
     budget,
-    greatest_damping,
+    max_damping,
     inverse_tick,
     meter,
     master_in,

@@ -23,7 +23,7 @@ pub struct SlaveReading<L> {
 }
 
 /// The two machines with their controllers, from tick to tick.
-pub trait Sides<L> {
+pub trait Plants<L> {
     /// Whether the step is arithmetic throughout, which wider registers make faster: only then are an engine's ticks compiled for
     /// them too, and those of common kinds apart.
     const IS_VECTOR: bool = false;
