@@ -13,6 +13,7 @@
 extern crate alloc;
 
 pub mod augmentation;
+pub mod chain;
 pub mod detection;
 pub mod error;
 pub mod estimation;

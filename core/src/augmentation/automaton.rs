@@ -169,16 +169,39 @@ pub(super) fn is<L: Lane>(mode: L, which: Mode) -> L::Mask {
     (mode - L::splat(which.code())).abs().lt(L::splat(0.5))
 }
 
-/// Whether some lane's mode is another than before.
-#[inline(always)]
-pub(super) fn has_changed<L: Lane>(before: L, mode: L) -> bool {
-    (mode - before).abs().gt(L::splat(0.5)).any()
+/// The modes of the tick before and of this one, as codes.
+#[derive(Debug, Clone, Copy)]
+pub struct Modes<L> {
+    /// [`Mode::code`] at the tick before.
+    pub before: L,
+    /// [`Mode::code`] now.
+    pub now: L,
 }
 
-/// Whether the mode has just become `which`.
-#[inline(always)]
-pub(super) fn has_become<L: Lane>(before: L, mode: L, which: Mode) -> L::Mask {
-    is(mode, which) & !is(before, which)
+impl<L: Lane> Modes<L> {
+    /// Where the mode was `which` at the tick before.
+    #[inline(always)]
+    pub fn was(&self, which: Mode) -> L::Mask {
+        is(self.before, which)
+    }
+
+    /// Where the mode is `which`.
+    #[inline(always)]
+    pub fn is(&self, which: Mode) -> L::Mask {
+        is(self.now, which)
+    }
+
+    /// Where the mode has just become `which`.
+    #[inline(always)]
+    pub fn has_become(&self, which: Mode) -> L::Mask {
+        self.is(which) & !self.was(which)
+    }
+
+    /// Whether some lane's mode is another than before.
+    #[inline(always)]
+    pub fn any_changed(&self) -> bool {
+        (self.now - self.before).abs().gt(L::splat(0.5)).any()
+    }
 }
 
 crate::lane::gather!(Automaton {

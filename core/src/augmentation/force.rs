@@ -1,54 +1,10 @@
-//! The force that is fed back: the measured one, the exaggerated one, and the cross-fade between them.
+//! The force that is fed back: the measured one, that of the force law, and the cross-fade between them.
 //!
 //! It is continuous at both ends: what it may change by in one tick is stated with each command and measured.
 
-use super::automaton::{Mode, blend_ticks, has_become, has_changed, is};
-use crate::error::{InvalidValue, finite, non_negative, positive, require};
-use crate::lane::{Lane, Mask};
-
-/// What the hand feels while the slave is frozen. `F*` is the force fed back just before the alarm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ForceLaw {
-    /// `F* → ratio · F*`, exponentially: the same crisp drop at every rupture, whatever its size.
-    Decay {
-        /// Where the force goes, as a share of `F*`, from 0 to 1.
-        ratio: f64,
-        /// Time constant in s, above 0.
-        time_constant_s: f64,
-    },
-    /// `F* + κ (F_e - F*)`, floored at 0: the measured variation is scaled, and its size still tells.
-    Amplify {
-        /// κ, at least 1.
-        gain: f64,
-    },
-}
-
-impl ForceLaw {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        match *self {
-            Self::Decay { ratio, time_constant_s } => {
-                non_negative("augmentation.decay_ratio", ratio)?;
-                require("augmentation.decay_ratio", ratio, ratio <= 1.0, "from 0 to 1")?;
-                positive("augmentation.decay_time_constant_s", time_constant_s)?;
-            }
-            Self::Amplify { gain } => {
-                finite("augmentation.amplification", gain)?;
-                require("augmentation.amplification", gain, gain >= 1.0, "at least 1")?;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Default for ForceLaw {
-    fn default() -> Self {
-        Self::Decay { ratio: 0.0, time_constant_s: 0.03 }
-    }
-}
+use super::automaton::{Mode, Modes, blend_ticks, is};
+use super::force_laws::{AugmentedTick, ForceLaw};
+use crate::lane::{Gather, LANES, Lane, Mask, of_each};
 
 /// `u² (3 - 2u)`: the weight of what a cross-fade ends on, by its progress `u` from 0 to 1.
 #[inline(always)]
@@ -61,18 +17,13 @@ pub fn cross_fade<L: Lane>(progress: L) -> L {
 ///
 /// ```text
 /// teleoperation  F = F_e                                     |ΔF| <= |ΔF_e|
-/// decay          F = F∞ + (F⁻ - F∞) exp(-T/τ), F∞ = ratio F* |ΔF| <= |F⁻ - F∞| (1 - exp(-T/τ))
-/// amplify        F = max(F* + κ (F_e - F*), min(F*, 0))      |ΔF| <= κ |ΔF_e|
+/// augmented      F and the bound of |ΔF| by the force law
 /// reengaging     F = F_a + w (F_e - F_a), w = u² (3 - 2u)    |ΔF| <= w |ΔF_e| + Δw |F_e⁻ - F_a|
 /// ```
-/// `F⁻`: the tick before; `F_a`: the last augmented force; `u` runs from 0 to 1 over the blend. The floor of a force
-/// that pulled already is that force, as a jump to 0 would be felt.
+/// `F_a`: the last augmented force; `u` runs from 0 to 1 over the blend.
 #[derive(Debug, Clone)]
-pub(super) struct ForceFeedback<L> {
-    law: ForceLaw,
-    ratio: L,
-    keep: L,
-    gain: L,
+pub(super) struct ForceFeedback<L, F> {
+    law: F,
     blend_step: L,
     anchor: L,
     augmented: L,
@@ -84,17 +35,10 @@ pub(super) struct ForceFeedback<L> {
     mode: L,
 }
 
-impl<L: Lane> ForceFeedback<L> {
-    pub(super) fn new(law: ForceLaw, blend_s: f64, tick_s: f64) -> Self {
-        let (ratio, keep, gain) = match law {
-            ForceLaw::Decay { ratio, time_constant_s } => (ratio, libm::exp(-tick_s / time_constant_s), 1.0),
-            ForceLaw::Amplify { gain } => (0.0, 0.0, gain),
-        };
+impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
+    pub(super) fn new(law: F, blend_s: f64, tick_s: f64) -> Self {
         Self {
             law,
-            ratio: L::splat(ratio),
-            keep: L::splat(keep),
-            gain: L::splat(gain),
             blend_step: L::splat(1.0 / blend_ticks(blend_s, tick_s)),
             mode: L::splat(Mode::Teleoperation.code()),
             anchor: L::zero(),
@@ -106,64 +50,59 @@ impl<L: Lane> ForceFeedback<L> {
         }
     }
 
-    /// Passes a force on in teleoperation; gives the allowed step.
-    #[inline(always)]
-    pub(super) fn pass(&mut self, force: L) -> L {
-        let allowed = (force - self.measured).abs();
-        self.measured = force;
-        allowed
-    }
-
-    /// The force in the mode that has arrived over the link, and the allowed step.
+    /// The force in the mode that has arrived, and the allowed step, both in N.
     ///
-    /// Where the link has swallowed a change of mode, the force goes its own way to the mode's: back to the measured one
+    /// Where a link has lost a change of mode, the force passes through the modes between: back to the measured one
     /// only through the whole cross-fade.
     #[inline(always)]
-    pub(super) fn arrive(&mut self, mode: L, force: L) -> (L, L) {
+    pub(super) fn update(&mut self, mode: L, force: L) -> (L, L) {
+        let teleoperation = Mode::Teleoperation;
+        if (is(self.mode, teleoperation) & is(mode, teleoperation)).all() {
+            let allowed = (force - self.measured).abs();
+            self.measured = force;
+            return (force, allowed);
+        }
         let before = self.mode;
         let code = |mode: Mode| L::splat(mode.code());
         let unblended = is(before, Mode::Reengaging) & self.progress.lt(L::splat(1.0));
-        let skips_back = is(mode, Mode::Teleoperation) & (is(before, Mode::Augmented) | unblended);
-        let nothing_to_blend = is(mode, Mode::Reengaging) & is(before, Mode::Teleoperation);
+        let skips_back = is(mode, teleoperation) & (is(before, Mode::Augmented) | unblended);
+        let nothing_to_blend = is(mode, Mode::Reengaging) & is(before, teleoperation);
         let mode = L::select(skips_back, code(Mode::Reengaging), mode);
-        let mode = L::select(nothing_to_blend, code(Mode::Teleoperation), mode);
+        let mode = L::select(nothing_to_blend, code(teleoperation), mode);
         self.mode = mode;
-        if (is(before, Mode::Teleoperation) & is(mode, Mode::Teleoperation)).all() {
-            return (force, self.pass(force));
-        }
-        self.update(before, mode, force)
+        self.change(Modes { before, now: mode }, force)
     }
 
     /// The force in any mode, and the allowed step.
     #[inline(always)]
-    pub(super) fn update(&mut self, before: L, mode: L, force: L) -> (L, L) {
+    fn change(&mut self, modes: Modes<L>, force: L) -> (L, L) {
         let zero = L::zero();
         let one = L::splat(1.0);
         let moved = (force - self.measured).abs();
-        if has_changed(before, mode) {
+        let begins = modes.has_become(Mode::Augmented);
+        if modes.any_changed() {
             core::hint::cold_path();
-            self.fed_back = L::select(is(before, Mode::Teleoperation), self.measured, self.fed_back);
-            self.anchor = L::select(has_become(before, mode, Mode::Augmented), self.fed_back, self.anchor);
-            let starting = has_become(before, mode, Mode::Reengaging);
+            self.fed_back = L::select(modes.was(Mode::Teleoperation), self.measured, self.fed_back);
+            self.anchor = L::select(begins, self.fed_back, self.anchor);
+            let starting = modes.has_become(Mode::Reengaging);
             self.progress = L::select(starting, zero, self.progress);
             self.weight = L::select(starting, zero, self.weight);
         }
 
-        let (augmented, augmented_step) = match self.law {
-            ForceLaw::Decay { .. } => {
-                let end = self.ratio * self.anchor;
-                let gap = self.fed_back - end;
-                (end + gap * self.keep, gap.abs() * (one - self.keep))
-            }
-            ForceLaw::Amplify { .. } => {
-                let scaled = self.anchor + self.gain * (force - self.anchor);
-                (scaled.max(self.anchor.min(zero)), self.gain * moved)
-            }
-        };
-        let is_augmented = is(mode, Mode::Augmented);
+        let is_augmented = modes.is(Mode::Augmented);
+        let (mut augmented, mut augmented_step) = (self.augmented, zero);
+        if is_augmented.any() {
+            (augmented, augmented_step) = self.law.augmented(&AugmentedTick {
+                anchor_n: self.anchor,
+                last_n: self.fed_back,
+                measured_n: force,
+                moved_n: moved,
+                begins,
+            });
+        }
         self.augmented = L::select(is_augmented, augmented, self.augmented);
 
-        let is_reengaging = is(mode, Mode::Reengaging);
+        let is_reengaging = modes.is(Mode::Reengaging);
         let progress = (self.progress + self.blend_step).min(one);
         // The last step ends on 1 whatever the rounding of the sum.
         let progress = L::select(progress.ge(one - L::splat(0.5) * self.blend_step), one, progress);
@@ -181,6 +120,18 @@ impl<L: Lane> ForceFeedback<L> {
     }
 }
 
-crate::lane::gather!(ForceFeedback {
-    ratio, keep, gain, blend_step, anchor, augmented, progress, weight, fed_back, measured, mode,
-} kinds { law });
+impl<F: Gather> Gather for ForceFeedback<f64, F> {
+    type Of<L: Lane> = ForceFeedback<L, F::Of<L>>;
+
+    fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
+        macro_rules! numbers {
+            ($($field:ident)*) => {
+                Some(ForceFeedback {
+                    law: F::gather(of_each!(all, |one| &one.law))?,
+                    $($field: Gather::gather(of_each!(all, |one| &one.$field))?,)*
+                })
+            };
+        }
+        numbers!(blend_step anchor augmented progress weight fed_back measured mode)
+    }
+}

@@ -5,17 +5,18 @@
 
 mod automaton;
 mod force;
+mod force_laws;
 mod position;
 
-pub use automaton::{AutomatonSettings, Mode};
-pub use force::{ForceLaw, cross_fade};
-pub use position::{Freeze, Reengage};
+pub use automaton::{AutomatonSettings, Mode, Modes};
+pub use force::cross_fade;
+pub use force_laws::{Amplify, AnyForceLaw, AugmentedTick, Decay, ForceLaw, ForceLawSettings};
+pub use position::{Freeze, HeldReference, MotionLaw, Reengage};
 
 use crate::error::InvalidValue;
-use crate::lane::{Lane, Mask};
+use crate::lane::{Gather, LANES, Lane, Mask, gather_mask, of_each};
 use automaton::Automaton;
 use force::ForceFeedback;
-use position::SlaveReference;
 
 /// Everything the supervisor is told.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +30,7 @@ pub struct AugmentationSettings {
     /// How the slave meets the hand again.
     pub reengage: Reengage,
     /// What the hand feels meanwhile.
-    pub force: ForceLaw,
+    pub force: ForceLawSettings,
     /// Length of the cross-fade back to the measured force in s, at least 0.
     pub blend_s: f64,
 }
@@ -55,7 +56,7 @@ impl Default for AugmentationSettings {
             automaton: AutomatonSettings::default(),
             freeze: Freeze::Measured,
             reengage: Reengage::default(),
-            force: ForceLaw::default(),
+            force: ForceLawSettings::default(),
             blend_s: 0.1,
         }
     }
@@ -104,128 +105,105 @@ pub struct SlaveCommand<L: Lane> {
     pub alarm_taken: L::Mask,
 }
 
-/// The supervisor at work: the automaton and the slave's reference on the slave's side, the force law on the master's.
+/// The supervisor: the automaton and the motion law on the slave's side, the force law on the master's.
 ///
-/// Without a link between them both act in one [`Supervisor::update`]; over a link the slave's side [`Supervisor::decide`]s,
-/// and the master's side [`Supervisor::feel`]s what arrives of its mode.
+/// Over a link the slave's side [`decide`](Supervisor::decide)s, and the master's side gives the
+/// [`feedback_force`](Supervisor::feedback_force) for what arrives of its mode; without one both are one
+/// [`update`](Supervisor::update).
 #[derive(Debug, Clone)]
-pub struct Supervisor<L: Lane> {
+pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
     enabled: L::Mask,
     automaton: Automaton<L>,
-    reference: SlaveReference<L>,
-    feedback: ForceFeedback<L>,
+    motion: M,
+    feedback: ForceFeedback<L, F>,
 }
 
 impl<L: Lane> Supervisor<L> {
-    /// A supervisor in teleoperation, for a detector with the threshold γ and ticks `tick_s` apart (s);
-    /// the slave begins under the reference `reference_m` (m).
+    /// A supervisor in teleoperation with the laws of the settings, for a detector with the threshold γ and ticks `tick_s`
+    /// apart (s); the slave begins under the reference `reference_m` (m).
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
-        Self {
-            enabled: L::Mask::splat(settings.enabled),
-            automaton: Automaton::new(&settings.automaton, threshold, settings.blend_s, tick_s),
-            reference: SlaveReference::new(settings.freeze, settings.reengage, tick_s, reference_m),
-            feedback: ForceFeedback::new(settings.force, settings.blend_s, tick_s),
-        }
+        let motion = HeldReference::new(settings.freeze, settings.reengage, tick_s, reference_m);
+        let force = AnyForceLaw::new(&settings.force, tick_s);
+        Self::with_laws(motion, force, settings, threshold, tick_s)
     }
+}
 
+impl<L: Lane, M, F> Supervisor<L, M, F> {
     /// Whether in lane `index` a higher threshold would have done something else so far, although the alarms are the same.
     #[must_use]
     pub fn depends_on_threshold(&self, index: usize) -> bool {
         self.automaton.exit_was_delayed().lane(index)
     }
+}
 
-    /// Decides the tick.
+impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
+    /// As [`Supervisor::new`], with given laws instead of those of the settings.
+    #[must_use]
+    pub fn with_laws(motion: M, force: F, settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
+        Self {
+            enabled: L::Mask::splat(settings.enabled),
+            automaton: Automaton::new(&settings.automaton, threshold, settings.blend_s, tick_s),
+            motion,
+            feedback: ForceFeedback::new(force, settings.blend_s, tick_s),
+        }
+    }
+
+    /// Decides a tick on both sides, without a link between them.
     #[inline(always)]
     pub fn update(&mut self, now: &Situation<L>) -> Command<L> {
-        if self.passes(now.alarm) {
-            return self.pass(now);
-        }
-        if L::WIDTH > 1 {
-            // Side by side there is often one that is not, and a call would leave the registers.
-            return self.act_here(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
-        }
-        // Taken apart and put together, so that what is common need not go through memory.
-        let Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken } =
-            self.act(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m, now.force_n);
+        let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
+        let (feedback_force_n, allowed_step_n) = self.feedback_force(mode, now.force_n);
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
-    /// Whether position and force are only passed on at a tick with this alarm: teleoperation, and it stays so.
-    #[inline(always)]
-    pub fn passes(&self, alarm: L::Mask) -> bool {
-        (self.automaton.is_teleoperation() & !(self.enabled & alarm)).all()
-    }
-
-    /// Whether a tick [passes](Supervisor::passes) and there is no alarm, taken or not.
-    #[inline(always)]
-    pub fn passes_on(&self, alarm: L::Mask) -> bool {
-        if alarm.any() {
-            core::hint::cold_path();
-            return false;
-        }
-        self.automaton.is_teleoperation().all()
-    }
-
-    /// Decides a tick that [passes](Supervisor::passes).
-    #[inline(always)]
-    pub fn pass(&mut self, now: &Situation<L>) -> Command<L> {
-        Command {
-            mode: L::splat(Mode::Teleoperation.code()),
-            slave_reference_m: self.reference.follow(now.hand_m),
-            feedback_force_n: now.force_n,
-            allowed_step_n: self.feedback.pass(now.force_n),
-            alarm_taken: now.alarm,
-        }
-    }
-
-    /// Decides any tick: some lane may be augmented, re-engaging or alarmed. Told to be cold, so that registers are saved
-    /// around this call and not on the common way; the same goes wherever the tick leaves it.
-    #[cold]
-    #[inline]
-    fn act(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
-        self.act_here(tick, alarm, decision, hand_m, slave_m, force_n)
-    }
-
-    #[inline(always)]
-    fn act_here(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L, force_n: L) -> Command<L> {
-        let before = self.automaton.mode();
-        let SlaveCommand { mode, slave_reference_m, alarm_taken } =
-            self.act_on_slave(tick, alarm, decision, hand_m, slave_m);
-        let (feedback_force_n, allowed_step_n) = self.feedback.update(before, mode, force_n);
-        Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
-    }
-
-    #[inline(always)]
-    fn act_on_slave(&mut self, tick: u64, alarm: L::Mask, decision: L, hand_m: L, slave_m: L) -> SlaveCommand<L> {
-        let before = self.automaton.mode();
-        // A lane without augmentation comes here beside others that have it. What it is told of is told, as in `pass`.
-        let mode = self.automaton.step(tick, alarm & self.enabled, decision, self.reference.is_blended());
-        let slave_reference_m = self.reference.update(before, mode, hand_m, slave_m);
-        let alarm_taken = automaton::has_become(before, mode, Mode::Augmented) | (alarm & !self.enabled);
-        SlaveCommand { mode, slave_reference_m, alarm_taken }
-    }
-
-    /// Decides the tick on the slave's side alone.
+    /// Decides a tick on the slave's side.
     #[inline(always)]
     pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
-        if self.passes(now.alarm) {
-            let mode = L::splat(Mode::Teleoperation.code());
-            let slave_reference_m = self.reference.follow(now.hand_m);
-            return SlaveCommand { mode, slave_reference_m, alarm_taken: now.alarm };
+        if self.is_quiet_tick(now.alarm) {
+            return SlaveCommand {
+                mode: L::splat(Mode::Teleoperation.code()),
+                slave_reference_m: self.motion.follow(now.hand_m),
+                alarm_taken: now.alarm,
+            };
         }
-        self.act_on_slave(now.tick, now.alarm, now.decision, now.hand_m, now.slave_m)
+        let before = self.automaton.mode();
+        // A lane without augmentation comes here beside others that have it: its alarms are reported and not acted on.
+        let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
+        let modes = Modes { before, now: mode };
+        SlaveCommand {
+            mode,
+            slave_reference_m: self.motion.update(modes, now.hand_m, now.slave_m),
+            alarm_taken: modes.has_become(Mode::Augmented) | (now.alarm & !self.enabled),
+        }
     }
 
     /// The force to feed back (N) and the most by which the law lets it differ from the last tick's (N), on the master's
     /// side, given the mode that has arrived there and the force that the controller would feed back by itself (N).
     #[inline(always)]
-    pub fn feel(&mut self, mode: L, force_n: L) -> (L, L) {
-        self.feedback.arrive(mode, force_n)
+    pub fn feedback_force(&mut self, mode: L, force_n: L) -> (L, L) {
+        self.feedback.update(mode, force_n)
+    }
+
+    /// Whether all lanes are in teleoperation and stay there at a tick with this alarm.
+    #[inline(always)]
+    fn is_quiet_tick(&self, alarm: L::Mask) -> bool {
+        (self.automaton.is_teleoperation() & !(self.enabled & alarm)).all()
     }
 }
 
-crate::lane::gather!(Supervisor { automaton, reference, feedback } masks { enabled });
+impl<M: Gather, F: Gather> Gather for Supervisor<f64, M, F> {
+    type Of<L: Lane> = Supervisor<L, M::Of<L>, F::Of<L>>;
+
+    fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
+        Some(Supervisor {
+            enabled: gather_mask::<L>(of_each!(all, |one| one.enabled)),
+            automaton: Gather::gather(of_each!(all, |one| &one.automaton))?,
+            motion: M::gather(of_each!(all, |one| &one.motion))?,
+            feedback: Gather::gather(of_each!(all, |one| &one.feedback))?,
+        })
+    }
+}
 
 #[cfg(test)]
 mod tests;

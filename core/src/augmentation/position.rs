@@ -1,6 +1,6 @@
 //! Where the slave is sent: following the hand, frozen, or finding back to it.
 
-use super::automaton::{Mode, has_become, has_changed, is};
+use super::automaton::{Mode, Modes};
 use crate::error::{InvalidValue, positive};
 use crate::lane::Lane;
 
@@ -46,12 +46,41 @@ impl Default for Reengage {
     }
 }
 
+/// Says where the slave is to be, in every mode.
+///
+/// A law of one's own implements this for `f64`; [`HeldReference`] does for any number of lanes.
+pub trait MotionLaw<L: Lane> {
+    /// The slave's reference in m in teleoperation, for a hand at `hand_m` (m, scaled to the slave).
+    fn follow(&mut self, hand_m: L) -> L;
+
+    /// The slave's reference in m in any mode, for a slave measured at `slave_m` (m).
+    fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L;
+
+    /// Whether the slave has met the hand again as far as the law lets it, so that re-engaging may end.
+    fn is_blended(&self) -> L::Mask;
+}
+
+#[cfg(feature = "alloc")]
+impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
+    fn follow(&mut self, hand_m: L) -> L {
+        (**self).follow(hand_m)
+    }
+
+    fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L {
+        (**self).update(modes, hand_m, slave_m)
+    }
+
+    fn is_blended(&self) -> L::Mask {
+        (**self).is_blended()
+    }
+}
+
 /// The slave's reference, `x_ref = hand + gap`.
 ///
 /// In teleoperation the gap is 0, or what a clutch has left. On leaving the frozen phase it is what keeps the reference
 /// where it was; a ramp then takes `speed · tick` off its magnitude each tick.
 #[derive(Debug, Clone)]
-pub(super) struct SlaveReference<L> {
+pub struct HeldReference<L> {
     freeze: Freeze,
     reengage: Reengage,
     closing_step: L,
@@ -60,8 +89,10 @@ pub(super) struct SlaveReference<L> {
     last: L,
 }
 
-impl<L: Lane> SlaveReference<L> {
-    pub(super) fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
+impl<L: Lane> HeldReference<L> {
+    /// A law on ticks `tick_s` apart (s), for a slave under the reference `reference` (m).
+    #[must_use]
+    pub fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
         let speed = if let Reengage::Ramp { catch_up_speed_m_per_s } = reengage { catch_up_speed_m_per_s } else { 0.0 };
         Self {
             freeze,
@@ -72,44 +103,43 @@ impl<L: Lane> SlaveReference<L> {
             last: reference,
         }
     }
+}
 
-    /// The reference in teleoperation.
+impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     #[inline(always)]
-    pub(super) fn follow(&mut self, hand: L) -> L {
+    fn follow(&mut self, hand: L) -> L {
         self.last = hand + self.gap;
         self.last
     }
 
-    /// Whether the gap is as closed as the policy closes it.
     #[inline(always)]
-    pub(super) fn is_blended(&self) -> L::Mask {
+    fn is_blended(&self) -> L::Mask {
         match self.reengage {
             Reengage::Ramp { .. } => self.gap.abs().le(L::zero()),
             Reengage::Clutch | Reengage::Snap => L::zero().le(L::zero()),
         }
     }
 
-    /// The reference in any mode.
     #[inline(always)]
-    pub(super) fn update(&mut self, before: L, mode: L, hand: L, slave: L) -> L {
+    fn update(&mut self, modes: Modes<L>, hand: L, slave: L) -> L {
         let mut reengaging = self.gap - self.gap.clamp(-self.closing_step, self.closing_step);
-        if has_changed(before, mode) {
+        if modes.any_changed() {
             core::hint::cold_path();
             let held = match self.freeze {
                 Freeze::Measured => slave,
                 Freeze::Reference => self.last,
             };
-            self.frozen = L::select(has_become(before, mode, Mode::Augmented), held, self.frozen);
+            self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
             let opened = match self.reengage {
                 Reengage::Ramp { .. } | Reengage::Clutch => self.frozen - hand,
                 Reengage::Snap => L::zero(),
             };
-            reengaging = L::select(has_become(before, mode, Mode::Reengaging), opened, reengaging);
+            reengaging = L::select(modes.has_become(Mode::Reengaging), opened, reengaging);
         }
-        self.gap = L::select(is(mode, Mode::Reengaging), reengaging, self.gap);
-        self.last = L::select(is(mode, Mode::Augmented), self.frozen, hand + self.gap);
+        self.gap = L::select(modes.is(Mode::Reengaging), reengaging, self.gap);
+        self.last = L::select(modes.is(Mode::Augmented), self.frozen, hand + self.gap);
         self.last
     }
 }
 
-crate::lane::gather!(SlaveReference { closing_step, gap, frozen, last } same { freeze } kinds { reengage });
+crate::lane::gather!(HeldReference { closing_step, gap, frozen, last } same { freeze } kinds { reengage });

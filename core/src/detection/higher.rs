@@ -97,7 +97,7 @@ impl Gather for HigherThresholds {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Detector, DetectorSettings, Evidence};
+    use super::super::{CusumDetector, Detector, DetectorSettings, Evidence};
 
     /// Numbers between -1 and 1, the next one of a seed each time.
     fn random(state: &mut u64) -> f64 {
@@ -133,12 +133,12 @@ mod tests {
             let mut settings = DetectorSettings::default();
             (settings.cusum.threshold, settings.cusum.cap) = (threshold, 0.3);
             settings.arming.settle_s = 0.03;
-            Detector::<f64>::new(&settings, 1e-3)
+            CusumDetector::<f64>::new(&settings, 1e-3)
         };
         let (mut told, mut true_of, mut alarms_seen) = (0, 0, 0);
         for seed in 1..30 {
             let samples = insertion(seed);
-            let alarms = |detector: &mut Detector<f64>| -> Vec<bool> {
+            let alarms = |detector: &mut CusumDetector<f64>| -> Vec<bool> {
                 samples.iter().map(|sample| detector.update(sample).alarm).collect()
             };
             for own in [0, 7, 20] {

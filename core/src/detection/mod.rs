@@ -2,28 +2,30 @@
 
 mod arming;
 mod cusum;
-mod distance;
+mod distances;
 #[cfg(feature = "alloc")]
 mod higher;
-mod likelihood_ratio;
-mod page_hinkley;
+mod hypotheses;
 
 pub use arming::{ArmingSettings, Motion};
 pub use cusum::CusumSettings;
-pub use distance::{Distance, DistanceKind, Hypotheses, WINDOW_SAMPLES};
-pub use likelihood_ratio::MAX_WINDOW_SAMPLES;
+pub use distances::{
+    AnyDistance, Distance, DistanceKind, DistanceSettings, ForceDerivative, LikelihoodRatio, MAX_WINDOW_SAMPLES,
+    MeanChange, PageHinkley, ParameterChange, SquaredDrop, SquaredResidual, VarianceChange, WINDOW_SAMPLES,
+};
+pub use hypotheses::Hypotheses;
 
 use crate::error::{InvalidValue, require};
+use crate::estimation::Estimate;
 use crate::lane::{Lane, Mask};
 use arming::Arming;
 use cusum::Cusum;
-use distance::DistanceState;
 
 /// Everything the detector is told.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectorSettings {
     /// What is accumulated.
-    pub distance: Distance,
+    pub distance: DistanceSettings,
     /// When the accumulated evidence is enough.
     pub cusum: CusumSettings,
     /// When an alarm may be taken.
@@ -37,7 +39,7 @@ impl DetectorSettings {
     pub fn for_kind(kind: DistanceKind, hypotheses: Hypotheses) -> Self {
         let (threshold, drift) = hypotheses.tuning(kind);
         Self {
-            distance: Distance { kind, hypotheses, window_samples: WINDOW_SAMPLES },
+            distance: DistanceSettings { kind, hypotheses, window_samples: WINDOW_SAMPLES },
             cusum: CusumSettings { threshold, drift, cap: 10.0 * threshold },
             arming: ArmingSettings::default(),
         }
@@ -82,6 +84,24 @@ pub struct Evidence<L: Lane> {
     pub in_contact: L::Mask,
 }
 
+impl<L: Lane> Evidence<L> {
+    /// The evidence of a sample: force (N), depth below the contact (m) and velocity (m/s), and what an estimator made of
+    /// them.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(force_n: L, depth_m: L, velocity_m_per_s: L, estimate: &Estimate<L>) -> Self {
+        Self {
+            force_n,
+            predicted_force_n: estimate.predicted_force_n,
+            residual_n: estimate.residual_n,
+            correction: estimate.correction,
+            depth_m,
+            velocity_m_per_s,
+            in_contact: depth_m.gt(L::zero()),
+        }
+    }
+}
+
 /// What the detector made of one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Decision<L: Lane> {
@@ -93,27 +113,46 @@ pub struct Decision<L: Lane> {
     pub alarm: L::Mask,
 }
 
-/// A rupture detector: distance, CUSUM and arming.
+/// Announces ruptures from the evidence of one sample at a time.
+///
+/// A detector of one's own implements this for `f64`; [`CusumDetector`] does for any number of lanes.
+pub trait Detector<L: Lane> {
+    /// Takes one sample's evidence.
+    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L>;
+}
+
+#[cfg(feature = "alloc")]
+impl<L: Lane, D: Detector<L> + ?Sized> Detector<L> for alloc::boxed::Box<D> {
+    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
+        (**self).update(evidence)
+    }
+}
+
+/// The paper's detector: a distance, the CUSUM of it, and the arming that the paper leaves out.
 #[derive(Debug, Clone)]
-pub struct Detector<L: Lane> {
-    distance: DistanceState<L>,
+pub struct CusumDetector<L: Lane, D = AnyDistance<L>> {
+    distance: D,
     cusum: Cusum<L>,
     arming: Arming<L>,
 }
 
-impl<L: Lane> Detector<L> {
-    /// A detector for samples `tick_s` apart (s).
+impl<L: Lane> CusumDetector<L> {
+    /// A detector for samples `tick_s` apart (s), with the distance of the settings.
     #[must_use]
     pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
-        Self {
-            distance: DistanceState::new(&settings.distance),
-            cusum: Cusum::new(&settings.cusum),
-            arming: Arming::new(&settings.arming, tick_s),
-        }
+        Self::with_distance(AnyDistance::new(&settings.distance), settings, tick_s)
+    }
+}
+
+impl<L: Lane, D> CusumDetector<L, D> {
+    /// A detector for samples `tick_s` apart (s), with a given distance instead of that of the settings.
+    #[must_use]
+    pub fn with_distance(distance: D, settings: &DetectorSettings, tick_s: f64) -> Self {
+        Self { distance, cusum: Cusum::new(&settings.cusum), arming: Arming::new(&settings.arming, tick_s) }
     }
 
     /// The same detector with a threshold and a cap for each lane, in the unit of the distance, each cap above its
-    /// threshold: a ladder of detectors on the same samples.
+    /// threshold: several detectors on the same samples.
     #[must_use]
     pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
         self.cusum.set_thresholds(threshold, cap);
@@ -133,59 +172,35 @@ impl<L: Lane> Detector<L> {
     pub fn alike(&self, index: usize) -> impl Iterator<Item = f64> {
         self.arming.alike(index)
     }
+}
 
-    /// Takes one sample's evidence.
+impl<L: Lane, D: Distance<L>> Detector<L> for CusumDetector<L, D> {
     #[inline(always)]
-    pub fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
-        if self.distance.is_square() {
-            return self.update_square(evidence);
-        }
-        let Evidence { residual_n, predicted_force_n, correction, force_n, .. } = *evidence;
-        let (distance, decided) = self.decide_otherwise(residual_n, predicted_force_n, correction[0], force_n);
-        let decision = self.conclude(evidence, distance, decided);
-        if decision.alarm.any() {
-            self.distance.reset(decision.alarm);
-        }
-        decision
-    }
-
-    /// Whether the distance is a square of the residual, for which there is [`Detector::update_square`].
-    #[must_use]
-    pub fn is_square(&self) -> bool {
-        self.distance.is_square()
-    }
-
-    /// [`Detector::update`] where the distance [is a square](Detector::is_square): without a call in it, what surrounds it
-    /// stays in registers.
-    #[inline(always)]
-    pub fn update_square(&mut self, evidence: &Evidence<L>) -> Decision<L> {
-        let distance = self.distance.square(evidence.residual_n, evidence.predicted_force_n);
-        let decided = self.cusum.update(distance);
-        self.conclude(evidence, distance, decided)
-    }
-
-    /// From `g_k`, and whether it is above the threshold, to the decision; an alarm starts `g` again.
-    #[inline(always)]
-    fn conclude(&mut self, evidence: &Evidence<L>, distance: L, (decision, above): (L, L::Mask)) -> Decision<L> {
+    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
+        let distance = self.distance.update(evidence);
+        let (decision, above) =
+            if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
         let alarm = self.arming.update(decision, above, evidence);
         if alarm.any() {
             self.cusum.reset(alarm);
+            self.distance.reset(alarm);
         }
         Decision { distance, decision, alarm }
     }
-
-    /// The kinds of distance that are seldom chosen, apart from the tick's straight way. It takes numbers and not the evidence,
-    /// which would else be written to memory at every tick.
-    #[cold]
-    #[inline(never)]
-    fn decide_otherwise(&mut self, residual: L, predicted: L, stiffness_correction: L, force: L) -> (L, (L, L::Mask)) {
-        let distance = self.distance.update(residual, predicted, stiffness_correction, force);
-        let decided = if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
-        (distance, decided)
-    }
 }
 
-crate::lane::gather!(Detector { distance, cusum, arming });
+impl<D: crate::lane::Gather> crate::lane::Gather for CusumDetector<f64, D> {
+    type Of<L: Lane> = CusumDetector<L, D::Of<L>>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Self::Of<L>> {
+        use crate::lane::{Gather, of_each};
+        Some(CusumDetector {
+            distance: D::gather(of_each!(all, |one| &one.distance))?,
+            cusum: Gather::gather(of_each!(all, |one| &one.cusum))?,
+            arming: Gather::gather(of_each!(all, |one| &one.arming))?,
+        })
+    }
+}
 
 #[cfg(test)]
 mod tests {
@@ -205,7 +220,7 @@ mod tests {
 
     /// The samples at which a run of residuals raises an alarm, after a second of quiet.
     fn alarms(residuals: &[f64], velocity: f64) -> Vec<usize> {
-        let mut detector = Detector::new(&DetectorSettings::default(), 1e-3);
+        let mut detector = CusumDetector::new(&DetectorSettings::default(), 1e-3);
         for _ in 0..1000 {
             assert!(!detector.update(&evidence(0.01, 0.01)).alarm);
         }
@@ -235,7 +250,7 @@ mod tests {
     /// Whether a drop of 15 N is announced, at a depth and a velocity.
     fn announces(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
         let settings = DetectorSettings { arming, ..DetectorSettings::default() };
-        let mut detector = Detector::new(&settings, 1e-3);
+        let mut detector = CusumDetector::new(&settings, 1e-3);
         for _ in 0..1000 {
             detector.update(&evidence(0.01, 0.01));
         }
@@ -282,7 +297,7 @@ mod tests {
     #[test]
     fn the_likelihood_ratio_finds_a_lasting_drop_that_no_single_sample_shows() {
         let settings = DetectorSettings::for_kind(DistanceKind::LikelihoodRatio, Hypotheses::default());
-        let mut detector = Detector::new(&settings, 1e-3);
+        let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&evidence(0.0, 0.01)).alarm));
         // n e² / (2 σ_0²) > 50 at e = -0.08 N: above 6.25 samples.
         let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.08, 0.01)).alarm).collect();
@@ -292,7 +307,7 @@ mod tests {
     #[test]
     fn page_hinkley_takes_a_constant_offset_for_quiet() {
         let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
-        let mut detector = Detector::new(&settings, 1e-3);
+        let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&evidence(-0.5, 0.01)).alarm));
         // 0.16 - 0.1 N a sample, less what the mean has moved: above 0.1 N at the second.
         let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.66, 0.01)).alarm).collect();
@@ -302,7 +317,7 @@ mod tests {
     #[test]
     fn every_distance_finds_a_drop_of_half_a_newton() {
         for kind in DistanceKind::ALL {
-            let mut detector = Detector::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
+            let mut detector = CusumDetector::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
             let sample = |drop: f64| Evidence { correction: [drop / 0.02, 0.0], ..evidence(drop, 0.01) };
             let quiet = (0..500).filter(|_| detector.update(&sample(-0.001)).alarm).count();
             let found = (0..5).filter(|k| detector.update(&sample(-0.5 * f64::from(*k))).alarm).count();

@@ -1,4 +1,4 @@
-//! The estimator of a run: the paper's, or one of the other models.
+//! The role of the estimator, and the built-in ones.
 
 use super::friction::Friction;
 use super::hunt_crossley::HuntCrossley;
@@ -8,81 +8,95 @@ use super::rls::{Estimate, Parameters, Rls, RlsSettings};
 use super::settings::Forgetting;
 use crate::lane::Lane;
 
-/// An estimator with the parameters and the forgetting that its settings ask for.
+/// Learns the tissue from samples, one at a time.
 ///
-/// The paper's ([`Rls`]) is kept apart from the others, so that the tick that is compiled for it never asks which it is.
-#[derive(Debug, Clone)]
-pub struct Estimator<L> {
-    papers: Rls<L>,
-    other: Option<Other<L>>,
+/// An estimator of one's own implements this for `f64`; the built-in ones do for any number of lanes.
+pub trait Estimator<L: Lane> {
+    /// Takes the sample: force `y` (N), depth `p` below the contact (m, negative outside), velocity `v` (m/s).
+    ///
+    /// The residual of the estimate is that of the prediction that was made before the sample (eq. 6-7).
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;
+
+    /// Takes note that samples are missing: the next one has no prediction to be compared with.
+    fn skip(&mut self);
 }
 
-#[derive(Debug, Clone)]
-enum Other<L> {
-    Linear(Linear<L>),
-    Friction(Friction<L>),
-    HuntCrossley(HuntCrossley<L>),
-    LeastResidual(LeastResidual<L>),
+#[cfg(feature = "alloc")]
+impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+        (**self).update(force_n, depth_m, velocity_m_per_s)
+    }
+
+    fn skip(&mut self) {
+        (**self).skip();
+    }
 }
 
-impl<L: Lane> Estimator<L> {
-    /// An estimator that knows nothing yet.
+/// The enum of the built-in estimators, from a line each.
+macro_rules! estimators {
+    ($($(#[$doc:meta])* $Part:ident,)*) => {
+        /// Any of the built-in estimators.
+        #[derive(Debug, Clone)]
+        pub enum AnyEstimator<L> {
+            $($(#[$doc])* $Part($Part<L>),)*
+        }
+
+        impl<L: Lane> Estimator<L> for AnyEstimator<L> {
+            #[inline(always)]
+            fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+                match self {
+                    $(Self::$Part(part) => part.update(force_n, depth_m, velocity_m_per_s),)*
+                }
+            }
+
+            #[inline(always)]
+            fn skip(&mut self) {
+                match self {
+                    $(Self::$Part(part) => part.skip(),)*
+                }
+            }
+        }
+
+        crate::lane::gather_variants!(AnyEstimator { $($Part),* });
+    };
+}
+
+estimators! {
+    /// The paper's.
+    Rls,
+    /// Stiffness and damping with exponential forgetting.
+    Linear,
+    /// With a friction force besides.
+    Friction,
+    /// The Hunt-Crossley model.
+    HuntCrossley,
+    /// With and without friction, the smaller residual counting.
+    LeastResidual,
+}
+
+impl<L: Lane> AnyEstimator<L> {
+    /// The estimator with the parameters and the forgetting of the settings, without any sample.
     #[must_use]
     pub fn new(settings: &RlsSettings) -> Self {
-        let other = match (settings.parameters, settings.forgetting) {
-            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Resetting) => None,
-            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Exponential { .. }) => {
-                Some(Other::Linear(Linear::new(settings)))
+        match (settings.parameters, settings.forgetting) {
+            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Resetting) => {
+                Self::Rls(Rls::new(settings))
             }
-            (Parameters::StiffnessDampingFriction, _) => Some(Other::Friction(Friction::new(settings))),
-            (Parameters::HuntCrossley, _) => Some(Other::HuntCrossley(HuntCrossley::new(settings))),
-            (Parameters::LeastResidual, _) => Some(Other::LeastResidual(LeastResidual::new(settings))),
-        };
-        Self { papers: Rls::new(settings), other }
+            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Exponential { .. }) => {
+                Self::Linear(Linear::new(settings))
+            }
+            (Parameters::StiffnessDampingFriction, _) => Self::Friction(Friction::new(settings)),
+            (Parameters::HuntCrossley, _) => Self::HuntCrossley(HuntCrossley::new(settings)),
+            (Parameters::LeastResidual, _) => Self::LeastResidual(LeastResidual::new(settings)),
+        }
     }
+}
 
-    /// Whether it is the paper's, so that [`Estimator::update_papers`] may be called.
+impl RlsSettings {
+    /// Whether they are those of [`Rls`], the paper's estimator.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
-        self.other.is_none()
-    }
-
-    /// Takes the sample: force `y` (N), depth `p` below the contact (m), velocity `v` (m/s).
-    #[inline(always)]
-    pub fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
-        match &mut self.other {
-            None => self.papers.update(force_n, depth_m, velocity_m_per_s),
-            Some(other) if L::WIDTH > 1 => other.update_here(force_n, depth_m, velocity_m_per_s),
-            Some(other) => other.update(force_n, depth_m, velocity_m_per_s),
-        }
-    }
-
-    /// [`Estimator::update`] for those that have asked [`Estimator::is_baseline`] before.
-    #[inline(always)]
-    pub fn update_papers(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
-        self.papers.update(force_n, depth_m, velocity_m_per_s)
+        let linear = matches!(self.parameters, Parameters::StiffnessAndDamping | Parameters::Stiffness);
+        linear && self.forgetting == Forgetting::Resetting
     }
 }
-
-impl<L: Lane> Other<L> {
-    /// Apart from the tick's straight way.
-    #[cold]
-    #[inline(never)]
-    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
-        self.update_here(force_n, depth_m, velocity_m_per_s)
-    }
-
-    /// In line, as a call would take lanes side by side out of their registers.
-    #[inline(always)]
-    fn update_here(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
-        match self {
-            Self::Linear(model) => model.update(force_n, depth_m, velocity_m_per_s),
-            Self::Friction(model) => model.update(force_n, depth_m, velocity_m_per_s),
-            Self::HuntCrossley(model) => model.update(force_n, depth_m, velocity_m_per_s),
-            Self::LeastResidual(model) => model.update(force_n, depth_m, velocity_m_per_s),
-        }
-    }
-}
-
-crate::lane::gather!(Estimator { papers, other });
-crate::lane::gather_variants!(Other { Linear, Friction, HuntCrossley, LeastResidual });

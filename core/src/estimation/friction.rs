@@ -1,5 +1,6 @@
 //! Friction as a third regressor: what the paper leaves for the future.
 
+use super::estimator::Estimator;
 use super::regression::Regression;
 use super::rls::{Estimate, RlsSettings};
 use crate::lane::{Lane, by_index};
@@ -13,7 +14,7 @@ use crate::lane::{Lane, by_index};
 /// While the needle goes in at an even speed `s` hardly changes and friction is an offset, which [`super::Rls`] does not
 /// have; it is told from the stiffness only by depths that differ, and from damping by speeds that differ.
 #[derive(Debug, Clone)]
-pub(super) struct Friction<L> {
+pub struct Friction<L> {
     regression: Regression<L, 3>,
     length: L,
     speed: L,
@@ -27,9 +28,11 @@ impl<L: Lane> Friction<L> {
             speed: L::splat(settings.friction.speed_m_per_s),
         }
     }
+}
 
+impl<L: Lane> Estimator<L> for Friction<L> {
     #[inline(always)]
-    pub(super) fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
         let lesson = self.regression.judge(force_n);
         let sign = velocity_m_per_s / (velocity_m_per_s.abs() + self.speed);
@@ -46,6 +49,11 @@ impl<L: Lane> Friction<L> {
             damping_n_s_per_m: damping,
             extra_parameter: self.length * friction,
         }
+    }
+
+    #[inline(always)]
+    fn skip(&mut self) {
+        self.regression.expect([L::zero(); 3]);
     }
 }
 

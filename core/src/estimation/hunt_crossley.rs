@@ -1,5 +1,6 @@
 //! The Hunt-Crossley model, estimated online in two stages.
 
+use super::estimator::Estimator;
 use super::regression::Regression;
 use super::rls::{Estimate, RlsSettings};
 use crate::lane::{Lane, Mask};
@@ -46,7 +47,7 @@ const POWER_MEMORY_N2: f64 = 20.0;
 /// `ln` and `exp` once a sample in contact are those of `libm`, a lane at a time: plain arithmetic without fused
 /// operations, the same bits on every machine. The README says what they cost.
 #[derive(Debug, Clone)]
-pub(super) struct HuntCrossley<L> {
+pub struct HuntCrossley<L> {
     regression: Regression<L, 2>,
     power: L,
     power_gain: L,
@@ -72,9 +73,11 @@ impl<L: Lane> HuntCrossley<L> {
             seen: [zero; 2],
         }
     }
+}
 
+impl<L: Lane> Estimator<L> for HuntCrossley<L> {
     #[inline(always)]
-    pub(super) fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
         let lesson = self.regression.judge(force_n);
         self.learn_power(force_n);
@@ -105,6 +108,14 @@ impl<L: Lane> HuntCrossley<L> {
         }
     }
 
+    #[inline(always)]
+    fn skip(&mut self) {
+        self.regression.expect([L::zero(); 2]);
+        self.log_depth = L::zero();
+    }
+}
+
+impl<L: Lane> HuntCrossley<L> {
     /// The second stage.
     #[inline(always)]
     fn learn_power(&mut self, force_n: L) {

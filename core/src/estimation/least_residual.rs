@@ -1,5 +1,6 @@
 //! Two models at once, and of each sample the smaller error.
 
+use super::estimator::Estimator;
 use super::friction::Friction;
 use super::linear::Linear;
 use super::rls::{Estimate, RlsSettings};
@@ -16,7 +17,7 @@ use crate::lane::{Lane, by_index};
 /// Stiffness and damping are those of the model without friction, so that they do not jump from one model to the other; the
 /// friction is the other's.
 #[derive(Debug, Clone)]
-pub(super) struct LeastResidual<L> {
+pub struct LeastResidual<L> {
     without: Linear<L>,
     with: Friction<L>,
 }
@@ -25,9 +26,11 @@ impl<L: Lane> LeastResidual<L> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         Self { without: Linear::new(settings), with: Friction::new(settings) }
     }
+}
 
+impl<L: Lane> Estimator<L> for LeastResidual<L> {
     #[inline(always)]
-    pub(super) fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let without = self.without.update(force_n, depth_m, velocity_m_per_s);
         let with = self.with.update(force_n, depth_m, velocity_m_per_s);
         let friction_is_better = with.residual_n.abs().lt(without.residual_n.abs());
@@ -40,6 +43,12 @@ impl<L: Lane> LeastResidual<L> {
             damping_n_s_per_m: without.damping_n_s_per_m,
             extra_parameter: with.extra_parameter,
         }
+    }
+
+    #[inline(always)]
+    fn skip(&mut self) {
+        self.without.skip();
+        self.with.skip();
     }
 }
 

@@ -1,12 +1,13 @@
 //! Stiffness and damping, or stiffness alone, with any way to forget.
 
+use super::estimator::Estimator;
 use super::regression::Regression;
 use super::rls::{Estimate, Parameters, RlsSettings};
 use crate::lane::Lane;
 
 /// `y = K p + B v` in contact (eq. 8).
 #[derive(Debug, Clone)]
-pub(super) struct Linear<L> {
+pub struct Linear<L> {
     regression: Regression<L, 2>,
     velocity_share: L,
 }
@@ -16,9 +17,11 @@ impl<L: Lane> Linear<L> {
         let velocity_share = if settings.parameters == Parameters::Stiffness { 0.0 } else { 1.0 };
         Self { regression: Regression::new(settings), velocity_share: L::splat(velocity_share) }
     }
+}
 
+impl<L: Lane> Estimator<L> for Linear<L> {
     #[inline(always)]
-    pub(super) fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
         let lesson = self.regression.judge(force_n);
         let contact = depth_m.gt(zero);
@@ -33,6 +36,11 @@ impl<L: Lane> Linear<L> {
             damping_n_s_per_m: damping,
             extra_parameter: zero,
         }
+    }
+
+    #[inline(always)]
+    fn skip(&mut self) {
+        self.regression.expect([L::zero(); 2]);
     }
 }
 

@@ -15,7 +15,11 @@ mod rls;
 mod settings;
 mod velocity;
 
-pub use estimator::Estimator;
+pub use estimator::{AnyEstimator, Estimator};
+pub use friction::Friction;
+pub use hunt_crossley::HuntCrossley;
+pub use least_residual::LeastResidual;
+pub use linear::Linear;
 pub use rls::{Estimate, Parameters, Rls, RlsSettings};
 pub use settings::{Forgetting, FrictionShape, MAX_FORGETTING_FACTOR};
 pub use velocity::VelocityFilter;

@@ -123,7 +123,7 @@ crate::lane::gather_variants!(Memory[N] { Resetting, Exponential });
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimation::Rls;
+    use crate::estimation::{Estimator, Rls};
 
     /// A pseudo-random number from -1 to 1.
     fn noise(state: &mut u64) -> f64 {

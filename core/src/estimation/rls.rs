@@ -1,5 +1,6 @@
 //! Recursive least squares with normalisation, dead zone and covariance resetting (eq. 12-18).
 
+use super::estimator::Estimator;
 use super::settings::{Forgetting, FrictionShape};
 use crate::error::{InvalidValue, non_negative, positive, require};
 use crate::lane::{Lane, Mask};
@@ -217,34 +218,6 @@ impl<L: Lane> Rls<L> {
         }
     }
 
-    /// Takes the sample: force `y` (N), depth `p` below the contact (m), velocity `v` (m/s).
-    #[inline(always)]
-    pub fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
-        let zero = L::zero();
-        let predicted = self.expected;
-        let residual = force_n - predicted;
-
-        // Within the dead zone, where most samples fall, nothing changes: the branch spares two divisions. What it
-        // depends on was computed a tick ago, as samples that leave the dead zone come unforeseen. Side by side some lane
-        // leaves it so often that being wrong about the branch takes longer than the divisions.
-        let outside = residual.abs().gt(self.dead_zone);
-        let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
-
-        let contact = depth_m.gt(zero);
-        let velocity = self.velocity_share * velocity_m_per_s;
-        let (p, v) = (L::select(contact, depth_m, zero), L::select(contact, velocity, zero));
-        (self.depth, self.velocity) = (p, v);
-        self.expected = p * self.stiffness + v * self.damping;
-        Estimate {
-            predicted_force_n: predicted,
-            residual_n: residual,
-            correction,
-            stiffness_n_per_m: self.stiffness,
-            damping_n_s_per_m: self.damping,
-            extra_parameter: zero,
-        }
-    }
-
     /// Moves parameters and gain where the error is `outside` of the dead zone; gives the parameters' change.
     #[inline(always)]
     fn correct(&mut self, outside: L::Mask, residual: L) -> [L; 2] {
@@ -284,11 +257,6 @@ impl<L: Lane> Rls<L> {
         (product - f01 * f01).gt(L::splat(MIN_DETERMINANT) * product)
     }
 
-    /// Takes note that a sample is missing: the next one is met as the first in contact is, and nothing is learnt from it.
-    pub fn skip(&mut self) {
-        (self.depth, self.velocity, self.expected) = (L::zero(), L::zero(), L::zero());
-    }
-
     /// The gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁).
     #[inline(always)]
     #[must_use]
@@ -303,6 +271,40 @@ impl<L: Lane> Rls<L> {
         self.gain_01 = L::select(mask, L::zero(), self.gain_01);
         self.gain_11 = L::select(mask, self.initial_gain, self.gain_11);
         self.information = L::select(mask, self.initial_information, self.information);
+    }
+}
+
+impl<L: Lane> Estimator<L> for Rls<L> {
+    #[inline(always)]
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+        let zero = L::zero();
+        let predicted = self.expected;
+        let residual = force_n - predicted;
+
+        // Within the dead zone, where most samples fall, nothing changes: the branch spares two divisions. What it
+        // depends on was computed a tick ago, as samples that leave the dead zone come unforeseen. Side by side some lane
+        // leaves it so often that being wrong about the branch takes longer than the divisions.
+        let outside = residual.abs().gt(self.dead_zone);
+        let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
+
+        let contact = depth_m.gt(zero);
+        let velocity = self.velocity_share * velocity_m_per_s;
+        let (p, v) = (L::select(contact, depth_m, zero), L::select(contact, velocity, zero));
+        (self.depth, self.velocity) = (p, v);
+        self.expected = p * self.stiffness + v * self.damping;
+        Estimate {
+            predicted_force_n: predicted,
+            residual_n: residual,
+            correction,
+            stiffness_n_per_m: self.stiffness,
+            damping_n_s_per_m: self.damping,
+            extra_parameter: zero,
+        }
+    }
+
+    #[inline(always)]
+    fn skip(&mut self) {
+        (self.depth, self.velocity, self.expected) = (L::zero(), L::zero(), L::zero());
     }
 }
 

@@ -42,26 +42,19 @@ pub use sample::{Command, Faults, Sample};
 pub use settings::{Limits, Settings, VelocitySource};
 
 use crate::augmentation::{Mode, Situation, Supervisor};
-use crate::detection::{Decision, Detector, Evidence};
+use crate::chain::{Chain, Insight, Reading};
+use crate::detection::CusumDetector;
 use crate::error::InvalidValue;
 use crate::estimation::{Estimate, Rls, VelocityFilter};
 use crate::lane::Lane;
 use held::Held;
 
-/// What estimator and detector made of a sample.
-struct Insight {
-    estimate: Estimate<f64>,
-    decision: Decision<f64>,
-}
-
 /// The haptic controller of a rig.
 #[derive(Debug, Clone)]
 pub struct HapticController {
-    estimator: Rls<f64>,
-    detector: Detector<f64>,
+    chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
     supervisor: Supervisor<f64>,
     velocity_filter: Option<VelocityFilter<f64>>,
-    contact_m: f64,
     position_scale: f64,
     force_scale: f64,
     limits: Limits,
@@ -95,11 +88,13 @@ impl HapticController {
         let reference_m = settings.position_scale * start_m;
         let threshold = settings.detector.cusum.threshold;
         Ok(Self {
-            estimator: Rls::new(&settings.estimator),
-            detector: Detector::new(&settings.detector, tick_s),
+            chain: Chain::new(
+                settings.contact_m,
+                Rls::new(&settings.estimator),
+                CusumDetector::new(&settings.detector, tick_s),
+            ),
             supervisor: Supervisor::new(&settings.augmentation, threshold, tick_s, reference_m),
             velocity_filter,
-            contact_m: settings.contact_m,
             position_scale: settings.position_scale,
             force_scale: settings.force_scale,
             limits,
@@ -129,7 +124,7 @@ impl HapticController {
             Some(filter) => filter.update(sample.slave_position_m),
             None => sample.slave_velocity_m_per_s,
         };
-        let seen = self.estimate_and_detect(sample.force_n);
+        let seen = self.chain.step(&self.reading(sample.force_n));
         self.parameters = [seen.estimate.stiffness_n_per_m, seen.estimate.damping_n_s_per_m];
         let hand_m = self.hand_m.pass(self.position_scale * sample.master_position_m);
         let force_n = self.force_n.pass(self.force_scale * sample.force_n);
@@ -145,7 +140,7 @@ impl HapticController {
     /// The estimator's gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
     #[must_use]
     pub fn estimator_gain(&self) -> [f64; 3] {
-        self.estimator.gain()
+        self.chain.estimator().gain()
     }
 
     #[inline(always)]
@@ -161,27 +156,16 @@ impl HapticController {
         }
     }
 
-    /// The estimator's and the detector's part, on the slave's position and velocity as they are known.
+    /// The slave's position and velocity as they are known, with a force (N).
     #[inline(always)]
-    fn estimate_and_detect(&mut self, force_n: f64) -> Insight {
-        let depth_m = self.slave_m - self.contact_m;
-        let estimate = self.estimator.update(force_n, depth_m, self.velocity_m_per_s);
-        let decision = self.detector.update(&Evidence {
-            force_n,
-            predicted_force_n: estimate.predicted_force_n,
-            residual_n: estimate.residual_n,
-            correction: estimate.correction,
-            depth_m,
-            velocity_m_per_s: self.velocity_m_per_s,
-            in_contact: depth_m > 0.0,
-        });
-        Insight { estimate, decision }
+    fn reading(&self, force_n: f64) -> Reading<f64> {
+        Reading { force_n, position_m: self.slave_m, velocity_m_per_s: self.velocity_m_per_s }
     }
 
     /// The supervisor's part, and the end of the tick.
     #[inline(always)]
-    fn command(&mut self, seen: &Insight, hand_m: f64, force_n: f64, faults: Faults) -> Command {
-        let Insight { estimate, decision } = seen;
+    fn command(&mut self, seen: &Insight<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
+        let Insight { estimate, decision, .. } = seen;
         let command = self.supervisor.update(&Situation {
             tick: self.tick,
             alarm: decision.alarm,
@@ -227,9 +211,9 @@ impl HapticController {
             };
         }
         let seen = if faults.any() || follows_a_bad_one {
-            self.see_nothing(sample, faults)
+            self.pass_over(sample, faults)
         } else {
-            self.estimate_and_detect(sample.force_n)
+            self.chain.step(&self.reading(sample.force_n))
         };
         self.parameters = [seen.estimate.stiffness_n_per_m, seen.estimate.damping_n_s_per_m];
 
@@ -245,34 +229,23 @@ impl HapticController {
         self.command(&seen, hand_m, force_n, faults)
     }
 
-    /// What is made of a sample that is bad or follows a bad one: no residual, no correction, no alarm.
-    ///
-    /// The good sample after a bad one has no prediction to be held against; its regressor is the next one's.
-    fn see_nothing(&mut self, sample: &Sample, faults: Faults) -> Insight {
-        self.estimator.skip();
-        if !faults.any() {
-            self.estimator.update(sample.force_n, self.slave_m - self.contact_m, self.velocity_m_per_s);
-        }
-        let decision = self.detector.update(&Evidence {
-            force_n: if faults.force { 0.0 } else { sample.force_n },
+    /// What is made of a bad sample or of the first good one after it: no residual, no correction, no alarm.
+    fn pass_over(&mut self, sample: &Sample, faults: Faults) -> Insight<f64> {
+        let decision = if faults.any() {
+            self.chain.skip(if faults.force { 0.0 } else { sample.force_n }, self.velocity_m_per_s)
+        } else {
+            self.chain.resume(&self.reading(sample.force_n))
+        };
+        let [stiffness_n_per_m, damping_n_s_per_m] = self.parameters;
+        let estimate = Estimate {
             predicted_force_n: 0.0,
             residual_n: 0.0,
             correction: [0.0; 2],
-            depth_m: 0.0,
-            velocity_m_per_s: self.velocity_m_per_s,
-            in_contact: false,
-        });
-        Insight {
-            estimate: Estimate {
-                predicted_force_n: 0.0,
-                residual_n: 0.0,
-                correction: [0.0; 2],
-                stiffness_n_per_m: self.parameters[0],
-                damping_n_s_per_m: self.parameters[1],
-                extra_parameter: 0.0,
-            },
-            decision: Decision { alarm: false, ..decision },
-        }
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            extra_parameter: 0.0,
+        };
+        Insight { depth_m: 0.0, estimate, decision }
     }
 }
 

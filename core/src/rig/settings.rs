@@ -1,9 +1,9 @@
 //! What a rig tells its controller.
 
-use crate::augmentation::{AugmentationSettings, ForceLaw};
+use crate::augmentation::{AugmentationSettings, ForceLawSettings};
 use crate::detection::DetectorSettings;
 use crate::error::{InvalidValue, finite, positive, require};
-use crate::estimation::{Estimator, RlsSettings, VelocityFilter};
+use crate::estimation::{RlsSettings, VelocityFilter};
 
 /// Least and greatest magnitude of a setting that the tick divides by or multiplies with. Within these no product of the
 /// tick leaves the range of a 64-bit float, nor turns 0: chosen here, far beyond any rig.
@@ -116,9 +116,8 @@ impl Settings {
             VelocityFilter::<f64>::new(self.tick_s, resolution_m, acceleration_std_m_per_s2)?;
         }
         self.estimator.validate()?;
-        let is_baseline = Estimator::<f64>::new(&self.estimator).is_baseline();
         let papers = "stiffness or stiffness-and-damping with resetting: a rig runs no other estimator";
-        require("estimator.parameters", 0.0, is_baseline, papers)?;
+        require("estimator.parameters", 0.0, self.estimator.is_baseline(), papers)?;
         moderate("estimator.initial_gain", self.estimator.initial_gain)?;
         moderate_or_zero("estimator.dead_zone_n", self.estimator.dead_zone_n)?;
         moderate_or_zero("estimator.normalisation", self.estimator.normalisation)?;
@@ -128,7 +127,7 @@ impl Settings {
         moderate("detector.rupture_std_n", hypotheses.rupture_std_n)?;
         moderate("detector.rupture_mean_n", hypotheses.rupture_mean_n)?;
         self.augmentation.validate()?;
-        if let ForceLaw::Amplify { gain } = self.augmentation.force {
+        if let ForceLawSettings::Amplify { gain } = self.augmentation.force {
             at_most("augmentation.amplification", gain, MAX_LIMIT)?;
         }
         Ok(())
@@ -170,7 +169,7 @@ fn moderate_or_zero(name: &'static str, value: f64) -> Result<f64, InvalidValue>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detection::{Distance, Hypotheses};
+    use crate::detection::{DistanceSettings, Hypotheses};
 
     fn refused(settings: Settings) -> &'static str {
         settings.validate().expect_err("out of range").name
@@ -193,7 +192,7 @@ mod tests {
     fn a_spread_of_zero_is_refused_and_a_dead_zone_of_zero_is_not() {
         let default = Settings::default();
         for quiet_std_n in [0.0, 1e-200, f64::NAN] {
-            let distance = Distance {
+            let distance = DistanceSettings {
                 hypotheses: Hypotheses { quiet_std_n, ..Hypotheses::default() },
                 ..default.detector.distance
             };

@@ -1,9 +1,16 @@
 //! The generalised likelihood ratio of a shifted mean over the last samples.
 
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
 
 /// Most samples that a window may hold: it lies within the detector, which allocates nothing.
 pub const MAX_WINDOW_SAMPLES: usize = 64;
+
+/// The window that a likelihood ratio has unless told otherwise: what the estimator's default memory is in updates, after
+/// which it has learnt the change and the residual no longer shows it (chosen here).
+pub const WINDOW_SAMPLES: usize = 10;
 
 /// The log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window.
 ///
@@ -17,7 +24,7 @@ pub const MAX_WINDOW_SAMPLES: usize = 64;
 ///
 /// It presumes neither a size nor a drift; the price is `N` steps a sample where a CUSUM takes one.
 #[derive(Debug, Clone)]
-pub(super) struct LikelihoodRatio<L> {
+pub struct LikelihoodRatio<L> {
     /// The last samples in a ring, 0 where there was none: a sum that reaches back to those is a smaller ratio.
     window: [L; MAX_WINDOW_SAMPLES],
     /// `1 / (2 σ_0² n)` for a sum of `n` samples, from `n = 1` on.
@@ -28,7 +35,7 @@ pub(super) struct LikelihoodRatio<L> {
 
 impl<L: Lane> LikelihoodRatio<L> {
     /// Over `samples` of them, kept within 1 and [`MAX_WINDOW_SAMPLES`], with `σ_0` in N.
-    pub(super) fn new(samples: usize, quiet_std_n: f64) -> Self {
+    fn over(samples: usize, quiet_std_n: f64) -> Self {
         let weight = |n: usize| L::splat(1.0 / (2.0 * quiet_std_n * quiet_std_n * (n + 1) as f64));
         Self {
             window: [L::zero(); MAX_WINDOW_SAMPLES],
@@ -40,7 +47,7 @@ impl<L: Lane> LikelihoodRatio<L> {
 
     /// Takes a residual in N; gives `T_k`.
     #[inline(always)]
-    pub(super) fn update(&mut self, residual: L) -> L {
+    fn ratio(&mut self, residual: L) -> L {
         self.newest = if self.newest + 1 < self.samples { self.newest + 1 } else { 0 };
         self.window[self.newest] = residual;
         let (recent, older) = self.window[..self.samples].split_at(self.newest + 1);
@@ -56,10 +63,40 @@ impl<L: Lane> LikelihoodRatio<L> {
 
     /// Forgets the window where the mask holds.
     #[inline(always)]
-    pub(super) fn reset(&mut self, mask: L::Mask) {
+    fn forget(&mut self, mask: L::Mask) {
         for sample in &mut self.window {
             *sample = L::select(mask, L::zero(), *sample);
         }
+    }
+}
+
+impl<L: Lane> BuiltIn for LikelihoodRatio<L> {
+    const UNIT: &'static str = "1";
+    const ACCUMULATES: bool = false;
+
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
+        (square(hypotheses.rupture_mean_n) / (2.0 * square(hypotheses.quiet_std_n)), 0.0)
+    }
+
+    fn new(settings: &DistanceSettings) -> Self {
+        Self::over(settings.window_samples, settings.hypotheses.quiet_std_n)
+    }
+}
+
+impl<L: Lane> Distance<L> for LikelihoodRatio<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        self.ratio(evidence.residual_n)
+    }
+
+    #[inline(always)]
+    fn reset(&mut self, mask: L::Mask) {
+        self.forget(mask);
+    }
+
+    #[inline(always)]
+    fn accumulates(&self) -> bool {
+        Self::ACCUMULATES
     }
 }
 
@@ -84,10 +121,10 @@ mod tests {
     fn it_is_the_greatest_log_likelihood_ratio_over_size_and_time() {
         let residuals: Vec<f64> = (0..300).map(|k| 0.1 * f64::from(k * k % 17) / 17.0 - 0.04).collect();
         for samples in [1, 2, 10, MAX_WINDOW_SAMPLES] {
-            let mut ratio = LikelihoodRatio::<f64>::new(samples, 0.02);
+            let mut ratio = LikelihoodRatio::<f64>::over(samples, 0.02);
             for k in 0..residuals.len() {
                 let expected = by_definition(&residuals[..=k], samples, 0.02);
-                let got = ratio.update(residuals[k]);
+                let got = ratio.ratio(residuals[k]);
                 assert!((got - expected).abs() < 1e-9 * expected.max(1.0), "{samples}, {k}: {got} {expected}");
             }
         }
@@ -95,23 +132,23 @@ mod tests {
 
     #[test]
     fn after_a_reset_it_is_as_new() {
-        let (mut used, mut new) = (LikelihoodRatio::<f64>::new(5, 0.02), LikelihoodRatio::<f64>::new(5, 0.02));
+        let (mut used, mut new) = (LikelihoodRatio::<f64>::over(5, 0.02), LikelihoodRatio::<f64>::over(5, 0.02));
         for k in 0..7 {
-            used.update(f64::from(k));
+            used.ratio(f64::from(k));
         }
-        used.reset(true);
+        used.forget(true);
         for k in 0..12 {
-            assert_eq!(used.update(0.01 * f64::from(k)), new.update(0.01 * f64::from(k)), "{k}");
+            assert_eq!(used.ratio(0.01 * f64::from(k)), new.ratio(0.01 * f64::from(k)), "{k}");
         }
     }
 
     #[test]
     fn a_sample_that_is_no_number_is_forgotten_with_its_window() {
-        let mut ratio = LikelihoodRatio::<f64>::new(3, 0.02);
-        assert_eq!(ratio.update(f64::NAN), 0.0);
+        let mut ratio = LikelihoodRatio::<f64>::over(3, 0.02);
+        assert_eq!(ratio.ratio(f64::NAN), 0.0);
         for _ in 0..3 {
-            assert!(ratio.update(0.02).is_finite());
+            assert!(ratio.ratio(0.02).is_finite());
         }
-        assert!((ratio.update(0.02) - 1.5).abs() < 1e-12);
+        assert!((ratio.ratio(0.02) - 1.5).abs() < 1e-12);
     }
 }

@@ -1,5 +1,8 @@
 //! The increments of the Page-Hinkley test.
 
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
 /// How far a residual lies beyond the mean of all since the start or the last alarm, towards a rupture:
@@ -14,7 +17,7 @@ use crate::lane::{Lane, Mask};
 ///
 /// The price: after a long quiet the mean moves slowly, and an offset that comes then is taken for a change.
 #[derive(Debug, Clone)]
-pub(super) struct PageHinkley<L> {
+pub struct PageHinkley<L> {
     towards: L,
     mean: L,
     samples: L,
@@ -22,13 +25,13 @@ pub(super) struct PageHinkley<L> {
 
 impl<L: Lane> PageHinkley<L> {
     /// Towards the sign of `m_1` (N).
-    pub(super) fn new(rupture_mean_n: f64) -> Self {
+    fn towards(rupture_mean_n: f64) -> Self {
         Self { towards: L::splat(rupture_mean_n.signum()), mean: L::zero(), samples: L::zero() }
     }
 
     /// Takes a residual in N; gives `s_k` in N. One that is no number, or infinite, teaches nothing and says nothing.
     #[inline(always)]
-    pub(super) fn update(&mut self, residual: L) -> L {
+    fn excess(&mut self, residual: L) -> L {
         let finite = residual.abs().le(L::splat(f64::MAX));
         let residual = L::select(finite, residual, self.mean);
         self.samples = self.samples + L::select(finite, L::splat(1.0), L::zero());
@@ -38,11 +41,38 @@ impl<L: Lane> PageHinkley<L> {
 
     /// Starts again where the mask holds.
     #[inline(always)]
-    pub(super) fn reset(&mut self, mask: L::Mask) {
+    fn forget(&mut self, mask: L::Mask) {
         if mask.any() {
             self.mean = L::select(mask, L::zero(), self.mean);
             self.samples = L::select(mask, L::zero(), self.samples);
         }
+    }
+}
+
+impl<L: Lane> BuiltIn for PageHinkley<L> {
+    const UNIT: &'static str = "N";
+    const IS_ONE_SIDED: bool = true;
+
+    /// Half of the smallest shift that is to be found is Hinkley's drift.
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
+        let half = hypotheses.rupture_mean_n.abs() / 2.0;
+        (half, half)
+    }
+
+    fn new(settings: &DistanceSettings) -> Self {
+        Self::towards(settings.hypotheses.rupture_mean_n)
+    }
+}
+
+impl<L: Lane> Distance<L> for PageHinkley<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        self.excess(evidence.residual_n)
+    }
+
+    #[inline(always)]
+    fn reset(&mut self, mask: L::Mask) {
+        self.forget(mask);
     }
 }
 
@@ -57,10 +87,10 @@ mod tests {
         let residuals: Vec<f64> =
             (0..400).map(|k| 0.3 - 0.2 * f64::from(k * k % 13) / 13.0 - f64::from(k / 300)).collect();
         let drift = 0.05;
-        let mut test = PageHinkley::<f64>::new(-0.2);
+        let mut test = PageHinkley::<f64>::towards(-0.2);
         let (mut accumulated, mut sum, mut least) = (0.0_f64, 0.0_f64, 0.0_f64);
         for k in 0..residuals.len() {
-            accumulated = (accumulated + (test.update(residuals[k]) - drift)).max(0.0);
+            accumulated = (accumulated + (test.excess(residuals[k]) - drift)).max(0.0);
             let mean = residuals[..=k].iter().sum::<f64>() / (k + 1) as f64;
             sum += mean - residuals[k] - drift;
             least = least.min(sum);
@@ -71,15 +101,15 @@ mod tests {
 
     #[test]
     fn a_constant_offset_says_nothing() {
-        let mut test = PageHinkley::<f64>::new(-0.2);
-        assert!((0..1000).all(|_| test.update(-3.0) == 0.0));
+        let mut test = PageHinkley::<f64>::towards(-0.2);
+        assert!((0..1000).all(|_| test.excess(-3.0) == 0.0));
     }
 
     #[test]
     fn what_is_no_number_is_passed_over() {
-        let mut test = PageHinkley::<f64>::new(-0.2);
-        test.update(1.0);
-        assert_eq!((test.update(f64::NAN), test.update(f64::INFINITY)), (0.0, 0.0));
-        assert_eq!(test.update(0.0), 0.5);
+        let mut test = PageHinkley::<f64>::towards(-0.2);
+        test.excess(1.0);
+        assert_eq!((test.excess(f64::NAN), test.excess(f64::INFINITY)), (0.0, 0.0));
+        assert_eq!(test.excess(0.0), 0.5);
     }
 }

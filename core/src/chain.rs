@@ -1,0 +1,104 @@
+//! The detection chain: estimator → distance → decision, one sample at a time.
+//!
+//! The engine, the rig, `detect`, `calibrate` and `roc` all run this one.
+
+use crate::detection::{Decision, Detector, Evidence};
+use crate::estimation::{Estimate, Estimator};
+use crate::lane::{Lane, Mask};
+
+/// What is measured of the slave at one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading<L> {
+    /// Force on the needle in N, positive when it resists insertion.
+    pub force_n: L,
+    /// Position of the needle in m, growing into the tissue.
+    pub position_m: L,
+    /// Velocity of the needle in m/s.
+    pub velocity_m_per_s: L,
+}
+
+/// What the chain made of one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Insight<L: Lane> {
+    /// Depth of the needle below the contact in m.
+    pub depth_m: L,
+    /// What the estimator made of it.
+    pub estimate: Estimate<L>,
+    /// What the detector made of it.
+    pub decision: Decision<L>,
+}
+
+/// An estimator and a detector behind each other. Memory and time per sample are constant; nothing is allocated.
+#[derive(Debug, Clone)]
+pub struct Chain<L, E, D> {
+    contact_m: L,
+    estimator: E,
+    detector: D,
+}
+
+impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
+    /// A chain before its first sample, for a tissue that the estimator takes to begin at `contact_m` (m).
+    #[must_use]
+    pub fn new(contact_m: L, estimator: E, detector: D) -> Self {
+        Self { contact_m, estimator, detector }
+    }
+
+    /// Takes the next sample.
+    #[inline(always)]
+    pub fn step(&mut self, reading: &Reading<L>) -> Insight<L> {
+        let Reading { force_n, position_m, velocity_m_per_s } = *reading;
+        let depth_m = position_m - self.contact_m;
+        let estimate = self.estimator.update(force_n, depth_m, velocity_m_per_s);
+        let evidence = Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate);
+        Insight { depth_m, estimate, decision: self.detector.update(&evidence) }
+    }
+
+    /// Passes over a sample that is missing: nothing is learnt and no alarm raised. The detector takes it for a loss of
+    /// contact at a force (N) and a velocity (m/s).
+    pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
+        self.estimator.skip();
+        let zero = L::zero();
+        let decision = self.detector.update(&Evidence {
+            force_n,
+            predicted_force_n: zero,
+            residual_n: zero,
+            correction: [zero; 2],
+            depth_m: zero,
+            velocity_m_per_s,
+            in_contact: L::Mask::splat(false),
+        });
+        Decision { alarm: L::Mask::splat(false), ..decision }
+    }
+
+    /// Takes the first sample after missing ones. It has no prediction to be compared with, so that it counts as missing, too;
+    /// the next one is predicted from it.
+    pub fn resume(&mut self, reading: &Reading<L>) -> Decision<L> {
+        let Reading { force_n, position_m, velocity_m_per_s } = *reading;
+        let decision = self.skip(force_n, velocity_m_per_s);
+        self.estimator.update(force_n, position_m - self.contact_m, velocity_m_per_s);
+        decision
+    }
+
+    /// The estimator.
+    pub fn estimator(&self) -> &E {
+        &self.estimator
+    }
+
+    /// The detector.
+    pub fn detector_mut(&mut self) -> &mut D {
+        &mut self.detector
+    }
+}
+
+impl<E: crate::lane::Gather, D: crate::lane::Gather> crate::lane::Gather for Chain<f64, E, D> {
+    type Of<L: Lane> = Chain<L, E::Of<L>, D::Of<L>>;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Self::Of<L>> {
+        use crate::lane::{Gather, of_each};
+        Some(Chain {
+            contact_m: Gather::gather(of_each!(all, |one| &one.contact_m))?,
+            estimator: E::gather(of_each!(all, |one| &one.estimator))?,
+            detector: D::gather(of_each!(all, |one| &one.detector))?,
+        })
+    }
+}

@@ -1,0 +1,40 @@
+//! The squared change of the force, the direct filtering that the paper compares with (4.1).
+
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
+use crate::lane::Lane;
+
+/// `s_k = (y_k - y_{k-1})²` in N²; 0 at the first sample.
+#[derive(Debug, Clone)]
+pub struct ForceDerivative<L> {
+    last_force: L,
+    started: bool,
+}
+
+impl<L: Lane> BuiltIn for ForceDerivative<L> {
+    const UNIT: &'static str = "N²";
+
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
+        hypotheses.squared_tuning()
+    }
+
+    fn new(_settings: &DistanceSettings) -> Self {
+        Self { last_force: L::zero(), started: false }
+    }
+}
+
+impl<L: Lane> Distance<L> for ForceDerivative<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        if !self.started {
+            self.started = true;
+            self.last_force = evidence.force_n;
+        }
+        let change = evidence.force_n - self.last_force;
+        self.last_force = evidence.force_n;
+        change * change
+    }
+}
+
+crate::lane::gather!(ForceDerivative { last_force } same { started });

@@ -1,0 +1,261 @@
+//! The distances: how unlike the hypothesis "nothing happened" a sample is (eq. 22, 23, 26, the paper's choices and two textbook
+//! tests).
+//!
+//! A distance is one file of this folder and one line of [`distances!`].
+
+mod force_derivative;
+mod likelihood_ratio;
+mod mean_change;
+mod page_hinkley;
+mod parameter_change;
+mod squared_drop;
+mod squared_residual;
+mod variance_change;
+
+pub use force_derivative::ForceDerivative;
+pub use likelihood_ratio::{LikelihoodRatio, MAX_WINDOW_SAMPLES, WINDOW_SAMPLES};
+pub use mean_change::MeanChange;
+pub use page_hinkley::PageHinkley;
+pub use parameter_change::ParameterChange;
+pub use squared_drop::SquaredDrop;
+pub use squared_residual::SquaredResidual;
+pub use variance_change::VarianceChange;
+
+use super::Evidence;
+use super::hypotheses::Hypotheses;
+use crate::error::{InvalidValue, require};
+use crate::lane::Lane;
+
+/// Turns the evidence of a sample into the number that is accumulated (eq. 27).
+///
+/// A distance of one's own implements this for `f64`; the built-in ones do for any number of lanes.
+pub trait Distance<L: Lane> {
+    /// `s_k`, in the unit of the distance.
+    fn update(&mut self, evidence: &Evidence<L>) -> L;
+
+    /// Forgets earlier samples where the mask holds, as an alarm was raised there.
+    #[inline(always)]
+    fn reset(&mut self, _mask: L::Mask) {}
+
+    /// Whether the distance adds up over samples (eq. 27). One that looks back by itself does not: `s_k - ν` itself is then
+    /// compared with the threshold.
+    #[inline(always)]
+    fn accumulates(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<L: Lane, D: Distance<L> + ?Sized> Distance<L> for alloc::boxed::Box<D> {
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        (**self).update(evidence)
+    }
+
+    fn reset(&mut self, mask: L::Mask) {
+        (**self).reset(mask);
+    }
+
+    fn accumulates(&self) -> bool {
+        (**self).accumulates()
+    }
+}
+
+/// What a built-in distance says of itself.
+trait BuiltIn {
+    /// The unit of the distance, of its threshold and its drift.
+    const UNIT: &'static str;
+    /// See [`Distance::accumulates`].
+    const ACCUMULATES: bool = true;
+    /// Whether only a mean shifted the way of `m_1` counts.
+    const IS_ONE_SIDED: bool = false;
+
+    /// Threshold γ and drift ν that follow from the hypotheses, in the unit of the distance.
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
+
+    /// The distance before the first sample.
+    fn new(settings: &DistanceSettings) -> Self;
+}
+
+/// The kinds of distance and the enum of them, from a line each: the type and its word in scenarios.
+macro_rules! distances {
+    ($($Part:ident $word:literal,)*) => {
+        /// Which distance is accumulated.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum DistanceKind {
+            $(#[doc = concat!("[`", stringify!($Part), "`]: `", $word, "` in scenarios.")] $Part,)*
+        }
+
+        impl DistanceKind {
+            /// Every kind.
+            pub const ALL: [Self; [$($word),*].len()] = [$(Self::$Part),*];
+
+            /// The words for them in scenarios, in the order of [`DistanceKind::ALL`].
+            pub const WORDS: [&'static str; Self::ALL.len()] = [$($word),*];
+
+            /// Whether the distance adds up (eq. 27); one that looks back by itself does not.
+            #[must_use]
+            pub fn accumulates(self) -> bool {
+                match self {
+                    $(Self::$Part => $Part::<f64>::ACCUMULATES,)*
+                }
+            }
+
+            /// Whether only a mean shifted the way of `m_1` counts.
+            #[must_use]
+            pub fn is_one_sided(self) -> bool {
+                match self {
+                    $(Self::$Part => $Part::<f64>::IS_ONE_SIDED,)*
+                }
+            }
+
+            /// The unit of the distance, of its threshold and its drift.
+            #[must_use]
+            pub fn unit(self) -> &'static str {
+                match self {
+                    $(Self::$Part => $Part::<f64>::UNIT,)*
+                }
+            }
+        }
+
+        impl Hypotheses {
+            /// Threshold γ and drift ν for a kind of distance, in its unit.
+            ///
+            /// The drift lies halfway between the two hypotheses and the threshold is what one sample of the changed one
+            /// adds: for the squared residual `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio
+            /// brings its own drift.
+            #[must_use]
+            pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
+                match kind {
+                    $(DistanceKind::$Part => $Part::<f64>::tuning(self),)*
+                }
+            }
+        }
+
+        /// Any of the built-in distances.
+        #[derive(Debug, Clone)]
+        pub enum AnyDistance<L> {
+            $(#[doc = concat!("The distance `", $word, "`.")] $Part($Part<L>),)*
+        }
+
+        impl<L: Lane> AnyDistance<L> {
+            /// The distance of the settings before the first sample.
+            #[must_use]
+            pub fn new(settings: &DistanceSettings) -> Self {
+                match settings.kind {
+                    $(DistanceKind::$Part => Self::$Part(BuiltIn::new(settings)),)*
+                }
+            }
+        }
+
+        impl<L: Lane> Distance<L> for AnyDistance<L> {
+            #[inline(always)]
+            fn update(&mut self, evidence: &Evidence<L>) -> L {
+                match self {
+                    $(Self::$Part(part) => part.update(evidence),)*
+                }
+            }
+
+            #[inline(always)]
+            fn reset(&mut self, mask: L::Mask) {
+                match self {
+                    $(Self::$Part(part) => part.reset(mask),)*
+                }
+            }
+
+            #[inline(always)]
+            fn accumulates(&self) -> bool {
+                match self {
+                    $(Self::$Part(part) => part.accumulates(),)*
+                }
+            }
+        }
+
+        crate::lane::gather_variants!(AnyDistance { $($Part),* });
+    };
+}
+
+distances! {
+    SquaredResidual "squared-residual",
+    SquaredDrop "squared-drop",
+    MeanChange "mean-change",
+    VarianceChange "variance-change",
+    ParameterChange "parameter-change",
+    ForceDerivative "force-derivative",
+    LikelihoodRatio "likelihood-ratio",
+    PageHinkley "page-hinkley",
+}
+
+/// A kind of distance with the hypotheses that scale it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DistanceSettings {
+    /// Which distance.
+    pub kind: DistanceKind,
+    /// What it compares.
+    pub hypotheses: Hypotheses,
+    /// How many samples the likelihood ratio looks back over, 1 to [`MAX_WINDOW_SAMPLES`]; the others have no window.
+    pub window_samples: usize,
+}
+
+impl DistanceSettings {
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first one out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.hypotheses.validate()?;
+        let holds = (1..=MAX_WINDOW_SAMPLES).contains(&self.window_samples);
+        require("detector.window_samples", self.window_samples as f64, holds, "a whole number from 1 to 64")?;
+        Ok(())
+    }
+}
+
+/// `x²`; `powi` is not in `core`.
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn evidence(residual_n: f64, predicted_force_n: f64) -> Evidence<f64> {
+        Evidence {
+            force_n: predicted_force_n + residual_n,
+            predicted_force_n,
+            residual_n,
+            correction: [0.0; 2],
+            depth_m: 0.01,
+            velocity_m_per_s: 0.0,
+            in_contact: true,
+        }
+    }
+
+    fn log_density(e: f64, mean: f64, std: f64) -> f64 {
+        -(e - mean).powi(2) / (2.0 * std * std) - std.ln()
+    }
+
+    #[test]
+    fn a_drop_is_a_resisting_force_that_falls_short() {
+        let hypotheses = Hypotheses::default();
+        let distance = |residual: f64, predicted: f64| {
+            let distance = DistanceSettings { kind: DistanceKind::SquaredDrop, hypotheses, window_samples: 1 };
+            AnyDistance::<f64>::new(&distance).update(&evidence(residual, predicted))
+        };
+        assert_eq!([distance(-0.5, 2.0), distance(0.5, 2.0), distance(-0.5, -2.0)], [0.25, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn eq_22_and_23_are_the_log_likelihood_ratios_of_eq_20() {
+        let hypotheses = Hypotheses::default();
+        for e in [-0.4, -0.07, 0.0, 0.03, 0.2] {
+            let distance = |kind| {
+                let settings = DistanceSettings { kind, hypotheses, window_samples: 1 };
+                AnyDistance::<f64>::new(&settings).update(&evidence(e, 0.0))
+            };
+            let mean = log_density(e, -0.2, 0.02) - log_density(e, 0.0, 0.02);
+            let variance = log_density(e, 0.0, 0.2) - log_density(e, 0.0, 0.02);
+            assert!((distance(DistanceKind::MeanChange) - mean).abs() < 1e-9);
+            assert!((distance(DistanceKind::VarianceChange) - variance).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The change of the estimated stiffness (eq. 26).
+
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
+use crate::lane::Lane;
+
+/// Magnitude of the stiffness component of `H_k` in N/m: the earlier proposal of Barbé et al. (2006).
+#[derive(Debug, Clone)]
+pub struct ParameterChange<L>(core::marker::PhantomData<L>);
+
+impl<L: Lane> BuiltIn for ParameterChange<L> {
+    const UNIT: &'static str = "N/m";
+
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
+        let half = hypotheses.stiffness_change_n_per_m / 2.0;
+        (half, half)
+    }
+
+    fn new(_settings: &DistanceSettings) -> Self {
+        Self(core::marker::PhantomData)
+    }
+}
+
+impl<L: Lane> Distance<L> for ParameterChange<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        evidence.correction[0].abs()
+    }
+}
+
+impl crate::lane::Gather for ParameterChange<f64> {
+    type Of<L: Lane> = ParameterChange<L>;
+
+    fn gather<L: Lane>(_all: [&Self; crate::lane::LANES]) -> Option<ParameterChange<L>> {
+        Some(ParameterChange(core::marker::PhantomData))
+    }
+}

@@ -1,0 +1,37 @@
+//! The squared residual, the paper's choice (4.4.3).
+
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
+use crate::lane::Lane;
+
+/// `s_k = e_k²` in N².
+#[derive(Debug, Clone)]
+pub struct SquaredResidual<L>(core::marker::PhantomData<L>);
+
+impl<L: Lane> BuiltIn for SquaredResidual<L> {
+    const UNIT: &'static str = "N²";
+
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
+        hypotheses.squared_tuning()
+    }
+
+    fn new(_settings: &DistanceSettings) -> Self {
+        Self(core::marker::PhantomData)
+    }
+}
+
+impl<L: Lane> Distance<L> for SquaredResidual<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        evidence.residual_n * evidence.residual_n
+    }
+}
+
+impl crate::lane::Gather for SquaredResidual<f64> {
+    type Of<L: Lane> = SquaredResidual<L>;
+
+    fn gather<L: Lane>(_all: [&Self; crate::lane::LANES]) -> Option<SquaredResidual<L>> {
+        Some(SquaredResidual(core::marker::PhantomData))
+    }
+}
