@@ -75,8 +75,6 @@ pub struct Situation<L: Lane> {
     pub hand_m: L,
     /// The slave's measured position in m.
     pub slave_m: L,
-    /// The measured force scaled to the master, in N.
-    pub force_n: L,
 }
 
 /// What the supervisor commands at a tick.
@@ -149,11 +147,11 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Decides a tick on both sides, without a link between them.
+    /// Decides a tick on both sides, without a link between them, for a measured force scaled to the master (N).
     #[inline(always)]
-    pub fn update(&mut self, now: &Situation<L>) -> Command<L> {
+    pub fn update(&mut self, now: &Situation<L>, force_n: L) -> Command<L> {
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
-        let (feedback_force_n, allowed_step_n) = self.feedback_force(mode, now.force_n);
+        let (feedback_force_n, allowed_step_n) = self.feedback_force(mode, force_n);
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 

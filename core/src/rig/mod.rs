@@ -166,14 +166,14 @@ impl HapticController {
     #[inline(always)]
     fn command(&mut self, seen: &Insight<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
         let Insight { estimate, decision, .. } = seen;
-        let command = self.supervisor.update(&Situation {
+        let situation = Situation {
             tick: self.tick,
             alarm: decision.alarm,
             decision: decision.decision,
             hand_m,
             slave_m: self.slave_m,
-            force_n,
-        });
+        };
+        let command = self.supervisor.update(&situation, force_n);
         self.tick += 1;
         Command {
             slave_reference_m: command.slave_reference_m,

@@ -1,23 +1,13 @@
 //! Velocity filter, estimator and detector in a row, fed sample by sample: what files and live streams share.
 
-use crate::detection::{Decision, Detector, Evidence};
+use crate::chain::{Chain, Insight, Reading};
+use crate::detection::{CusumDetector, Decision};
 use crate::error::{InvalidValue, positive};
-use crate::estimation::{Estimate, Estimator, VelocityFilter};
+use crate::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use crate::scenario::DetectionSettings;
 
 /// The step that is assumed of positions of which nothing else is known, in m.
 pub const ASSUMED_STEP_M: f64 = 1e-6;
-
-/// One sample, in SI units and this crate's signs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
-    /// Position of the needle in m, growing into the tissue.
-    pub position_m: f64,
-    /// Velocity in m/s; not looked at where it is filtered from the positions.
-    pub velocity_m_per_s: f64,
-    /// Force on the needle in N, positive when it resists insertion.
-    pub force_n: f64,
-}
 
 /// Where the velocity comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,17 +34,16 @@ pub struct Step {
     pub decision: Decision<f64>,
 }
 
-/// The chain at work. Memory and time per sample are constant; nothing is allocated after construction.
+/// A velocity source and the detection chain. Memory and time per sample are constant; nothing is allocated after
+/// construction.
 #[derive(Debug, Clone)]
-pub struct Chain {
-    contact_m: f64,
+pub struct DetectionChain {
     filter: Option<VelocityFilter<f64>>,
-    estimator: Estimator<f64>,
-    detector: Detector<f64>,
+    chain: Chain<f64, AnyEstimator<f64>, CusumDetector<f64>>,
 }
 
-impl Chain {
-    /// A chain that has seen nothing, for samples `interval_s` apart (s).
+impl DetectionChain {
+    /// A chain before its first sample, for samples `interval_s` apart (s).
     ///
     /// # Errors
     /// [`InvalidValue`] for an interval, or a step of the positions, that is not a positive finite number.
@@ -65,38 +54,17 @@ impl Chain {
             VelocitySource::Measured => None,
             VelocitySource::Filtered { step_m } => Some(VelocityFilter::new(interval_s, step_m, acceleration)?),
         };
-        Ok(Self {
-            contact_m: settings.contact_m,
-            filter,
-            estimator: Estimator::new(&settings.estimator),
-            detector: Detector::new(&settings.detector, interval_s),
-        })
+        let estimator = AnyEstimator::new(&settings.estimator);
+        let detector = CusumDetector::new(&settings.detector, interval_s);
+        Ok(Self { filter, chain: Chain::new(settings.contact_m, estimator, detector) })
     }
 
     /// Takes the next sample.
     #[inline]
-    pub fn step(&mut self, reading: &Reading) -> Step {
+    pub fn step(&mut self, reading: &Reading<f64>) -> Step {
         let measured = reading.velocity_m_per_s;
-        let velocity = self.filter.as_mut().map_or(measured, |filter| filter.update(reading.position_m));
-        let depth_m = reading.position_m - self.contact_m;
-        let estimate = self.estimator.update(reading.force_n, depth_m, velocity);
-        let decision = self.detector.update(&evidence(reading.force_n, depth_m, velocity, &estimate));
-        Step { velocity_m_per_s: velocity, depth_m, estimate, decision }
-    }
-}
-
-/// What a detector goes by: a force (N) at a depth below the contact (m) and a velocity (m/s), and what the estimator made of
-/// them.
-#[inline]
-#[must_use]
-pub fn evidence(force_n: f64, depth_m: f64, velocity_m_per_s: f64, estimate: &Estimate<f64>) -> Evidence<f64> {
-    Evidence {
-        force_n,
-        predicted_force_n: estimate.predicted_force_n,
-        residual_n: estimate.residual_n,
-        correction: estimate.correction,
-        depth_m,
-        velocity_m_per_s,
-        in_contact: depth_m > 0.0,
+        let velocity_m_per_s = self.filter.as_mut().map_or(measured, |filter| filter.update(reading.position_m));
+        let Insight { depth_m, estimate, decision } = self.chain.step(&Reading { velocity_m_per_s, ..*reading });
+        Step { velocity_m_per_s, depth_m, estimate, decision }
     }
 }

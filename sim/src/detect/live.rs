@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::EVEN_SHARE;
-use super::chain::{Chain, Reading, Step, VelocitySource};
+use super::chain::{DetectionChain, Step, VelocitySource};
+use crate::chain::Reading;
 use crate::error::InvalidValue;
 use crate::recording::{Limits, LiveSample};
 use crate::scenario::DetectionSettings;
@@ -23,7 +24,7 @@ pub struct LiveStep {
     /// Which tick, from 0.
     pub sample: u64,
     /// What was measured, or interpolated where a sample was lost.
-    pub reading: Reading,
+    pub reading: Reading<f64>,
     /// What came of it.
     pub step: Step,
 }
@@ -101,7 +102,7 @@ pub struct LiveDetector {
     settings: DetectionSettings,
     velocity: VelocitySource,
     interval_s: Option<f64>,
-    chain: Option<Chain>,
+    chain: Option<DetectionChain>,
     last: Option<LiveSample>,
     /// The last row that was not later than the last sample, and how many such have ascended.
     behind: (f64, u32),
@@ -210,7 +211,7 @@ impl LiveDetector {
     }
 
     fn set_interval(&mut self, interval_s: f64) -> Result<(), InvalidValue> {
-        self.chain = Some(Chain::new(&self.settings, interval_s, self.velocity)?);
+        self.chain = Some(DetectionChain::new(&self.settings, interval_s, self.velocity)?);
         self.interval_s = Some(interval_s);
         Ok(())
     }
@@ -235,7 +236,7 @@ impl LiveDetector {
         let Some(interval_s) = self.interval_s else { return };
         self.summary.restarts += 1;
         // The same interval and settings as before, which were good.
-        self.chain = Chain::new(&self.settings, interval_s, self.velocity).ok();
+        self.chain = DetectionChain::new(&self.settings, interval_s, self.velocity).ok();
         self.tick(sample, emit);
     }
 

@@ -9,8 +9,8 @@ mod report;
 mod scores;
 mod statistics;
 
-pub use chain::evidence;
-pub use chain::{ASSUMED_STEP_M, Chain, Reading, Step, VelocitySource};
+pub use crate::chain::Reading;
+pub use chain::{ASSUMED_STEP_M, DetectionChain, Step, VelocitySource};
 pub use live::{LiveDetector, LiveStep, LiveSummary, TimestampAnomaly};
 pub use matching::{Match, match_alarms};
 pub use phases::{Phase, PhaseInterval, PhaseRule};
@@ -67,7 +67,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     let settings = &spec.settings;
     let filtered = || VelocitySource::Filtered { step_m: position_step_m(&position_m, settings.position_resolution_m) };
     let velocity = measured.as_ref().map_or_else(filtered, |_| VelocitySource::Measured);
-    let mut chain = Chain::new(settings, interval_s, velocity)?;
+    let mut chain = DetectionChain::new(settings, interval_s, velocity)?;
     let count = time_s.len();
     let room = || Vec::with_capacity(count);
     let mut detection = Detection {

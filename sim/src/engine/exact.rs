@@ -141,8 +141,6 @@ pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUM
 }
 
 impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
-    const IS_VECTOR: bool = true;
-
     #[inline(always)]
     fn master(&self) -> MasterReading<L> {
         MasterReading {

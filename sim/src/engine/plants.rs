@@ -24,10 +24,6 @@ pub struct SlaveReading<L> {
 
 /// The two machines with their controllers, from tick to tick.
 pub trait Plants<L> {
-    /// Whether the step is arithmetic throughout, which wider registers make faster: only then are an engine's ticks compiled for
-    /// them too, and those of common kinds apart.
-    const IS_VECTOR: bool = false;
-
     /// The master side now.
     fn master(&self) -> MasterReading<L>;
     /// The slave side now.
@@ -38,4 +34,18 @@ pub trait Plants<L> {
     /// # Errors
     /// [`IntegrationError`] where a numerical integrator gives up.
     fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError>;
+}
+
+impl<L, P: Plants<L> + ?Sized> Plants<L> for Box<P> {
+    fn master(&self) -> MasterReading<L> {
+        (**self).master()
+    }
+
+    fn slave(&self) -> SlaveReading<L> {
+        (**self).slave()
+    }
+
+    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+        (**self).step(desired, desired_next, feedback, reference)
+    }
 }

@@ -2,48 +2,66 @@
 
 use std::sync::Arc;
 
-/// The ticks at which the supervisor is alarmed, in every lane; it takes such an alarm where it would take one of the
-/// detector's. Looked at only where there are any, or where something else already takes the tick off its straight way.
+use crate::detection::{Decision, Detector, Evidence};
+use crate::lane::{Gather, LANES, Lane, Mask, of_each};
+
+/// A detector with alarms at known ticks besides its own, in every lane.
 #[derive(Debug, Clone)]
-pub struct ScheduledAlarms {
+pub struct ScheduledAlarms<D> {
+    detector: D,
     ticks: Arc<[u64]>,
+    tick: u64,
     index: usize,
     /// The next of them; beyond every run where there is none.
     next: u64,
 }
 
-impl ScheduledAlarms {
+impl<D> ScheduledAlarms<D> {
     /// Alarms at ticks that ascend.
     #[must_use]
-    pub fn new(ticks: Arc<[u64]>) -> Self {
-        Self { next: ticks.first().copied().unwrap_or(u64::MAX), ticks, index: 0 }
+    pub fn new(detector: D, ticks: Arc<[u64]>) -> Self {
+        Self { detector, tick: 0, next: ticks.first().copied().unwrap_or(u64::MAX), ticks, index: 0 }
     }
 
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.ticks.is_empty()
-    }
-
-    /// Those of engines side by side, which have to be the same, as an alarm is one in every lane.
-    pub(super) fn in_all<const N: usize>(&self, all: [&Self; N]) -> Option<Self> {
-        all.iter().all(|other| other.ticks == self.ticks && other.index == self.index).then(|| self.clone())
-    }
-
-    /// Whether there is one at this tick, later than all that were asked for before.
-    #[inline(always)]
-    pub(super) fn is_due(&mut self, tick: u64) -> bool {
-        let is_due = tick == self.next;
-        if is_due {
-            self.advance();
-        }
-        is_due
+    /// The detector.
+    pub fn detector_mut(&mut self) -> &mut D {
+        &mut self.detector
     }
 
     #[cold]
-    #[inline(never)]
     fn advance(&mut self) {
         self.index += 1;
         self.next = self.ticks.get(self.index).copied().unwrap_or(u64::MAX);
+    }
+}
+
+impl<L: Lane, D: Detector<L>> Detector<L> for ScheduledAlarms<D> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
+        let mut decision = self.detector.update(evidence);
+        if self.tick == self.next {
+            self.advance();
+            decision.alarm = L::Mask::splat(true);
+        }
+        self.tick += 1;
+        decision
+    }
+}
+
+impl<D: Gather> Gather for ScheduledAlarms<D> {
+    type Of<L: Lane> = ScheduledAlarms<D::Of<L>>;
+
+    /// The ticks have to be the same, as an alarm is one in every lane.
+    fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
+        let Self { tick, index, next, ref ticks, .. } = *all[0];
+        let is_alike = |one: &&Self| one.ticks == *ticks && one.tick == tick;
+        all.iter().all(is_alike).then_some(())?;
+        Some(ScheduledAlarms {
+            detector: D::gather(of_each!(all, |one| &one.detector))?,
+            ticks: ticks.clone(),
+            tick,
+            index,
+            next,
+        })
     }
 }

@@ -31,9 +31,44 @@ pub enum Motion<L> {
     Hand(Arc<Hand>),
 }
 
+/// Says where the person wants the master to be.
+///
+/// An operator of one's own implements this for `f64`; [`Person`] and [`Replay`] do for any number of lanes.
+pub trait Operator<L: Lane> {
+    /// The desired position at `tick` in m, after a force `felt_n` (N) at the tick before. Called once for each tick, from 0
+    /// on.
+    fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
+}
+
+impl<L: Lane, O: Operator<L> + ?Sized> Operator<L> for Box<O> {
+    #[inline(always)]
+    fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
+        (**self).desired_position_m(tick, felt_n)
+    }
+}
+
+/// A motion that is known beforehand: one position a tick in m; the last one is held after its end.
+#[derive(Debug, Clone)]
+pub struct Replay(pub Arc<[f64]>);
+
+impl<L: Lane> Operator<L> for Replay {
+    #[inline(always)]
+    fn desired_position_m(&mut self, tick: u64, _felt_n: L) -> L {
+        recorded(&self.0, tick)
+    }
+}
+
+impl crate::lane::Gather for Replay {
+    type Of<L: Lane> = Self;
+
+    fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Self> {
+        crate::lane::same_list(crate::lane::of_each!(all, |one| &one.0)).then(|| all[0].clone())
+    }
+}
+
 /// A person: what they intend, how their hand trembles, and how they react to what they feel.
 #[derive(Debug, Clone)]
-pub struct Operator<L: Lane> {
+pub struct Person<L: Lane> {
     motion: Motion<L>,
     tremor: Option<Arc<[L]>>,
     reaction: Option<Reaction<L>>,
@@ -85,18 +120,11 @@ impl<L: Lane> Motion<L> {
     }
 }
 
-impl<L: Lane> Operator<L> {
+impl<L: Lane> Person<L> {
     /// A person with a steady hand who follows the motion whatever they feel.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
         Self { motion, tremor: None, reaction: None }
-    }
-
-    /// Nobody: a desired position of 0.
-    #[must_use]
-    pub(crate) fn nobody() -> Self {
-        let zero = L::zero();
-        Self::new(Motion::Ramp(Ramp { start: zero, step: zero, low: zero, high: zero }))
     }
 
     /// The same person with a displacement in m added at each tick, as [`TremorSettings::displacements`] gives them.
@@ -113,20 +141,11 @@ impl<L: Lane> Operator<L> {
         self.reaction = Some(Reaction::new(settings, seed, first_stream, tick_s));
         self
     }
+}
 
-    /// The recorded motion, where it is all that there is.
+impl<L: Lane> Operator<L> for Person<L> {
     #[inline(always)]
-    pub(crate) fn as_replay(&self) -> Option<&[f64]> {
-        match (&self.motion, &self.tremor, &self.reaction) {
-            (Motion::Recording(positions), None, None) => Some(positions),
-            _ => None,
-        }
-    }
-
-    /// The desired position at `tick` in m, after a force `felt_n` (N) at the tick before. Asked once for each tick, from
-    /// 0 on.
-    #[inline(always)]
-    pub fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
+    fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
         let intended = match &mut self.reaction {
             Some(reaction) if tick > 0 => {
                 let (own_ticks, withdrawn_m) = reaction.step(tick, felt_n);
@@ -141,7 +160,7 @@ impl<L: Lane> Operator<L> {
     }
 }
 
-crate::lane::gather!(Operator { motion, tremor, reaction });
+crate::lane::gather!(Person { motion, tremor, reaction });
 crate::lane::gather!(Ramp { start, step, low, high });
 
 impl crate::lane::Gather for Motion<f64> {
@@ -178,7 +197,7 @@ mod tests {
     fn a_ramp_ends_where_it_should_in_either_direction() {
         let at = |start, end, tick| {
             let ramp = Ramp::<f64>::new(start, end, 0.01, 1e-3).expect("valid");
-            Operator::new(Motion::Ramp(ramp)).desired_position_m(tick, 0.0)
+            Person::new(Motion::Ramp(ramp)).desired_position_m(tick, 0.0)
         };
         assert_eq!(at(0.0, 0.02, 0), 0.0);
         assert!((at(0.0, 0.02, 500) - 0.005).abs() < 1e-15);

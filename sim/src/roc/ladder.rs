@@ -1,7 +1,7 @@
 //! One detector at many thresholds, on the same samples.
 
 use super::rungs::{RUNGS, ThresholdLanes};
-use crate::detection::{Detector, DetectorSettings, Evidence};
+use crate::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
 use crate::lane::{Lane, Mask};
 
 /// A detector's thresholds, the others of its settings being the same.
@@ -63,7 +63,7 @@ impl Ladder {
             let of = |pick: fn(&DetectorSettings) -> f64| {
                 ThresholdLanes(std::array::from_fn(|i| pick(&settings[i.min(settings.len() - 1)])))
             };
-            let detector = Detector::<ThresholdLanes>::new(&self.settings, tick_s)
+            let detector = CusumDetector::<ThresholdLanes>::new(&self.settings, tick_s)
                 .with_thresholds(of(|settings| settings.cusum.threshold), of(|settings| settings.cusum.cap));
             self.climb_group(detector, evidence, |rung, sample| {
                 if rung < settings.len() {
@@ -75,7 +75,7 @@ impl Ladder {
 
     fn climb_group(
         &self,
-        mut detector: Detector<ThresholdLanes>,
+        mut detector: CusumDetector<ThresholdLanes>,
         evidence: &[Evidence<f64>],
         mut alarm: impl FnMut(usize, usize),
     ) {

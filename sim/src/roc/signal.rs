@@ -9,7 +9,7 @@ use super::tally::Labels;
 use crate::detect;
 use crate::detection::{DetectorSettings, DistanceKind, Evidence};
 use crate::engine::{Observer, Signals};
-use crate::estimation::{Estimator, RlsSettings};
+use crate::estimation::{AnyEstimator, Estimator, RlsSettings};
 use crate::recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use crate::run::observe;
 use crate::scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
@@ -168,14 +168,14 @@ impl Signal {
     }
 
     fn estimate(&self, samples: &Samples, evidence: &mut Vec<Evidence<f64>>, mut noise_n: impl FnMut() -> f64) {
-        let mut estimator = Estimator::<f64>::new(&self.estimator);
+        let mut estimator = AnyEstimator::<f64>::new(&self.estimator);
         let forces = samples.force_n.iter().zip(&samples.position_m).zip(&samples.velocity_m_per_s);
         evidence.clear();
         evidence.extend(forces.map(|((force_n, position_m), &velocity_m_per_s)| {
             let force_n = force_n + noise_n();
             let depth_m = position_m - self.contact_m;
             let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
-            detect::evidence(force_n, depth_m, velocity_m_per_s, &estimate)
+            Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate)
         }));
     }
 }

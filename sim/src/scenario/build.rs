@@ -6,20 +6,20 @@ use super::error::ScenarioError;
 use super::resolve::{DelayTicks, EngineKind, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::Supervisor;
+use crate::chain::Chain;
 use crate::channel::Delay;
-use crate::detection::Detector;
+use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
 use crate::engine::{
-    Engine, ExactPlants, FractionalDelayPlants, IntegratedPlants, IntegrationError, LimitedPlants, Observer,
-    ScheduledAlarms,
+    Any, AnyDetector, Engine, ExactPlants, FractionalDelayPlants, IntegratedPlants, IntegrationError, LimitedPlants,
+    Observer, Parts, ScheduledAlarms, Wired, Wiring,
 };
-use crate::error::InvalidValue;
-use crate::estimation::{Estimator, VelocityFilter};
+use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
-use crate::operator::{Hand, Motion, Operator, Ramp};
+use crate::operator::{Hand, Motion, Person, Ramp, Replay};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
-use crate::sensor::Sensor;
-use crate::teleoperation::{Link, LinkReport};
-use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
+use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
+use crate::teleoperation::{DirectLink, Link, LinkReport};
+use crate::tissue::{AnyTissue, DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce};
 
 /// Set the two directions' random numbers apart from all others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
@@ -29,13 +29,13 @@ const BACKWARD: u64 = 0x6261_636b_7761_7264;
 #[derive(Debug, Clone)]
 pub enum ScenarioEngine {
     /// Stepped exactly.
-    Exact(Box<Engine<f64, ExactPlants<f64>>>),
+    Exact(Box<Wired<f64, ExactPlants<f64>>>),
     /// Stepped exactly, with motors that saturate.
-    Limited(Box<Engine<f64, LimitedPlants<f64>>>),
+    Limited(Box<Engine<LimitedPlants<f64>, Any<f64>>>),
     /// Stepped exactly, with samples that arrive between ticks.
-    Split(Box<Engine<f64, FractionalDelayPlants<f64>>>),
+    Split(Box<Engine<FractionalDelayPlants<f64>, Any<f64>>>),
     /// Integrated numerically.
-    Integrated(Box<Engine<f64, IntegratedPlants>>),
+    Integrated(Box<Engine<IntegratedPlants, Any<f64>>>),
 }
 
 impl ScenarioEngine {
@@ -54,36 +54,15 @@ impl ScenarioEngine {
         }
     }
 
-    /// As [`Engine::ask_higher_thresholds`].
-    pub(crate) fn ask_higher_thresholds(&mut self, thresholds: &[f64]) {
-        match self {
-            Self::Exact(engine) => engine.ask_higher_thresholds(thresholds),
-            Self::Limited(engine) => engine.ask_higher_thresholds(thresholds),
-            Self::Split(engine) => engine.ask_higher_thresholds(thresholds),
-            Self::Integrated(engine) => engine.ask_higher_thresholds(thresholds),
-        }
-    }
-
-    /// As [`Engine::thresholds_alike`], of the only lane.
-    pub(crate) fn thresholds_alike(&self) -> Vec<f64> {
-        match self {
-            Self::Exact(engine) => engine.thresholds_alike(0),
-            Self::Limited(engine) => engine.thresholds_alike(0),
-            Self::Split(engine) => engine.thresholds_alike(0),
-            Self::Integrated(engine) => engine.thresholds_alike(0),
-        }
-    }
-
     /// What the link has seen; none where positions and forces arrive at once and as they are.
     #[must_use]
     pub fn link_report(&self) -> Option<LinkReport> {
-        let link = match self {
-            Self::Exact(engine) => &engine.link,
-            Self::Limited(engine) => &engine.link,
-            Self::Split(engine) => &engine.link,
-            Self::Integrated(engine) => &engine.link,
-        };
-        (!link.is_direct()).then(|| link.report(0))
+        match self {
+            Self::Exact(engine) => engine.link_report(0),
+            Self::Limited(engine) => engine.parts.link_report(0),
+            Self::Split(engine) => engine.parts.link_report(0),
+            Self::Integrated(engine) => engine.parts.link_report(0),
+        }
     }
 }
 
@@ -107,7 +86,7 @@ impl Scenario {
                     self.position_scale() * start_m,
                 );
                 let plants = plants.limited(&self.actuators).split(self.backward.share, self.forward.share);
-                ScenarioEngine::Integrated(Box::new(self.assemble(plants, 0)?))
+                ScenarioEngine::Integrated(Box::new(self.general(plants, 0)?))
             }
         })
     }
@@ -117,7 +96,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::build`], and for a scenario with actuator limits, which takes [`Scenario::limited_engine`], or with
     /// delays of no whole number of ticks, which takes [`Scenario::split_engine`].
-    pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, ExactPlants<L>>, ScenarioError> {
+    pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Wired<L, ExactPlants<L>>, ScenarioError> {
         if !self.actuators.are_none() {
             return Err(
                 ScenarioError::new("this engine has no actuator limits").at(self.values().section_place("actuator"))
@@ -127,7 +106,7 @@ impl Scenario {
             let message = "this engine has no samples that arrive between ticks";
             return Err(ScenarioError::new(message).at(self.values().section_place("channel")));
         }
-        self.assemble(self.exact_plants()?, first_stream)
+        self.wired(self.exact_plants()?, first_stream)
     }
 
     /// Whether samples arrive between ticks.
@@ -142,14 +121,14 @@ impl Scenario {
     pub fn split_engine<L: Lane>(
         &self,
         first_stream: u64,
-    ) -> Result<Engine<L, FractionalDelayPlants<L>>, ScenarioError> {
+    ) -> Result<Engine<FractionalDelayPlants<L>, Any<L>>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let plant = |error| self.unbuildable(&error);
         let rest_s = |delay: DelayTicks| (1.0 - delay.share) * tick_s;
         let master = MasterStep::new(&self.master, &self.arm, self.timing, rest_s(self.backward)).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
         let reference_m = self.position_scale() * self.start_m();
-        self.assemble(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m), first_stream)
+        self.general(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m), first_stream)
     }
 
     /// Both plants over whole ticks.
@@ -163,12 +142,15 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`Scenario::build`].
-    pub fn limited_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<L, LimitedPlants<L>>, ScenarioError> {
+    pub fn limited_engine<L: Lane>(
+        &self,
+        first_stream: u64,
+    ) -> Result<Engine<LimitedPlants<L>, Any<L>>, ScenarioError> {
         let machines = (&self.master, &self.arm, &self.slave);
         let start_m = self.start_m();
         let reference_m = self.position_scale() * start_m;
         let plants = LimitedPlants::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
-        self.assemble(plants.map_err(|error| self.unbuildable(&error))?, first_stream)
+        self.general(plants.map_err(|error| self.unbuildable(&error))?, first_stream)
     }
 
     /// A side that cannot be built, at the place of what is wrong with it.
@@ -184,63 +166,135 @@ impl Scenario {
         }
     }
 
-    /// The scenario around two machines.
-    fn assemble<L: Lane, S>(&self, plants: S, first_stream: u64) -> Result<Engine<L, S>, ScenarioError> {
-        let tick_s = self.grid.tick_s();
-        let start_m = self.start_m();
-        let out_of_range = |error| self.values().out_of_range(&error);
-        let velocity_filter = (self.sensor.position_resolution_m > 0.0)
-            .then(|| VelocityFilter::new(tick_s, self.sensor.position_resolution_m, self.acceleration_std_m_per_s2))
-            .transpose()
-            .map_err(out_of_range)?;
-        Ok(Engine {
-            grid: self.grid,
-            plants,
-            operator: self.person(first_stream).map_err(out_of_range)?,
-            tissue: match &self.tissue {
-                TissueSpec::Recording { force_n, rupture_ticks } => {
-                    Tissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone()))
-                }
-                TissueSpec::Depth { position_m, force_n, rupture_depths_m, presliding_m } => {
-                    let start_m = self.position_scale() * start_m;
-                    let recording = (&**position_m, &**force_n);
-                    let replay = DepthReplay::new(recording, rupture_depths_m.clone(), *presliding_m, start_m);
-                    Tissue::Depth(replay.map_err(out_of_range)?)
-                }
-                TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
-                    Tissue::HuntCrossley(HuntCrossley::new(*mu, *lambda, *power, *contact_m).map_err(out_of_range)?)
-                }
-                TissueSpec::Generalised { depths_m, mus, lambdas, power, contact_m } => {
-                    let tissue = Generalised::new(depths_m, (mus, lambdas), *power, *contact_m);
-                    Tissue::Generalised(Box::new(tissue.map_err(out_of_range)?))
-                }
-                TissueSpec::Layers(parameters) => {
-                    let tissue = Layers::new(parameters, tick_s, self.position_scale() * start_m);
-                    Tissue::Layers(Box::new(tissue.map_err(out_of_range)?))
-                }
-                TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => Tissue::KelvinVoigt(
-                    KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map_err(out_of_range)?,
-                ),
-            },
-            sensor: Sensor::new(&self.sensor, tick_s, self.seed, first_stream),
-            velocity_filter,
-            contact_m: L::splat(self.contact_m),
-            estimator: Estimator::new(&self.estimator),
-            detector: Detector::new(&self.detector, tick_s),
-            supervisor: Supervisor::new(
-                &self.augmentation,
-                self.detector.cusum.threshold,
-                tick_s,
-                L::splat(self.position_scale() * start_m),
-            ),
-            link: self.joined(first_stream)?,
-            // Without augmentation there is nothing that an alarm could begin.
-            scheduled: ScheduledAlarms::new(if self.augmentation.enabled {
-                self.events.clone()
-            } else {
-                Arc::default()
-            }),
+    /// The scenario around two machines, compiled for any parts.
+    fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
+        let link = self.joined(first_stream)?;
+        self.around(plants, self.person(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?, link)
+    }
+
+    /// The scenario around two machines, compiled for its parts where they are common.
+    fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
+        let link: Link<L> = self.joined(first_stream)?;
+        if !link.is_direct() {
+            return self.general(plants, first_stream).map(Wired::Any);
+        }
+        let machines = &self.link.machines;
+        let link = DirectLink::new(machines.position_scale, machines.force_scale);
+        let is_baseline = self.estimator.is_baseline()
+            && self.detector.distance.kind == DistanceKind::SquaredResidual
+            && self.alarm_ticks().is_empty()
+            && self.sensor.reads_position_exactly();
+        let force_sensor = || ForceSensor::new(&self.sensor, self.grid.tick_s(), self.seed, first_stream);
+        let reads_exactly = self.sensor.reads_force_exactly();
+        Ok(match (self.replay().filter(|_| is_baseline), self.any_tissue()?) {
+            (Some(operator), AnyTissue::Recording(tissue)) if reads_exactly => {
+                Wired::Paper(self.baseline(plants, operator, tissue, PerfectSensor, link))
+            }
+            (Some(operator), AnyTissue::Recording(tissue)) => {
+                Wired::NoisyRecording(self.baseline(plants, operator, tissue, force_sensor(), link))
+            }
+            (Some(operator), AnyTissue::Layers(tissue)) => {
+                Wired::NoisyLayers(self.baseline(plants, operator, tissue, force_sensor(), link))
+            }
+            (Some(operator), AnyTissue::Depth(tissue)) if reads_exactly => {
+                Wired::Depth(self.baseline(plants, operator, tissue, PerfectSensor, link))
+            }
+            (_, tissue) => Wired::AnyDirect(self.around(
+                plants,
+                self.person(first_stream)?,
+                tissue,
+                self.any_sensor(first_stream)?,
+                link,
+            )?),
         })
+    }
+
+    /// Parts with any built-in estimator and detector around two machines.
+    fn around<L: Lane, P, O, T, S, K>(
+        &self,
+        plants: P,
+        operator: O,
+        tissue: T,
+        sensor: S,
+        link: K,
+    ) -> Result<Engine<P, Parts<L, O, T, S, AnyEstimator<L>, AnyDetector<L>, K>>, ScenarioError> {
+        let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
+        let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
+        let chain = Chain::new(L::splat(self.contact_m), AnyEstimator::new(&self.estimator), detector);
+        Ok(self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link }))
+    }
+
+    /// Parts with the paper's estimator and detector around two machines.
+    fn baseline<L: Lane, P, O, T, S, K>(
+        &self,
+        plants: P,
+        operator: O,
+        tissue: T,
+        sensor: S,
+        link: K,
+    ) -> Engine<P, Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>> {
+        let distance = SquaredResidual::new();
+        let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
+        let chain = Chain::new(L::splat(self.contact_m), Rls::new(&self.estimator), detector);
+        self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link })
+    }
+
+    fn engine_of<P, W>(&self, plants: P, parts: W) -> Engine<P, W> {
+        Engine { grid: self.grid, plants, parts }
+    }
+
+    /// What the needle meets.
+    fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
+        let start_m = self.position_scale() * self.start_m();
+        let tissue = match &self.tissue {
+            TissueSpec::Recording { force_n, rupture_ticks } => {
+                Ok(AnyTissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone())))
+            }
+            TissueSpec::Depth { position_m, force_n, rupture_depths_m, presliding_m } => {
+                let recording = (&**position_m, &**force_n);
+                DepthReplay::new(recording, rupture_depths_m.clone(), *presliding_m, start_m).map(AnyTissue::Depth)
+            }
+            TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
+                HuntCrossley::new(*mu, *lambda, *power, *contact_m).map(AnyTissue::HuntCrossley)
+            }
+            TissueSpec::Generalised { depths_m, mus, lambdas, power, contact_m } => {
+                let tissue = Generalised::new(depths_m, (mus, lambdas), *power, *contact_m);
+                tissue.map(|tissue| AnyTissue::Generalised(Box::new(tissue)))
+            }
+            TissueSpec::Layers(parameters) => {
+                Layers::new(parameters, self.grid.tick_s(), start_m).map(|tissue| AnyTissue::Layers(Box::new(tissue)))
+            }
+            TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => {
+                KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map(AnyTissue::KelvinVoigt)
+            }
+        };
+        tissue.map_err(|error| self.values().out_of_range(&error))
+    }
+
+    fn any_sensor<L: Lane>(&self, first_stream: u64) -> Result<AnySensor<L>, ScenarioError> {
+        let stream = (self.seed, first_stream);
+        AnySensor::new(&self.sensor, self.acceleration_std_m_per_s2, self.grid.tick_s(), stream)
+            .map_err(|error| self.values().out_of_range(&error))
+    }
+
+    fn supervisor<L: Lane>(&self) -> Supervisor<L> {
+        let reference_m = L::splat(self.position_scale() * self.start_m());
+        Supervisor::new(&self.augmentation, self.detector.cusum.threshold, self.grid.tick_s(), reference_m)
+    }
+
+    /// The ticks of scheduled alarms. Without augmentation there is nothing that an alarm could begin.
+    fn alarm_ticks(&self) -> Arc<[u64]> {
+        if self.augmentation.enabled { self.events.clone() } else { Arc::default() }
+    }
+
+    /// The motion of a person who follows what is known beforehand, whatever they feel.
+    fn replay(&self) -> Option<Replay> {
+        match &self.operator {
+            OperatorSpec::Recording(positions) if self.tremor.amplitude_m <= 0.0 && self.reflex.is_none() => {
+                Some(Replay(positions.clone()))
+            }
+            OperatorSpec::Recording(_) | OperatorSpec::Ramp { .. } | OperatorSpec::Hand(_) => None,
+        }
     }
 
     /// What joins the two sides.
@@ -267,16 +321,17 @@ impl Scenario {
     }
 
     /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
-    fn person<L: Lane>(&self, first_stream: u64) -> Result<Operator<L>, InvalidValue> {
+    fn person<L: Lane>(&self, first_stream: u64) -> Result<Person<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let motion = match &self.operator {
             OperatorSpec::Recording(positions) => Motion::Recording(positions.clone()),
             OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
-                Motion::Ramp(Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s)?)
+                let ramp = Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s);
+                Motion::Ramp(ramp.map_err(|error| self.values().out_of_range(&error))?)
             }
             OperatorSpec::Hand(hand) => Motion::Hand(hand.clone()),
         };
-        let mut person = Operator::new(motion);
+        let mut person = Person::new(motion);
         if self.tremor.amplitude_m > 0.0 {
             let ticks = self.grid.ticks() + 1;
             person = person.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));

@@ -4,8 +4,10 @@ use super::error::ScenarioError;
 use super::key_table::{DISTANCES, PARAMETERS};
 use super::value::Value;
 use super::values::Values;
-use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLaw, Freeze, Reengage};
-use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, Distance, DistanceKind, Hypotheses, Motion};
+use crate::augmentation::{AugmentationSettings, AutomatonSettings, ForceLawSettings, Freeze, Reengage};
+use crate::detection::{
+    ArmingSettings, CusumSettings, DetectorSettings, DistanceKind, DistanceSettings, Hypotheses, Motion,
+};
 use crate::estimation::{Forgetting, FrictionShape, Parameters, RlsSettings};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, Grip, MasterParameters, SlaveParameters,
@@ -171,7 +173,11 @@ pub(super) fn detector(values: &mut Values) -> Result<DetectorSettings, Scenario
     values.derive_if_missing("detector.drift", Value::Number(drift));
     values.derive_if_missing("detector.cap", Value::Number(cap));
     Ok(DetectorSettings {
-        distance: Distance { kind, hypotheses, window_samples: values.whole("detector.window_samples")? as usize },
+        distance: DistanceSettings {
+            kind,
+            hypotheses,
+            window_samples: values.whole("detector.window_samples")? as usize,
+        },
         cusum: CusumSettings { threshold, drift, cap },
         arming: ArmingSettings {
             settle_s: values.number("detector.settle_s")?,
@@ -209,8 +215,8 @@ pub(super) fn augmentation(values: &Values) -> Result<AugmentationSettings, Scen
             _ => Reengage::Ramp { catch_up_speed_m_per_s: values.number("augmentation.catch_up_speed_m_per_s")? },
         },
         force: match values.text("augmentation.force_law")? {
-            "amplify" => ForceLaw::Amplify { gain: values.number("augmentation.amplification")? },
-            _ => ForceLaw::Decay {
+            "amplify" => ForceLawSettings::Amplify { gain: values.number("augmentation.amplification")? },
+            _ => ForceLawSettings::Decay {
                 ratio: values.number("augmentation.decay_ratio")?,
                 time_constant_s: values.number("augmentation.decay_time_constant_s")?,
             },

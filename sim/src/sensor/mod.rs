@@ -16,7 +16,9 @@ mod noise;
 pub use self::bank::NoiseBank;
 use self::lag::Lag;
 use self::noise::WhiteNoise;
+use crate::chain::Reading;
 use crate::error::{InvalidValue, finite, non_negative, positive};
+use crate::estimation::VelocityFilter;
 use crate::lane::Lane;
 
 /// What the sensors do.
@@ -52,6 +54,19 @@ impl SensorSettings {
         non_negative("sensor.position_resolution_m", self.position_resolution_m)?;
         Ok(())
     }
+
+    /// Whether the force is read as it is.
+    #[must_use]
+    pub fn reads_force_exactly(&self) -> bool {
+        let Self { force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n, force_range_n, .. } = *self;
+        [force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n] == [0.0; 4] && force_range_n.is_none()
+    }
+
+    /// Whether the position is read as it is.
+    #[must_use]
+    pub fn reads_position_exactly(&self) -> bool {
+        self.position_resolution_m == 0.0
+    }
 }
 
 /// Rounds to multiples of a step; a step of 0 leaves the number as it is.
@@ -72,20 +87,55 @@ impl<L: Lane> Quantiser<L> {
     }
 }
 
-/// The sensors at work. Lane `i` draws its noise from stream `first_stream + i` of the seed, whatever the other lanes do.
+/// Measures the needle.
+pub trait Sensor<L: Lane> {
+    /// The reading of a force (N), a position (m) and a velocity (m/s). Called once for each tick.
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L>;
+
+    /// Takes the noise of `ticks` readings out of a bank, where it has them or has room: the same numbers as without it.
+    fn share_noise(&mut self, _bank: &mut NoiseBank, _ticks: u64) {}
+}
+
+impl<L: Lane, S: Sensor<L> + ?Sized> Sensor<L> for Box<S> {
+    #[inline(always)]
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
+        (**self).read(force_n, position_m, velocity_m_per_s)
+    }
+}
+
+/// Reads everything as it is.
+#[derive(Debug, Clone, Copy)]
+pub struct PerfectSensor;
+
+impl<L: Lane> Sensor<L> for PerfectSensor {
+    #[inline(always)]
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
+        Reading { force_n, position_m, velocity_m_per_s }
+    }
+}
+
+impl crate::lane::Gather for PerfectSensor {
+    type Of<L: Lane> = Self;
+
+    fn gather<L: Lane>(_all: [&Self; crate::lane::LANES]) -> Option<Self> {
+        Some(Self)
+    }
+}
+
+/// Reads the force with all that the settings say, position and velocity as they are. Lane `i` draws its noise from stream
+/// `first_stream + i` of the seed, whatever the other lanes do.
 #[derive(Debug, Clone)]
-pub struct Sensor<L> {
+pub struct ForceSensor<L> {
     bias_n: Option<L>,
     lag: Option<Lag<L>>,
     noise_std_n: L,
     noise: Option<WhiteNoise<L>>,
     force: Quantiser<L>,
     range_n: Option<L>,
-    position: Quantiser<L>,
 }
 
-impl<L: Lane> Sensor<L> {
-    /// Sensors read every `tick_s` (s), with the noise of `seed`, from stream `first_stream` on.
+impl<L: Lane> ForceSensor<L> {
+    /// A sensor read every `tick_s` (s), with the noise of `seed`, from stream `first_stream` on.
     #[must_use]
     pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
         let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;
@@ -96,28 +146,7 @@ impl<L: Lane> Sensor<L> {
             noise: (force_noise_std_n > 0.0).then(|| WhiteNoise::new(seed, first_stream)),
             force: Quantiser::new(settings.force_resolution_n),
             range_n: settings.force_range_n.map(L::splat),
-            position: Quantiser::new(settings.position_resolution_m),
         }
-    }
-
-    /// Takes the noise of `ticks` readings out of a bank, where it has them or has room: the same numbers as without it.
-    pub fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64) {
-        if let Some(noise) = &mut self.noise {
-            noise.take_from(bank, ticks);
-        }
-    }
-
-    /// Whether the force is read as it is.
-    #[must_use]
-    pub fn reads_force_exactly(&self) -> bool {
-        let Self { bias_n, lag, noise_std_n: _, noise, force, range_n, position: _ } = self;
-        bias_n.is_none() && lag.is_none() && noise.is_none() && force.0.is_none() && range_n.is_none()
-    }
-
-    /// Whether the position is read as it is.
-    #[must_use]
-    pub fn reads_position_exactly(&self) -> bool {
-        self.position.0.is_none()
     }
 
     /// The force as measured, in N.
@@ -139,15 +168,68 @@ impl<L: Lane> Sensor<L> {
         }
         read
     }
+}
 
-    /// The position as measured, in m.
+impl<L: Lane> Sensor<L> for ForceSensor<L> {
     #[inline(always)]
-    pub fn read_position(&self, position_m: L) -> L {
-        self.position.read(position_m)
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
+        Reading { force_n: self.read_force(force_n), position_m, velocity_m_per_s }
+    }
+
+    fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64) {
+        if let Some(noise) = &mut self.noise {
+            noise.take_from(bank, ticks);
+        }
     }
 }
 
-crate::lane::gather!(Sensor { bias_n, lag, noise_std_n, noise, force, range_n, position });
+/// Reads force and position with all that the settings say. Where the position has steps, the velocity is estimated from it.
+#[derive(Debug, Clone)]
+pub struct AnySensor<L> {
+    force: ForceSensor<L>,
+    position: Quantiser<L>,
+    velocity: Option<VelocityFilter<L>>,
+}
+
+impl<L: Lane> AnySensor<L> {
+    /// Sensors as [`ForceSensor::new`]; `acceleration_std_m_per_s2` (m/s², above 0) is what the velocity filter expects.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] where the velocity filter cannot be made.
+    pub fn new(
+        settings: &SensorSettings,
+        acceleration_std_m_per_s2: f64,
+        tick_s: f64,
+        (seed, first_stream): (u64, u64),
+    ) -> Result<Self, InvalidValue> {
+        let resolution_m = settings.position_resolution_m;
+        let filter = (resolution_m > 0.0).then(|| VelocityFilter::new(tick_s, resolution_m, acceleration_std_m_per_s2));
+        Ok(Self {
+            force: ForceSensor::new(settings, tick_s, seed, first_stream),
+            position: Quantiser::new(resolution_m),
+            velocity: filter.transpose()?,
+        })
+    }
+}
+
+impl<L: Lane> Sensor<L> for AnySensor<L> {
+    #[inline(always)]
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
+        let position_m = self.position.read(position_m);
+        let velocity_m_per_s = match &mut self.velocity {
+            Some(filter) => filter.update(position_m),
+            None => velocity_m_per_s,
+        };
+        self.force.read(force_n, position_m, velocity_m_per_s)
+    }
+
+    fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64) {
+        self.force.share_noise(bank, ticks);
+    }
+}
+
+crate::lane::gather!(ForceSensor { bias_n, lag, noise_std_n, noise, force, range_n });
+crate::lane::gather!(AnySensor { force, position, velocity });
 
 impl crate::lane::Gather for Quantiser<f64> {
     type Of<L: Lane> = Quantiser<L>;
@@ -164,7 +246,7 @@ mod tests {
     const TICK_S: f64 = 1e-3;
 
     fn readings(settings: &SensorSettings, forces: impl Iterator<Item = f64>) -> Vec<f64> {
-        let mut sensor = Sensor::<f64>::new(settings, TICK_S, 3, 0);
+        let mut sensor = ForceSensor::<f64>::new(settings, TICK_S, 3, 0);
         forces.map(|force_n| sensor.read_force(force_n)).collect()
     }
 
@@ -204,10 +286,7 @@ mod tests {
 
     #[test]
     fn any_imperfection_ends_exactness_and_none_keeps_it() {
-        let exact = |settings: SensorSettings| {
-            let sensor = Sensor::<f64>::new(&settings, TICK_S, 0, 0);
-            sensor.reads_force_exactly() && sensor.reads_position_exactly()
-        };
+        let exact = |settings: SensorSettings| settings.reads_force_exactly() && settings.reads_position_exactly();
         assert!(exact(SensorSettings::default()));
         assert!(!exact(SensorSettings { force_bias_n: -0.1, ..Default::default() }));
         assert!(!exact(SensorSettings { force_bandwidth_hz: 100.0, ..Default::default() }));
@@ -221,7 +300,7 @@ mod tests {
     fn noise_has_the_stated_spread_and_is_seeded() {
         let settings = SensorSettings { force_noise_std_n: 0.025, ..SensorSettings::default() };
         let draw = |seed, stream| {
-            let mut sensor = Sensor::<f64>::new(&settings, TICK_S, seed, stream);
+            let mut sensor = ForceSensor::<f64>::new(&settings, TICK_S, seed, stream);
             (0..20_000).map(|_| sensor.read_force(1.0)).collect::<Vec<_>>()
         };
         let sample = draw(1, 0);
@@ -235,8 +314,9 @@ mod tests {
     #[test]
     fn readings_are_multiples_of_the_step() {
         let settings = SensorSettings { force_resolution_n: 0.5, position_resolution_m: 1e-3, ..Default::default() };
-        let mut sensor = Sensor::<f64>::new(&settings, TICK_S, 0, 0);
-        assert_eq!(sensor.read_force(1.3), 1.5);
-        assert!((sensor.read_position(0.012_34) - 0.012).abs() < 1e-15);
+        let mut sensor = AnySensor::<f64>::new(&settings, 0.5, TICK_S, (0, 0)).expect("valid");
+        let reading = sensor.read(1.3, 0.012_34, 0.0);
+        assert_eq!(reading.force_n, 1.5);
+        assert!((reading.position_m - 0.012).abs() < 1e-15);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Reaction;
+use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, positive};
 use crate::lane::{Lane, Mask};
 
@@ -109,9 +109,11 @@ impl<L: Lane> DepthReplay<L> {
             deepest_m: L::splat(start_m),
         })
     }
+}
 
+impl<L: Lane> Tissue<L> for DepthReplay<L> {
     #[inline(always)]
-    pub(super) fn react(&mut self, position_m: L) -> Reaction<L> {
+    fn react(&mut self, _tick: u64, position_m: L, _velocity_m_per_s: L) -> Reaction<L> {
         let one = L::splat(1.0);
         let before = self.deepest_m;
         self.deepest_m = position_m.max(before);
@@ -171,18 +173,18 @@ mod tests {
         let mut tissue = tissue();
         for k in 0..59 {
             let depth = 1e-4 * f64::from(k);
-            let reaction = tissue.react(depth);
+            let reaction = tissue.react(0, depth);
             assert!((reaction.force_n - 100.0 * depth).abs() < 1e-9 && !reaction.ruptured, "{depth}");
         }
-        let held = tissue.react(5.9e-3).force_n;
-        assert!((0..1000).all(|_| tissue.react(5.9e-3).force_n == held));
+        let held = tissue.react(0, 5.9e-3).force_n;
+        assert!((0..1000).all(|_| tissue.react(0, 5.9e-3).force_n == held));
     }
 
     #[test]
     fn a_layer_ruptures_once_at_its_depth() {
         let mut tissue = tissue();
         let depths = (0..80).chain((0..80).rev()).chain(0..100).map(|k| 1e-4 * f64::from(k));
-        let ruptures: Vec<f64> = depths.filter(|&depth| tissue.react(depth).ruptured).collect();
+        let ruptures: Vec<f64> = depths.filter(|&depth| tissue.react(0, depth).ruptured).collect();
         assert_eq!(ruptures.len(), 1);
         assert!((ruptures[0] - 6e-3).abs() < 1e-9);
     }
@@ -190,17 +192,17 @@ mod tests {
     #[test]
     fn a_retreat_goes_over_to_the_way_out_and_back() {
         let mut tissue = tissue();
-        let deep = tissue.react(5e-3).force_n;
-        let half = tissue.react(4.5e-3).force_n;
+        let deep = tissue.react(0, 5e-3).force_n;
+        let half = tissue.react(0, 4.5e-3).force_n;
         assert!((deep - 0.5).abs() < 1e-9 && (half - (-0.2 + 0.5 * 0.65)).abs() < 1e-9, "{deep} {half}");
-        assert!((tissue.react(3e-3).force_n + 0.2).abs() < 1e-9);
-        assert_eq!(tissue.react(4.5e-3).force_n, half);
-        assert!((tissue.react(5.5e-3).force_n - 0.55).abs() < 1e-9);
+        assert!((tissue.react(0, 3e-3).force_n + 0.2).abs() < 1e-9);
+        assert_eq!(tissue.react(0, 4.5e-3).force_n, half);
+        assert!((tissue.react(0, 5.5e-3).force_n - 0.55).abs() < 1e-9);
     }
 
     #[test]
     fn beyond_the_recording_its_last_force_holds() {
-        assert!((tissue().react(0.5).force_n - 0.4).abs() < 1e-9);
-        assert!((tissue().react(-0.5).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
+        assert!((tissue().react(0, 0.5).force_n - 0.4).abs() < 1e-9);
+        assert!((tissue().react(0, -0.5).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
     }
 }

@@ -1,7 +1,7 @@
 //! The generalised Kelvin-Voigt model (eq. 3-4).
 
-use super::Reaction;
 use super::power::QuarterPower;
+use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, finite, non_negative, require};
 use crate::lane::{Lane, Mask};
 
@@ -81,15 +81,11 @@ impl<L: Lane> Generalised<L> {
             power: QuarterPower::new(power)?,
         })
     }
+}
 
-    // Out of line: the ticks of simpler tissues keep their registers.
-    #[inline(never)]
-    pub(super) fn react(&self, position: L, velocity: L) -> Reaction<L> {
-        self.react_here(position, velocity)
-    }
-
+impl<L: Lane> Tissue<L> for Generalised<L> {
     #[inline(always)]
-    pub(super) fn react_here(&self, position: L, velocity: L) -> Reaction<L> {
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
         let depth = (position - self.contact).max(L::zero());
         let (mut mu, mut lambda) = (self.mu.value, self.lambda.value);
         for j in 0..self.pieces {
@@ -119,10 +115,10 @@ mod tests {
         for (p, mu, lambda) in
             [(0.005, 100.0, 0.0), (0.01, 100.0, 0.0), (0.015, 200.0, 5.0), (0.03, 150.0, 10.0), (0.05, 0.0, 10.0)]
         {
-            let force = tissue.react(5e-3 + p, 0.2).force_n;
+            let force = tissue.react(0, 5e-3 + p, 0.2).force_n;
             assert!((force - (mu * p + lambda * p * 0.2)).abs() < 1e-12, "{p}: {force}");
         }
-        assert_eq!(tissue.react(5e-3, 1.0).force_n, 0.0);
+        assert_eq!(tissue.react(0, 5e-3, 1.0).force_n, 0.0);
     }
 
     #[test]
@@ -131,7 +127,7 @@ mod tests {
         let model = HuntCrossley::<f64>::new(2000.0, 200.0, 1.5, 1e-3).expect("valid");
         for k in -10..100 {
             let (x, v) = (1e-3 * f64::from(k), 0.01 * f64::from(k % 7 - 3));
-            assert!((general.react(x, v).force_n - model.react(x, v).force_n).abs() < 1e-12);
+            assert!((general.react(0, x, v).force_n - model.react(0, x, v).force_n).abs() < 1e-12);
         }
     }
 

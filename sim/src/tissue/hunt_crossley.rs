@@ -1,7 +1,7 @@
 //! The Hunt-Crossley model (eq. 2).
 
-use super::Reaction;
 use super::power::QuarterPower;
+use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, finite, non_negative};
 use crate::lane::{Lane, Mask};
 
@@ -29,9 +29,11 @@ impl<L: Lane> HuntCrossley<L> {
             contact: L::splat(finite("tissue.contact_m", contact_m)?),
         })
     }
+}
 
+impl<L: Lane> Tissue<L> for HuntCrossley<L> {
     #[inline(always)]
-    pub(super) fn react(&self, position: L, velocity: L) -> Reaction<L> {
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
         let depth = (position - self.contact).max(L::zero());
         let power = self.power.of(depth);
         let force = self.stiffness * power + self.damping * power * velocity;
@@ -53,10 +55,10 @@ mod tests {
             let tissue = HuntCrossley::<f64>::new(300.0, 20.0, power, 1e-3).expect("valid");
             for depth in [1e-6, 0.004, 0.05, 1.5] {
                 let exact = 300.0 * f64::powf(depth, power) + 20.0 * f64::powf(depth, power) * 0.03;
-                let force = tissue.react(1e-3 + depth, 0.03).force_n;
+                let force = tissue.react(0, 1e-3 + depth, 0.03).force_n;
                 assert!((force - exact).abs() < 1e-9 * exact, "{power} at {depth}: {force} {exact}");
             }
-            assert_eq!(tissue.react(0.0, 1.0).force_n, 0.0);
+            assert_eq!(tissue.react(0, 0.0, 1.0).force_n, 0.0);
         }
     }
 

@@ -1,6 +1,6 @@
 //! The Kelvin-Voigt model (eq. 1).
 
-use super::Reaction;
+use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, finite, non_negative};
 use crate::lane::{Lane, Mask};
 
@@ -29,9 +29,11 @@ impl<L: Lane> KelvinVoigt<L> {
     pub(super) fn nothing() -> Self {
         Self { stiffness: L::zero(), damping: L::zero(), contact: L::zero() }
     }
+}
 
+impl<L: Lane> Tissue<L> for KelvinVoigt<L> {
     #[inline(always)]
-    pub(super) fn react(&self, position: L, velocity: L) -> Reaction<L> {
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
         let depth = position - self.contact;
         let force = self.stiffness * depth + self.damping * velocity;
         Reaction { force_n: L::select(depth.gt(L::zero()), force, L::zero()), ruptured: L::Mask::splat(false) }
@@ -47,8 +49,8 @@ mod tests {
     #[test]
     fn it_answers_only_in_contact() {
         let tissue = KelvinVoigt::<f64>::new(200.0, 5.0, 0.01).expect("valid");
-        assert_eq!(tissue.react(0.01, 1.0).force_n, 0.0);
-        assert!((tissue.react(0.03, -0.1).force_n - 3.5).abs() < 1e-12);
+        assert_eq!(tissue.react(0, 0.01, 1.0).force_n, 0.0);
+        assert!((tissue.react(0, 0.03, -0.1).force_n - 3.5).abs() < 1e-12);
         assert!(KelvinVoigt::<f64>::new(-1.0, 0.0, 0.0).is_err());
     }
 }

@@ -1,8 +1,8 @@
 //! Layers that bulge, give way, are cut through, and hold the shaft.
 
-use super::Reaction;
 use super::layer::{LAYERS, LayerParameters};
 use super::shaft::{Shaft, ShaftParameters};
+use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, finite, require};
 use crate::lane::{Lane, Mask};
 
@@ -238,34 +238,6 @@ impl<L: Lane> Layers<L> {
         })
     }
 
-    /// [`Layers::react`] out of line: the ticks of simpler tissues keep their registers.
-    #[inline(never)]
-    pub(super) fn react_apart(&mut self, position: L, velocity: L) -> Reaction<L> {
-        self.react(position, velocity)
-    }
-
-    #[inline(always)]
-    pub(crate) fn react(&mut self, position: L, velocity: L) -> Reaction<L> {
-        // Few layers are on the tip at a time, and which ones seldom changes.
-        let mut force_n = self.shaft.rub(position, velocity, self.held.kinetic_n, self.held.length_m);
-        let mut is_event = L::Mask::splat(false);
-        for layer in &mut self.layers[self.first..self.begun] {
-            force_n = force_n + layer.press(position, velocity);
-            is_event = is_event | layer.front.gt(layer.next_event);
-        }
-        let is_settled = match self.layers.get(self.first) {
-            Some(layer) => layer.yields_at.le(L::zero()).all(),
-            None => false,
-        };
-        let ruptured = match is_event.any() || is_settled {
-            false => L::Mask::splat(false),
-            true if L::WIDTH > 1 => self.pass_events_here(position),
-            true => self.pass_events(position),
-        };
-        self.hold(position);
-        Reaction { force_n, ruptured }
-    }
-
     /// What holds the shaft until the next tick. It need not wait for this tick's friction nor this one for it.
     #[inline(always)]
     fn hold(&mut self, position: L) {
@@ -304,6 +276,30 @@ impl<L: Lane> Layers<L> {
             self.first += 1;
         }
         ruptured
+    }
+}
+
+impl<L: Lane> Tissue<L> for Layers<L> {
+    #[inline(always)]
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
+        // Few layers are on the tip at a time, and which ones seldom changes.
+        let mut force_n = self.shaft.rub(position, velocity, self.held.kinetic_n, self.held.length_m);
+        let mut is_event = L::Mask::splat(false);
+        for layer in &mut self.layers[self.first..self.begun] {
+            force_n = force_n + layer.press(position, velocity);
+            is_event = is_event | layer.front.gt(layer.next_event);
+        }
+        let is_settled = match self.layers.get(self.first) {
+            Some(layer) => layer.yields_at.le(L::zero()).all(),
+            None => false,
+        };
+        let ruptured = match is_event.any() || is_settled {
+            false => L::Mask::splat(false),
+            true if L::WIDTH > 1 => self.pass_events_here(position),
+            true => self.pass_events(position),
+        };
+        self.hold(position);
+        Reaction { force_n, ruptured }
     }
 }
 

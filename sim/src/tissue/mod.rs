@@ -31,9 +31,46 @@ pub struct Reaction<L: Lane> {
     pub ruptured: L::Mask,
 }
 
-/// The kinds of tissue.
-#[derive(Debug, Clone)]
-pub enum Tissue<L: Lane> {
+/// Answers to where the needle is with a force.
+///
+/// A tissue of one's own implements this for `f64`; the built-in ones do for any number of lanes. A built-in tissue is one file
+/// of this folder and one line of [`tissues!`].
+pub trait Tissue<L: Lane> {
+    /// The reaction at `tick` to a needle at `position_m` (m) moving at `velocity_m_per_s` (m/s). Called once for each tick,
+    /// from 0 on.
+    fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
+}
+
+impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
+    #[inline(always)]
+    fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+        (**self).react(tick, position_m, velocity_m_per_s)
+    }
+}
+
+/// The enum of the built-in tissues, from a line each: variant and type.
+macro_rules! tissues {
+    ($($(#[$doc:meta])* $Variant:ident($Part:ty),)*) => {
+        /// Any of the built-in tissues.
+        #[derive(Debug, Clone)]
+        pub enum AnyTissue<L: Lane> {
+            $($(#[$doc])* $Variant($Part),)*
+        }
+
+        impl<L: Lane> Tissue<L> for AnyTissue<L> {
+            #[inline(always)]
+            fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+                match self {
+                    $(Self::$Variant(part) => part.react(tick, position_m, velocity_m_per_s),)*
+                }
+            }
+        }
+
+        crate::lane::gather_variants!(AnyTissue { $($Variant),* });
+    };
+}
+
+tissues! {
     /// A recorded force, replayed over time whatever the slave does.
     Recording(RecordedForce),
     /// A recorded force, replayed by depth: it answers to where the slave is.
@@ -47,29 +84,3 @@ pub enum Tissue<L: Lane> {
     /// Layers that bulge, give way, are cut through, and hold the shaft.
     Layers(Box<Layers<L>>),
 }
-
-impl<L: Lane> Tissue<L> {
-    /// No tissue: nothing resists.
-    #[must_use]
-    pub(crate) fn nothing() -> Self {
-        Self::KelvinVoigt(KelvinVoigt::nothing())
-    }
-
-    /// The reaction at `tick` to a slave at `position_m` (m) moving at `velocity_m_per_s` (m/s).
-    #[inline(always)]
-    pub fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
-        match self {
-            Self::Recording(recording) => recording.react(tick),
-            Self::Depth(tissue) => tissue.react(position_m),
-            Self::KelvinVoigt(tissue) => tissue.react(position_m, velocity_m_per_s),
-            Self::HuntCrossley(tissue) => tissue.react(position_m, velocity_m_per_s),
-            // Out of line but for lanes side by side, which a call would take out of their registers.
-            Self::Generalised(tissue) if L::WIDTH > 1 => tissue.react_here(position_m, velocity_m_per_s),
-            Self::Generalised(tissue) => tissue.react(position_m, velocity_m_per_s),
-            Self::Layers(tissue) if L::WIDTH > 1 => tissue.react(position_m, velocity_m_per_s),
-            Self::Layers(tissue) => tissue.react_apart(position_m, velocity_m_per_s),
-        }
-    }
-}
-
-crate::lane::gather_variants!(Tissue { Recording, Depth, KelvinVoigt, HuntCrossley, Generalised, Layers });

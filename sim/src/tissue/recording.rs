@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Reaction;
+use super::{Reaction, Tissue};
 use crate::lane::{Lane, Mask};
 
 /// A force for each tick, and the ticks at which the recording's labels place a rupture.
@@ -35,9 +35,11 @@ impl RecordedForce {
     fn held(&self) -> f64 {
         self.last_force_n
     }
+}
 
+impl<L: Lane> Tissue<L> for RecordedForce {
     #[inline(always)]
-    pub(crate) fn react<L: Lane>(&mut self, tick: u64) -> Reaction<L> {
+    fn react(&mut self, tick: u64, _position_m: L, _velocity_m_per_s: L) -> Reaction<L> {
         let force = self.force_n.get(tick as usize).copied().unwrap_or_else(|| self.held());
         let ruptured = tick == self.next_rupture;
         if ruptured {
@@ -68,7 +70,7 @@ mod tests {
     fn it_replays_by_the_tick_and_holds_the_end() {
         let mut tissue = RecordedForce::new(Arc::from([1.0, 2.0, 3.0]), Arc::from([1]));
         let reactions: Vec<(f64, bool)> =
-            (0..5).map(|k| tissue.react::<f64>(k)).map(|r| (r.force_n, r.ruptured)).collect();
+            (0..5).map(|k| Tissue::<f64>::react(&mut tissue, k, 0.0, 0.0)).map(|r| (r.force_n, r.ruptured)).collect();
         assert_eq!(reactions, [(1.0, false), (2.0, true), (3.0, false), (3.0, false), (3.0, false)]);
     }
 }

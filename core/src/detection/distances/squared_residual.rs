@@ -9,6 +9,20 @@ use crate::lane::Lane;
 #[derive(Debug, Clone)]
 pub struct SquaredResidual<L>(core::marker::PhantomData<L>);
 
+impl<L> SquaredResidual<L> {
+    /// The distance, which needs no settings.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(core::marker::PhantomData)
+    }
+}
+
+impl<L> Default for SquaredResidual<L> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<L: Lane> BuiltIn for SquaredResidual<L> {
     const UNIT: &'static str = "N²";
 

@@ -112,7 +112,8 @@ mod tests {
     fn an_excursion_runs_from_zero_to_zero() {
         let residual_n = vec![0.0, -1.0, -1.0, 0.0, 0.5, 0.0, 0.0, -2.0];
         let count = residual_n.len();
-        let residuals = Residuals { residual_n, predicted_n: vec![3.0; count], depth_m: vec![0.01; count] };
+        let residuals =
+            Residuals { residual_n, predicted_n: vec![3.0; count], depth_m: vec![0.01; count], evidence: vec![] };
         let still = vec![0.0; count];
         let signal = Signal { interval_s: 1e-3, position_m: &still, velocity_m_per_s: &still, force_n: &still };
         // Decision: 0, 0.5, 1, 0.5, 0, 0, 0, 3.5.

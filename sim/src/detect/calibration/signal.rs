@@ -1,7 +1,7 @@
 //! The samples that a calibration looks at, and what an estimator makes of them.
 
-use crate::detection::{Detector, DetectorSettings, Evidence};
-use crate::estimation::{Estimator, RlsSettings};
+use crate::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
+use crate::estimation::{AnyEstimator, Estimator, RlsSettings};
 
 /// Evenly spaced samples.
 #[derive(Debug, Clone, Copy)]
@@ -25,21 +25,26 @@ pub(super) struct Residuals {
     pub(super) residual_n: Vec<f64>,
     pub(super) predicted_n: Vec<f64>,
     pub(super) depth_m: Vec<f64>,
+    /// The same, as detectors take it.
+    pub(super) evidence: Vec<Evidence<f64>>,
 }
 
 impl Residuals {
     /// Runs an estimator over a signal.
     pub(super) fn of(signal: &Signal<'_>, settings: &RlsSettings, contact_m: f64) -> Self {
-        let mut estimator = Estimator::<f64>::new(settings);
+        let mut estimator = AnyEstimator::<f64>::new(settings);
         let count = signal.force_n.len();
         let mut residuals = Self {
             residual_n: Vec::with_capacity(count),
             predicted_n: Vec::with_capacity(count),
             depth_m: Vec::with_capacity(count),
+            evidence: Vec::with_capacity(count),
         };
         for sample in 0..count {
+            let (force_n, velocity_m_per_s) = (signal.force_n[sample], signal.velocity_m_per_s[sample]);
             let depth_m = signal.position_m[sample] - contact_m;
-            let estimate = estimator.update(signal.force_n[sample], depth_m, signal.velocity_m_per_s[sample]);
+            let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
+            residuals.evidence.push(Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate));
             residuals.residual_n.push(estimate.residual_n);
             residuals.predicted_n.push(estimate.predicted_force_n);
             residuals.depth_m.push(depth_m);
@@ -55,19 +60,8 @@ impl Residuals {
 
     /// The samples at which a detector alarms.
     pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
-        let mut detector = Detector::<f64>::new(settings, signal.interval_s);
-        let alarms = (0..self.residual_n.len()).filter(|&sample| {
-            let evidence = Evidence {
-                force_n: signal.force_n[sample],
-                predicted_force_n: self.predicted_n[sample],
-                residual_n: self.residual_n[sample],
-                correction: [0.0; 2],
-                depth_m: self.depth_m[sample],
-                velocity_m_per_s: signal.velocity_m_per_s[sample],
-                in_contact: self.depth_m[sample] > 0.0,
-            };
-            detector.update(&evidence).alarm
-        });
-        alarms.collect()
+        let mut detector = CusumDetector::<f64>::new(settings, signal.interval_s);
+        let evidence = self.evidence.iter().enumerate();
+        evidence.filter_map(|(sample, evidence)| detector.update(evidence).alarm.then_some(sample)).collect()
     }
 }

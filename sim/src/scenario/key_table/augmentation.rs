@@ -1,7 +1,7 @@
 //! The keys of what happens on a detection.
 
 use super::key;
-use crate::augmentation::{AugmentationSettings, ForceLaw, Reengage};
+use crate::augmentation::{AugmentationSettings, ForceLawSettings, Reengage};
 use crate::scenario::keys::{Fallback, Key};
 use crate::scenario::value::{Kind, Range as R, Value};
 use Kind::{Choice, Flag, Number, Numbers};
@@ -97,8 +97,8 @@ fn default_catch_up_speed() -> f64 {
 }
 
 fn default_decay() -> (f64, f64) {
-    match ForceLaw::default() {
-        ForceLaw::Decay { ratio, time_constant_s } => (ratio, time_constant_s),
-        ForceLaw::Amplify { .. } => (0.0, 0.03),
+    match ForceLawSettings::default() {
+        ForceLawSettings::Decay { ratio, time_constant_s } => (ratio, time_constant_s),
+        ForceLawSettings::Amplify { .. } => (0.0, 0.03),
     }
 }

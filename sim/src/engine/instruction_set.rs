@@ -1,0 +1,131 @@
+//! The instruction set, chosen when the program runs.
+//!
+//! The same source is compiled for several. All give the same bits: no fused multiply-add is enabled, and sums keep their order.
+
+#[cfg(target_arch = "x86_64")]
+use super::{Avx2, Avx512};
+use super::{Engine, IntegrationError, Observer, Plants, Wiring};
+use crate::lane::Lane;
+
+/// What several cases are computed with. All give the same bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InstructionSet {
+    /// Eight side by side, eight numbers in a register.
+    Avx512,
+    /// Eight side by side, four numbers in a register.
+    Avx2,
+    /// One after the other, in what every machine has (SSE2 on x86-64): side by side would not be faster there.
+    Baseline,
+}
+
+impl InstructionSet {
+    /// Every one, the widest first.
+    pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Baseline];
+
+    /// Whether this machine has it.
+    #[must_use]
+    pub fn is_available(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        match self {
+            Self::Avx512 => {
+                std::arch::is_x86_feature_detected!("avx512f")
+                    && std::arch::is_x86_feature_detected!("avx512vl")
+                    && std::arch::is_x86_feature_detected!("avx512dq")
+            }
+            Self::Avx2 => std::arch::is_x86_feature_detected!("avx2"),
+            Self::Baseline => true,
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            self == Self::Baseline
+        }
+    }
+
+    /// The widest that this machine has.
+    #[must_use]
+    pub fn widest() -> Self {
+        Self::ALL.into_iter().find(|set| set.is_available()).unwrap_or(Self::Baseline)
+    }
+}
+
+/// Runs an engine in wider registers where the machine has them, compiled for its observer where that is a common one. Every
+/// other combination is compiled once and calls its observer.
+#[cfg_attr(target_arch = "x86_64", allow(unsafe_code, reason = "calls a function compiled for an instruction set"))]
+pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
+    engine: &mut Engine<P, W>,
+    observer: &mut O,
+) -> Result<(), IntegrationError> {
+    #[cfg(target_arch = "x86_64")]
+    if InstructionSet::Avx2.is_available() {
+        // SAFETY, for both: the machine has the instructions that the function is compiled for, as was just checked.
+        return if O::is_common() {
+            unsafe { run_avx2(engine, observer) }
+        } else {
+            unsafe { run_avx2(engine, &mut { observer as &mut dyn Observer<W::Lane> }) }
+        };
+    }
+    run_portably(engine, observer)
+}
+
+/// Runs an engine in the registers that every machine has.
+pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
+    engine: &mut Engine<P, W>,
+    observer: &mut O,
+) -> Result<(), IntegrationError> {
+    engine.run_ticks(&mut { observer as &mut dyn Observer<W::Lane> })
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn run_avx2<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
+    engine: &mut Engine<P, W>,
+    observer: &mut O,
+) -> Result<(), IntegrationError> {
+    engine.run_ticks(observer)
+}
+
+/// Eight lanes of an instruction set.
+pub(crate) trait Wide: Lane {
+    /// [`Engine::run`] in this instruction set.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    fn run<P: Plants<Self>, W: Wiring<Lane = Self>, O: Observer<Self>>(
+        engine: &mut Engine<P, W>,
+        observer: &mut O,
+    ) -> Result<(), IntegrationError>;
+}
+
+#[cfg(target_arch = "x86_64")]
+macro_rules! wide {
+    ($($(#[$attribute:meta])* $Number:ident;)*) => {$(
+        #[allow(unsafe_code, unused_unsafe, reason = "calls a function compiled for an instruction set")]
+        const _: () = {
+            impl Wide for $Number {
+                fn run<P: Plants<Self>, W: Wiring<Lane = Self>, O: Observer<Self>>(
+                    engine: &mut Engine<P, W>,
+                    observer: &mut O,
+                ) -> Result<(), IntegrationError> {
+                    // SAFETY: such a number exists only where the machine has the instructions.
+                    unsafe { run(engine, observer) }
+                }
+            }
+
+            $(#[$attribute])*
+            fn run<P: Plants<$Number>, W: Wiring<Lane = $Number>, O: Observer<$Number>>(
+                engine: &mut Engine<P, W>,
+                observer: &mut O,
+            ) -> Result<(), IntegrationError> {
+                engine.run_ticks(observer)
+            }
+        };
+    )*};
+}
+
+#[cfg(target_arch = "x86_64")]
+wide! {
+    #[target_feature(enable = "avx2")]
+    Avx2;
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    Avx512;
+}

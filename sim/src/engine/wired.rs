@@ -1,0 +1,114 @@
+//! Which parts an engine is compiled for.
+
+use super::{Engine, IntegrationError, Observer, Parts, Plants, ScheduledAlarms, Wiring, instruction_set};
+use crate::detection::{CusumDetector, SquaredResidual};
+use crate::estimation::{AnyEstimator, Rls};
+use crate::lane::{LANES, Lane, of_each};
+use crate::operator::{Person, Replay};
+use crate::sensor::{AnySensor, ForceSensor, NoiseBank, PerfectSensor};
+use crate::teleoperation::{DirectLink, Link, LinkReport};
+use crate::tissue::{AnyTissue, DepthReplay, Layers, RecordedForce};
+
+/// The paper's detector.
+type Squared<L> = CusumDetector<L, SquaredResidual<L>>;
+/// Any built-in detector, with alarms at known ticks.
+pub type AnyDetector<L> = ScheduledAlarms<CusumDetector<L>>;
+/// Any built-in part in each role.
+pub type Any<L> = Parts<L, Person<L>, AnyTissue<L>, AnySensor<L>, AnyEstimator<L>, AnyDetector<L>, Link<L>>;
+
+/// The enum of the wirings, from a line each.
+macro_rules! wirings {
+    ($($(#[$doc:meta])* $Wiring:ident($Parts:ty),)*) => {
+        /// An engine whose parts are known when it is compiled: those of the experiments that are run most, and all others.
+        ///
+        /// They give the same bits; the less a tick has to ask which part it has, the faster it is.
+        #[derive(Debug, Clone)]
+        pub enum Wired<L: Lane, P> {
+            $($(#[$doc])* $Wiring(Engine<P, $Parts>),)*
+        }
+
+        impl<L: Lane, P: Plants<L>> Wired<L, P> {
+            /// As [`Engine::run`], in the widest registers of the machine that make it faster.
+            ///
+            /// # Errors
+            /// As [`Engine::run`].
+            pub fn run<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+                match self {
+                    $(Self::$Wiring(engine) => instruction_set::run(engine, observer),)*
+                }
+            }
+
+            /// [`Wired::run`] without the machine's wider registers: slower, and equal to the last bit.
+            ///
+            /// # Errors
+            /// As [`Engine::run`].
+            pub fn run_portably<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+                match self {
+                    $(Self::$Wiring(engine) => instruction_set::run_portably(engine, observer),)*
+                }
+            }
+
+            /// As [`Engine::run`], in the instruction set of the lanes.
+            ///
+            /// # Errors
+            /// As [`Engine::run`].
+            pub(crate) fn run_wide<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError>
+            where
+                L: instruction_set::Wide,
+            {
+                match self {
+                    $(Self::$Wiring(engine) => L::run(engine, observer),)*
+                }
+            }
+
+            /// As [`Wiring::link_report`].
+            #[must_use]
+            pub fn link_report(&self, index: usize) -> Option<LinkReport> {
+                match self {
+                    $(Self::$Wiring(engine) => engine.parts.link_report(index),)*
+                }
+            }
+
+            /// Takes the run's noise out of a bank, where it has it or has room: the same numbers as without it.
+            pub(crate) fn share_noise(&mut self, bank: &mut NoiseBank) {
+                match self {
+                    $(Self::$Wiring(engine) => engine.parts.share_noise(bank, engine.grid.ticks()),)*
+                }
+            }
+        }
+
+        impl<P> Wired<f64, P> {
+            /// Eight engines of one wiring as one, the first in lane 0; nothing where they differ in more than numbers.
+            /// `plants` lays their machines side by side.
+            pub(crate) fn gather<L: Lane, Q>(
+                all: [&Self; LANES],
+                plants: impl FnOnce([&P; LANES]) -> Option<Q>,
+            ) -> Option<Wired<L, Q>> {
+                match all[0] {
+                    $(Self::$Wiring(_) => {
+                        let engines = of_each!(all, |one| {
+                            let Self::$Wiring(engine) = one else { return None };
+                            engine
+                        });
+                        super::gather(engines, plants).map(Wired::$Wiring)
+                    })*
+                }
+            }
+        }
+    };
+}
+
+wirings! {
+    /// The paper's experiment: recorded hand and force, nothing between the sides, force and position read as they are.
+    Paper(Parts<L, Replay, RecordedForce, PerfectSensor, Rls<L>, Squared<L>, DirectLink<L>>),
+    /// The same with a force sensor that is not ideal.
+    NoisyRecording(Parts<L, Replay, RecordedForce, ForceSensor<L>, Rls<L>, Squared<L>, DirectLink<L>>),
+    /// The same in layers that give way.
+    NoisyLayers(Parts<L, Replay, Box<Layers<L>>, ForceSensor<L>, Rls<L>, Squared<L>, DirectLink<L>>),
+    /// A recording replayed by depth.
+    Depth(Parts<L, Replay, DepthReplay<L>, PerfectSensor, Rls<L>, Squared<L>, DirectLink<L>>),
+    /// Any parts, and nothing between the sides.
+    AnyDirect(Parts<L, Person<L>, AnyTissue<L>, AnySensor<L>, AnyEstimator<L>, AnyDetector<L>, DirectLink<L>>),
+    /// Any parts.
+    Any(Any<L>),
+}
