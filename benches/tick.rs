@@ -10,7 +10,7 @@ mod shipped;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use trocar::engine::{Engine, ExactPlants, IntegratedPlants, Plants};
+use trocar::engine::{ExactPlants, IntegratedPlants, Plants, Wired};
 use trocar::metrics::MetricsObserver;
 use trocar::plant::{
     ArmParameters, ControlTiming, MASTER_STATES, MasterParameters, MasterStep, SLAVE_STATES, SlaveParameters, SlaveStep,
@@ -29,7 +29,7 @@ fn steps() -> (MasterStep, SlaveStep) {
     (master.expect("valid"), slave.expect("valid"))
 }
 
-fn full(engine: &mut Engine<f64, ExactPlants<f64>>, observer: &mut MetricsObserver<f64>) {
+fn full(engine: &mut Wired<f64, ExactPlants<f64>>, observer: &mut MetricsObserver<f64>) {
     engine.run(observer).expect("runs");
 }
 

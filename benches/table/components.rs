@@ -2,6 +2,10 @@
 
 use std::hint::black_box;
 
+use trocar::detection::{CusumDetector, SquaredResidual};
+use trocar::estimation::Rls;
+use trocar::sensor::ForceSensor;
+
 use crate::markdown::{Table, figure};
 use crate::parts::{BothSides, Detected, Estimated, Met, Nothing, Observed, Part, Sensed, Supervised};
 use crate::record::Inputs;
@@ -59,17 +63,21 @@ fn cost_ns<P: Part>(part: &P, inputs: &[P::Input]) -> Cost {
 /// The components of a shipped scenario, and its whole run.
 fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     let scenario = scenario(name);
-    let (engine, observer) = ready(&scenario);
-    let inputs = Inputs::of(&engine);
-    let is_noisy = !engine.sensor.reads_force_exactly();
+    let (_, observer) = ready(&scenario);
+    let inputs = Inputs::of(&scenario);
+    let engine = scenario.general_engine::<f64>(0).expect("a shipped scenario builds");
+    let tick_s = scenario.grid.tick_s();
+    let is_noisy = !scenario.sensor.reads_force_exactly();
+    let sensor = Sensed(ForceSensor::new(&scenario.sensor, tick_s, scenario.seed, 0));
+    let detector = CusumDetector::with_distance(SquaredResidual::new(), &scenario.detector, tick_s);
     vec![
         ("nothing (the loop that feeds)", Some(cost_ns(&Nothing(()), &inputs.sensor))),
         ("both plants, stepped exactly", Some(cost_ns(&BothSides(engine.plants.clone()), &inputs.plants))),
-        ("tissue", Some(cost_ns(&Met(engine.tissue.clone()), &inputs.tissue))),
-        ("force sensor with noise", is_noisy.then(|| cost_ns(&Sensed(engine.sensor.clone()), &inputs.sensor))),
-        ("estimator", Some(cost_ns(&Estimated(engine.estimator.clone()), &inputs.estimator))),
-        ("detector", Some(cost_ns(&Detected(engine.detector.clone()), &inputs.detector))),
-        ("supervisor", Some(cost_ns(&Supervised(engine.supervisor.clone()), &inputs.supervisor))),
+        ("tissue", Some(cost_ns(&Met(engine.parts.tissue.clone()), &inputs.tissue))),
+        ("force sensor with noise", is_noisy.then(|| cost_ns(&sensor, &inputs.sensor))),
+        ("estimator", Some(cost_ns(&Estimated(Rls::new(&scenario.estimator)), &inputs.estimator))),
+        ("detector", Some(cost_ns(&Detected(detector), &inputs.detector))),
+        ("supervisor", Some(cost_ns(&Supervised(engine.parts.supervisor.clone()), &inputs.supervisor))),
         ("metrics", Some(cost_ns(&Observed(observer), &inputs.observer))),
         ("the whole tick without metrics", Some(bare_ns(&scenario))),
         ("the whole tick", Some(full_ns(&scenario))),

@@ -1,12 +1,12 @@
 //! The components of a tick, each to be fed alone.
 
 use trocar::augmentation::{Situation, Supervisor};
-use trocar::detection::{Detector, Evidence};
+use trocar::detection::{CusumDetector, Detector, Evidence, SquaredResidual};
 use trocar::engine::{ExactPlants, Observer, Plants, Signals};
-use trocar::estimation::Estimator;
+use trocar::estimation::{Estimator, Rls};
 use trocar::metrics::MetricsObserver;
-use trocar::sensor::Sensor;
-use trocar::tissue::Tissue;
+use trocar::sensor::ForceSensor;
+use trocar::tissue::{AnyTissue, Tissue};
 
 /// Something that is fed once a tick.
 pub trait Part: Clone {
@@ -49,7 +49,7 @@ part!(
 );
 part!(
     /// The tissue.
-    Met(Tissue<f64>), (u64, f64, f64), |tissue, input| {
+    Met(AnyTissue<f64>), (u64, f64, f64), |tissue, input| {
         let (tick, position_m, velocity_m_per_s) = *input;
         let reaction = tissue.react(tick, position_m, velocity_m_per_s);
         reaction.force_n.to_bits() ^ u64::from(reaction.ruptured)
@@ -57,27 +57,26 @@ part!(
 );
 part!(
     /// The force sensor.
-    Sensed(Sensor<f64>), f64, |sensor, force_n| sensor.read_force(*force_n).to_bits()
+    Sensed(ForceSensor<f64>), f64, |sensor, force_n| sensor.read_force(*force_n).to_bits()
 );
 part!(
     /// The estimator of the paper.
-    Estimated(Estimator<f64>), [f64; 3], |estimator, input| {
+    Estimated(Rls<f64>), [f64; 3], |estimator, input| {
         let [force_n, depth_m, velocity_m_per_s] = *input;
-        estimator.update_papers(force_n, depth_m, velocity_m_per_s).residual_n.to_bits()
+        estimator.update(force_n, depth_m, velocity_m_per_s).residual_n.to_bits()
     }
 );
 part!(
     /// The detector with a squared distance.
-    Detected(Detector<f64>), Evidence<f64>, |detector, evidence| {
-        let decision = detector.update_square(evidence);
+    Detected(CusumDetector<f64, SquaredResidual<f64>>), Evidence<f64>, |detector, evidence| {
+        let decision = detector.update(evidence);
         decision.decision.to_bits() ^ u64::from(decision.alarm)
     }
 );
 part!(
-    /// The supervisor, asked as the engine asks it.
-    Supervised(Supervisor<f64>), Situation<f64>, |supervisor, situation| {
-        let passes = supervisor.passes_on(situation.alarm);
-        let command = if passes { supervisor.pass(situation) } else { supervisor.update(situation) };
+    /// The supervisor.
+    Supervised(Supervisor<f64>), (Situation<f64>, f64), |supervisor, input| {
+        let command = supervisor.update(&input.0, input.1);
         command.slave_reference_m.to_bits() ^ command.feedback_force_n.to_bits()
     }
 );

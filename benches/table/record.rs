@@ -1,9 +1,11 @@
 //! What each component of an engine is given over a whole run.
 
 use trocar::augmentation::Situation;
-use trocar::detect::evidence;
 use trocar::detection::Evidence;
-use trocar::engine::{Engine, ExactPlants, Observer, Signals};
+use trocar::engine::{Observer, Signals};
+use trocar::estimation::{Estimator, Rls};
+use trocar::operator::Operator;
+use trocar::scenario::Scenario;
 
 /// Keeps every tick.
 struct Recorder(Vec<Signals<f64>>);
@@ -26,34 +28,38 @@ pub struct Inputs {
     pub estimator: Vec<[f64; 3]>,
     /// What the estimator made of it.
     pub detector: Vec<Evidence<f64>>,
-    /// What the detector made of that, and the hand.
-    pub supervisor: Vec<Situation<f64>>,
+    /// What the detector made of that, and the hand, and the measured force scaled to the master (N).
+    pub supervisor: Vec<(Situation<f64>, f64)>,
     /// What an observer sees.
     pub observer: Vec<Signals<f64>>,
 }
 
 impl Inputs {
-    /// Runs a copy of an engine that reads positions exactly. What the estimator is given is checked to be what it was
+    /// Runs a scenario that reads positions exactly, with the paper's estimator. What the estimator is given is checked to be what it was
     /// given in the run: it has to foretell the same, to the last bit.
-    pub fn of(engine: &Engine<f64, ExactPlants<f64>>) -> Self {
-        let mut recorder = Recorder(Vec::with_capacity(engine.grid.ticks() as usize));
-        engine.clone().run(&mut recorder).expect("runs");
+    pub fn of(scenario: &Scenario) -> Self {
+        let mut recorder = Recorder(Vec::with_capacity(scenario.grid.ticks() as usize));
+        let mut engine = scenario.general_engine::<f64>(0).expect("a shipped scenario builds");
+        let mut operator = engine.parts.operator.clone();
+        engine.run(&mut recorder).expect("runs");
         let signals = recorder.0;
-        let mut operator = engine.operator.clone();
-        let mut estimator = engine.estimator.clone();
+        let mut estimator = Rls::<f64>::new(&scenario.estimator);
         let mut detector_sees = |s: &Signals<f64>| {
-            let (depth_m, velocity_m_per_s) = (s.slave_position_m - engine.contact_m, s.slave_velocity_m_per_s);
+            let (depth_m, velocity_m_per_s) = (s.slave_position_m - scenario.contact_m, s.slave_velocity_m_per_s);
             let estimate = estimator.update(s.measured_force_n, depth_m, velocity_m_per_s);
             assert_eq!(estimate.residual_n.to_bits(), s.residual_n.to_bits(), "tick {}", s.tick);
-            evidence(s.measured_force_n, depth_m, velocity_m_per_s, &estimate)
+            Evidence::new(s.measured_force_n, depth_m, velocity_m_per_s, &estimate)
         };
-        let situation = |s: &Signals<f64>| Situation {
-            tick: s.tick,
-            alarm: s.alarm,
-            decision: s.decision,
-            hand_m: engine.link.position_scale() * s.master_position_m,
-            slave_m: s.slave_position_m,
-            force_n: engine.link.force_scale() * s.measured_force_n,
+        let machines = &scenario.link.machines;
+        let situation = |s: &Signals<f64>| {
+            let situation = Situation {
+                tick: s.tick,
+                alarm: s.alarm,
+                decision: s.decision,
+                hand_m: machines.position_scale * s.master_position_m,
+                slave_m: s.slave_position_m,
+            };
+            (situation, machines.force_scale * s.measured_force_n)
         };
         let mut side = |s: &Signals<f64>| {
             let next_m = operator.desired_position_m(s.tick + 1, s.operator_force_n);

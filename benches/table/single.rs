@@ -24,7 +24,7 @@ const ESTIMATORS: [(&str, &str); 4] = [
 fn baseline() -> (Handwritten, Vec<f64>) {
     let scenario = scenario("augmented");
     let (engine, mut observer) = ready(&scenario);
-    let inputs = Inputs::of(&engine);
+    let inputs = Inputs::of(&scenario);
     let last = inputs.plants.last().map(|side| side[1]);
     let desired_m = inputs.plants.iter().map(|side| side[0]).chain(last).collect();
     let handwritten = Handwritten::new(&scenario, desired_m, inputs.sensor.clone());

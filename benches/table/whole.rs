@@ -1,13 +1,13 @@
 //! A whole tick: a single run from a ready engine.
 
-use trocar::engine::{Engine, ExactPlants};
+use trocar::engine::{ExactPlants, Wired};
 use trocar::metrics::MetricsObserver;
 use trocar::scenario::Scenario;
 
 use crate::timing::{Cost, elapsed_s, time_ns};
 
 /// A scenario's engine and an observer for it, ready.
-pub fn ready(scenario: &Scenario) -> (Engine<f64, ExactPlants<f64>>, MetricsObserver<f64>) {
+pub fn ready(scenario: &Scenario) -> (Wired<f64, ExactPlants<f64>>, MetricsObserver<f64>) {
     let engine = scenario.exact_engine(0).expect("a shipped scenario builds");
     (engine, MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()))
 }

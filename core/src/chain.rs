@@ -31,18 +31,15 @@ pub struct Insight<L: Lane> {
 /// An estimator and a detector behind each other. Memory and time per sample are constant; nothing is allocated.
 #[derive(Debug, Clone)]
 pub struct Chain<L, E, D> {
-    contact_m: L,
-    estimator: E,
-    detector: D,
+    /// Where the estimator takes the tissue to begin, in m.
+    pub contact_m: L,
+    /// The estimator.
+    pub estimator: E,
+    /// The detector.
+    pub detector: D,
 }
 
 impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
-    /// A chain before its first sample, for a tissue that the estimator takes to begin at `contact_m` (m).
-    #[must_use]
-    pub fn new(contact_m: L, estimator: E, detector: D) -> Self {
-        Self { contact_m, estimator, detector }
-    }
-
     /// Takes the next sample.
     #[inline(always)]
     pub fn step(&mut self, reading: &Reading<L>) -> Insight<L> {
@@ -77,16 +74,6 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         let decision = self.skip(force_n, velocity_m_per_s);
         self.estimator.update(force_n, position_m - self.contact_m, velocity_m_per_s);
         decision
-    }
-
-    /// The estimator.
-    pub fn estimator(&self) -> &E {
-        &self.estimator
-    }
-
-    /// The detector.
-    pub fn detector_mut(&mut self) -> &mut D {
-        &mut self.detector
     }
 }
 

@@ -1,7 +1,7 @@
 //! Signals that no needle gives: no alarm, nothing but numbers, and a gain that stays symmetric, positive definite and bounded.
 
 use proptest::prelude::*;
-use trocar::augmentation::{AugmentationSettings, ForceLaw, Reengage};
+use trocar::augmentation::{AugmentationSettings, ForceLawSettings, Reengage};
 use trocar::detection::{DetectorSettings, DistanceKind, Hypotheses};
 use trocar::estimation::{Parameters, RlsSettings};
 use trocar::rig::{Command, HapticController, Sample, Settings, VelocitySource};
@@ -67,7 +67,11 @@ fn detectors() -> impl Strategy<Value = DetectorSettings> {
 }
 
 fn augmentations() -> impl Strategy<Value = AugmentationSettings> {
-    let laws = vec![ForceLaw::default(), ForceLaw::Amplify { gain: 3.0 }, ForceLaw::Amplify { gain: 1e6 }];
+    let laws = vec![
+        ForceLawSettings::default(),
+        ForceLawSettings::Amplify { gain: 3.0 },
+        ForceLawSettings::Amplify { gain: 1e6 },
+    ];
     let ways = vec![Reengage::default(), Reengage::Clutch, Reengage::Snap];
     (prop::sample::select(laws), prop::sample::select(ways), 0.0..0.1_f64)
         .prop_map(|(force, reengage, blend_s)| AugmentationSettings { force, reengage, blend_s, ..Default::default() })
@@ -185,7 +189,11 @@ proptest! {
 fn what_would_be_divided_by_zero_is_refused() {
     let refused = |hypotheses: Hypotheses| {
         let detector = DetectorSettings {
-            distance: trocar::detection::Distance { kind: DistanceKind::VarianceChange, hypotheses, window_samples: 1 },
+            distance: trocar::detection::DistanceSettings {
+                kind: DistanceKind::VarianceChange,
+                hypotheses,
+                window_samples: 1,
+            },
             ..DetectorSettings::default()
         };
         HapticController::new(&Settings { detector, ..Settings::default() }).expect_err("refused").name

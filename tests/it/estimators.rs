@@ -4,7 +4,7 @@
 #[path = "../../examples/estimators.rs"]
 mod tables;
 
-use trocar::estimation::{Estimate, Estimator, Forgetting, FrictionShape, Parameters, RlsSettings};
+use trocar::estimation::{AnyEstimator, Estimate, Estimator, Forgetting, FrictionShape, Parameters, RlsSettings};
 use trocar::report::{summary_json, write_trace_csv};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
@@ -25,7 +25,7 @@ fn settings(parameters: Parameters) -> RlsSettings {
 
 /// The estimates over 20 s of a force law of depth and velocity.
 fn estimates(settings: &RlsSettings, force: impl Fn(f64, f64) -> f64) -> Vec<Estimate<f64>> {
-    let mut estimator = Estimator::<f64>::new(settings);
+    let mut estimator = AnyEstimator::<f64>::new(settings);
     let mut last = (0.0, 0.0);
     (0..20_000)
         .map(|k| {
@@ -149,7 +149,7 @@ fn no_model_makes_anything_of_nothing() {
             },
         ];
         for (which, kind) in kinds.into_iter().enumerate() {
-            let mut estimator = Estimator::<f64>::new(&settings);
+            let mut estimator = AnyEstimator::<f64>::new(&settings);
             for k in 0..20_000 {
                 let [force, depth, velocity] = kind(k);
                 let e = estimator.update(force, depth, velocity);

@@ -2,7 +2,7 @@
 
 use crate::support::{ClosedLoop, difference, drive, table};
 use trocar::engine::{ExactPlants, IntegratedPlants, Trace};
-use trocar::estimation::{Rls, RlsSettings};
+use trocar::estimation::{Estimator, Rls, RlsSettings};
 use trocar::plant::{
     ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters, SlaveStep,
 };

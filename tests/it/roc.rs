@@ -7,8 +7,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use trocar::detect::{DetectionReport, detect};
-use trocar::detection::{ArmingSettings, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses};
-use trocar::estimation::{Rls, RlsSettings};
+use trocar::detection::{
+    ArmingSettings, CusumDetector, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses,
+};
+use trocar::estimation::{Estimator, Rls, RlsSettings};
 use trocar::recording::{InVivoLikeVariant, RUPTURES_S};
 use trocar::roc::{Characteristics, Ladder, Point, Signal, SignalKind, Study};
 use trocar::scenario::{DetectionSpec, Scenario, Source, Values};
@@ -68,7 +70,7 @@ fn a_ladder_announces_what_the_real_detector_announces_alarm_for_alarm() {
             let mut climbed = vec![vec![]; 13];
             ladder.evaluate(&evidence, 1e-3, |rung, sample| climbed[rung].push(sample));
             for (rung, climbed) in climbed.iter().enumerate() {
-                let mut detector = Detector::<f64>::new(&ladder.settings_at(rung), 1e-3);
+                let mut detector = CusumDetector::<f64>::new(&ladder.settings_at(rung), 1e-3);
                 let alarms: Vec<usize> = (0..evidence.len()).filter(|&k| detector.update(&evidence[k]).alarm).collect();
                 assert_eq!(*climbed, alarms, "{kind:?}, threshold {rung}");
             }

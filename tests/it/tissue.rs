@@ -4,8 +4,8 @@ use crate::support::pair::Pair;
 use proptest::prelude::*;
 use trocar::lane::Lane;
 use trocar::tissue::{
-    DepthReplay, Generalised, HuntCrossley, KelvinVoigt, LAYERS, LayerParameters, Layers, LayersParameters,
-    ShaftParameters, Tissue,
+    AnyTissue, DepthCurves, DepthReplay, Generalised, HuntCrossley, KelvinVoigt, LAYERS, LayerParameters, Layers,
+    LayersParameters, ShaftParameters, Tissue,
 };
 
 const TICK_S: f64 = 1e-4;
@@ -28,7 +28,7 @@ fn motion(places_m: &[f64], seconds: f64) -> Vec<(f64, f64)> {
     samples
 }
 
-fn forces(tissue: &mut Tissue<f64>, motion: &[(f64, f64)]) -> Vec<f64> {
+fn forces(tissue: &mut AnyTissue<f64>, motion: &[(f64, f64)]) -> Vec<f64> {
     motion.iter().zip(0..).map(|(&(x, v), tick)| tissue.react(tick, x, v).force_n).collect()
 }
 
@@ -69,24 +69,24 @@ fn shaft() -> impl Strategy<Value = ShaftParameters> {
     })
 }
 
-fn layered() -> impl Strategy<Value = Tissue<f64>> {
+fn layered() -> impl Strategy<Value = AnyTissue<f64>> {
     (prop::array::uniform5(layer()), shaft()).prop_filter_map("no layer is there", |(layers, shaft)| {
         let parameters = LayersParameters { contact_m: 0.0, layers, shaft };
-        Layers::new(&parameters, TICK_S, START_M).ok().map(|tissue| Tissue::Layers(Box::new(tissue)))
+        Layers::new(&parameters, TICK_S, START_M).ok().map(|tissue| AnyTissue::Layers(Box::new(tissue)))
     })
 }
 
-fn any_tissue() -> impl Strategy<Value = Tissue<f64>> {
+fn any_tissue() -> impl Strategy<Value = AnyTissue<f64>> {
     let power = (2..16u32).prop_map(|quarters| 0.25 * f64::from(quarters));
     prop_oneof![
         1 => (0.0..2000.0f64, 0.0..50.0f64)
-            .prop_map(|(k, b)| Tissue::KelvinVoigt(KelvinVoigt::new(k, b, 0.0).expect("valid"))),
+            .prop_map(|(k, b)| AnyTissue::KelvinVoigt(KelvinVoigt::new(k, b, 0.0).expect("valid"))),
         1 => (0.0..5000.0f64, 0.0..500.0f64, power.clone())
-            .prop_map(|(mu, lambda, n)| Tissue::HuntCrossley(HuntCrossley::new(mu, lambda, n, 0.0).expect("valid"))),
+            .prop_map(|(mu, lambda, n)| AnyTissue::HuntCrossley(HuntCrossley::new(mu, lambda, n, 0.0).expect("valid"))),
         1 => (prop::array::uniform3(0.0..5000.0f64), prop::array::uniform3(0.0..500.0f64), power).prop_map(
             |(mus, lambdas, n)| {
                 let tissue = Generalised::new(&[0.0, 0.01, 0.03], (&mus, &lambdas), n, 0.0);
-                Tissue::Generalised(Box::new(tissue.expect("valid")))
+                AnyTissue::Generalised(Box::new(tissue.expect("valid")))
             }
         ),
         3 => layered(),
@@ -94,15 +94,20 @@ fn any_tissue() -> impl Strategy<Value = Tissue<f64>> {
 }
 
 /// A recording by depth: in to 30 mm and out again, with any forces on the way.
-fn replayed() -> impl Strategy<Value = Tissue<f64>> {
+fn replayed() -> impl Strategy<Value = AnyTissue<f64>> {
     let forces = prop::collection::vec(-3.0..6.0f64, 60);
     (forces, 1e-4..0.02f64, prop::collection::vec(0.0..0.03f64, 0..3)).prop_map(
         |(mut force_n, presliding_m, ruptures)| {
             (force_n[0], force_n[59]) = (0.0, 0.0);
             let way_in = (0..30).map(|k| 1e-3 * f64::from(k));
             let position_m: Vec<f64> = way_in.clone().chain(way_in.rev()).collect();
-            let replay = DepthReplay::new((&position_m, &force_n), ruptures.into(), presliding_m, START_M);
-            Tissue::Depth(replay.expect("valid"))
+            let replay = DepthReplay::new(
+                DepthCurves::new(&position_m, &force_n).expect("valid").into(),
+                ruptures.into(),
+                presliding_m,
+                START_M,
+            );
+            AnyTissue::Depth(replay.expect("valid"))
         },
     )
 }
@@ -162,8 +167,8 @@ fn membrane() -> LayersParameters {
     LayersParameters { contact_m: 0.0, layers: [absent, absent, absent, capsule, organ], shaft }
 }
 
-fn tissue(parameters: &LayersParameters) -> Tissue<f64> {
-    Tissue::Layers(Box::new(Layers::new(parameters, TICK_S, START_M).expect("valid")))
+fn tissue(parameters: &LayersParameters) -> AnyTissue<f64> {
+    AnyTissue::Layers(Box::new(Layers::new(parameters, TICK_S, START_M).expect("valid")))
 }
 
 #[test]
@@ -262,7 +267,7 @@ fn lanes_of_different_motions_are_what_each_is_alone() {
     let parameters =
         LayersParameters { contact_m: 0.0, layers: LayerParameters::DEFAULTS, shaft: ShaftParameters::default() };
     let together = Layers::<Pair>::new(&parameters, TICK_S, START_M).expect("valid");
-    let mut together = Tissue::Layers(Box::new(together));
+    let mut together = AnyTissue::Layers(Box::new(together));
     let mut alone = [tissue(&parameters), tissue(&parameters)];
     let mut ruptures = 0;
     for (tick, (&(xa, va), &(xb, vb))) in fast.iter().zip(&slow).enumerate() {

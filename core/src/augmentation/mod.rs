@@ -127,14 +127,6 @@ impl<L: Lane> Supervisor<L> {
     }
 }
 
-impl<L: Lane, M, F> Supervisor<L, M, F> {
-    /// Whether in lane `index` a higher threshold would have done something else so far, although the alarms are the same.
-    #[must_use]
-    pub fn depends_on_threshold(&self, index: usize) -> bool {
-        self.automaton.exit_was_delayed().lane(index)
-    }
-}
-
 impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
     /// As [`Supervisor::new`], with given laws instead of those of the settings.
     #[must_use]

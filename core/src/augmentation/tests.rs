@@ -32,14 +32,14 @@ impl Timeline {
     fn run(mut self, ticks: u64, force: impl Fn(u64) -> f64) -> Vec<Command<f64>> {
         let step = |tick| {
             let hand_m = self.hand(tick);
-            self.supervisor.update(&Situation {
+            let situation = Situation {
                 tick,
                 alarm: self.alarms.contains(&tick),
                 decision: if tick < self.loud_until { 10.0 * THRESHOLD } else { 0.0 },
                 hand_m,
                 slave_m: hand_m - 1e-4,
-                force_n: force(tick),
-            })
+            };
+            self.supervisor.update(&situation, force(tick))
         };
         (0..ticks).map(step).collect()
     }

@@ -3,8 +3,6 @@
 mod arming;
 mod cusum;
 mod distances;
-#[cfg(feature = "alloc")]
-mod higher;
 mod hypotheses;
 
 pub use arming::{ArmingSettings, Motion};
@@ -158,20 +156,6 @@ impl<L: Lane, D> CusumDetector<L, D> {
         self.cusum.set_thresholds(threshold, cap);
         self
     }
-
-    /// Asks thresholds that are above the detector's own and below its cap whether they announce the same.
-    #[cfg(feature = "alloc")]
-    #[doc(hidden)]
-    pub fn ask_higher(&mut self, thresholds: &[f64]) {
-        self.arming.ask_higher(thresholds);
-    }
-
-    /// Those that did so far in lane `index`; some that did may be missing.
-    #[cfg(feature = "alloc")]
-    #[doc(hidden)]
-    pub fn alike(&self, index: usize) -> impl Iterator<Item = f64> {
-        self.arming.alike(index)
-    }
 }
 
 impl<L: Lane, D: Distance<L>> Detector<L> for CusumDetector<L, D> {
@@ -180,7 +164,7 @@ impl<L: Lane, D: Distance<L>> Detector<L> for CusumDetector<L, D> {
         let distance = self.distance.update(evidence);
         let (decision, above) =
             if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
-        let alarm = self.arming.update(decision, above, evidence);
+        let alarm = self.arming.update(above, evidence);
         if alarm.any() {
             self.cusum.reset(alarm);
             self.distance.reset(alarm);

@@ -88,11 +88,11 @@ impl HapticController {
         let reference_m = settings.position_scale * start_m;
         let threshold = settings.detector.cusum.threshold;
         Ok(Self {
-            chain: Chain::new(
-                settings.contact_m,
-                Rls::new(&settings.estimator),
-                CusumDetector::new(&settings.detector, tick_s),
-            ),
+            chain: Chain {
+                contact_m: settings.contact_m,
+                estimator: Rls::new(&settings.estimator),
+                detector: CusumDetector::new(&settings.detector, tick_s),
+            },
             supervisor: Supervisor::new(&settings.augmentation, threshold, tick_s, reference_m),
             velocity_filter,
             position_scale: settings.position_scale,
@@ -140,7 +140,7 @@ impl HapticController {
     /// The estimator's gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
     #[must_use]
     pub fn estimator_gain(&self) -> [f64; 3] {
-        self.chain.estimator().gain()
+        self.chain.estimator.gain()
     }
 
     #[inline(always)]

@@ -56,7 +56,7 @@ impl DetectionChain {
         };
         let estimator = AnyEstimator::new(&settings.estimator);
         let detector = CusumDetector::new(&settings.detector, interval_s);
-        Ok(Self { filter, chain: Chain::new(settings.contact_m, estimator, detector) })
+        Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
     /// Takes the next sample.

@@ -23,11 +23,6 @@ impl<D> ScheduledAlarms<D> {
         Self { detector, tick: 0, next: ticks.first().copied().unwrap_or(u64::MAX), ticks, index: 0 }
     }
 
-    /// The detector.
-    pub fn detector_mut(&mut self) -> &mut D {
-        &mut self.detector
-    }
-
     #[cold]
     fn advance(&mut self) {
         self.index += 1;

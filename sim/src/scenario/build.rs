@@ -109,6 +109,14 @@ impl Scenario {
         self.wired(self.exact_plants()?, first_stream)
     }
 
+    /// As [`Scenario::exact_engine`], compiled for any parts.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn general_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<ExactPlants<L>, Any<L>>, ScenarioError> {
+        self.general(self.exact_plants()?, first_stream)
+    }
+
     /// Whether samples arrive between ticks.
     pub(super) fn is_split(&self) -> bool {
         self.forward.share > 0.0 || self.backward.share > 0.0
@@ -220,7 +228,8 @@ impl Scenario {
     ) -> Result<Engine<P, Parts<L, O, T, S, AnyEstimator<L>, AnyDetector<L>, K>>, ScenarioError> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
-        let chain = Chain::new(L::splat(self.contact_m), AnyEstimator::new(&self.estimator), detector);
+        let chain =
+            Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector };
         Ok(self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link }))
     }
 
@@ -235,7 +244,7 @@ impl Scenario {
     ) -> Engine<P, Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>> {
         let distance = SquaredResidual::new();
         let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
-        let chain = Chain::new(L::splat(self.contact_m), Rls::new(&self.estimator), detector);
+        let chain = Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector };
         self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link })
     }
 
@@ -250,9 +259,9 @@ impl Scenario {
             TissueSpec::Recording { force_n, rupture_ticks } => {
                 Ok(AnyTissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone())))
             }
-            TissueSpec::Depth { position_m, force_n, rupture_depths_m, presliding_m } => {
-                let recording = (&**position_m, &**force_n);
-                DepthReplay::new(recording, rupture_depths_m.clone(), *presliding_m, start_m).map(AnyTissue::Depth)
+            TissueSpec::Depth { curves, rupture_depths_m, presliding_m } => {
+                let ruptures = rupture_depths_m.clone();
+                DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m).map(AnyTissue::Depth)
             }
             TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
                 HuntCrossley::new(*mu, *lambda, *power, *contact_m).map(AnyTissue::HuntCrossley)

@@ -9,7 +9,7 @@ use super::values::Values;
 use crate::operator::{Hand, insertion_extraction, minimum_jerk, sine};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
-use crate::tissue::LayersParameters;
+use crate::tissue::{DepthCurves, LayersParameters};
 
 /// What the person does.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,10 +41,8 @@ pub enum TissueSpec {
     },
     /// A recording by depth.
     Depth {
-        /// Positions in m, in time order.
-        position_m: Arc<[f64]>,
-        /// Forces in N, in time order.
-        force_n: Arc<[f64]>,
+        /// What the recording felt at each depth.
+        curves: Arc<DepthCurves>,
         /// Depths at which layers rupture, in m.
         rupture_depths_m: Arc<[f64]>,
         /// Travel over which the force turns to that of the way out, in m.
@@ -110,8 +108,9 @@ pub(super) fn tissue(
     let Some((spec, resampled)) = replay.filter(|_| replays_force(values)) else { return own_tissue(values) };
     Ok(match values.text("tissue.index")? {
         "depth" => TissueSpec::Depth {
-            position_m: spec.recording.position_m().into(),
-            force_n: spec.recording.force_n().into(),
+            curves: DepthCurves::new(spec.recording.position_m(), spec.recording.force_n())
+                .map_err(|error| values.out_of_range(&error))?
+                .into(),
             rupture_depths_m: rupture_depths(spec),
             presliding_m: values.number("tissue.presliding_m")?,
         },

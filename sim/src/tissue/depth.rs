@@ -55,40 +55,19 @@ impl Curve {
     }
 }
 
-/// A recording as a tissue: what it felt at each depth, on the way in and on the way out.
-///
-/// While the needle is deeper than ever, the force is that of the way in. On any retreat it goes over, along
-/// `presliding_m` of travel, to that of the way out, and back along the same path until the needle is deeper than ever
-/// again:
-///
-/// ```text
-/// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the deepest x so far
-/// ```
-/// `out` is taken no higher than `in`. So what a retreat gives back never exceeds what the way in took, and the tissue
-/// dissipates over any motion that returns to where it began. Deeper than the recording went, its last force holds. Time
-/// has no part in it: the relaxation of a needle that stood still is lost.
-#[derive(Debug, Clone)]
-pub struct DepthReplay<L> {
-    way_in: Arc<Curve>,
-    way_out: Arc<Curve>,
-    rupture_depths_m: Arc<[f64]>,
-    inverse_presliding: L,
-    deepest_m: L,
+/// What a recording felt at each depth, on the way in and on the way out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthCurves {
+    way_in: Curve,
+    way_out: Curve,
 }
 
-impl<L: Lane> DepthReplay<L> {
-    /// A tissue from samples of position (m) and force (N) in time order, with layers that rupture at some depths (m),
-    /// and the travel over which the force turns to that of the way out (m, above 0). The needle begins at `start_m`.
+impl DepthCurves {
+    /// The curves of samples of position (m) and force (N) in time order. `out` is taken no higher than `in`.
     ///
     /// # Errors
-    /// [`InvalidValue`] for a presliding out of range, or a recording that spans more than 10 m.
-    pub fn new(
-        (position_m, force_n): (&[f64], &[f64]),
-        rupture_depths_m: Arc<[f64]>,
-        presliding_m: f64,
-        start_m: f64,
-    ) -> Result<Self, InvalidValue> {
-        positive("tissue.presliding_m", presliding_m)?;
+    /// [`InvalidValue`] for a recording that spans more than 10 m.
+    pub fn new(position_m: &[f64], force_n: &[f64]) -> Result<Self, InvalidValue> {
         let least = position_m.iter().copied().fold(f64::INFINITY, f64::min);
         let most = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let span = most - least;
@@ -101,13 +80,51 @@ impl<L: Lane> DepthReplay<L> {
         for (out, &within) in way_out.force_n.iter_mut().zip(&way_in.force_n) {
             *out = out.min(within);
         }
-        Ok(Self {
-            way_in: Arc::new(way_in),
-            way_out: Arc::new(way_out),
-            rupture_depths_m,
-            inverse_presliding: L::splat(1.0 / presliding_m),
-            deepest_m: L::splat(start_m),
-        })
+        Ok(Self { way_in, way_out })
+    }
+
+    /// The forces of the way in and of the way out in N, at depths 10 µm apart.
+    #[must_use]
+    pub fn tables_n(&self) -> [&[f64]; 2] {
+        [&self.way_in.force_n, &self.way_out.force_n]
+    }
+}
+
+/// A recording as a tissue: what it felt at each depth, on the way in and on the way out.
+///
+/// While the needle is deeper than ever, the force is that of the way in. On any retreat it goes over, along
+/// `presliding_m` of travel, to that of the way out, and back along the same path until the needle is deeper than ever
+/// again:
+///
+/// ```text
+/// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the deepest x so far
+/// ```
+/// `out` is nowhere higher than `in`. So what a retreat gives back never exceeds what the way in took, and the tissue
+/// dissipates over any motion that returns to where it began. Deeper than the recording went, its last force holds. Time
+/// has no part in it: the relaxation of a needle that stood still is lost.
+#[derive(Debug, Clone)]
+pub struct DepthReplay<L> {
+    curves: Arc<DepthCurves>,
+    rupture_depths_m: Arc<[f64]>,
+    inverse_presliding: L,
+    deepest_m: L,
+}
+
+impl<L: Lane> DepthReplay<L> {
+    /// A tissue of a recording's curves, with layers that rupture at some depths (m), and the travel over which the force
+    /// turns to that of the way out (m, above 0). The needle begins at `start_m`.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for a presliding out of range.
+    pub fn new(
+        curves: Arc<DepthCurves>,
+        rupture_depths_m: Arc<[f64]>,
+        presliding_m: f64,
+        start_m: f64,
+    ) -> Result<Self, InvalidValue> {
+        positive("tissue.presliding_m", presliding_m)?;
+        let inverse_presliding = L::splat(1.0 / presliding_m);
+        Ok(Self { curves, rupture_depths_m, inverse_presliding, deepest_m: L::splat(start_m) })
     }
 }
 
@@ -119,8 +136,8 @@ impl<L: Lane> Tissue<L> for DepthReplay<L> {
         self.deepest_m = position_m.max(before);
         let retreat = self.deepest_m - position_m;
         let share_in = (one - retreat * self.inverse_presliding).max(L::zero());
-        let loaded = self.way_in.look_up(position_m).min(self.way_in.look_up(self.deepest_m));
-        let unloaded = self.way_out.look_up(position_m);
+        let loaded = self.curves.way_in.look_up(position_m).min(self.curves.way_in.look_up(self.deepest_m));
+        let unloaded = self.curves.way_out.look_up(position_m);
         let force_n = unloaded + share_in * (loaded - unloaded).max(L::zero());
         let mut ruptured = L::Mask::splat(false);
         for &depth in self.rupture_depths_m.iter() {
@@ -136,13 +153,12 @@ impl crate::lane::Gather for DepthReplay<f64> {
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<DepthReplay<L>> {
         use crate::lane::{Gather, same_list};
         let alike = same_list(crate::lane::of_each!(all, |one| &one.rupture_depths_m))
-            && all.iter().all(|one| one.way_in == all[0].way_in && one.way_out == all[0].way_out);
+            && all.iter().all(|one| Arc::ptr_eq(&one.curves, &all[0].curves) || one.curves == all[0].curves);
         if !alike {
             return None;
         }
         Some(DepthReplay {
-            way_in: all[0].way_in.clone(),
-            way_out: all[0].way_out.clone(),
+            curves: all[0].curves.clone(),
             rupture_depths_m: all[0].rupture_depths_m.clone(),
             inverse_presliding: Gather::gather(crate::lane::of_each!(all, |one| &one.inverse_presliding))?,
             deepest_m: Gather::gather(crate::lane::of_each!(all, |one| &one.deepest_m))?,
@@ -165,7 +181,8 @@ mod tests {
 
     fn tissue() -> DepthReplay<f64> {
         let (position, force) = recording();
-        DepthReplay::new((&position, &force), Arc::from([6e-3]), 1e-3, 0.0).expect("valid")
+        let curves = DepthCurves::new(&position, &force).expect("valid");
+        DepthReplay::new(Arc::new(curves), Arc::from([6e-3]), 1e-3, 0.0).expect("valid")
     }
 
     #[test]
@@ -173,18 +190,18 @@ mod tests {
         let mut tissue = tissue();
         for k in 0..59 {
             let depth = 1e-4 * f64::from(k);
-            let reaction = tissue.react(0, depth);
+            let reaction = tissue.react(0, depth, 0.0);
             assert!((reaction.force_n - 100.0 * depth).abs() < 1e-9 && !reaction.ruptured, "{depth}");
         }
-        let held = tissue.react(0, 5.9e-3).force_n;
-        assert!((0..1000).all(|_| tissue.react(0, 5.9e-3).force_n == held));
+        let held = tissue.react(0, 5.9e-3, 0.0).force_n;
+        assert!((0..1000).all(|_| tissue.react(0, 5.9e-3, 0.0).force_n == held));
     }
 
     #[test]
     fn a_layer_ruptures_once_at_its_depth() {
         let mut tissue = tissue();
         let depths = (0..80).chain((0..80).rev()).chain(0..100).map(|k| 1e-4 * f64::from(k));
-        let ruptures: Vec<f64> = depths.filter(|&depth| tissue.react(0, depth).ruptured).collect();
+        let ruptures: Vec<f64> = depths.filter(|&depth| tissue.react(0, depth, 0.0).ruptured).collect();
         assert_eq!(ruptures.len(), 1);
         assert!((ruptures[0] - 6e-3).abs() < 1e-9);
     }
@@ -192,17 +209,17 @@ mod tests {
     #[test]
     fn a_retreat_goes_over_to_the_way_out_and_back() {
         let mut tissue = tissue();
-        let deep = tissue.react(0, 5e-3).force_n;
-        let half = tissue.react(0, 4.5e-3).force_n;
+        let deep = tissue.react(0, 5e-3, 0.0).force_n;
+        let half = tissue.react(0, 4.5e-3, 0.0).force_n;
         assert!((deep - 0.5).abs() < 1e-9 && (half - (-0.2 + 0.5 * 0.65)).abs() < 1e-9, "{deep} {half}");
-        assert!((tissue.react(0, 3e-3).force_n + 0.2).abs() < 1e-9);
-        assert_eq!(tissue.react(0, 4.5e-3).force_n, half);
-        assert!((tissue.react(0, 5.5e-3).force_n - 0.55).abs() < 1e-9);
+        assert!((tissue.react(0, 3e-3, 0.0).force_n + 0.2).abs() < 1e-9);
+        assert_eq!(tissue.react(0, 4.5e-3, 0.0).force_n, half);
+        assert!((tissue.react(0, 5.5e-3, 0.0).force_n - 0.55).abs() < 1e-9);
     }
 
     #[test]
     fn beyond_the_recording_its_last_force_holds() {
-        assert!((tissue().react(0, 0.5).force_n - 0.4).abs() < 1e-9);
-        assert!((tissue().react(0, -0.5).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
+        assert!((tissue().react(0, 0.5, 0.0).force_n - 0.4).abs() < 1e-9);
+        assert!((tissue().react(0, -0.5, 0.0).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
     }
 }

@@ -111,7 +111,7 @@ mod tests {
     fn its_coefficients_are_linear_between_the_depths() {
         let tissue =
             Generalised::<f64>::new(&[0.01, 0.02, 0.04], (&[100.0, 300.0, 0.0], &[0.0, 10.0, 10.0]), 1.0, 5e-3);
-        let tissue = tissue.expect("valid");
+        let mut tissue = tissue.expect("valid");
         for (p, mu, lambda) in
             [(0.005, 100.0, 0.0), (0.01, 100.0, 0.0), (0.015, 200.0, 5.0), (0.03, 150.0, 10.0), (0.05, 0.0, 10.0)]
         {
@@ -123,8 +123,8 @@ mod tests {
 
     #[test]
     fn with_one_depth_it_is_hunt_crossley() {
-        let general = Generalised::<f64>::new(&[0.0], (&[2000.0], &[200.0]), 1.5, 1e-3).expect("valid");
-        let model = HuntCrossley::<f64>::new(2000.0, 200.0, 1.5, 1e-3).expect("valid");
+        let mut general = Generalised::<f64>::new(&[0.0], (&[2000.0], &[200.0]), 1.5, 1e-3).expect("valid");
+        let mut model = HuntCrossley::<f64>::new(2000.0, 200.0, 1.5, 1e-3).expect("valid");
         for k in -10..100 {
             let (x, v) = (1e-3 * f64::from(k), 0.01 * f64::from(k % 7 - 3));
             assert!((general.react(0, x, v).force_n - model.react(0, x, v).force_n).abs() < 1e-12);

@@ -52,7 +52,7 @@ mod tests {
     fn it_is_eq_2_for_every_power_it_takes() {
         for quarters in 0..=31 {
             let power = 0.25 * f64::from(quarters);
-            let tissue = HuntCrossley::<f64>::new(300.0, 20.0, power, 1e-3).expect("valid");
+            let mut tissue = HuntCrossley::<f64>::new(300.0, 20.0, power, 1e-3).expect("valid");
             for depth in [1e-6, 0.004, 0.05, 1.5] {
                 let exact = 300.0 * f64::powf(depth, power) + 20.0 * f64::powf(depth, power) * 0.03;
                 let force = tissue.react(0, 1e-3 + depth, 0.03).force_n;

@@ -24,11 +24,6 @@ impl<L: Lane> KelvinVoigt<L> {
             contact: L::splat(finite("tissue.contact_m", contact_m)?),
         })
     }
-
-    /// A tissue that is not there.
-    pub(super) fn nothing() -> Self {
-        Self { stiffness: L::zero(), damping: L::zero(), contact: L::zero() }
-    }
 }
 
 impl<L: Lane> Tissue<L> for KelvinVoigt<L> {
@@ -48,7 +43,7 @@ mod tests {
 
     #[test]
     fn it_answers_only_in_contact() {
-        let tissue = KelvinVoigt::<f64>::new(200.0, 5.0, 0.01).expect("valid");
+        let mut tissue = KelvinVoigt::<f64>::new(200.0, 5.0, 0.01).expect("valid");
         assert_eq!(tissue.react(0, 0.01, 1.0).force_n, 0.0);
         assert!((tissue.react(0, 0.03, -0.1).force_n - 3.5).abs() < 1e-12);
         assert!(KelvinVoigt::<f64>::new(-1.0, 0.0, 0.0).is_err());

@@ -11,7 +11,7 @@ mod power;
 mod recording;
 mod shaft;
 
-pub use depth::DepthReplay;
+pub use depth::{DepthCurves, DepthReplay};
 pub use generalised::{Generalised, MAX_DEPTHS};
 pub use hunt_crossley::HuntCrossley;
 pub use kelvin_voigt::KelvinVoigt;

@@ -9,15 +9,16 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use trocar::augmentation::{AugmentationSettings, Supervisor};
+use trocar::chain::Chain;
 use trocar::channel::Delay;
-use trocar::detection::{Detector, DetectorSettings};
-use trocar::engine::{Engine, Plants};
-use trocar::estimation::{Estimator, RlsSettings};
-use trocar::operator::{Motion, Operator, Ramp};
-use trocar::sensor::{Sensor, SensorSettings};
+use trocar::detection::{CusumDetector, DetectorSettings};
+use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms};
+use trocar::estimation::{AnyEstimator, RlsSettings};
+use trocar::operator::{Motion, Person, Ramp};
+use trocar::sensor::{AnySensor, SensorSettings};
 use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
 use trocar::time::TickGrid;
-use trocar::tissue::{KelvinVoigt, Tissue};
+use trocar::tissue::{AnyTissue, KelvinVoigt};
 
 /// A file of the project.
 pub fn file(path: &str) -> PathBuf {
@@ -93,23 +94,26 @@ impl ClosedLoop {
         Link::new(&settings, directions, tick_s, 0.0).expect("valid")
     }
 
-    pub fn engine<S: Plants<f64>>(&self, plants: S) -> Engine<f64, S> {
+    pub fn engine<P: Plants<f64>>(&self, plants: P) -> Engine<P, Any<f64>> {
         let tick_s = 1e-3;
-        let supervisor = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
+        let settings = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
         let tissue = KelvinVoigt::new(self.stiffness_n_per_m, self.damping_n_s_per_m, 0.0).expect("valid");
+        let detector = CusumDetector::new(&DetectorSettings::default(), tick_s);
         Engine {
-            scheduled: trocar::engine::ScheduledAlarms::new(std::sync::Arc::default()),
             grid: TickGrid::new(tick_s, 3.0).expect("valid"),
             plants,
-            operator: Operator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
-            tissue: Tissue::KelvinVoigt(tissue),
-            sensor: Sensor::new(&SensorSettings::default(), tick_s, 0, 0),
-            velocity_filter: None,
-            contact_m: 0.0,
-            estimator: Estimator::new(&RlsSettings::default()),
-            detector: Detector::new(&DetectorSettings::default(), tick_s),
-            supervisor: Supervisor::new(&supervisor, 1.98e-2, tick_s, 0.0),
-            link: self.link(tick_s),
+            parts: Parts {
+                operator: Person::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
+                tissue: AnyTissue::KelvinVoigt(tissue),
+                sensor: AnySensor::new(&SensorSettings::default(), 0.5, tick_s, (0, 0)).expect("valid"),
+                chain: Chain {
+                    contact_m: 0.0,
+                    estimator: AnyEstimator::new(&RlsSettings::default()),
+                    detector: ScheduledAlarms::new(detector, std::sync::Arc::default()),
+                },
+                supervisor: Supervisor::new(&settings, 1.98e-2, tick_s, 0.0),
+                link: self.link(tick_s),
+            },
         }
     }
 }
