@@ -5,7 +5,9 @@ use std::sync::atomic::AtomicBool;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_sim::scenario::Source;
-use trocar_sim::sweep::{AxisColumn, Column, Design, Part, Plan, Progress, Rows, Shard, SweepError, execute};
+use trocar_sim::sweep::{
+    AxisColumn, Column, Design, Execution, Part, Plan, Progress, Rows, Shard, SweepError, execute,
+};
 
 use crate::arrays::put;
 use crate::error;
@@ -94,7 +96,7 @@ pub(crate) fn sweep<'py>(
         let tell = |_: u64| ();
         let progress = Progress { stop, begun: &|_| (), done: &tell };
         let threads = if threads == 0 { rayon::current_num_threads() } else { threads };
-        if execute(&plan, &part, threads, &progress)? < all {
+        if execute(&plan, &part, Execution { threads, shares_runs: true }, &progress)? < all {
             return Ok(None);
         }
         let columns = Columns::read(&plan.design, &Rows(vec![part]), first)?;

@@ -2,14 +2,14 @@
 
 mod pack;
 
-pub(crate) use pack::{Asked, run_pack_asking};
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
+pub(crate) use pack::{RunObserver, run_pack_observed};
 
 use thiserror::Error;
 
 use crate::engine::{IntegrationError, Observer, Trace};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver};
-use crate::scenario::{Scenario, ScenarioEngine, ScenarioError};
+use crate::scenario::{Scenario, ScenarioError};
 
 /// A scenario that was run.
 #[derive(Debug, Clone)]
@@ -54,21 +54,7 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 /// # Errors
 /// As [`run`].
 pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
-    measure_asking(scenario, &[]).map(|asked| asked.metrics)
-}
-
-/// [`measure`], and which of some higher thresholds, below the detector's cap, the run is the same under.
-fn measure_asking(scenario: &Scenario, higher: &[f64]) -> Result<Asked, RunError> {
-    let mut alike = vec![];
-    let metrics = with_metrics(scenario, |engine, metrics| {
-        if !higher.is_empty() {
-            engine.ask_higher_thresholds(higher);
-        }
-        engine.run(metrics)?;
-        alike = engine.thresholds_alike();
-        Ok(())
-    })?;
-    Ok(Asked { metrics, alike })
+    run_observed(scenario, ()).map(|(metrics, ())| metrics)
 }
 
 /// Runs a scenario for its metrics, under the eyes of one more observer, which does not see a diverged tick.
@@ -76,16 +62,15 @@ fn measure_asking(scenario: &Scenario, higher: &[f64]) -> Result<Asked, RunError
 /// # Errors
 /// As [`run`].
 pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
-    with_metrics(scenario, |engine, metrics| engine.run(&mut (metrics, observer)))
+    run_observed(scenario, observer).map(|(metrics, _)| metrics)
 }
 
-fn with_metrics(
-    scenario: &Scenario,
-    run: impl FnOnce(&mut ScenarioEngine, &mut MetricsObserver<f64>) -> Result<(), IntegrationError>,
-) -> Result<Metrics, RunError> {
-    let mut metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
+/// [`observe`], compiled for the observer, which is given back.
+fn run_observed<O: Observer<f64>>(scenario: &Scenario, observer: O) -> Result<(Metrics, O), RunError> {
+    let mut observers = (MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()), observer);
     let mut engine = scenario.build()?;
-    run(&mut engine, &mut metrics).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
+    engine.run(&mut observers).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
     let link = engine.link_report().map(|report| LinkMetrics::new(&report, &scenario.grid));
-    Ok(Metrics { link, ..metrics.metrics(0) })
+    let (metrics, observer) = observers;
+    Ok((Metrics { link, ..metrics.metrics(0) }, observer))
 }

@@ -14,7 +14,9 @@ use super::{OutputArgs, interrupt, progress, report as page, terminal};
 use trocar_report::Folder;
 use trocar_report::html::command_line;
 use trocar_sim::scenario::Source;
-use trocar_sim::sweep::{CASES, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute};
+use trocar_sim::sweep::{
+    CASES, Execution, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute,
+};
 
 /// Run a sweep, or join the parts of one.
 #[derive(Debug, Args)]
@@ -34,6 +36,10 @@ pub(super) struct SweepArgs {
     /// How many threads; one per processor when not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Run every case by itself; otherwise cases that differ in detector.threshold alone share the runs in which it changes nothing.
+    /// Slower, with the same bytes
+    #[arg(long)]
+    no_sharing: bool,
     /// Print a case as a scenario file, and run nothing
     #[arg(long, value_name = "NUMBER")]
     case: Option<u64>,
@@ -133,7 +139,7 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
         bar.reset_eta();
     };
     let watch = Progress { stop: interrupt::listen(), begun: &begun, done: &|cases| bar.inc(cases) };
-    let done = execute(plan, part, threads, &watch);
+    let done = execute(plan, part, Execution { threads, shares_runs: !args.no_sharing }, &watch);
     bar.finish_and_clear();
     Ok(done?)
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::support::desk::Desk;
 use trocar::run::measure;
 use trocar::scenario::Source;
-use trocar::sweep::{Part, Plan, Progress, Rows, Shard, execute};
+use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
 
 /// Three axes and three seeds, on a short insertion into layers with noise, with an event or two.
 const SMALL: &str = r#"
@@ -167,7 +167,7 @@ fn cases_that_share_a_run_are_what_each_gives_by_itself() {
         let plan = sweep(name, base, &set);
         let part = Part::open(&desk.path("part"), plan.layout(Shard::WHOLE)).expect("a part");
         let progress = Progress { stop: &AtomicBool::new(false), begun: &|_| {}, done: &|_| {} };
-        assert_eq!(execute(&plan, &part, 2, &progress).expect("runs"), 138);
+        assert_eq!(execute(&plan, &part, Execution { threads: 2, shares_runs: true }, &progress).expect("runs"), 138);
         let mut distinct = BTreeSet::new();
         let each = |case, _, values: &[f64]| {
             let metrics = measure(&plan.scenario(case).expect("a case")).expect("runs");
@@ -182,6 +182,15 @@ fn cases_that_share_a_run_are_what_each_gives_by_itself() {
         assert!((7..138).contains(&distinct.len()), "{name}: {} kinds of runs", distinct.len());
         std::fs::remove_file(desk.path("part")).expect("there");
     }
+}
+
+#[test]
+fn sharing_runs_changes_no_byte() {
+    let desk = desk();
+    desk.file("shared.toml", SHARED.replace("points = 120", "points = 3"));
+    desk.good(&["sweep", "shared.toml", "--quiet", "--out", "with"]);
+    desk.good(&["sweep", "shared.toml", "--quiet", "--no-sharing", "--out", "without"]);
+    same(&desk, "with", "without");
 }
 
 #[test]

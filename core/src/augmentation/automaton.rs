@@ -85,8 +85,6 @@ pub(super) struct Automaton<L: Lane> {
     entered: L,
     quiet_ticks: L,
     refractory_until: L,
-    /// Where an augmented phase has lasted longer than it must: because `g` was not quiet.
-    exit_was_delayed: L::Mask,
 }
 
 impl<L: Lane> Automaton<L> {
@@ -105,7 +103,6 @@ impl<L: Lane> Automaton<L> {
             entered: L::zero(),
             quiet_ticks: L::zero(),
             refractory_until: L::zero(),
-            exit_was_delayed: L::Mask::splat(false),
         }
     }
 
@@ -119,12 +116,6 @@ impl<L: Lane> Automaton<L> {
         self.teleoperates
     }
 
-    /// Where the run would have been another with a higher threshold, although the alarms are the same: one that is quiet
-    /// sooner ends no augmented phase sooner that has lasted no longer than it must.
-    pub(super) fn exit_was_delayed(&self) -> L::Mask {
-        self.exit_was_delayed
-    }
-
     /// The mode for `tick`, given the tick's alarm and `g`, and whether the position had blended by the tick before.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> L {
@@ -136,9 +127,7 @@ impl<L: Lane> Automaton<L> {
         let quiet = decision.lt(self.exit_level);
         let quiet_ticks = L::select(quiet, self.quiet_ticks + L::splat(1.0), L::zero());
         let settled = held.ge(self.min_hold_ticks) & quiet_ticks.ge(self.exit_quiet_ticks);
-        let augmented = is(mode, Mode::Augmented);
-        let leave = augmented & (settled | held.ge(self.max_hold_ticks));
-        self.exit_was_delayed = self.exit_was_delayed | (augmented & held.ge(self.min_hold_ticks) & !leave);
+        let leave = is(mode, Mode::Augmented) & (settled | held.ge(self.max_hold_ticks));
         let done = is(mode, Mode::Reengaging) & blended & held.ge(self.blend_ticks);
 
         self.quiet_ticks = quiet_ticks;
@@ -184,4 +173,4 @@ pub(super) fn has_become<L: Lane>(before: L, mode: L, which: Mode) -> L::Mask {
 crate::lane::gather!(Automaton {
     min_hold_ticks, max_hold_ticks, exit_level, exit_quiet_ticks, refractory_ticks, blend_ticks, mode, entered, quiet_ticks,
     refractory_until,
-} masks { teleoperates, exit_was_delayed });
+} masks { teleoperates });

@@ -129,12 +129,6 @@ impl<L: Lane> Supervisor<L> {
         }
     }
 
-    /// Whether in lane `index` a higher threshold would have done something else so far, although the alarms are the same.
-    #[must_use]
-    pub fn depends_on_threshold(&self, index: usize) -> bool {
-        self.automaton.exit_was_delayed().lane(index)
-    }
-
     /// Decides the tick.
     #[inline(always)]
     pub fn update(&mut self, now: &Situation<L>) -> Command<L> {

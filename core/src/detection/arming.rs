@@ -1,8 +1,6 @@
 //! When an alarm may be taken at all.
 
 use super::Evidence;
-#[cfg(feature = "alloc")]
-use super::higher::{Crossing, HigherThresholds};
 use crate::error::{InvalidValue, non_negative};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
@@ -78,9 +76,6 @@ pub(super) struct Arming<L> {
     drop_only: bool,
     slowest_velocity: L,
     minimum_depth: L,
-    /// Those that are asked beside the own threshold.
-    #[cfg(feature = "alloc")]
-    higher: HigherThresholds,
 }
 
 impl<L: Lane> Arming<L> {
@@ -95,31 +90,12 @@ impl<L: Lane> Arming<L> {
                 Motion::Inserting => settings.insertion_speed_m_per_s,
             }),
             minimum_depth: L::splat(settings.minimum_depth_m),
-            #[cfg(feature = "alloc")]
-            higher: HigherThresholds::default(),
         }
-    }
-
-    /// Asks higher thresholds too, in a detector of one lane.
-    #[cfg(feature = "alloc")]
-    pub(super) fn ask_higher(&mut self, thresholds: &[f64]) {
-        self.higher = HigherThresholds::of(thresholds);
-    }
-
-    /// Those of them that have announced what lane `index` has.
-    #[cfg(feature = "alloc")]
-    pub(super) fn alike(&self, index: usize) -> impl Iterator<Item = f64> {
-        self.higher.alike(index)
     }
 
     /// Whether a sample whose `g` is `above` the threshold is an alarm.
     #[inline(always)]
-    pub(super) fn update(
-        &mut self,
-        #[cfg_attr(not(feature = "alloc"), allow(unused_variables, reason = "asking others takes std"))] decision: L,
-        above: L::Mask,
-        evidence: &Evidence<L>,
-    ) -> L::Mask {
+    pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
         let zero = L::zero();
         let quiet_before = self.quiet_ticks;
         let quiet_ticks = L::select(evidence.in_contact, quiet_before + L::splat(1.0), zero);
@@ -135,24 +111,8 @@ impl<L: Lane> Arming<L> {
         if self.drop_only {
             like_rupture = like_rupture & evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero);
         }
-        let alarm = armed & above & like_rupture;
-        #[cfg(feature = "alloc")]
-        if self.higher.are_asked() {
-            self.higher.ask(&Crossing {
-                decision,
-                above,
-                like_rupture,
-                in_contact: evidence.in_contact,
-                alarm,
-                quiet_ticks: quiet_before,
-                settle_ticks: self.settle_ticks,
-            });
-        }
-        alarm
+        armed & above & like_rupture
     }
 }
 
-#[cfg(feature = "alloc")]
-crate::lane::gather!(Arming { settle_ticks, quiet_ticks, slowest_velocity, minimum_depth, higher } same { drop_only });
-#[cfg(not(feature = "alloc"))]
 crate::lane::gather!(Arming { settle_ticks, quiet_ticks, slowest_velocity, minimum_depth } same { drop_only });

@@ -3,8 +3,6 @@
 mod arming;
 mod cusum;
 mod distance;
-#[cfg(feature = "alloc")]
-mod higher;
 mod likelihood_ratio;
 mod page_hinkley;
 
@@ -120,20 +118,6 @@ impl<L: Lane> Detector<L> {
         self
     }
 
-    /// Asks thresholds that are above the detector's own and below its cap whether they announce the same.
-    #[cfg(feature = "alloc")]
-    #[doc(hidden)]
-    pub fn ask_higher(&mut self, thresholds: &[f64]) {
-        self.arming.ask_higher(thresholds);
-    }
-
-    /// Those that did so far in lane `index`; some that did may be missing.
-    #[cfg(feature = "alloc")]
-    #[doc(hidden)]
-    pub fn alike(&self, index: usize) -> impl Iterator<Item = f64> {
-        self.arming.alike(index)
-    }
-
     /// Takes one sample's evidence.
     #[inline(always)]
     pub fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
@@ -167,7 +151,7 @@ impl<L: Lane> Detector<L> {
     /// From `g_k`, and whether it is above the threshold, to the decision; an alarm starts `g` again.
     #[inline(always)]
     fn conclude(&mut self, evidence: &Evidence<L>, distance: L, (decision, above): (L, L::Mask)) -> Decision<L> {
-        let alarm = self.arming.update(decision, above, evidence);
+        let alarm = self.arming.update(above, evidence);
         if alarm.any() {
             self.cusum.reset(alarm);
         }

@@ -131,21 +131,6 @@ impl<L: Lane> Answer<L> for Layers<L> {
     }
 }
 
-impl<S> Engine<f64, S> {
-    /// Asks thresholds that are above the detector's own and below its cap whether the run under them is the same.
-    pub(crate) fn ask_higher_thresholds(&mut self, thresholds: &[f64]) {
-        self.detector.ask_higher(thresholds);
-    }
-}
-
-impl<L: Lane, S> Engine<L, S> {
-    /// Those of the thresholds that were asked under which lane `index` has been the same run, to the last bit; some of which
-    /// that is true may be missing.
-    pub(crate) fn thresholds_alike(&self, index: usize) -> Vec<f64> {
-        if self.supervisor.depends_on_threshold(index) { vec![] } else { self.detector.alike(index).collect() }
-    }
-}
-
 impl<L: Lane, S: Plants<L>> Engine<L, S> {
     /// Runs every tick of the grid, or until the observer has seen enough. Nothing is allocated on the way.
     ///

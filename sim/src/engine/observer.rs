@@ -52,6 +52,11 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
 /// diverged.
 impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
     #[inline(always)]
+    fn is_common() -> bool {
+        A::is_common() && B::is_common()
+    }
+
+    #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
         self.0.observe(signals);
         if !self.0.is_done() {

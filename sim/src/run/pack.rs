@@ -1,10 +1,12 @@
 //! Several scenarios side by side.
 
-use super::{RunError, measure_asking};
+use std::ops::Range;
+
+use super::{RunError, run_observed};
 #[cfg(target_arch = "x86_64")]
 use crate::engine::{Avx2, Avx512};
-use crate::engine::{Engine, ExactPlants, InstructionSet, Plants, Wide, gather};
-use crate::lane::{Gather, LANES, of_each};
+use crate::engine::{Engine, ExactPlants, InstructionSet, Observer, Plants, Wide, gather};
+use crate::lane::{Gather, LANES, Lane, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
 use crate::sensor::NoiseBank;
@@ -27,37 +29,56 @@ pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
 
 /// [`run_pack`] in a given instruction set, or one after the other where the machine has not got it.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    metrics_of(run_pack_asking(set, &mut NoiseBank::new(0), scenarios, &[]))
+    metrics_of(run_pack_observed(set, &mut NoiseBank::new(0), scenarios, &()))
 }
 
 /// [`run_pack`] with noise that runs of the same seed share: the same bits, sooner.
 pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
-    metrics_of(run_pack_asking(InstructionSet::widest(), bank, scenarios, &[]))
+    metrics_of(run_pack_observed(InstructionSet::widest(), bank, scenarios, &()))
 }
 
-fn metrics_of(answers: Vec<Result<Asked, RunError>>) -> Vec<Result<Metrics, RunError>> {
-    answers.into_iter().map(|answer| answer.map(|asked| asked.metrics)).collect()
+fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics, RunError>> {
+    runs.into_iter().map(|run| run.map(|(metrics, ())| metrics)).collect()
 }
 
-/// What came out of a run that was asked about other thresholds.
-#[derive(Debug, Clone)]
-pub(crate) struct Asked {
-    pub(crate) metrics: Metrics,
-    /// Those that were asked under which the run is the same, to the last bit; some of which that is true may be missing.
-    pub(crate) alike: Vec<f64>,
+/// What observes runs of a pack beside their metrics: one observer for the lanes of an engine.
+pub(crate) trait RunObserver {
+    /// The observer over lanes.
+    type OverLanes<L: Lane>: Observer<L>;
+    /// What it has found in one run.
+    type Finding;
+
+    /// An observer of the scenarios at these places of the list that is run, the first in lane 0. The lanes that are left over
+    /// run the last of them again.
+    fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
+
+    /// What was found in lane `lane`.
+    fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
 }
 
-/// [`run_pack_in`] with noise that runs of the same seed share, each scenario asked for its `higher` thresholds, which are above
-/// its detector's own and below the cap.
-pub(crate) fn run_pack_asking(
+/// Nothing beside the metrics.
+impl RunObserver for () {
+    type OverLanes<L: Lane> = ();
+    type Finding = ();
+
+    fn over_lanes<L: Lane>(&self, _places: Range<usize>) {}
+
+    fn finding<L: Lane>(_observer: &(), _lane: usize) {}
+}
+
+/// A run's metrics, and what its observer has found.
+type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
+
+/// [`run_pack_in`] with noise that runs of the same seed share and with an observer beside the metrics.
+pub(crate) fn run_pack_observed<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
-    higher: &[Vec<f64>],
-) -> Vec<Result<Asked, RunError>> {
+    observer: &R,
+) -> Vec<ObservedRun<R>> {
     let set = if set.is_available() { set } else { InstructionSet::Baseline };
     let packs = scenarios.chunks(PACK).enumerate();
-    packs.flat_map(|(k, pack)| run_eight(set, bank, pack, higher.get(k * PACK..).unwrap_or(&[]))).collect()
+    packs.flat_map(|(k, pack)| run_eight(set, bank, pack, (k * PACK, observer))).collect()
 }
 
 /// Whether scenarios, [`PACK`] of them at most, can be run side by side on this machine.
@@ -66,30 +87,31 @@ pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
 }
 
-/// Up to eight scenarios.
-fn run_eight(
+/// Up to eight scenarios, the first at the place `first` of the observer's list.
+fn run_eight<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
-    higher: &[Vec<f64>],
-) -> Vec<Result<Asked, RunError>> {
-    let higher_of = |k: usize| higher.get(k).map_or(&[][..], Vec::as_slice);
+    (first, observer): (usize, &R),
+) -> Vec<ObservedRun<R>> {
+    let alone = |k: usize| {
+        let over_one = observer.over_lanes::<f64>(first + k..first + k + 1);
+        run_observed(&scenarios[k], over_one).map(|(metrics, one)| (metrics, R::finding(&one, 0)))
+    };
     let enough = scenarios.len() >= FEWEST && set != InstructionSet::Baseline;
     let engines = if enough { Engines::of(scenarios) } else { None };
     let together = engines.and_then(|mut engines| {
         engines.share_noise(bank);
-        engines.ask(higher);
-        engines.run(set, scenarios)
+        engines.run(set, scenarios, (first, observer))
     });
     match together {
-        Some(answers) => {
+        Some(runs) => {
             // A link goes on counting after its lane has diverged, where a run of its own ends.
             let ends_early = |metrics: &Metrics| metrics.link.is_some() && metrics.outcome != Outcome::Completed;
-            let each = answers.into_iter().zip(scenarios);
-            each.map(|(asked, one)| if ends_early(&asked.metrics) { measure_asking(one, &[]) } else { Ok(asked) })
-                .collect()
+            let each = runs.into_iter().enumerate();
+            each.map(|(k, run)| if ends_early(&run.0) { alone(k) } else { Ok(run) }).collect()
         }
-        None => scenarios.iter().enumerate().map(|(k, one)| measure_asking(one, higher_of(k))).collect(),
+        None => (0..scenarios.len()).map(alone).collect(),
     }
 }
 
@@ -108,12 +130,6 @@ impl Engines {
             if let ScenarioEngine::Exact(engine) = engine {
                 engine.sensor.share_noise(bank, engine.grid.ticks());
             }
-        }
-    }
-
-    fn ask(&mut self, higher: &[Vec<f64>]) {
-        for (engine, higher) in self.0.iter_mut().zip(higher) {
-            engine.ask_higher_thresholds(higher);
         }
     }
 
@@ -140,38 +156,50 @@ impl Engines {
         }))
     }
 
-    fn run(&self, set: InstructionSet, scenarios: &[Scenario]) -> Option<Vec<Asked>> {
+    fn run<R: RunObserver>(
+        &self,
+        set: InstructionSet,
+        scenarios: &[Scenario],
+        observer: (usize, &R),
+    ) -> Option<Vec<(Metrics, R::Finding)>> {
         let engines = self.exact()?;
         match set {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => side_by_side::<Avx512>(engines, scenarios),
+            InstructionSet::Avx512 => side_by_side::<Avx512, R>(engines, scenarios, observer),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => side_by_side::<Avx2>(engines, scenarios),
+            InstructionSet::Avx2 => side_by_side::<Avx2, R>(engines, scenarios, observer),
             _ => None,
         }
     }
 }
 
 /// Runs engines in lanes, where they can share them.
-fn side_by_side<L: Wide>(
+fn side_by_side<L: Wide, R: RunObserver>(
     engines: [&Engine<f64, ExactPlants<f64>>; LANES],
     scenarios: &[Scenario],
-) -> Option<Vec<Asked>> {
+    observer: (usize, &R),
+) -> Option<Vec<(Metrics, R::Finding)>> {
     match gather::<L, _, _>(engines, ExactPlants::gather_alike) {
-        Some(engine) => run_gathered(engine, scenarios),
-        None => run_gathered(gather::<L, _, _>(engines, ExactPlants::gather)?, scenarios),
+        Some(engine) => run_gathered(engine, scenarios, observer),
+        None => run_gathered(gather::<L, _, _>(engines, ExactPlants::gather)?, scenarios, observer),
     }
 }
 
-fn run_gathered<L: Wide, S: Plants<L>>(mut engine: Engine<L, S>, scenarios: &[Scenario]) -> Option<Vec<Asked>> {
+fn run_gathered<L: Wide, S: Plants<L>, R: RunObserver>(
+    mut engine: Engine<L, S>,
+    scenarios: &[Scenario],
+    (first, observer): (usize, &R),
+) -> Option<Vec<(Metrics, R::Finding)>> {
     let grid = engine.grid;
     let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
-    let mut observer = MetricsObserver::<L>::new(grid, ruptures);
+    let beside = observer.over_lanes::<L>(first..first + scenarios.len());
+    let mut observers = (MetricsObserver::<L>::new(grid, ruptures), beside);
     // Stepped exactly, nothing gives up.
-    L::run(&mut engine, &mut observer).ok()?;
-    let answer = |lane: usize| {
+    L::run(&mut engine, &mut observers).ok()?;
+    let (metrics, beside) = observers;
+    let run = |lane: usize| {
         let link = (!engine.link.is_direct()).then(|| LinkMetrics::new(&engine.link.report(lane), &grid));
-        Asked { metrics: Metrics { link, ..observer.metrics(lane) }, alike: engine.thresholds_alike(lane) }
+        (Metrics { link, ..metrics.metrics(lane) }, R::finding(&beside, lane))
     };
-    Some((0..scenarios.len()).map(answer).collect())
+    Some((0..scenarios.len()).map(run).collect())
 }

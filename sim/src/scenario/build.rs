@@ -54,26 +54,6 @@ impl ScenarioEngine {
         }
     }
 
-    /// As [`Engine::ask_higher_thresholds`].
-    pub(crate) fn ask_higher_thresholds(&mut self, thresholds: &[f64]) {
-        match self {
-            Self::Exact(engine) => engine.ask_higher_thresholds(thresholds),
-            Self::Limited(engine) => engine.ask_higher_thresholds(thresholds),
-            Self::Split(engine) => engine.ask_higher_thresholds(thresholds),
-            Self::Integrated(engine) => engine.ask_higher_thresholds(thresholds),
-        }
-    }
-
-    /// As [`Engine::thresholds_alike`], of the only lane.
-    pub(crate) fn thresholds_alike(&self) -> Vec<f64> {
-        match self {
-            Self::Exact(engine) => engine.thresholds_alike(0),
-            Self::Limited(engine) => engine.thresholds_alike(0),
-            Self::Split(engine) => engine.thresholds_alike(0),
-            Self::Integrated(engine) => engine.thresholds_alike(0),
-        }
-    }
-
     /// What the link has seen; none where positions and forces arrive at once and as they are.
     #[must_use]
     pub fn link_report(&self) -> Option<LinkReport> {

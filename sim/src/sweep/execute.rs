@@ -6,18 +6,27 @@ use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::columns::Column;
+use super::equivalent_thresholds::{RunWithEquivalents, run_with_equivalents, run_without_equivalents};
 use super::error::SweepError;
-use super::ladder::{Ladder, Row};
 use super::part::{Outcome, PACK_CASES, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
+use super::shared_runs::{Row, SharedRuns};
 use super::stability::LoopOfCase;
-use crate::engine::InstructionSet;
 use crate::metrics;
-use crate::run::{Asked, RunError, run_pack_asking};
+use crate::run::RunError;
 use crate::sensor::NoiseBank;
 
 /// Numbers of noise that all threads keep together, 64 MB of them.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
+
+/// How a sweep is run; the bytes are the same.
+#[derive(Debug, Clone, Copy)]
+pub struct Execution {
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// Whether cases that differ in the detector's threshold alone share runs; without it each case is run by itself.
+    pub shares_runs: bool,
+}
 
 /// How a sweep is watched and ended.
 pub struct Progress<'a> {
@@ -29,12 +38,13 @@ pub struct Progress<'a> {
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the packs of a part that it does not have yet, on `threads` threads; gives how many cases are done in all. The order
-/// in which packs are done does not matter: each has its place.
+/// Runs the packs of a part that it does not have yet; gives how many cases are done in all. The order in which packs are done
+/// does not matter: each has its place.
 ///
 /// # Errors
 /// [`SweepError`]: of the first case, among those begun, that cannot be run; a part that cannot be read or written.
-pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>) -> Result<u64, SweepError> {
+pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>) -> Result<u64, SweepError> {
+    let Execution { threads, shares_runs } = how;
     let before = part.cases_done()?;
     (progress.begun)(before);
     let Progress { stop, done: tell, .. } = *progress;
@@ -51,12 +61,12 @@ pub fn execute(plan: &Plan, part: &Part, threads: usize, progress: &Progress<'_>
     };
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
-    let ladder = Ladder::of(plan, cases);
+    let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
     // What one thread finds out should not be run by another meanwhile; but none should be left without work.
     let fair = (packs.end - packs.start) / (4 * threads.max(1) as u64);
-    let at_once = ladder.as_ref().map_or(1, |ladder| ladder.span().div_ceil(PACK_CASES).min(fair).max(1));
+    let at_once = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair).max(1));
     let work = || {
-        let mut worker = Worker::new(plan, part, ladder.as_ref(), threads);
+        let mut worker = Worker::new(plan, part, shared.as_ref(), threads);
         let mut own = 0..0;
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
             if own.is_empty() {
@@ -89,7 +99,7 @@ struct Worker<'a> {
     plan: &'a Plan,
     part: &'a Part,
     /// What all threads know together of runs that cases share.
-    ladder: Option<&'a Ladder>,
+    shared: Option<&'a SharedRuns>,
     maker: CaseMaker<'a>,
     bank: NoiseBank,
     rows: PackRows,
@@ -97,23 +107,23 @@ struct Worker<'a> {
 
 impl<'a> Worker<'a> {
     /// One of so many threads.
-    fn new(plan: &'a Plan, part: &'a Part, ladder: Option<&'a Ladder>, threads: usize) -> Self {
+    fn new(plan: &'a Plan, part: &'a Part, shared: Option<&'a SharedRuns>, threads: usize) -> Self {
         // Only where there are several points does a seed come again.
         let comes_again = plan.design.points().is_some_and(|points| points > 1);
         let bank = NoiseBank::new(if comes_again { MAX_NUMBERS_KEPT / threads.max(1) } else { 0 });
-        Self { plan, part, ladder, maker: plan.maker(), bank, rows: PackRows::default() }
+        Self { plan, part, shared, maker: plan.maker(), bank, rows: PackRows::default() }
     }
 
     /// Runs and keeps one pack; gives its cases.
     fn run(&mut self, pack: u64) -> Result<u64, SweepError> {
         let cases = self.part.layout().cases_of(pack);
         let mut known: BTreeMap<u64, Row> =
-            cases.clone().filter_map(|case| Some((case, self.ladder?.take(case)?))).collect();
+            cases.clone().filter_map(|case| Some((case, self.shared?.take(case)?))).collect();
         let missing: Vec<u64> = cases.clone().filter(|case| !known.contains_key(case)).collect();
         if !missing.is_empty() {
-            known.extend(self.answer(&missing)?);
-            // What was asked for is read here and not asked for again.
-            missing.iter().for_each(|&case| drop(self.ladder.and_then(|ladder| ladder.take(case))));
+            known.extend(self.run_cases(&missing)?);
+            // These are read here and not needed again.
+            missing.iter().for_each(|&case| drop(self.shared.and_then(|shared| shared.take(case))));
         }
         self.rows.clear();
         for (_, row) in known.range(cases.clone()) {
@@ -125,42 +135,45 @@ impl<'a> Worker<'a> {
 
     /// A case whose turn comes later, where lanes are left over.
     fn ahead(&self, lanes_taken: usize) -> Option<u64> {
-        self.ladder.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
+        self.shared.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
     }
 
     /// Runs cases, and others ahead beside them.
-    fn answer(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
+    fn run_cases(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
         let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);
-        let (mut asked, mut scenarios, mut loops, mut higher) = (vec![], vec![], vec![], vec![]);
-        while let Some(case) = cases.get(asked.len()).copied().or_else(|| self.ahead(asked.len())) {
+        let (mut running, mut scenarios, mut loops, mut higher) = (vec![], vec![], vec![], vec![]);
+        while let Some(case) = cases.get(running.len()).copied().or_else(|| self.ahead(running.len())) {
             let scenario = self.maker.scenario(case)?;
             let cap = scenario.detector.cusum.cap;
-            higher.push(self.ladder.map_or_else(Vec::new, |ladder| ladder.higher(case, cap)));
+            higher.push(self.shared.map_or_else(Vec::new, |shared| shared.higher(case, cap)));
             loops.push(has_loop.then(|| self.maker.loop_settings(&scenario)));
             scenarios.push(scenario);
-            asked.push(case);
+            running.push(case);
         }
         let mut rows = vec![];
-        let answers = run_pack_asking(InstructionSet::widest(), &mut self.bank, &scenarios, &higher);
-        for (k, (case, answer)) in asked.into_iter().zip(answers).enumerate() {
-            let (row, alike) = match answer {
-                Ok(Asked { metrics, alike }) => {
+        let runs = match self.shared {
+            Some(_) => run_with_equivalents(&mut self.bank, &scenarios, &higher),
+            None => run_without_equivalents(&mut self.bank, &scenarios),
+        };
+        for (k, (case, run)) in running.into_iter().zip(runs).enumerate() {
+            let (row, thresholds) = match run {
+                Ok(RunWithEquivalents { metrics, thresholds }) => {
                     let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
                     let outcome = match metrics.outcome {
                         metrics::Outcome::Completed => Outcome::Completed,
                         metrics::Outcome::Diverged { .. } => Outcome::Diverged,
                     };
                     let values = columns.iter().map(|column| column.value(&metrics, of_case.as_ref())).collect();
-                    (Row { outcome, values }, alike)
+                    (Row { outcome, values }, thresholds)
                 }
                 Err(RunError::Integration { .. }) => {
                     (Row { outcome: Outcome::Failed, values: vec![None; columns.len()] }, vec![])
                 }
                 Err(error @ RunError::Scenario(_)) => return Err(self.maker.refused(case, error)),
             };
-            if let Some(ladder) = self.ladder {
-                ladder.keep(case, row.clone(), &alike);
+            if let Some(shared) = self.shared {
+                shared.keep(case, row.clone(), &thresholds);
             }
             rows.push((case, row));
         }
@@ -184,12 +197,12 @@ mod tests {
         std::fs::write(&file, text).expect("written");
         let plan = Plan::load(&Source::parse(file.to_str().expect("a path")), &[]).expect("a sweep");
         let part = Part::open(&folder.path().join("part"), plan.layout(Shard::WHOLE)).expect("a part");
-        let ladder = Ladder::of(&plan, 0..plan.design.cases()).expect("thresholds");
-        let mut worker = Worker::new(&plan, &part, Some(&ladder), 1);
+        let shared = SharedRuns::of(&plan, 0..plan.design.cases()).expect("thresholds");
+        let mut worker = Worker::new(&plan, &part, Some(&shared), 1);
         let packs = part.layout().packs.clone();
         worker.run(packs.start).expect("runs");
-        assert!(!ladder.is_empty());
+        assert!(!shared.is_empty());
         let cases: u64 = (packs.start + 1..packs.end).map(|pack| worker.run(pack).expect("runs")).sum();
-        assert_eq!((cases + 8, ladder.is_empty()), (54, true));
+        assert_eq!((cases + 8, shared.is_empty()), (54, true));
     }
 }

@@ -1,7 +1,7 @@
 //! Runs that cases share which differ in the detector's threshold alone.
 //!
-//! A threshold reaches a run by the alarms that it raises. A run tells which higher thresholds would have raised the same: under
-//! them it is the same run, to the last bit, and need not be run again. Of a hundred thresholds, it takes a handful of runs.
+//! [`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents) gives with a run the higher thresholds under which
+//! it is the same, to the last bit: their cases need not be run again. Of a hundred thresholds, it takes a handful of runs.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -24,12 +24,12 @@ pub(super) struct Row {
 
 /// The axis of thresholds of a sweep, and what is known of cases that have not been written yet.
 #[derive(Debug)]
-pub(super) struct Ladder {
+pub(super) struct SharedRuns {
     /// The values of the axis, in its order.
     thresholds: Vec<f64>,
     /// How far cases are apart of which the thresholds are neighbours.
     stride: u64,
-    /// The cases of the part: nobody asks for others.
+    /// The cases of the part; others are not needed.
     cases: Range<u64>,
     known: Mutex<Known>,
 }
@@ -38,7 +38,7 @@ pub(super) struct Ladder {
 struct Known {
     /// By their first case.
     groups: HashMap<u64, Group>,
-    /// Those of which something is not known and nobody runs anything.
+    /// Those of which something is not known and no thread runs anything.
     open: BTreeSet<u64>,
 }
 
@@ -52,7 +52,7 @@ struct Group {
     unread: usize,
 }
 
-impl Ladder {
+impl SharedRuns {
     /// Of a part's cases; nothing where none differ in the threshold alone.
     pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
         let design = &plan.design;
@@ -94,7 +94,7 @@ impl Ladder {
         self.known().groups.is_empty()
     }
 
-    /// What is known of a case that is written now: it will not be asked for again.
+    /// What is known of a case that is written now: it is not needed again.
     pub(super) fn take(&self, case: u64) -> Option<Row> {
         let (first, at) = self.place(case);
         let mut known = self.known();
@@ -107,7 +107,7 @@ impl Ladder {
         Some(row)
     }
 
-    /// The thresholds below `cap` that are to be asked in the run of a case, which begins now.
+    /// The thresholds below `cap` that are to be tracked in the run of a case, which begins now.
     pub(super) fn higher(&self, case: u64, cap: f64) -> Vec<f64> {
         let (first, at) = self.place(case);
         let mut known = self.known();
@@ -118,7 +118,7 @@ impl Ladder {
         unknown.filter(|&threshold| threshold > self.thresholds[at] && threshold < cap).collect()
     }
 
-    /// A case that will have to be run some time and that nobody runs now.
+    /// A case that will have to be run some time and that no thread runs now.
     pub(super) fn ahead(&self) -> Option<u64> {
         let mut known = self.known();
         let first = known.open.pop_first()?;
@@ -129,8 +129,8 @@ impl Ladder {
         Some(first + lowest as u64 * self.stride)
     }
 
-    /// Keeps what came out of a case, which is the same for the thresholds that are `alike`.
-    pub(super) fn keep(&self, case: u64, row: Row, alike: &[f64]) {
+    /// Keeps what came out of a case, which is the same for the thresholds that are `equivalent`.
+    pub(super) fn keep(&self, case: u64, row: Row, equivalent: &[f64]) {
         let (first, own) = self.place(case);
         let count = self.thresholds.len();
         let mut known = self.known();
@@ -142,7 +142,7 @@ impl Ladder {
         let place = group.rows.len() as u32;
         group.rows.push(row);
         for at in 0..count {
-            if group.places[at].is_none() && (at == own || alike.contains(&self.thresholds[at])) {
+            if group.places[at].is_none() && (at == own || equivalent.contains(&self.thresholds[at])) {
                 group.places[at] = Some(place);
             }
         }
@@ -157,8 +157,8 @@ mod tests {
     use super::*;
 
     /// Thresholds 3, 1, 2 over five seeds: cases 0, 5 and 10 are a group.
-    fn ladder() -> Ladder {
-        Ladder { thresholds: vec![3.0, 1.0, 2.0], stride: 5, cases: 0..u64::MAX, known: Mutex::default() }
+    fn shared() -> SharedRuns {
+        SharedRuns { thresholds: vec![3.0, 1.0, 2.0], stride: 5, cases: 0..u64::MAX, known: Mutex::default() }
     }
 
     fn row(value: f64) -> Row {
@@ -170,47 +170,47 @@ mod tests {
     }
 
     #[test]
-    fn a_row_is_there_for_all_that_are_alike() {
-        let ladder = ladder();
-        assert!(ladder.take(2).is_none());
-        assert_eq!(ladder.higher(7, 9.0), [3.0, 2.0]);
-        assert_eq!(ladder.higher(7, 2.5), [2.0], "below the cap");
-        ladder.keep(7, row(0.5), &[3.0]);
+    fn a_row_is_there_for_all_that_are_equivalent() {
+        let shared = shared();
+        assert!(shared.take(2).is_none());
+        assert_eq!(shared.higher(7, 9.0), [3.0, 2.0]);
+        assert_eq!(shared.higher(7, 2.5), [2.0], "below the cap");
+        shared.keep(7, row(0.5), &[3.0]);
         assert_eq!(
-            (value(ladder.take(7)), value(ladder.take(2)), value(ladder.take(12))),
+            (value(shared.take(7)), value(shared.take(2)), value(shared.take(12))),
             (Some(0.5), Some(0.5), None)
         );
-        assert_eq!(value(ladder.take(3)), None, "another seed");
-        ladder.keep(12, row(0.7), &[]);
-        assert_eq!(value(ladder.take(12)), Some(0.7));
-        assert!(ladder.is_empty(), "what was read is forgotten");
+        assert_eq!(value(shared.take(3)), None, "another seed");
+        shared.keep(12, row(0.7), &[]);
+        assert_eq!(value(shared.take(12)), Some(0.7));
+        assert!(shared.is_empty(), "what was read is forgotten");
     }
 
     #[test]
-    fn what_nobody_runs_is_run_ahead_from_the_lowest_on() {
-        let ladder = ladder();
-        assert_eq!(ladder.ahead(), None);
-        ladder.keep(1, row(0.1), &[]);
-        assert_eq!(ladder.ahead(), Some(6));
-        assert_eq!(ladder.ahead(), None, "somebody does");
-        assert_eq!(ladder.higher(6, 3.0), [2.0]);
-        ladder.keep(6, row(0.2), &[2.0]);
-        assert_eq!((ladder.ahead(), value(ladder.take(11))), (None, Some(0.2)));
+    fn what_no_thread_runs_is_run_ahead_from_the_lowest_on() {
+        let shared = shared();
+        assert_eq!(shared.ahead(), None);
+        shared.keep(1, row(0.1), &[]);
+        assert_eq!(shared.ahead(), Some(6));
+        assert_eq!(shared.ahead(), None, "somebody does");
+        assert_eq!(shared.higher(6, 3.0), [2.0]);
+        shared.keep(6, row(0.2), &[2.0]);
+        assert_eq!((shared.ahead(), value(shared.take(11))), (None, Some(0.2)));
     }
 
     #[test]
-    fn what_is_in_another_part_is_not_asked_for() {
-        let ladder = Ladder { cases: 4..10, ..ladder() };
-        assert_eq!(ladder.higher(6, 9.0), [0.0; 0]);
-        ladder.keep(6, row(0.1), &[]);
-        assert_eq!((ladder.ahead(), value(ladder.take(6))), (None, Some(0.1)));
-        assert!(ladder.is_empty());
+    fn what_is_in_another_part_is_not_tracked() {
+        let shared = SharedRuns { cases: 4..10, ..shared() };
+        assert_eq!(shared.higher(6, 9.0), [0.0; 0]);
+        shared.keep(6, row(0.1), &[]);
+        assert_eq!((shared.ahead(), value(shared.take(6))), (None, Some(0.1)));
+        assert!(shared.is_empty());
     }
 
     #[test]
     fn not_more_is_kept_than_fits() {
-        let ladder = ladder();
-        (0..MAX_KEPT as u64).for_each(|group| ladder.keep(group * 15, row(0.0), &[]));
-        assert!(ladder.known().groups.len() * 3 <= MAX_KEPT + 3);
+        let shared = shared();
+        (0..MAX_KEPT as u64).for_each(|group| shared.keep(group * 15, row(0.0), &[]));
+        assert!(shared.known().groups.len() * 3 <= MAX_KEPT + 3);
     }
 }
