@@ -185,6 +185,15 @@ fn cases_that_share_a_run_are_what_each_gives_by_itself() {
 }
 
 #[test]
+fn sharing_runs_changes_no_byte() {
+    let desk = desk();
+    desk.file("shared.toml", SHARED.replace("points = 120", "points = 3"));
+    desk.good(&["sweep", "shared.toml", "--quiet", "--out", "with"]);
+    desk.good(&["sweep", "shared.toml", "--quiet", "--no-sharing", "--out", "without"]);
+    same(&desk, "with", "without");
+}
+
+#[test]
 fn parquet_holds_what_the_csv_does() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;

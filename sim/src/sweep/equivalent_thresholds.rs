@@ -21,7 +21,7 @@ use std::ops::Range;
 use crate::engine::{InstructionSet, Observer, Signals};
 use crate::lane::{Lane, Mask};
 use crate::metrics::Metrics;
-use crate::run::{RunError, RunObserver, run_pack_observed};
+use crate::run::{RunError, RunObserver, run_pack_observed, run_pack_sharing};
 use crate::scenario::Scenario;
 use crate::sensor::NoiseBank;
 use crate::time::nearest_ticks;
@@ -44,6 +44,15 @@ pub(super) fn run_with_equivalents(
     let tracked = TrackedThresholds { scenarios, higher };
     let runs = run_pack_observed(InstructionSet::widest(), bank, scenarios, &tracked).into_iter();
     runs.map(|run| run.map(|(metrics, thresholds)| RunWithEquivalents { metrics, thresholds })).collect()
+}
+
+/// [`run_with_equivalents`] with no thresholds to be tracked, and nothing spent on it.
+pub(super) fn run_without_equivalents(
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+) -> Vec<Result<RunWithEquivalents, RunError>> {
+    let runs = run_pack_sharing(bank, scenarios).into_iter();
+    runs.map(|run| run.map(|metrics| RunWithEquivalents { metrics, thresholds: vec![] })).collect()
 }
 
 /// What is to be tracked in each of some runs.

@@ -6,7 +6,7 @@ use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::columns::Column;
-use super::equivalent_thresholds::{RunWithEquivalents, run_with_equivalents};
+use super::equivalent_thresholds::{RunWithEquivalents, run_with_equivalents, run_without_equivalents};
 use super::error::SweepError;
 use super::part::{Outcome, PACK_CASES, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
@@ -152,7 +152,10 @@ impl<'a> Worker<'a> {
             running.push(case);
         }
         let mut rows = vec![];
-        let runs = run_with_equivalents(&mut self.bank, &scenarios, &higher);
+        let runs = match self.shared {
+            Some(_) => run_with_equivalents(&mut self.bank, &scenarios, &higher),
+            None => run_without_equivalents(&mut self.bank, &scenarios),
+        };
         for (k, (case, run)) in running.into_iter().zip(runs).enumerate() {
             let (row, thresholds) = match run {
                 Ok(RunWithEquivalents { metrics, thresholds }) => {

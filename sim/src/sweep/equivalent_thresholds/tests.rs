@@ -32,9 +32,10 @@ fn insertion(seed: u64) -> Vec<Evidence<f64>> {
 
 /// A scenario with ticks of 1 ms and this detector.
 fn scenario(detector: DetectorSettings) -> Scenario {
-    let shipped = Scenario::load(&Source::parse("builtin:augmented.toml"), &[]).expect("it is shipped");
-    assert_eq!(shipped.grid.tick_s(), 1e-3);
-    Scenario { detector, ..shipped }
+    let mut scenario = Scenario::load(&Source::parse("builtin:augmented.toml"), &[]).expect("it is shipped");
+    assert_eq!(scenario.grid.tick_s(), 1e-3);
+    scenario.detector = detector;
+    scenario
 }
 
 /// What the observer needs of a tick in teleoperation.
