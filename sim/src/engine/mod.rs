@@ -48,7 +48,7 @@ use crate::estimation::{Estimate, Estimator, VelocityFilter};
 use crate::lane::{Lane, Mask};
 use crate::operator::{Operator, recorded};
 use crate::sensor::Sensor;
-use crate::teleoperation::{AtMaster, AtSlave, Link};
+use crate::teleoperation::{AtMaster, AtSlave, Connection, Link};
 use crate::time::TickGrid;
 use crate::tissue::{Layers, Reaction, RecordedForce, Tissue};
 

@@ -8,6 +8,7 @@ use crate::lane::{Gather, LANES, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
 use crate::sensor::NoiseBank;
+use crate::teleoperation::Connection;
 
 /// How many scenarios run side by side at most; more make more packs.
 pub const PACK: usize = LANES;
@@ -170,7 +171,7 @@ fn run_gathered<L: Wide, S: Plants<L>>(mut engine: Engine<L, S>, scenarios: &[Sc
     // Stepped exactly, nothing gives up.
     L::run(&mut engine, &mut observer).ok()?;
     let answer = |lane: usize| {
-        let link = (!engine.link.is_direct()).then(|| LinkMetrics::new(&engine.link.report(lane), &grid));
+        let link = engine.link.report(lane).map(|report| LinkMetrics::new(&report, &grid));
         Asked { metrics: Metrics { link, ..observer.metrics(lane) }, alike: engine.thresholds_alike(lane) }
     };
     Some((0..scenarios.len()).map(answer).collect())

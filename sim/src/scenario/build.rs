@@ -18,7 +18,7 @@ use crate::lane::Lane;
 use crate::operator::{Hand, Motion, Operator, Ramp};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
-use crate::teleoperation::{Link, LinkReport};
+use crate::teleoperation::{Connection, Link, LinkReport};
 use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
 
 /// Set the two directions' random numbers apart from all others with the same seed.
@@ -83,7 +83,7 @@ impl ScenarioEngine {
             Self::Split(engine) => &engine.link,
             Self::Integrated(engine) => &engine.link,
         };
-        (!link.is_direct()).then(|| link.report(0))
+        link.report(0)
     }
 }
 
