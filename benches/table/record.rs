@@ -4,6 +4,7 @@ use trocar::augmentation::Situation;
 use trocar::detect::evidence;
 use trocar::detection::Evidence;
 use trocar::engine::{Engine, ExactPlants, Observer, Signals};
+use trocar::teleoperation::Connection;
 
 /// Keeps every tick.
 struct Recorder(Vec<Signals<f64>>);

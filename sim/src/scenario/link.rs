@@ -5,8 +5,8 @@ use super::values::Values;
 use crate::plant::{Coupling, Damping, MasterParameters, PlantError, SlaveParameters};
 use crate::teleoperation::{
     ControllerKind, ControllerSettings, CouplingSettings, FourChannelSettings, LimitSettings, LinkSettings,
-    LocalForceSettings, Machines, PassivitySettings, Recovery, RecoverySettings, Scheme, TankSettings, TimeDomainSettings,
-    WavesSettings,
+    LocalForceSettings, Machines, PassivitySettings, Recovery, RecoverySettings, Scheme, TankSettings,
+    TimeDomainSettings, WavesSettings,
 };
 
 /// The architecture, the recovery and the passivity around two machines.

@@ -130,5 +130,15 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
 }
 
 crate::lane::gather!(FourChannel {
-    load, coupling, drag, inertia, ahead, acceleration, hand_force, own_force, at_master, at_slave, frozen,
+    load,
+    coupling,
+    drag,
+    inertia,
+    ahead,
+    acceleration,
+    hand_force,
+    own_force,
+    at_master,
+    at_slave,
+    frozen,
 });

@@ -64,8 +64,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
     fn receive_position(&mut self, _position_m: L, wave: L, port: &SlavePort<L>) -> L {
         let arrived = wave - self.forth_received;
         self.forth_received = wave;
-        self.reference =
-            self.reference + (self.down * arrived - self.inverse_impedance * port.force_n * self.tick_s);
+        self.reference = self.reference + (self.down * arrived - self.inverse_impedance * port.force_n * self.tick_s);
         self.back_sent = self.back_sent + (arrived - self.down * port.force_n * self.tick_s);
         self.reference
     }
