@@ -1,7 +1,9 @@
 //! The floors of the house: a room knows only the floors below its own, and on floor 2 no sibling.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use crate::support::rust_files;
 
 /// Every room with its floor.
 const ROOMS: [(&str, u8); 30] = [
@@ -39,17 +41,6 @@ const ROOMS: [(&str, u8); 30] = [
 
 fn floor(room: &str) -> Option<u8> {
     ROOMS.iter().find(|(name, _)| *name == room).map(|(_, floor)| *floor)
-}
-
-fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            rust_files(&path, files);
-        } else if path.extension().is_some_and(|ending| ending == "rs") {
-            files.push(path);
-        }
-    }
 }
 
 /// The rooms that a source text refers to: `crate::room` and `crate::{room, …}`, comments left out.

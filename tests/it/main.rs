@@ -18,6 +18,7 @@ mod layer_ranges;
 mod layering;
 mod layers_paper;
 mod link;
+mod link_parts;
 mod link_random;
 mod link_schedule;
 mod lti;

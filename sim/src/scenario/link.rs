@@ -4,7 +4,9 @@ use super::error::ScenarioError;
 use super::values::Values;
 use crate::plant::{Coupling, Damping, MasterParameters, PlantError, SlaveParameters};
 use crate::teleoperation::{
-    ControllerKind, ControllerSettings, LinkSettings, Machines, PassivitySettings, Recovery, RecoverySettings, Scheme,
+    ControllerKind, ControllerSettings, CouplingSettings, FourChannelSettings, LimitSettings, LinkSettings,
+    LocalForceSettings, Machines, PassivitySettings, Recovery, RecoverySettings, Scheme, TankSettings,
+    TimeDomainSettings, WavesSettings,
 };
 
 /// The architecture, the recovery and the passivity around two machines.
@@ -16,7 +18,7 @@ pub(super) fn link_settings(
     let controller = controller(values)?;
     let passivity = passivity(values)?;
     agree(values, (controller.kind, passivity.scheme), master, slave)?;
-    let (slave_drag, slave_inertia) = if controller.kind == ControllerKind::FourChannel {
+    let (slave_drag, slave_inertia) = if controller.kind.models_slave() {
         slave.slow_motion().map_err(|error| match error {
             PlantError::Parameter(invalid) => values.out_of_range(&invalid),
             other => values.error("slave.numerator", other.to_string()),
@@ -38,29 +40,32 @@ pub(super) fn link_settings(
     Ok(LinkSettings { controller, machines, recovery: recovery(values)?, passivity })
 }
 
+/// The kind that the word at `path` stands for.
+fn kind<T>(values: &Values, path: &str, from_word: fn(&str) -> Option<T>) -> Result<T, ScenarioError> {
+    let word = values.text(path)?;
+    from_word(word).ok_or_else(|| values.error(path, format!("{path} = {word:?} is unknown")))
+}
+
 fn controller(values: &Values) -> Result<ControllerSettings, ScenarioError> {
     Ok(ControllerSettings {
-        kind: match values.text("controller.kind")? {
-            "local-force" => ControllerKind::LocalForce,
-            "position-position" => ControllerKind::PositionPosition,
-            "four-channel" => ControllerKind::FourChannel,
-            _ => ControllerKind::PositionForce,
+        kind: kind(values, "controller.kind", ControllerKind::from_word)?,
+        local_force: LocalForceSettings {
+            master_force_gain: values.number("controller.master_force_gain")?,
+            slave_force_gain: values.number("controller.slave_force_gain")?,
         },
-        coupling_stiffness_n_per_m: values.number("controller.coupling_stiffness_n_per_m")?,
-        coupling_damping_n_s_per_m: values.number("controller.coupling_damping_n_s_per_m")?,
-        master_force_gain: values.number("controller.master_force_gain")?,
-        slave_force_gain: values.number("controller.slave_force_gain")?,
-        acceleration_bandwidth_hz: values.number("controller.acceleration_bandwidth_hz")?,
+        position_position: CouplingSettings {
+            coupling_stiffness_n_per_m: values.number("controller.coupling_stiffness_n_per_m")?,
+            coupling_damping_n_s_per_m: values.number("controller.coupling_damping_n_s_per_m")?,
+        },
+        four_channel: FourChannelSettings {
+            acceleration_bandwidth_hz: values.number("controller.acceleration_bandwidth_hz")?,
+        },
     })
 }
 
 fn recovery(values: &Values) -> Result<RecoverySettings, ScenarioError> {
     Ok(RecoverySettings {
-        policy: match values.text("channel.recovery")? {
-            "hold" => Recovery::Hold,
-            "give-up" => Recovery::GiveUp,
-            _ => Recovery::Ramp,
-        },
+        policy: kind(values, "channel.recovery", Recovery::from_word)?,
         outage_s: values.number("channel.outage_s")?,
         speed_m_per_s: values.number("channel.recovery_speed_m_per_s")?,
         force_rate_n_per_s: values.number("channel.recovery_force_rate_n_per_s")?,
@@ -69,18 +74,17 @@ fn recovery(values: &Values) -> Result<RecoverySettings, ScenarioError> {
 
 fn passivity(values: &Values) -> Result<PassivitySettings, ScenarioError> {
     Ok(PassivitySettings {
-        scheme: match values.text("passivity.scheme")? {
-            "time-domain" => Scheme::TimeDomain,
-            "wave-variables" => Scheme::WaveVariables,
-            "energy-tank" => Scheme::EnergyTank,
-            _ => Scheme::None,
+        scheme: kind(values, "passivity.scheme", Scheme::from_word)?,
+        limits: LimitSettings {
+            damping_limit_n_s_per_m: values.number("passivity.damping_limit_n_s_per_m")?,
+            catch_up_speed_m_per_s: values.number("passivity.catch_up_speed_m_per_s")?,
         },
-        budget_j: values.number("passivity.budget_j")?,
-        damping_limit_n_s_per_m: values.number("passivity.damping_limit_n_s_per_m")?,
-        wave_impedance_n_s_per_m: values.number("passivity.wave_impedance_n_s_per_m")?,
-        tank_level_j: values.number("passivity.tank_level_j")?,
-        tank_share: values.number("passivity.tank_share")?,
-        catch_up_speed_m_per_s: values.number("passivity.catch_up_speed_m_per_s")?,
+        time_domain: TimeDomainSettings { budget_j: values.number("passivity.budget_j")? },
+        waves: WavesSettings { wave_impedance_n_s_per_m: values.number("passivity.wave_impedance_n_s_per_m")? },
+        tank: TankSettings {
+            tank_level_j: values.number("passivity.tank_level_j")?,
+            tank_share: values.number("passivity.tank_share")?,
+        },
     })
 }
 
@@ -91,8 +95,7 @@ fn agree(
     master: &MasterParameters,
     slave: &SlaveParameters,
 ) -> Result<(), ScenarioError> {
-    let couples_positions = matches!(kind, ControllerKind::PositionPosition | ControllerKind::FourChannel);
-    if scheme == Scheme::WaveVariables && couples_positions {
+    if kind.couples_positions() && !scheme.carries_positions() {
         let message = "waves carry a velocity and a force; this controller.kind sends positions back as well";
         let remedy = "use controller.kind = \"position-force\" or \"local-force\", or another passivity.scheme";
         return Err(values.error("passivity.scheme", message).remedy(remedy));
@@ -102,8 +105,8 @@ fn agree(
         let remedy = "use master.coupling = \"physical\", or controller.kind = \"position-force\"";
         return Err(values.error("master.coupling", message).remedy(remedy));
     }
-    if kind == ControllerKind::FourChannel && slave.damping == Damping::AsPrinted {
-        let message = "four-channel makes the slave follow by damping its velocity";
+    if kind.models_slave() && slave.damping == Damping::AsPrinted {
+        let message = format!("{} makes the slave follow by damping its velocity", kind.word());
         return Err(values.error("slave.damping", message).remedy("use slave.damping = \"velocity\""));
     }
     for key in ["scaling.position", "scaling.force"] {

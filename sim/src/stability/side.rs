@@ -58,7 +58,7 @@ fn unit(state: usize) -> DVector<f64> {
 /// The acceleration that a side sends: differences of the velocity through a low pass, as
 /// `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
 fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LoopSettings) -> DVector<f64> {
-    let bandwidth_hz = settings.link.controller.acceleration_bandwidth_hz;
+    let bandwidth_hz = settings.link.controller.four_channel.acceleration_bandwidth_hz;
     let weight = -libm::expm1(-std::f64::consts::TAU * bandwidth_hz * settings.tick_s);
     let at = states.add(2);
     let now = unit(at + 1) * (1.0 - weight) + (velocity - unit(at)) * (weight / settings.tick_s);

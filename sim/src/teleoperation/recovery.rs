@@ -4,16 +4,17 @@ use crate::error::{InvalidValue, non_negative, positive};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
-/// How the slave goes on after an outage. While it lasts, the last sample is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Recovery {
-    /// From where it is: the distance that the hand has gone meanwhile stays between them.
-    Hold,
-    /// Its reference runs to the hand's, never faster than the recovery speed, until it is there.
-    Ramp,
-    /// Not at all: it stays where it is until the end, and the run says since when. A master that hears nothing gives up
-    /// too: the force goes to 0.
-    GiveUp,
+words! {
+    /// How the slave goes on after an outage. While it lasts, the last sample is held.
+    Recovery {
+        /// Its reference runs to the hand's, never faster than the recovery speed, until it is there.
+        Ramp "ramp",
+        /// From where it is: the distance that the hand has gone meanwhile stays between them.
+        Hold "hold",
+        /// Not at all: it stays where it is until the end, and the run says since when. A master that hears nothing gives up
+        /// too: the force goes to 0.
+        GiveUp "give-up",
+    }
 }
 
 /// What counts as an outage, and what happens after it.
@@ -116,6 +117,28 @@ impl<L: Lane> Receiver<L> {
     /// not to where it is.
     #[inline(always)]
     pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
+        if (is_fresh & !(self.is_lost | self.is_recovering)).all() {
+            return self.receive(target);
+        }
+        self.recover(target, is_fresh, given_up)
+    }
+
+    /// A tick at which nothing is missing and nothing to be made up for.
+    #[inline(always)]
+    fn receive(&mut self, target: L) -> L {
+        self.has_begun = L::Mask::splat(true);
+        self.silent = L::zero();
+        self.tick = self.tick + L::splat(1.0);
+        self.last = match self.policy {
+            Recovery::Hold => target + self.gap,
+            Recovery::Ramp | Recovery::GiveUp => target,
+        };
+        self.last
+    }
+
+    /// Any tick.
+    #[inline(always)]
+    fn recover(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
         self.has_begun = self.has_begun | is_fresh | self.tick.ge(self.expected_tick);
         let silent = L::select(is_fresh | !self.has_begun, zero, self.silent + one);

@@ -6,6 +6,7 @@ pub mod page;
 pub mod pair;
 
 use std::collections::HashMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use trocar::augmentation::{AugmentationSettings, Supervisor};
@@ -23,6 +24,18 @@ use trocar::tissue::{AnyTissue, KelvinVoigt};
 /// A file of the project.
 pub fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// The Rust files in a folder and in those inside it, added to `files`.
+pub fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            rust_files(&path, files);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            files.push(path);
+        }
+    }
 }
 
 /// The columns of a CSV file of numbers, by name.

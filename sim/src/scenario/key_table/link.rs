@@ -3,7 +3,9 @@
 use super::key;
 use crate::scenario::keys::{Fallback, Key};
 use crate::scenario::value::{Kind, Range as R, Value};
-use crate::teleoperation::{ControllerSettings, PassivitySettings, RecoverySettings};
+use crate::teleoperation::{
+    ControllerKind, ControllerSettings, PassivitySettings, Recovery, RecoverySettings, Scheme,
+};
 use Fallback::Unset;
 use Kind::{Choice, File, Number, Numbers};
 
@@ -18,38 +20,38 @@ pub(super) const KEYS: &[Key] = &[
     // controller
     key(
         "controller.kind",
-        Choice(&["position-force", "local-force", "position-position", "four-channel"]),
+        Choice(ControllerKind::WORDS),
         word!("position-force"),
         "The paper's; with local force feedback; a spring between the machines; all of it, transparent (Lawrence 1993).",
     ),
     key(
         "controller.coupling_stiffness_n_per_m",
         Number(R::NON_NEGATIVE),
-        number!(CONTROLLER.coupling_stiffness_n_per_m),
+        number!(CONTROLLER.position_position.coupling_stiffness_n_per_m),
         "Spring between the machines (position-position, four-channel).",
     ),
     key(
         "controller.coupling_damping_n_s_per_m",
         Number(R::NON_NEGATIVE),
-        number!(CONTROLLER.coupling_damping_n_s_per_m),
+        number!(CONTROLLER.position_position.coupling_damping_n_s_per_m),
         "Damper beside it.",
     ),
     key(
         "controller.master_force_gain",
         Number(R::NON_NEGATIVE),
-        number!(CONTROLLER.master_force_gain),
+        number!(CONTROLLER.local_force.master_force_gain),
         "C_6, the master's local force feedback (local-force, four-channel): its mass feels 1 + C_6 times smaller.",
     ),
     key(
         "controller.slave_force_gain",
         Number(R::NON_NEGATIVE),
-        number!(CONTROLLER.slave_force_gain),
+        number!(CONTROLLER.local_force.slave_force_gain),
         "C_5, the slave's, in commands U_s per N (local-force, four-channel): it yields to the tissue.",
     ),
     key(
         "controller.acceleration_bandwidth_hz",
         Number(R::POSITIVE),
-        number!(CONTROLLER.acceleration_bandwidth_hz),
+        number!(CONTROLLER.four_channel.acceleration_bandwidth_hz),
         "Bandwidth of the accelerations that four-channel sends.",
     ),
     // channel
@@ -94,7 +96,7 @@ pub(super) const KEYS: &[Key] = &[
     ),
     key(
         "channel.recovery",
-        Choice(&["ramp", "hold", "give-up"]),
+        Choice(Recovery::WORDS),
         word!("ramp"),
         "After an outage the slave runs to the hand, keeps the distance that has opened, or stays for good.",
     ),
@@ -113,7 +115,7 @@ pub(super) const KEYS: &[Key] = &[
     // passivity
     key(
         "passivity.scheme",
-        Choice(&["none", "time-domain", "wave-variables", "energy-tank"]),
+        Choice(Scheme::WORDS),
         word!("none"),
         "Observer and controller at both ports (Hannaford and Ryu 2002), wave variables (Niemeyer and Slotine 1991), \
          a tank of energy on each side (Franken et al. 2011).",
@@ -121,32 +123,32 @@ pub(super) const KEYS: &[Key] = &[
     key(
         "passivity.budget_j",
         Number(R::NON_NEGATIVE),
-        number!(PASSIVITY.budget_j),
+        number!(PASSIVITY.time_domain.budget_j),
         "Energy that each port may give before it has received any (time-domain).",
     ),
     key(
         "passivity.damping_limit_n_s_per_m",
         Number(R::NON_NEGATIVE),
-        number!(PASSIVITY.damping_limit_n_s_per_m),
+        number!(PASSIVITY.limits.damping_limit_n_s_per_m),
         "Greatest damping added at the master (time-domain, energy-tank).",
     ),
     key(
         "passivity.wave_impedance_n_s_per_m",
         Number(R::POSITIVE),
-        number!(PASSIVITY.wave_impedance_n_s_per_m),
+        number!(PASSIVITY.waves.wave_impedance_n_s_per_m),
         "b of the waves (wave-variables).",
     ),
-    key("passivity.tank_level_j", Number(R::POSITIVE), number!(PASSIVITY.tank_level_j), "Level of each tank."),
+    key("passivity.tank_level_j", Number(R::POSITIVE), number!(PASSIVITY.tank.tank_level_j), "Level of each tank."),
     key(
         "passivity.tank_share",
         Number(R::POSITIVE_SHARE),
-        number!(PASSIVITY.tank_share),
+        number!(PASSIVITY.tank.tank_share),
         "Share of its energy that a tank sends to the other each tick, below 1.",
     ),
     key(
         "passivity.catch_up_speed_m_per_s",
         Number(R::POSITIVE),
-        number!(PASSIVITY.catch_up_speed_m_per_s),
+        number!(PASSIVITY.limits.catch_up_speed_m_per_s),
         "Speed at which a slave that was held back catches up (time-domain, energy-tank).",
     ),
 ];

@@ -5,124 +5,128 @@
 //! velocities, so that a force held over a tick gives the integral of force times velocity exactly. Energies of the slave
 //! are compared in the master's units: scaled by force scale over position scale.
 
+mod limits;
 mod meter;
-mod tank;
-mod time_domain;
-mod waves;
+pub(super) mod no_scheme;
+mod port;
+pub(super) mod tank;
+pub(super) mod time_domain;
+pub(super) mod waves;
 
-pub(super) use tank::Tank;
-pub(super) use time_domain::TimeDomain;
-pub(super) use waves::Waves;
+pub use limits::LimitSettings;
+pub(super) use port::Port;
+pub use port::SlavePort;
 
-use crate::error::{InvalidValue, non_negative, positive, require};
+use super::PassivitySettings;
 use crate::lane::Lane;
 
-/// Which scheme there is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scheme {
-    /// None: samples are taken as they come.
-    None,
-    /// Observer and controller in the time domain at both ports.
-    TimeDomain,
-    /// Wave variables.
-    WaveVariables,
-    /// A tank of energy on each side, below whatever controller there is.
-    EnergyTank,
-}
+/// What a scheme adds to what each side sends, and what it does to what arrives.
+///
+/// At each tick the methods are called once, in this order. What is sent is one number a direction, the payload: a running
+/// total survives samples that are late or lost. A scheme implements what it does; all else is passed on.
+pub trait PassivityScheme<L: Lane> {
+    /// The payload that the master sends, which has moved by `displacement_m` (m) since the last tick.
+    #[inline(always)]
+    fn master_sends(&mut self, _displacement_m: L) -> L {
+        L::zero()
+    }
 
-/// The scheme and its numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PassivitySettings {
-    /// Which scheme there is.
-    pub scheme: Scheme,
-    /// Energy that each port may give before it has received any, in J, at least 0 (time domain).
-    pub budget_j: f64,
-    /// Greatest damping that is added at the master in N·s/m, at least 0 (time domain and tank).
-    pub damping_limit_n_s_per_m: f64,
-    /// `b` in N·s/m, above 0 (waves).
-    pub wave_impedance_n_s_per_m: f64,
-    /// Level that each tank is kept at, in J, above 0 (tank).
-    pub tank_level_j: f64,
-    /// Share of its energy that a tank sends to the other each tick, above 0 and below 1 (tank).
-    pub tank_share: f64,
-    /// Speed at which a slave that was held back catches up, in m/s, above 0 (time domain and tank).
-    pub catch_up_speed_m_per_s: f64,
-}
+    /// The master's position as the slave takes it, in the master's metres: `position_m` where the sample is taken as it
+    /// is; `payload` is what has arrived beside it.
+    #[inline(always)]
+    fn receive_position(&mut self, position_m: L, _payload: L, _port: &SlavePort<L>) -> L {
+        position_m
+    }
 
-impl PassivitySettings {
-    /// No scheme, beside numbers for each that are chosen here.
-    pub const NONE: Self = Self {
-        scheme: Scheme::None,
-        budget_j: 5e-3,
-        damping_limit_n_s_per_m: 50.0,
-        wave_impedance_n_s_per_m: 40.0,
-        tank_level_j: 0.02,
-        tank_share: 0.01,
-        catch_up_speed_m_per_s: 0.03,
-    };
+    /// The slave's reference in m, where the architecture asks for `reference_m`.
+    #[inline(always)]
+    fn limit_reference(&mut self, reference_m: L, _payload: L, _port: &SlavePort<L>) -> L {
+        reference_m
+    }
 
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        non_negative("passivity.budget_j", self.budget_j)?;
-        non_negative("passivity.damping_limit_n_s_per_m", self.damping_limit_n_s_per_m)?;
-        positive("passivity.wave_impedance_n_s_per_m", self.wave_impedance_n_s_per_m)?;
-        positive("passivity.tank_level_j", self.tank_level_j)?;
-        positive("passivity.tank_share", self.tank_share)?;
-        require("passivity.tank_share", self.tank_share, self.tank_share < 1.0, "above 0 and below 1")?;
-        positive("passivity.catch_up_speed_m_per_s", self.catch_up_speed_m_per_s)?;
-        Ok(())
+    /// The payload that the slave sends.
+    #[inline(always)]
+    fn slave_sends(&mut self) -> L {
+        L::zero()
+    }
+
+    /// The tissue's force as the master takes it, in N: `force_n` where the sample is taken as it is; `payload` is what has
+    /// arrived beside it, the velocity is the master's (m/s).
+    #[inline(always)]
+    fn receive_force(&mut self, force_n: L, _payload: L, _velocity_m_per_s: L) -> L {
+        force_n
+    }
+
+    /// The force that is fed back in N, where the force law asks for `force_n`; payload and velocity as in
+    /// [`PassivityScheme::receive_force`].
+    #[inline(always)]
+    fn limit_force(&mut self, force_n: L, _payload: L, _velocity_m_per_s: L) -> L {
+        force_n
+    }
+
+    /// Energy dissipated at the master so far, in J.
+    fn dissipated_j(&self) -> L {
+        L::zero()
+    }
+
+    /// Work kept from the slave so far, in J.
+    fn refused_j(&self) -> L {
+        L::zero()
     }
 }
 
-/// A port at which energy is counted.
+impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
+    fn master_sends(&mut self, displacement_m: L) -> L {
+        (**self).master_sends(displacement_m)
+    }
+
+    fn receive_position(&mut self, position_m: L, payload: L, port: &SlavePort<L>) -> L {
+        (**self).receive_position(position_m, payload, port)
+    }
+
+    fn limit_reference(&mut self, reference_m: L, payload: L, port: &SlavePort<L>) -> L {
+        (**self).limit_reference(reference_m, payload, port)
+    }
+
+    fn slave_sends(&mut self) -> L {
+        (**self).slave_sends()
+    }
+
+    fn receive_force(&mut self, force_n: L, payload: L, velocity_m_per_s: L) -> L {
+        (**self).receive_force(force_n, payload, velocity_m_per_s)
+    }
+
+    fn limit_force(&mut self, force_n: L, payload: L, velocity_m_per_s: L) -> L {
+        (**self).limit_force(force_n, payload, velocity_m_per_s)
+    }
+
+    fn dissipated_j(&self) -> L {
+        (**self).dissipated_j()
+    }
+
+    fn refused_j(&self) -> L {
+        (**self).refused_j()
+    }
+}
+
+/// What a built-in scheme is put into.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Port<L> {
-    force: L,
-    position: L,
-    /// Everything that has passed, in J.
-    pub(super) energy_j: L,
+pub(super) struct Surroundings<L> {
+    /// Time between two ticks in s.
+    pub(super) tick_s: f64,
+    /// Where the master begins, in m.
+    pub(super) start_m: L,
+    /// Where the slave's reference begins, in m.
+    pub(super) reference_m: L,
+    /// Whether a sample arrives at the tick that sends it, both ways.
+    pub(super) is_immediate: bool,
 }
 
-impl<L: Lane> Port<L> {
-    pub(super) fn at(position: L) -> Self {
-        Self { force: L::zero(), position, energy_j: L::zero() }
-    }
+/// What a line in the registry needs of a scheme besides.
+pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
+    /// Whether positions go back to the master beside what the scheme sends.
+    const CARRIES_POSITIONS: bool = true;
 
-    /// Counts what a force that was held since the last tick has done, and gives how far it has moved since.
-    #[inline(always)]
-    pub(super) fn moved(&mut self, position: L) -> L {
-        let displacement = position - self.position;
-        self.position = position;
-        self.energy_j = self.energy_j + self.force * displacement;
-        displacement
-    }
-
-    /// The force to hold from now on.
-    #[inline(always)]
-    pub(super) fn hold(&mut self, force: L) {
-        self.force = force;
-    }
-
-    /// What a force that went linearly with the position has done since the last tick.
-    #[inline(always)]
-    pub(super) fn pushed(&mut self, position: L, force: L) -> L {
-        let work = L::splat(0.5) * (force + self.force) * (position - self.position);
-        (self.position, self.force) = (position, force);
-        self.energy_j = self.energy_j + work;
-        work
-    }
+    /// The scheme at rest; none where it would change nothing.
+    fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self>;
 }
-
-/// What the scheme at work knows of the slave's port at a tick.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SlavePort<L> {
-    /// Measured force in the master's units of energy per m of the slave.
-    pub(super) scaled_force: L,
-    /// Work since the last tick in the same units.
-    pub(super) work_j: L,
-}
-
-crate::lane::gather!(Port { force, position, energy_j });

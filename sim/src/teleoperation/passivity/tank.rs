@@ -1,8 +1,35 @@
 //! A tank of energy on each side.
 
 use super::meter::Meter;
-use super::{PassivitySettings, SlavePort};
+use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
+use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
+use crate::teleoperation::PassivitySettings;
+
+/// The numbers of the tanks, besides the limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TankSettings {
+    /// Level that each tank is kept at, in J, above 0.
+    pub tank_level_j: f64,
+    /// Share of its energy that a tank sends to the other each tick, above 0 and below 1.
+    pub tank_share: f64,
+}
+
+impl TankSettings {
+    /// Chosen here.
+    pub const DEFAULT: Self = Self { tank_level_j: 0.02, tank_share: 0.01 };
+
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        positive("passivity.tank_level_j", self.tank_level_j)?;
+        positive("passivity.tank_share", self.tank_share)?;
+        require("passivity.tank_share", self.tank_share, self.tank_share < 1.0, "above 0 and below 1")?;
+        Ok(())
+    }
+}
 
 /// How many times its level a tank holds at most; what comes beyond is let go.
 const MAX_LEVELS: f64 = 10.0;
@@ -19,9 +46,9 @@ const MAX_LEVELS: f64 = 10.0;
 /// Each tick each tank sends a share of what it holds. What is sent is sent as a running total, so that a lost sample
 /// loses none of it.
 #[derive(Debug, Clone)]
-pub(in crate::teleoperation) struct Tank<L> {
+pub struct Tank<L> {
     inverse_level: L,
-    most: L,
+    max: L,
     share: L,
     max_damping: L,
     tick_s: L,
@@ -35,21 +62,73 @@ pub(in crate::teleoperation) struct Tank<L> {
     fed_back: L,
     /// What the layer changed about the force that was wanted, in N.
     changed: L,
-    /// Energy that the damping took from the hand for the tank, or that was kept from the hand, in J.
-    pub(in crate::teleoperation) dissipated_j: L,
+    /// In J: energy that the damping took from the hand for the tank, or that was kept from the hand.
+    dissipated_j: L,
 }
 
-impl<L: Lane> Tank<L> {
-    pub(in crate::teleoperation) fn new(settings: &PassivitySettings, tick_s: f64, reference: L) -> Self {
+impl<L: Lane> PassivityScheme<L> for Tank<L> {
+    #[inline(always)]
+    fn master_sends(&mut self, displacement_m: L) -> L {
+        self.master = self.master + self.fed_back * displacement_m;
+        self.dissipated_j = self.dissipated_j + self.changed * displacement_m;
+        self.master = self.master.min(self.max);
+        let sent = self.share * self.master.max(L::zero());
+        self.master = self.master - sent;
+        self.master_sent = self.master_sent + sent;
+        self.master_sent
+    }
+
+    #[inline(always)]
+    fn limit_reference(&mut self, target_m: L, energy: L, port: &SlavePort<L>) -> L {
+        self.slave = self.slave + (energy - self.slave_received) - port.work_j;
+        self.slave_received = energy;
+        self.slave = self.slave.min(self.max);
+        self.meter.follow(target_m, port.cost_j_per_m, self.slave)
+    }
+
+    #[inline(always)]
+    fn slave_sends(&mut self) -> L {
+        let sent = self.share * self.slave.max(L::zero());
+        self.slave = self.slave - sent;
+        self.slave_sent = self.slave_sent + sent;
+        self.slave_sent
+    }
+
+    #[inline(always)]
+    fn limit_force(&mut self, force: L, energy: L, velocity: L) -> L {
         let zero = L::zero();
-        let level = L::splat(settings.tank_level_j);
-        Self {
-            inverse_level: L::splat(1.0 / settings.tank_level_j),
-            most: L::splat(MAX_LEVELS * settings.tank_level_j),
-            share: L::splat(settings.tank_share),
-            max_damping: L::splat(settings.damping_limit_n_s_per_m),
-            tick_s: L::splat(tick_s),
-            meter: Meter::new(settings.catch_up_speed_m_per_s, tick_s, reference),
+        self.master = self.master + (energy - self.master_received);
+        self.master_received = energy;
+        let gives = (force * velocity).lt(zero);
+        let travel = (self.tick_s * velocity).abs();
+        let max_n = self.master.max(zero) / L::select(gives, travel, L::splat(1.0));
+        let afforded = L::select(gives, force.clamp(-max_n, max_n), force);
+        let damping = self.max_damping * (L::splat(1.0) - self.master * self.inverse_level).clamp(zero, L::splat(1.0));
+        self.fed_back = afforded + damping * velocity;
+        self.changed = self.fed_back - force;
+        self.fed_back
+    }
+
+    fn dissipated_j(&self) -> L {
+        self.dissipated_j
+    }
+
+    fn refused_j(&self) -> L {
+        self.meter.refused_j
+    }
+}
+
+impl<L: Lane> BuiltInScheme<L> for Tank<L> {
+    fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {
+        let (numbers, limits, zero) = (&settings.tank, &settings.limits, L::zero());
+        let level = L::splat(numbers.tank_level_j);
+        Some(Self {
+            inverse_level: L::splat(1.0 / numbers.tank_level_j),
+            max: L::splat(MAX_LEVELS * numbers.tank_level_j),
+            share: L::splat(numbers.tank_share),
+            max_damping: L::splat(limits.damping_limit_n_s_per_m),
+            tick_s: L::splat(around.tick_s),
+            meter: Meter::new(limits.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
             master: level,
             slave: level,
             master_sent: zero,
@@ -59,65 +138,13 @@ impl<L: Lane> Tank<L> {
             fed_back: zero,
             changed: zero,
             dissipated_j: zero,
-        }
-    }
-
-    /// The master has moved by `displacement` (m) since the last tick; gives what to send.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn master_moved(&mut self, displacement: L) -> L {
-        self.master = self.master + self.fed_back * displacement;
-        self.dissipated_j = self.dissipated_j + self.changed * displacement;
-        self.master = self.master.min(self.most);
-        let sent = self.share * self.master.max(L::zero());
-        self.master = self.master - sent;
-        self.master_sent = self.master_sent + sent;
-        self.master_sent
-    }
-
-    /// The slave's reference, given what the master has sent.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn meter(&mut self, target: L, energy: L, port: &SlavePort<L>) -> L {
-        self.slave = self.slave + (energy - self.slave_received) - port.work_j;
-        self.slave_received = energy;
-        self.slave = self.slave.min(self.most);
-        self.meter.follow(target, port.scaled_force, self.slave)
-    }
-
-    /// What the slave sends.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn slave_sends(&mut self) -> L {
-        let sent = self.share * self.slave.max(L::zero());
-        self.slave = self.slave - sent;
-        self.slave_sent = self.slave_sent + sent;
-        self.slave_sent
-    }
-
-    /// The force to feed back, given what the slave has sent.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn limit(&mut self, force: L, energy: L, velocity: L) -> L {
-        let zero = L::zero();
-        self.master = self.master + (energy - self.master_received);
-        self.master_received = energy;
-        let gives = (force * velocity).lt(zero);
-        let travel = (self.tick_s * velocity).abs();
-        let most = self.master.max(zero) / L::select(gives, travel, L::splat(1.0));
-        let afforded = L::select(gives, force.clamp(-most, most), force);
-        let damping = self.max_damping * (L::splat(1.0) - self.master * self.inverse_level).clamp(zero, L::splat(1.0));
-        self.fed_back = afforded + damping * velocity;
-        self.changed = self.fed_back - force;
-        self.fed_back
-    }
-
-    /// Work that was refused at the slave in J.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn refused_j(&self) -> L {
-        self.meter.refused_j
+        })
     }
 }
 
 crate::lane::gather!(Tank {
     inverse_level,
-    most,
+    max,
     share,
     max_damping,
     tick_s,

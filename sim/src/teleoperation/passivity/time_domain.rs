@@ -1,8 +1,31 @@
 //! Passivity observer and controller in the time domain, at both ports.
 
 use super::meter::Meter;
-use super::{PassivitySettings, SlavePort};
+use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
+use crate::error::{InvalidValue, non_negative};
 use crate::lane::Lane;
+use crate::teleoperation::PassivitySettings;
+
+/// The numbers of the observers, besides the limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeDomainSettings {
+    /// Energy that each port may give before it has received any, in J, at least 0.
+    pub budget_j: f64,
+}
+
+impl TimeDomainSettings {
+    /// Chosen here.
+    pub const DEFAULT: Self = Self { budget_j: 5e-3 };
+
+    /// Checks the range that the field states.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        non_negative("passivity.budget_j", self.budget_j)?;
+        Ok(())
+    }
+}
 
 /// After Hannaford and Ryu (2002, *Time-domain passivity control of haptic interfaces*), with the energies of the two
 /// directions observed apart, so that it holds with a delay (Ryu, Artigas and Preusche 2010).
@@ -13,7 +36,7 @@ use crate::lane::Lane;
 /// ```
 /// with `α` such that the excess is gone within a tick, as far as the damping limit lets it.
 #[derive(Debug, Clone)]
-pub(in crate::teleoperation) struct TimeDomain<L> {
+pub struct TimeDomain<L> {
     budget: L,
     max_damping: L,
     inverse_tick: L,
@@ -27,60 +50,36 @@ pub(in crate::teleoperation) struct TimeDomain<L> {
     known_slave_in: L,
     law_force: L,
     added_force: L,
-    /// Energy dissipated at the master in J.
-    pub(in crate::teleoperation) dissipated_j: L,
+    dissipated_j: L,
 }
 
-impl<L: Lane> TimeDomain<L> {
-    pub(in crate::teleoperation) fn new(settings: &PassivitySettings, tick_s: f64, reference: L) -> Self {
-        let zero = L::zero();
-        Self {
-            budget: L::splat(settings.budget_j),
-            max_damping: L::splat(settings.damping_limit_n_s_per_m),
-            inverse_tick: L::splat(1.0 / tick_s),
-            meter: Meter::new(settings.catch_up_speed_m_per_s, tick_s, reference),
-            master_in: zero,
-            master_out: zero,
-            slave_in: zero,
-            slave_out: zero,
-            known_master_in: zero,
-            known_slave_in: zero,
-            law_force: zero,
-            added_force: zero,
-            dissipated_j: zero,
-        }
-    }
-
-    /// The master has moved by `displacement` (m) since the last tick; gives what to send.
+impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     #[inline(always)]
-    pub(in crate::teleoperation) fn master_moved(&mut self, displacement: L) -> L {
+    fn master_sends(&mut self, displacement_m: L) -> L {
         let zero = L::zero();
-        let work = self.law_force * displacement;
+        let work = self.law_force * displacement_m;
         self.master_in = self.master_in + work.max(zero);
         self.master_out = self.master_out + (-work).max(zero);
-        self.dissipated_j = self.dissipated_j + self.added_force * displacement;
+        self.dissipated_j = self.dissipated_j + self.added_force * displacement_m;
         self.master_in
     }
 
-    /// The slave's reference, given what the master has sent.
     #[inline(always)]
-    pub(in crate::teleoperation) fn meter(&mut self, target: L, energy: L, port: &SlavePort<L>) -> L {
+    fn limit_reference(&mut self, target_m: L, energy: L, port: &SlavePort<L>) -> L {
         self.known_master_in = self.known_master_in.max(energy);
         self.slave_out = self.slave_out + port.work_j.max(L::zero());
         self.slave_in = self.slave_in + (-port.work_j).max(L::zero());
         let left = self.known_master_in + self.budget - self.slave_out;
-        self.meter.follow(target, port.scaled_force, left)
+        self.meter.follow(target_m, port.cost_j_per_m, left)
     }
 
-    /// What the slave sends.
     #[inline(always)]
-    pub(in crate::teleoperation) fn slave_sends(&self) -> L {
+    fn slave_sends(&mut self) -> L {
         self.slave_in
     }
 
-    /// The force to feed back, given what the slave has sent.
     #[inline(always)]
-    pub(in crate::teleoperation) fn limit(&mut self, force: L, energy: L, velocity: L) -> L {
+    fn limit_force(&mut self, force: L, energy: L, velocity: L) -> L {
         let zero = L::zero();
         self.known_slave_in = self.known_slave_in.max(energy);
         let left = self.known_slave_in + self.budget + self.dissipated_j - self.master_out;
@@ -93,10 +92,33 @@ impl<L: Lane> TimeDomain<L> {
         force + self.added_force
     }
 
-    /// Work that was refused at the slave in J.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn refused_j(&self) -> L {
+    fn dissipated_j(&self) -> L {
+        self.dissipated_j
+    }
+
+    fn refused_j(&self) -> L {
         self.meter.refused_j
+    }
+}
+
+impl<L: Lane> BuiltInScheme<L> for TimeDomain<L> {
+    fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {
+        let (limits, zero) = (&settings.limits, L::zero());
+        Some(Self {
+            budget: L::splat(settings.time_domain.budget_j),
+            max_damping: L::splat(limits.damping_limit_n_s_per_m),
+            inverse_tick: L::splat(1.0 / around.tick_s),
+            meter: Meter::new(limits.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
+            master_in: zero,
+            master_out: zero,
+            slave_in: zero,
+            slave_out: zero,
+            known_master_in: zero,
+            known_slave_in: zero,
+            law_force: zero,
+            added_force: zero,
+            dissipated_j: zero,
+        })
     }
 }
 

@@ -1,7 +1,30 @@
 //! Wave variables.
 
-use super::PassivitySettings;
+use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
+use crate::error::{InvalidValue, positive};
 use crate::lane::Lane;
+use crate::teleoperation::PassivitySettings;
+
+/// The numbers of the waves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WavesSettings {
+    /// `b` in N·s/m, above 0.
+    pub wave_impedance_n_s_per_m: f64,
+}
+
+impl WavesSettings {
+    /// Chosen here.
+    pub const DEFAULT: Self = Self { wave_impedance_n_s_per_m: 40.0 };
+
+    /// Checks the range that the field states.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        positive("passivity.wave_impedance_n_s_per_m", self.wave_impedance_n_s_per_m)?;
+        Ok(())
+    }
+}
 
 /// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*): instead of velocity and force the link carries the
 /// waves `u = (b v + F) / √(2b)` forth and `v = (b v - F) / √(2b)` back, which a delay cannot amplify.
@@ -12,7 +35,7 @@ use crate::lane::Lane;
 /// ```
 /// What is sent is the wave's integral: a sample that is lost or late takes nothing with it, and positions do not drift.
 #[derive(Debug, Clone)]
-pub(in crate::teleoperation) struct Waves<L> {
+pub struct Waves<L> {
     impedance: L,
     tick_s: L,
     inverse_tick: L,
@@ -26,13 +49,49 @@ pub(in crate::teleoperation) struct Waves<L> {
     back_received: L,
     /// The wave that came back to the master at the last tick, times the tick.
     returned: L,
+    /// In the master's metres.
     reference: L,
 }
 
-impl<L: Lane> Waves<L> {
-    pub(in crate::teleoperation) fn new(settings: &PassivitySettings, tick_s: f64, reference: L) -> Self {
-        let (b, zero) = (settings.wave_impedance_n_s_per_m, L::zero());
-        Self {
+impl<L: Lane> PassivityScheme<L> for Waves<L> {
+    #[inline(always)]
+    fn master_sends(&mut self, displacement_m: L) -> L {
+        self.forth_sent = self.forth_sent + (self.up * displacement_m - self.returned);
+        self.forth_sent
+    }
+
+    #[inline(always)]
+    fn receive_position(&mut self, _position_m: L, wave: L, port: &SlavePort<L>) -> L {
+        let arrived = wave - self.forth_received;
+        self.forth_received = wave;
+        self.reference = self.reference + (self.down * arrived - self.inverse_impedance * port.force_n * self.tick_s);
+        self.back_sent = self.back_sent + (arrived - self.down * port.force_n * self.tick_s);
+        self.reference
+    }
+
+    #[inline(always)]
+    fn slave_sends(&mut self) -> L {
+        self.back_sent
+    }
+
+    #[inline(always)]
+    fn receive_force(&mut self, _force_n: L, wave: L, velocity_m_per_s: L) -> L {
+        self.returned = wave - self.back_received;
+        self.back_received = wave;
+        self.impedance * velocity_m_per_s - self.up * self.returned * self.inverse_tick
+    }
+}
+
+impl<L: Lane> BuiltInScheme<L> for Waves<L> {
+    const CARRIES_POSITIONS: bool = false;
+
+    /// Without delay the two transformations cancel out.
+    fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {
+        if around.is_immediate {
+            return None;
+        }
+        let (b, tick_s, zero) = (settings.waves.wave_impedance_n_s_per_m, around.tick_s, L::zero());
+        Some(Self {
             impedance: L::splat(b),
             tick_s: L::splat(tick_s),
             inverse_tick: L::splat(1.0 / tick_s),
@@ -44,39 +103,8 @@ impl<L: Lane> Waves<L> {
             back_sent: zero,
             back_received: zero,
             returned: zero,
-            reference,
-        }
-    }
-
-    /// The master has moved by `displacement` (m) since the last tick; gives what to send.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn master_moved(&mut self, displacement: L) -> L {
-        self.forth_sent = self.forth_sent + (self.up * displacement - self.returned);
-        self.forth_sent
-    }
-
-    /// The slave's reference in the master's metres, given the wave that has arrived and the force scaled to the master.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn receive(&mut self, wave: L, force: L) -> L {
-        let arrived = wave - self.forth_received;
-        self.forth_received = wave;
-        self.reference = self.reference + (self.down * arrived - self.inverse_impedance * force * self.tick_s);
-        self.back_sent = self.back_sent + (arrived - self.down * force * self.tick_s);
-        self.reference
-    }
-
-    /// What the slave sends.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn slave_sends(&self) -> L {
-        self.back_sent
-    }
-
-    /// The force to feed back, given the wave that has arrived.
-    #[inline(always)]
-    pub(in crate::teleoperation) fn force(&mut self, wave: L, velocity: L) -> L {
-        self.returned = wave - self.back_received;
-        self.back_received = wave;
-        self.impedance * velocity - self.up * self.returned * self.inverse_tick
+            reference: around.start_m,
+        })
     }
 }
 

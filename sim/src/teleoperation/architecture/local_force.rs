@@ -1,0 +1,95 @@
+//! The paper's architecture with local force feedback on both sides.
+
+use super::frozen::FrozenForce;
+use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
+use crate::error::{InvalidValue, non_negative, require};
+use crate::lane::Lane;
+use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
+
+/// The gains of the local force feedback.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalForceSettings {
+    /// Local force feedback of the master (Lawrence's `C_6`), at least 0: its inertia and damping feel `1 + C_6` times less.
+    pub master_force_gain: f64,
+    /// Local force feedback of the slave (`C_5`) in commands `U_s` per N, at least 0.
+    pub slave_force_gain: f64,
+}
+
+impl LocalForceSettings {
+    /// A gain of the master at which four channels show a tissue of 50 N/m within 5 % at 5 Hz; none of the slave.
+    pub const DEFAULT: Self = Self { master_force_gain: 6.0, slave_force_gain: 0.0 };
+
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        non_negative("controller.master_force_gain", self.master_force_gain)?;
+        non_negative("controller.slave_force_gain", self.slave_force_gain)?;
+        Ok(())
+    }
+}
+
+/// The master's lightens the hand's load, the slave's lets it yield to the tissue:
+/// `x_ref = P x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
+#[derive(Debug, Clone)]
+pub struct LocalForce<L> {
+    position_scale: L,
+    own_force: L,
+    load: HandLoad<L>,
+    frozen: FrozenForce<L>,
+}
+
+impl<L: Lane> Architecture<L> for LocalForce<L> {
+    #[inline(always)]
+    fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L {
+        self.position_scale * arrived.position_m - self.own_force * slave.force_n
+    }
+
+    #[inline(always)]
+    fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L {
+        let force_n = self.load.force_n(arrived, master);
+        self.frozen.update(force_n, arrived)
+    }
+}
+
+impl<L: Lane> BuiltInArchitecture<L> for LocalForce<L> {
+    fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
+        let (k_p, settings) = (machines.proportional_gain, &settings.local_force);
+        require("slave.proportional_gain", k_p, k_p > 0.0, "above 0 for this controller.kind")?;
+        let (force, hand) = (1.0 + settings.master_force_gain, settings.master_force_gain);
+        let own_force = settings.slave_force_gain / k_p;
+        Ok((MasterGains { force, hand, ..MasterGains::default() }, SlaveGains { own_force, ..SlaveGains::default() }))
+    }
+
+    fn build(settings: &ControllerSettings, machines: &Machines, _tick_s: f64) -> Result<Self, InvalidValue> {
+        let (at_master, at_slave) = Self::gains(settings, machines)?;
+        Ok(Self {
+            position_scale: L::splat(machines.position_scale),
+            own_force: L::splat(at_slave.own_force),
+            load: HandLoad::new(&at_master),
+            frozen: FrozenForce::default(),
+        })
+    }
+}
+
+/// The forces in the master's law: `k_f F_e - k_h F_h`.
+#[derive(Debug, Clone)]
+pub(super) struct HandLoad<L> {
+    force: L,
+    hand: L,
+}
+
+impl<L: Lane> HandLoad<L> {
+    pub(super) fn new(gains: &MasterGains) -> Self {
+        Self { force: L::splat(gains.force), hand: L::splat(gains.hand) }
+    }
+
+    #[inline(always)]
+    pub(super) fn force_n(&self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L {
+        self.force * arrived.force_n - self.hand * master.hand_force_n
+    }
+}
+
+crate::lane::gather!(LocalForce { position_scale, own_force, load, frozen });
+crate::lane::gather!(HandLoad { force, hand });

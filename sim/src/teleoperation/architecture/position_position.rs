@@ -1,0 +1,95 @@
+//! Positions both ways.
+
+use super::frozen::FrozenForce;
+use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
+use crate::error::{InvalidValue, non_negative};
+use crate::lane::Lane;
+use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
+
+/// What is between the machines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CouplingSettings {
+    /// Spring between the machines, as the slave's side sees it, in N/m, at least 0.
+    pub coupling_stiffness_n_per_m: f64,
+    /// Damper beside it in N·s/m, at least 0.
+    pub coupling_damping_n_s_per_m: f64,
+}
+
+impl CouplingSettings {
+    /// A spring somewhat stiffer than the arm.
+    pub const DEFAULT: Self = Self { coupling_stiffness_n_per_m: 1000.0, coupling_damping_n_s_per_m: 10.0 };
+
+    /// Checks the ranges that the fields state.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        non_negative("controller.coupling_stiffness_n_per_m", self.coupling_stiffness_n_per_m)?;
+        non_negative("controller.coupling_damping_n_s_per_m", self.coupling_damping_n_s_per_m)?;
+        Ok(())
+    }
+}
+
+/// A spring and a damper between the machines: `x_ref = P x_h`, `F_ed = k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
+#[derive(Debug, Clone)]
+pub struct PositionPosition<L> {
+    coupling: Coupling<L>,
+    frozen: FrozenForce<L>,
+}
+
+impl<L: Lane> Architecture<L> for PositionPosition<L> {
+    #[inline(always)]
+    fn slave_target(&mut self, arrived: &MasterSample<L>, _slave: &AtSlave<L>) -> L {
+        self.coupling.position_scale * arrived.position_m
+    }
+
+    #[inline(always)]
+    fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L {
+        let force_n = self.coupling.force_n(arrived, master);
+        self.frozen.update(force_n, arrived)
+    }
+}
+
+impl<L: Lane> BuiltInArchitecture<L> for PositionPosition<L> {
+    const COUPLES_POSITIONS: bool = true;
+
+    fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
+        let settings = &settings.position_position;
+        let position = machines.force_scale * settings.coupling_stiffness_n_per_m;
+        let velocity = machines.force_scale * settings.coupling_damping_n_s_per_m;
+        Ok((MasterGains { position, velocity, ..MasterGains::default() }, SlaveGains::default()))
+    }
+
+    fn build(settings: &ControllerSettings, machines: &Machines, _tick_s: f64) -> Result<Self, InvalidValue> {
+        let (at_master, _) = Self::gains(settings, machines)?;
+        Ok(Self { coupling: Coupling::new(&at_master, machines), frozen: FrozenForce::default() })
+    }
+}
+
+/// The motions in the master's law: `k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
+#[derive(Debug, Clone)]
+pub(super) struct Coupling<L> {
+    pub(super) position_scale: L,
+    stiffness: L,
+    damping: L,
+}
+
+impl<L: Lane> Coupling<L> {
+    pub(super) fn new(gains: &MasterGains, machines: &Machines) -> Self {
+        Self {
+            position_scale: L::splat(machines.position_scale),
+            stiffness: L::splat(gains.position),
+            damping: L::splat(gains.velocity),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn force_n(&self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L {
+        let apart = self.position_scale * master.position_m - arrived.sample.position_m;
+        let drifting = self.position_scale * master.velocity_m_per_s - arrived.sample.velocity_m_per_s;
+        self.stiffness * apart + self.damping * drifting
+    }
+}
+
+crate::lane::gather!(PositionPosition { coupling, frozen });
+crate::lane::gather!(Coupling { position_scale, stiffness, damping });

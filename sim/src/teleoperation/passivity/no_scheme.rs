@@ -1,0 +1,33 @@
+//! No scheme.
+
+use std::marker::PhantomData;
+
+use super::{BuiltInScheme, PassivityScheme, Surroundings};
+use crate::lane::{Gather, LANES, Lane};
+use crate::teleoperation::PassivitySettings;
+
+/// Samples are taken as they come.
+#[derive(Debug, Clone)]
+pub struct NoScheme<L>(PhantomData<L>);
+
+impl<L> Default for NoScheme<L> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<L: Lane> PassivityScheme<L> for NoScheme<L> {}
+
+impl<L: Lane> BuiltInScheme<L> for NoScheme<L> {
+    fn build(_settings: &PassivitySettings, _around: &Surroundings<L>) -> Option<Self> {
+        Some(Self::default())
+    }
+}
+
+impl Gather for NoScheme<f64> {
+    type Of<L: Lane> = NoScheme<L>;
+
+    fn gather<L: Lane>(_all: [&Self; LANES]) -> Option<NoScheme<L>> {
+        Some(NoScheme::default())
+    }
+}

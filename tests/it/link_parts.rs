@@ -1,0 +1,230 @@
+//! The parts of the link: the direct one is the full one, one's own are as good as built-in ones, and a built-in one is
+//! named in its file and its registry.
+
+use std::fs;
+
+use crate::support::{file, rust_files};
+use proptest::prelude::*;
+use trocar::scenario::{Scenario, ScenarioEngine, Source};
+use trocar::teleoperation::{
+    Architecture, ArrivedAtMaster, AtMaster, AtSlave, Connection, DirectLink, Link, MasterSample, PassivityScheme,
+    SlavePort,
+};
+
+/// The link of an insertion that begins at 0 m, on ticks of 1 ms, under these settings.
+fn link(settings: &[&str]) -> Link<f64> {
+    let base = ["operator.kind=ramp", "tissue.kind=kelvin-voigt", "simulation.duration_s=1"];
+    let settings: Vec<String> = base.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
+    let scenario = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect("loads");
+    let ScenarioEngine::Exact(engine) = scenario.build().expect("builds") else { panic!("an exact engine") };
+    engine.link
+}
+
+/// What a tick gives: the target of the reference, the mode and the force that arrive, the force fed back, and the reference
+/// under the tissue's force.
+fn tick(link: &mut impl Connection<f64>, mode: f64, master: &AtMaster<f64>, slave: &AtSlave<f64>) -> [u64; 5] {
+    let target_m = link.to_slave(master, slave);
+    let (arrived_mode, force_n) = link.to_master(mode, slave, master);
+    let fed_back_n = link.limit(force_n, master);
+    let reference_m = link.apply_compliance(target_m, slave.force_n);
+    [target_m, arrived_mode, force_n, fed_back_n, reference_m].map(f64::to_bits)
+}
+
+/// Ten thousand ticks of a hand that swings on a needle that follows and is frozen for a while now and then.
+fn compare(mut one: impl Connection<f64>, mut other: impl Connection<f64>) {
+    for k in 0..10_000 {
+        let t = 1e-3 * f64::from(k);
+        let master = AtMaster {
+            position_m: 0.02 * (1.3 * t).sin(),
+            velocity_m_per_s: 0.026 * (1.3 * t).cos(),
+            hand_force_n: 2.0 * (0.7 * t).sin(),
+        };
+        let slave = AtSlave {
+            position_m: 0.02 * (1.3 * t - 0.02).sin(),
+            velocity_m_per_s: 0.026 * (1.3 * t - 0.02).cos(),
+            force_n: 3.0 * (2.1 * t).sin().abs(),
+        };
+        let mode = f64::from((k / 700) % 3);
+        assert_eq!(tick(&mut one, mode, &master, &slave), tick(&mut other, mode, &master, &slave), "tick {k}");
+    }
+    assert_eq!(one.report(0), other.report(0));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn the_direct_link_is_the_full_one_to_the_bit(
+        scales in (-3.0..3.0f64, -5.0..5.0f64), policy in prop::sample::select(vec!["ramp", "hold", "give-up"]),
+        ticks in prop::collection::vec((-0.1..0.1f64, -1.0..1.0f64, -20.0..20.0f64, 0..3_u8), 1..200),
+    ) {
+        let (position, force) = (scales.0.exp(), scales.1.exp());
+        let settings = [
+            format!("scaling.position={position}"), format!("scaling.force={force}"), format!("channel.recovery={policy}"),
+        ];
+        let mut full = link(&settings.each_ref().map(String::as_str));
+        prop_assert!(full.is_direct() && full.report(0).is_none());
+        let (mut direct, mut own) = (full.as_direct().expect("direct"), DirectLink::new(position, force));
+        for (x, v, f, mode) in ticks {
+            let master = AtMaster { position_m: x, velocity_m_per_s: v, hand_force_n: -f };
+            let slave = AtSlave { position_m: 0.9 * x, velocity_m_per_s: -v, force_n: f };
+            let expected = tick(&mut full, f64::from(mode), &master, &slave);
+            prop_assert_eq!(tick(&mut direct, f64::from(mode), &master, &slave), expected);
+            prop_assert_eq!(tick(&mut own, f64::from(mode), &master, &slave), expected);
+        }
+        prop_assert_eq!(direct.report(0), None);
+    }
+}
+
+#[test]
+fn a_link_with_anything_in_it_is_not_direct() {
+    for setting in [
+        "controller.kind=local-force",
+        "controller.kind=position-position",
+        "controller.kind=four-channel",
+        "passivity.scheme=time-domain",
+        "passivity.scheme=energy-tank",
+        "slave.compliance_m_per_n=1e-3",
+        "channel.forward_delay_s=0.001",
+        "channel.loss=0.1",
+    ] {
+        let link = link(&[setting]);
+        assert!(!link.is_direct() && link.as_direct().is_none() && link.report(0).is_some(), "{setting}");
+    }
+    // Without delay the two transformations of the waves cancel out.
+    assert!(link(&["passivity.scheme=wave-variables"]).is_direct());
+    // Nobody knows what is in a part of one's own.
+    assert!(!link(&[]).with_scheme(Nothing).is_direct());
+}
+
+/// A scheme that does nothing.
+struct Nothing;
+
+impl PassivityScheme<f64> for Nothing {}
+
+/// Wave variables, written anew.
+struct OwnWaves {
+    b: f64,
+    tick_s: f64,
+    sent: [f64; 2],
+    received: [f64; 2],
+    returned: f64,
+    reference_m: f64,
+}
+
+impl PassivityScheme<f64> for OwnWaves {
+    fn master_sends(&mut self, displacement_m: f64) -> f64 {
+        self.sent[0] += (2.0 * self.b).sqrt() * displacement_m - self.returned;
+        self.sent[0]
+    }
+
+    fn receive_position(&mut self, _position_m: f64, wave: f64, port: &SlavePort<f64>) -> f64 {
+        let (down, arrived) = ((2.0 / self.b).sqrt(), wave - self.received[0]);
+        self.received[0] = wave;
+        self.reference_m += down * arrived - 1.0 / self.b * port.force_n * self.tick_s;
+        self.sent[1] += arrived - down * port.force_n * self.tick_s;
+        self.reference_m
+    }
+
+    fn slave_sends(&mut self) -> f64 {
+        self.sent[1]
+    }
+
+    fn receive_force(&mut self, _force_n: f64, wave: f64, velocity_m_per_s: f64) -> f64 {
+        self.returned = wave - self.received[1];
+        self.received[1] = wave;
+        self.b * velocity_m_per_s - (2.0 * self.b).sqrt() * self.returned * (1.0 / self.tick_s)
+    }
+}
+
+/// A spring and a damper between the machines, written anew.
+struct OwnSpring {
+    stiffness: f64,
+    damping: f64,
+    /// The whole force and the tissue's, at the last tick at which the slave was not frozen.
+    unfrozen: (f64, f64),
+}
+
+impl Architecture<f64> for OwnSpring {
+    fn slave_target(&mut self, arrived: &MasterSample<f64>, _slave: &AtSlave<f64>) -> f64 {
+        arrived.position_m
+    }
+
+    fn master_force(&mut self, arrived: &ArrivedAtMaster<f64>, master: &AtMaster<f64>) -> f64 {
+        let slave = &arrived.sample;
+        if arrived.mode == 1.0 {
+            return self.unfrozen.0 + (slave.force_n - self.unfrozen.1);
+        }
+        let force_n = self.stiffness * (master.position_m - slave.position_m)
+            + self.damping * (master.velocity_m_per_s - slave.velocity_m_per_s);
+        self.unfrozen = (force_n, slave.force_n);
+        force_n
+    }
+}
+
+const LATE: [&str; 3] = ["channel.forward_delay_s=0.003", "channel.backward_delay_s=0.005", "channel.loss=0.1"];
+
+#[test]
+fn a_boxed_scheme_of_ones_own_gives_the_bits_of_the_built_in_one_that_it_copies() {
+    let scheme: Box<dyn PassivityScheme<f64> + Send> = Box::new(OwnWaves {
+        b: 40.0,
+        tick_s: 1e-3,
+        sent: [0.0; 2],
+        received: [0.0; 2],
+        returned: 0.0,
+        reference_m: 0.0,
+    });
+    let built_in = link(&[&LATE[..], &["passivity.scheme=wave-variables"]].concat());
+    compare(link(&LATE).with_scheme(scheme), built_in);
+}
+
+#[test]
+fn a_boxed_architecture_of_ones_own_gives_the_bits_of_the_built_in_one_that_it_copies() {
+    let architecture: Box<dyn Architecture<f64> + Send> =
+        Box::new(OwnSpring { stiffness: 1000.0, damping: 10.0, unfrozen: (0.0, 0.0) });
+    let built_in = link(&[&LATE[..], &["controller.kind=position-position"]].concat());
+    compare(link(&LATE).with_architecture(architecture), built_in);
+}
+
+/// Where the names of built-in parts may stand besides their own files.
+const REGISTRY: &str = "teleoperation/mod.rs";
+/// Where the settings of all parts are read until they are declared beside them.
+const SETTINGS: [&str; 2] = ["scenario/link.rs", "scenario/key_table/link.rs"];
+
+#[test]
+fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
+    let source = file("sim/src");
+    let named = |part: &str, names: &[&str], shared_with: &[&str]| {
+        let own = format!("teleoperation/{part}.rs");
+        let mut files = vec![];
+        rust_files(&source, &mut files);
+        assert!(files.len() > 100 && source.join(&own).exists(), "{own}");
+        for path in files {
+            let inside = path.strip_prefix(&source).expect("in the folder").to_string_lossy().replace('\\', "/");
+            if inside == own || SETTINGS.contains(&&*inside) || shared_with.contains(&&*inside) {
+                continue;
+            }
+            let text = fs::read_to_string(&path).expect("text");
+            let lines = text.lines().filter(|line| names.iter().any(|name| is_word(line, name))).count();
+            let allowed = usize::from(inside == REGISTRY);
+            assert_eq!(lines, allowed, "lines that name {part} in {inside}");
+        }
+    };
+    named("passivity/time_domain", &["TimeDomain", "TimeDomainSettings"], &[]);
+    named("passivity/waves", &["Waves", "WavesSettings", "WaveVariables"], &[]);
+    named("passivity/tank", &["Tank", "TankSettings", "EnergyTank"], &[]);
+    // Four channels are both of the others, and more.
+    let four_channel = ["teleoperation/architecture/four_channel.rs"];
+    named("architecture/local_force", &["LocalForce", "LocalForceSettings"], &four_channel);
+    named("architecture/position_position", &["PositionPosition", "CouplingSettings"], &four_channel);
+    named("architecture/four_channel", &["FourChannel", "FourChannelSettings"], &[]);
+}
+
+/// Whether a name stands in a line of code by itself.
+fn is_word(line: &str, name: &str) -> bool {
+    let part_of_name = |c: char| c.is_alphanumeric() || c == '_';
+    !line.trim_start().starts_with("//")
+        && line
+            .match_indices(name)
+            .any(|(at, _)| !line[..at].ends_with(part_of_name) && !line[at + name.len()..].starts_with(part_of_name))
+}
