@@ -18,4 +18,5 @@ pub mod error;
 pub mod estimation;
 pub mod lane;
 pub mod rig;
+pub mod settings;
 pub mod time;

@@ -3,50 +3,28 @@
 //! It is continuous at both ends: what it may change by in one tick is stated with each command and measured.
 
 use super::automaton::{Mode, blend_ticks, has_become, has_changed, is};
-use crate::error::{InvalidValue, finite, non_negative, positive, require};
 use crate::lane::{Lane, Mask};
 
-/// What the hand feels while the slave is frozen. `F*` is the force fed back just before the alarm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ForceLaw {
-    /// `F* → ratio · F*`, exponentially: the same crisp drop at every rupture, whatever its size.
-    Decay {
-        /// Where the force goes, as a share of `F*`, from 0 to 1.
-        ratio: f64,
-        /// Time constant in s, above 0.
-        time_constant_s: f64,
-    },
-    /// `F* + κ (F_e - F*)`, floored at 0: the measured variation is scaled, and its size still tells.
-    Amplify {
-        /// κ, at least 1.
-        gain: f64,
-    },
-}
-
-impl ForceLaw {
-    /// Checks the ranges that the fields state.
+crate::choice! {
+    /// Let the felt force decay, or scale its variation.
     ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        match *self {
-            Self::Decay { ratio, time_constant_s } => {
-                non_negative("augmentation.decay_ratio", ratio)?;
-                require("augmentation.decay_ratio", ratio, ratio <= 1.0, "from 0 to 1")?;
-                positive("augmentation.decay_time_constant_s", time_constant_s)?;
-            }
-            Self::Amplify { gain } => {
-                finite("augmentation.amplification", gain)?;
-                require("augmentation.amplification", gain, gain >= 1.0, "at least 1")?;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Default for ForceLaw {
-    fn default() -> Self {
-        Self::Decay { ratio: 0.0, time_constant_s: 0.03 }
+    /// `F*` is the force fed back just before the alarm.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum ForceLaw at "augmentation.force_law" = Decay {
+        /// `F* → ratio · F*`, exponentially: the same crisp drop at every rupture, whatever its size.
+        "decay" => Decay in "augmentation.decay_" {
+            /// Where decay ends, as a share of the force at the alarm.
+            ratio: f64 [SHARE] = 0.0,
+            /// How fast it decays.
+            ///
+            /// Time constant in s.
+            time_constant_s: f64 [POSITIVE] = 0.03,
+        },
+        /// `F* + κ (F_e - F*)`, floored at 0: the measured variation is scaled, and its size still tells.
+        "amplify" => Amplify in "augmentation." {
+            /// kappa of amplify.
+            gain: f64 at "augmentation.amplification" [AT_LEAST_ONE] = 2.0,
+        },
     }
 }
 

@@ -11,53 +11,29 @@ pub use automaton::{AutomatonSettings, Mode};
 pub use force::{ForceLaw, cross_fade};
 pub use position::{Freeze, Reengage};
 
-use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
 use automaton::Automaton;
 use force::ForceFeedback;
 use position::SlaveReference;
 
-/// Everything the supervisor is told.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AugmentationSettings {
-    /// Whether alarms have any effect; without it the scheme is the classical one.
-    pub enabled: bool,
-    /// When to enter and to leave.
-    pub automaton: AutomatonSettings,
-    /// Where the slave is held.
-    pub freeze: Freeze,
-    /// How the slave meets the hand again.
-    pub reengage: Reengage,
-    /// What the hand feels meanwhile.
-    pub force: ForceLaw,
-    /// Length of the cross-fade back to the measured force in s, at least 0.
-    pub blend_s: f64,
-}
-
-impl AugmentationSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        self.automaton.validate()?;
-        self.reengage.validate()?;
-        self.force.validate()?;
-        crate::error::non_negative("augmentation.blend_s", self.blend_s)?;
-        Ok(())
-    }
-}
-
-impl Default for AugmentationSettings {
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            automaton: AutomatonSettings::default(),
-            freeze: Freeze::Measured,
-            reengage: Reengage::default(),
-            force: ForceLaw::default(),
-            blend_s: 0.1,
-        }
+crate::settings! {
+    /// Everything the supervisor is told.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct AugmentationSettings in "augmentation." {
+        /// false: the classical scheme.
+        ///
+        /// Alarms then have no effect.
+        enabled: bool = true,
+        /// Where the slave is held.
+        freeze: Freeze,
+        /// How the slave meets the hand again.
+        reengage: Reengage,
+        /// What the hand feels meanwhile.
+        force: ForceLaw,
+        /// Length of the cross-fade back to the measured force.
+        blend_s: f64 [NON_NEGATIVE] = 0.1,
+        /// When to enter and to leave.
+        automaton: AutomatonSettings,
     }
 }
 

@@ -3,45 +3,34 @@
 
 use super::likelihood_ratio::{LikelihoodRatio, MAX_WINDOW_SAMPLES};
 use super::page_hinkley::PageHinkley;
-use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
 
-/// Which distance is accumulated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DistanceKind {
-    /// `s_k = e_k²` in N²: the paper's choice (4.4.3).
-    SquaredResidual,
-    /// `s_k = e_k²` in N² where the force falls short of an expected resisting force (`e_k < 0 < ŷ_k`), else 0. A tissue
-    /// that stiffens faster than the estimator follows then neither adds to the decision nor disarms the detector.
-    SquaredDrop,
-    /// Log-likelihood ratio of a mean shifted from 0 to `m_1` (eq. 22), dimensionless.
-    MeanChange,
-    /// Log-likelihood ratio of a variance grown from `σ_0²` to `σ_1²` (eq. 23), dimensionless.
-    VarianceChange,
-    /// Magnitude of the stiffness component of `H_k` in N/m (eq. 26): the earlier proposal of Barbé et al. (2006).
-    ParameterChange,
-    /// `(y_k - y_{k-1})²` in N²: the direct filtering that the paper compares with (4.1).
-    ForceDerivative,
-    /// Log-likelihood ratio of a mean shifted by an unknown size within the last samples, dimensionless: it is what is
-    /// compared with the threshold, and not accumulated (Willsky and Jones 1976).
-    LikelihoodRatio,
-    /// What the residual lies beyond its running mean, in N: accumulated, the Page-Hinkley test (Hinkley 1971).
-    PageHinkley,
+crate::choice! {
+    /// What decides: e², e² of drops, eq. 22, 23, the stiffness of eq. 26, the derivative, GLR or Page-Hinkley.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum DistanceKind at "detector.distance" = SquaredResidual {
+        /// `s_k = e_k²` in N²: the paper's choice (4.4.3).
+        "squared-residual" => SquaredResidual,
+        /// `s_k = e_k²` in N² where the force falls short of an expected resisting force (`e_k < 0 < ŷ_k`), else 0. A tissue
+        /// that stiffens faster than the estimator follows then neither adds to the decision nor disarms the detector.
+        "squared-drop" => SquaredDrop,
+        /// Log-likelihood ratio of a mean shifted from 0 to `m_1` (eq. 22), dimensionless.
+        "mean-change" => MeanChange,
+        /// Log-likelihood ratio of a variance grown from `σ_0²` to `σ_1²` (eq. 23), dimensionless.
+        "variance-change" => VarianceChange,
+        /// Magnitude of the stiffness component of `H_k` in N/m (eq. 26): the earlier proposal of Barbé et al. (2006).
+        "parameter-change" => ParameterChange,
+        /// `(y_k - y_{k-1})²` in N²: the direct filtering that the paper compares with (4.1).
+        "force-derivative" => ForceDerivative,
+        /// Log-likelihood ratio of a mean shifted by an unknown size within the last samples, dimensionless: it is what is
+        /// compared with the threshold, and not accumulated (Willsky and Jones 1976).
+        "likelihood-ratio" => LikelihoodRatio,
+        /// What the residual lies beyond its running mean, in N: accumulated, the Page-Hinkley test (Hinkley 1971).
+        "page-hinkley" => PageHinkley,
+    }
 }
 
 impl DistanceKind {
-    /// Every kind.
-    pub const ALL: [Self; 8] = [
-        Self::SquaredResidual,
-        Self::SquaredDrop,
-        Self::MeanChange,
-        Self::VarianceChange,
-        Self::ParameterChange,
-        Self::ForceDerivative,
-        Self::LikelihoodRatio,
-        Self::PageHinkley,
-    ];
-
     /// Whether the distance adds up (eq. 27); one that looks back by itself does not.
     #[must_use]
     pub fn accumulates(self) -> bool {
@@ -66,17 +55,29 @@ impl DistanceKind {
     }
 }
 
-/// What the two hypotheses of eq. 19 say of the residual.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hypotheses {
-    /// `σ_0` in N, above 0: spread of the residual when nothing happens (the paper measured 0.02 N).
-    pub quiet_std_n: f64,
-    /// `σ_1` in N, above `σ_0`: its spread after a rupture (the paper: at least 0.2 N).
-    pub rupture_std_n: f64,
-    /// `m_1` in N, not 0: its mean after a rupture, for eq. 22; negative as the force falls short.
-    pub rupture_mean_n: f64,
-    /// Correction of the stiffness in N/m, above 0, that one sample of a rupture causes, for eq. 26.
-    pub stiffness_change_n_per_m: f64,
+crate::settings! {
+    /// What the two hypotheses of eq. 19 say of the residual.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Hypotheses in "detector." {
+        /// sigma_0: spread of the residual when nothing happens.
+        ///
+        /// The paper measured 0.02 N.
+        quiet_std_n: f64 [POSITIVE] = 0.02,
+        /// sigma_1: its spread after a rupture.
+        ///
+        /// Above `σ_0`; the paper: at least 0.2 N.
+        rupture_std_n: f64 [POSITIVE] = 0.2,
+        /// m_1 of eq. 22: its mean after a rupture.
+        ///
+        /// Not 0; negative as the force falls short.
+        rupture_mean_n: f64 [ANY] = -0.2,
+        /// Correction of the stiffness that a rupture causes, for eq. 26.
+        ///
+        /// By one sample, in N/m.
+        stiffness_change_n_per_m: f64 [POSITIVE] = 20.0,
+    }
+    where rupture_std_n: |s| s.rupture_std_n > s.quiet_std_n, "above detector.quiet_std_n";
+    where rupture_mean_n: |s| s.rupture_mean_n != 0.0, "a finite number other than 0";
 }
 
 impl Hypotheses {
@@ -103,54 +104,33 @@ impl Hypotheses {
             DistanceKind::PageHinkley => (self.rupture_mean_n.abs() / 2.0, self.rupture_mean_n.abs() / 2.0),
         }
     }
-
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first one out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        positive("detector.quiet_std_n", self.quiet_std_n)?;
-        positive("detector.rupture_std_n", self.rupture_std_n)?;
-        let ordered = self.rupture_std_n > self.quiet_std_n;
-        require("detector.rupture_std_n", self.rupture_std_n, ordered, "above detector.quiet_std_n")?;
-        let shifted = self.rupture_mean_n.is_finite() && self.rupture_mean_n != 0.0;
-        require("detector.rupture_mean_n", self.rupture_mean_n, shifted, "a finite number other than 0")?;
-        positive("detector.stiffness_change_n_per_m", self.stiffness_change_n_per_m)?;
-        Ok(())
-    }
-}
-
-impl Default for Hypotheses {
-    fn default() -> Self {
-        Self { quiet_std_n: 0.02, rupture_std_n: 0.2, rupture_mean_n: -0.2, stiffness_change_n_per_m: 20.0 }
-    }
-}
-
-/// A kind of distance with the hypotheses that scale it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Distance {
-    /// Which distance.
-    pub kind: DistanceKind,
-    /// What it compares.
-    pub hypotheses: Hypotheses,
-    /// How many samples the likelihood ratio looks back over, 1 to [`MAX_WINDOW_SAMPLES`]; the others have no window.
-    pub window_samples: usize,
 }
 
 /// The window that a likelihood ratio has unless told otherwise: what the estimator's default memory is in updates, after
 /// which it has learnt the change and the residual no longer shows it (chosen here).
 pub const WINDOW_SAMPLES: usize = 10;
 
+crate::settings! {
+    /// A kind of distance with the hypotheses that scale it.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Distance in "detector." {
+        /// Which distance.
+        kind: DistanceKind,
+        /// What it compares.
+        hypotheses: Hypotheses,
+        /// How many samples the likelihood ratio looks back over, at most 64.
+        ///
+        /// From 1 to [`MAX_WINDOW_SAMPLES`]; the other distances have no window.
+        window_samples: usize [1..] for "detector.distance" "likelihood-ratio" = WINDOW_SAMPLES,
+    }
+    where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
+}
+
 impl Distance {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first one out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        self.hypotheses.validate()?;
-        let holds = (1..=MAX_WINDOW_SAMPLES).contains(&self.window_samples);
-        require("detector.window_samples", self.window_samples as f64, holds, "a whole number from 1 to 64")?;
-        Ok(())
+    /// Threshold γ and drift ν by [`Hypotheses::tuning`].
+    #[must_use]
+    pub fn tuning(&self) -> (f64, f64) {
+        self.hypotheses.tuning(self.kind)
     }
 }
 

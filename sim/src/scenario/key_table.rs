@@ -112,3 +112,53 @@ const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     }
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::super::{Scenario, Source, json_schema, shipped_questions, starter};
+    use super::*;
+
+    /// Compares with a file beside this one; `BLESS=1` writes it.
+    fn assert_snapshot(name: &str, text: &str) {
+        let path = format!("{}/src/scenario/snapshots/{name}", env!("CARGO_MANIFEST_DIR"));
+        if std::env::var_os("BLESS").is_some() {
+            std::fs::write(&path, text).expect("written");
+        }
+        let kept = std::fs::read_to_string(&path).expect("a snapshot");
+        let differing = kept.lines().zip(text.lines()).find(|(kept, now)| kept != now);
+        assert!(kept == text, "{name} differs at {differing:?}; BLESS=1 writes it anew");
+    }
+
+    #[test]
+    fn regress_every_key_is_as_it_was() {
+        let mut text = String::new();
+        for key in KEYS {
+            let range = if let Kind::Number(range) = key.kind {
+                format!(" [{:e} {} {:e}]", range.low().0, range.low().1, range.high())
+            } else {
+                String::new()
+            };
+            let fallback = match key.fallback {
+                Fallback::Value(value) => format!("= {}", value().to_toml()),
+                Fallback::Derived(rule) => format!("derived: {rule}"),
+                Fallback::Unset => "unset".into(),
+            };
+            let must = key.kind.describe();
+            writeln!(text, "{}\n    {must}{range}\n    {fallback}\n    {}", key.path, key.meaning).expect("text");
+        }
+        assert_snapshot("keys.txt", &text);
+    }
+
+    #[test]
+    fn frozen() {
+        let mut text = serde_json::to_string_pretty(&json_schema()).expect("text");
+        text.push_str(&starter("x"));
+        for (name, _) in shipped_questions() {
+            let scenario = Scenario::load(&Source::Builtin(name.into()), &[]).expect("good");
+            writeln!(text, "#### {name}\n{}", scenario.echo()).expect("text");
+        }
+        assert_snapshot("frozen.txt", &text);
+    }
+}

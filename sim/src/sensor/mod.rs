@@ -16,41 +16,30 @@ mod noise;
 pub use self::bank::NoiseBank;
 use self::lag::Lag;
 use self::noise::WhiteNoise;
-use crate::error::{InvalidValue, finite, non_negative, positive};
 use crate::lane::Lane;
 
-/// What the sensors do.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SensorSettings {
-    /// What the force reading adds to every force, in N.
-    pub force_bias_n: f64,
-    /// First-order bandwidth of the force reading in Hz (-3 dB), at least 0; 0 is without a lag.
-    pub force_bandwidth_hz: f64,
-    /// Standard deviation of the white noise on the force in N, at least 0.
-    pub force_noise_std_n: f64,
-    /// Step of the force reading in N, at least 0; 0 reads exactly.
-    pub force_resolution_n: f64,
-    /// Greatest magnitude of a force reading in N, above 0; none without a limit.
-    pub force_range_n: Option<f64>,
-    /// Step of the slave's position reading in m, at least 0; 0 reads position and velocity exactly.
-    pub position_resolution_m: f64,
-}
-
-impl SensorSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        finite("sensor.force_bias_n", self.force_bias_n)?;
-        non_negative("sensor.force_bandwidth_hz", self.force_bandwidth_hz)?;
-        non_negative("sensor.force_noise_std_n", self.force_noise_std_n)?;
-        non_negative("sensor.force_resolution_n", self.force_resolution_n)?;
-        if let Some(range_n) = self.force_range_n {
-            positive("sensor.force_range_n", range_n)?;
-        }
-        non_negative("sensor.position_resolution_m", self.position_resolution_m)?;
-        Ok(())
+trocar_core::settings! {
+    /// What the sensors do.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct SensorSettings in "sensor." {
+        /// What the force reading adds to every force.
+        force_bias_n: f64 [ANY] = 0.0,
+        /// First-order bandwidth of the force reading, ahead of its noise; 0: no lag.
+        ///
+        /// In Hz (-3 dB).
+        force_bandwidth_hz: f64 [NON_NEGATIVE] = 0.0,
+        /// Standard deviation of the white noise on the force.
+        force_noise_std_n: f64 [NON_NEGATIVE] = 0.0,
+        /// Step of the force reading; 0 reads exactly.
+        force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
+        /// Greatest force reading, either way: beyond it readings are clipped; without a limit when not given.
+        force_range_n: Option<f64> [POSITIVE],
+        /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.
+        ///
+        /// At 0 position and velocity are read exactly.
+        position_resolution_m: f64 [NON_NEGATIVE] = 0.0,
+        /// Acceleration that the Kalman filter expects.
+        acceleration_std_m_per_s2: f64 [POSITIVE] = 0.5,
     }
 }
 
