@@ -176,10 +176,10 @@ pub trait Source {
     ///
     /// # Errors
     /// A key without one.
-    fn number(&self, key: &'static str) -> Result<f64, Self::Error>;
+    fn number(&self, key: &str) -> Result<f64, Self::Error>;
 
     /// The number of a key that has none by default.
-    fn optional_number(&self, key: &'static str) -> Option<f64>;
+    fn optional_number(&self, key: &str) -> Option<f64>;
 
     /// The number of a key that follows from others unless it is given: it then has the one that follows.
     fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
@@ -188,28 +188,28 @@ pub trait Source {
     ///
     /// # Errors
     /// A key without one.
-    fn whole(&self, key: &'static str) -> Result<u64, Self::Error>;
+    fn whole(&self, key: &str) -> Result<u64, Self::Error>;
 
     /// Whether a key is true.
     ///
     /// # Errors
     /// A key that is neither true nor false.
-    fn flag(&self, key: &'static str) -> Result<bool, Self::Error>;
+    fn flag(&self, key: &str) -> Result<bool, Self::Error>;
 
     /// The numbers of a key.
     ///
     /// # Errors
     /// A key without any.
-    fn numbers(&self, key: &'static str) -> Result<&[f64], Self::Error>;
+    fn numbers(&self, key: &str) -> Result<&[f64], Self::Error>;
 
     /// The word of a key.
     ///
     /// # Errors
     /// A key without one.
-    fn word(&self, key: &'static str) -> Result<&str, Self::Error>;
+    fn word(&self, key: &str) -> Result<&str, Self::Error>;
 
     /// That a key has a word that is none of its own.
-    fn unknown_word(&self, key: &'static str) -> Self::Error;
+    fn unknown_word(&self, key: &str) -> Self::Error;
 }
 
 /// How many keys some groups have.
@@ -252,4 +252,3 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
     }
     all
 }
-

@@ -37,7 +37,8 @@
 ///
 /// `for "detector.motion" "any" "inserting"` ahead of a default names the kinds of a choice for which a key acts.
 /// `given (threshold: f64)` behind the prefix names what the fields follow from besides: `read` takes it, and `name: Other
-/// (threshold)` passes it on. There is no default then. `no DEFAULT` says that a field has none; `no const` that one cannot
+/// (threshold)` passes it on. There is no default then, unless it has one itself, as in `given (threshold: f64 = 2.0)`; that
+/// also gives `default_for`. `no DEFAULT` says that a field has none; `no const` that one cannot
 /// be made at compile time, and gives `Default` alone. `where field: |s| ..., "at least ...";` checks a field against others,
 /// `then Self::check;` whatever else there is to check.
 #[macro_export]
@@ -46,7 +47,7 @@ macro_rules! settings {
         $(#[doc = $about:literal])*
         #[derive($($derive:ident),*)]
         $vis:vis struct $name:ident in $prefix:literal
-            $(given ($($given:ident : $given_ty:ty),+))? $(no $without:ident)?
+            $(given ($($given:ident : $given_ty:ty $(= $stand_in:expr)?),+))? $(no $without:ident)?
         {
             $(
                 $(#[doc = $doc:literal])*
@@ -118,7 +119,7 @@ macro_rules! settings {
             }
         }
 
-        $crate::settings!(@default $name {$(given $($given)+)? $(no $without)?} {
+        $crate::settings!(@default $name {$(given $({$given $given_ty $(= $stand_in)?})+)? $(no $without)?} {
             $($field {$ty $(<$arg>)?} {$(= $default)? $(=> $derived)?})*
         });
     };
@@ -233,6 +234,27 @@ macro_rules! settings {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
                 Self { $($field),* }
             };
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    };
+    (@default $name:ident {given $({$given:ident $given_ty:ty = $stand_in:expr})+}
+        {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}
+    ) => {
+        impl $name {
+            /// The default.
+            pub const DEFAULT: Self = Self::default_for($($stand_in),+);
+
+            /// The default where what it follows from is another.
+            #[must_use]
+            pub const fn default_for($($given: $given_ty),+) -> Self {
+                $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
+                Self { $($field),* }
+            }
         }
 
         impl Default for $name {

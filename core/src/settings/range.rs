@@ -46,7 +46,8 @@ impl Range {
     /// From 0 to 1.
     pub const SHARE: Self = Self::new(0.0, 1.0, Meaning::Within("from 0 to 1"));
     /// Above 0 and at most 1.
-    pub const POSITIVE_SHARE: Self = Self { low_is_open: true, ..Self::new(0.0, 1.0, Meaning::Within("above 0 and at most 1")) };
+    pub const POSITIVE_SHARE: Self =
+        Self { low_is_open: true, ..Self::new(0.0, 1.0, Meaning::Within("above 0 and at most 1")) };
     /// At least 1.
     pub const AT_LEAST_ONE: Self = Self::new(1.0, EXTREME, Meaning::Within("at least 1"));
 

@@ -106,11 +106,12 @@ impl<L: Lane> Operator<L> {
         self
     }
 
-    /// The same person, reacting to a fall of the felt force; lane `i` by stream `first_stream + i` of the seed, on ticks of
+    /// The same person, reacting to a fall of the felt force if they do; lane `i` by stream `first_stream + i` of the seed, on ticks of
     /// `tick_s` (s).
     #[must_use]
     pub fn reacting(mut self, settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
-        self.reaction = Some(Reaction::new(settings, seed, first_stream, tick_s));
+        let reacts = settings.reflex != Reflex::None;
+        self.reaction = reacts.then(|| Reaction::new(settings, seed, first_stream, tick_s));
         self
     }
 

@@ -4,7 +4,6 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::error::{InvalidValue, non_negative, positive, require};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
@@ -95,7 +94,7 @@ impl<L: Lane> Reaction<L> {
     pub(super) fn new(settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
         let ticks = |duration_s: f64| nearest_ticks(duration_s, tick_s) as f64;
         let (withdraw_m, speed) = match settings.reflex {
-            Reflex::Stop => (0.0, 0.0),
+            Reflex::None | Reflex::Stop => (0.0, 0.0),
             Reflex::Withdraw { distance_m, speed_m_per_s } => (distance_m, speed_m_per_s),
         };
         let mut reaction_ticks = [L::zero(); DRAWN];

@@ -145,13 +145,13 @@ mod tests {
     #[test]
     fn bands_that_cannot_be_are_refused() {
         let good = TremorSettings { amplitude_m: 1e-4, ..TremorSettings::default() };
-        assert!(good.validate(TICK_S).is_ok());
+        assert!(good.validate_on_ticks(TICK_S).is_ok());
         for bad in [
             TremorSettings { low_hz: 12.0, ..good },
             TremorSettings { high_hz: 500.0, ..good },
             TremorSettings { amplitude_m: -1.0, ..good },
         ] {
-            assert!(bad.validate(TICK_S).is_err(), "{bad:?}");
+            assert!(bad.validate_on_ticks(TICK_S).is_err(), "{bad:?}");
         }
     }
 }

@@ -1,10 +1,13 @@
 //! From a scenario to an engine.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
+use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
-use super::resolve::{DelayTicks, EngineKind, Scenario};
+use super::resolve::{DelayTicks, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
+use super::steps::Steps;
 use crate::augmentation::Supervisor;
 use crate::channel::Delay;
 use crate::detection::Detector;
@@ -15,7 +18,7 @@ use crate::engine::{
 use crate::error::InvalidValue;
 use crate::estimation::{Estimator, VelocityFilter};
 use crate::lane::Lane;
-use crate::operator::{Hand, Motion, Operator, Ramp};
+use crate::operator::{Hand, Motion, Operator, Ramp, Reflex};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
 use crate::teleoperation::{Link, LinkReport};
@@ -152,6 +155,19 @@ impl Scenario {
         self.assemble(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m), first_stream)
     }
 
+    /// The steps of master and slave over a whole tick.
+    pub(super) fn whole_steps(&self) -> Result<(Cow<'_, MasterStep>, Cow<'_, SlaveStep>), PlantError> {
+        let (sides, tick_s) = ((&self.master, &self.arm, &self.slave), self.grid.tick_s());
+        if let Some(kept) = self.steps.get().filter(|kept| kept.are_of(sides, self.timing, tick_s)) {
+            return Ok((Cow::Borrowed(&kept.master), Cow::Borrowed(&kept.slave)));
+        }
+        let made = Steps::new(sides, self.timing, tick_s)?;
+        let steps = (Cow::Owned(made.master.clone()), Cow::Owned(made.slave.clone()));
+        // Another thread may have been first, with the same numbers; or they belong to a copy that was changed.
+        let _ = self.steps.set(made);
+        Ok(steps)
+    }
+
     /// Both plants over whole ticks.
     fn exact_plants<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
         let start_m = self.start_m();
@@ -190,7 +206,9 @@ impl Scenario {
         let start_m = self.start_m();
         let out_of_range = |error| self.values().out_of_range(&error);
         let velocity_filter = (self.sensor.position_resolution_m > 0.0)
-            .then(|| VelocityFilter::new(tick_s, self.sensor.position_resolution_m, self.acceleration_std_m_per_s2))
+            .then(|| {
+                VelocityFilter::new(tick_s, self.sensor.position_resolution_m, self.sensor.acceleration_std_m_per_s2)
+            })
             .transpose()
             .map_err(out_of_range)?;
         Ok(Engine {
@@ -281,10 +299,7 @@ impl Scenario {
             let ticks = self.grid.ticks() + 1;
             person = person.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
         }
-        if let Some(reflex) = &self.reflex {
-            person = person.reacting(reflex, self.seed, first_stream, tick_s);
-        }
-        Ok(person)
+        Ok(person.reacting(&self.reflex, self.seed, first_stream, tick_s))
     }
 
     /// Where the person begins, in m; both plants begin there at rest.
@@ -301,7 +316,7 @@ impl Scenario {
     pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
         self.operator = OperatorSpec::Hand(hand);
         self.tremor.amplitude_m = 0.0;
-        self.reflex = None;
+        self.reflex.reflex = Reflex::None;
         self
     }
 }

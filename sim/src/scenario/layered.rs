@@ -1,5 +1,7 @@
 //! From values to a layered tissue.
 
+use trocar_core::settings::Source as _;
+
 use super::error::ScenarioError;
 use super::values::Values;
 use crate::tissue::{LAYER_KEYS, LAYERS, LayerParameters, LayersParameters, ShaftParameters};

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use trocar_core::settings::Source as _;
+
 use super::builtin;
 use super::document::Source;
 use super::error::ScenarioError;
-use super::settings::{detector, estimator};
 use super::value::Value;
 use super::values::Values;
 use crate::detection::DetectorSettings;
@@ -65,8 +66,8 @@ impl DetectionSettings {
     /// As [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let settings = Self {
-            estimator: estimator(values)?,
-            detector: detector(values)?,
+            estimator: RlsSettings::read(values)?,
+            detector: DetectorSettings::read(values)?,
             contact_m: values.number("estimator.contact_m")?,
             position_resolution_m: values.number("sensor.position_resolution_m")?,
             acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,

@@ -1,6 +1,7 @@
 //! What a person does and what the needle meets, as a scenario says it.
 
 use std::sync::Arc;
+use trocar_core::settings::Source as _;
 
 use super::error::ScenarioError;
 use super::layered::layers;

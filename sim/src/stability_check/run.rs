@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::channel::{Irregularity, Schedule};
 use crate::engine::{Observer, Signals};
+use crate::operator::Reflex;
 use crate::run::RunError;
 use crate::scenario::{EngineKind, OperatorSpec, Scenario, TissueSpec};
 use crate::sensor::SensorSettings;
@@ -96,7 +97,7 @@ pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict,
     run.irregularity = Irregularity::default();
     (run.forward_schedule, run.backward_schedule) = (Schedule::default(), Schedule::default());
     run.operator = OperatorSpec::Recording(desired);
-    (run.tremor.amplitude_m, run.reflex, run.augmentation.enabled) = (0.0, None, false);
+    (run.tremor.amplitude_m, run.reflex.reflex, run.augmentation.enabled) = (0.0, Reflex::None, false);
     run.tissue = TissueSpec::KelvinVoigt {
         stiffness_n_per_m: settings.stiffness_n_per_m,
         damping_n_s_per_m: settings.damping_n_s_per_m,
