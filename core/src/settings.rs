@@ -82,13 +82,47 @@ pub enum Fallback {
     Unset,
 }
 
+/// Most words of a choice for which one key acts.
+const MAX_WORDS: usize = 8;
+
 /// The words of a choice for which a key acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActsFor {
     /// The key of the choice.
     pub key: &'static str,
+    words: [&'static str; MAX_WORDS],
+    count: usize,
+}
+
+impl ActsFor {
+    /// Some words of a choice, at most eight.
+    #[must_use]
+    pub const fn new(key: &'static str, given: &[&'static str]) -> Self {
+        let mut words = [""; MAX_WORDS];
+        let mut index = 0;
+        while index < given.len() {
+            words[index] = given[index];
+            index += 1;
+        }
+        Self { key, words, count: given.len() }
+    }
+
     /// Its words.
-    pub words: &'static [&'static str],
+    #[must_use]
+    pub fn words(&self) -> &[&'static str] {
+        &self.words[..self.count]
+    }
+
+    /// For these words and those of another.
+    const fn and(mut self, other: Self) -> Self {
+        let mut index = 0;
+        while index < other.count {
+            self.words[self.count] = other.words[index];
+            self.count += 1;
+            index += 1;
+        }
+        self
+    }
 }
 
 /// One key.
@@ -239,7 +273,7 @@ pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     all
 }
 
-/// The same for one kind of a choice.
+/// The keys of some groups for one kind of a choice.
 #[must_use]
 pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) -> [Key; COUNT] {
     let mut all = joined::<COUNT>(groups);
@@ -251,4 +285,72 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
         index += 1;
     }
     all
+}
+
+/// How many different keys some groups have.
+#[must_use]
+pub const fn count_distinct(groups: &[&[Key]]) -> usize {
+    let (mut count, mut group) = (0, 0);
+    while group < groups.len() {
+        let mut index = 0;
+        while index < groups[group].len() {
+            if !is_in(groups[group][index].path, groups, group) {
+                count += 1;
+            }
+            index += 1;
+        }
+        group += 1;
+    }
+    count
+}
+
+/// The keys of some groups, `COUNT` different ones: one that several groups have acts for the kinds of all of them.
+#[must_use]
+pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
+    let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
+    let (mut filled, mut group) = (0, 0);
+    while group < groups.len() {
+        let mut index = 0;
+        while index < groups[group].len() {
+            let key = groups[group][index];
+            let mut known = 0;
+            while known < filled && !are_equal(all[known].path, key.path) {
+                known += 1;
+            }
+            if known == filled {
+                all[known] = key;
+                filled += 1;
+            } else if let (Some(ours), Some(others)) = (all[known].acts_for, key.acts_for) {
+                all[known].acts_for = Some(ours.and(others));
+            }
+            index += 1;
+        }
+        group += 1;
+    }
+    all
+}
+
+/// Whether one of the first `before` groups has a key.
+const fn is_in(path: &str, groups: &[&[Key]], before: usize) -> bool {
+    let mut group = 0;
+    while group < before {
+        let mut index = 0;
+        while index < groups[group].len() {
+            if are_equal(groups[group][index].path, path) {
+                return true;
+            }
+            index += 1;
+        }
+        group += 1;
+    }
+    false
+}
+
+const fn are_equal(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut index = 0;
+    while index < a.len() && index < b.len() && a[index] == b[index] {
+        index += 1;
+    }
+    index == a.len() && index == b.len()
 }

@@ -4,8 +4,9 @@ use crate::support::pair::Pair;
 use proptest::prelude::*;
 use trocar::lane::Lane;
 use trocar::tissue::{
-    DepthReplay, Generalised, HuntCrossley, KelvinVoigt, LAYERS, LayerParameters, Layers, LayersParameters,
-    ShaftParameters, Tissue,
+    DepthReplay, Generalised, GeneralisedSettings, HuntCrossley, HuntCrossleySettings, KelvinVoigt,
+    KelvinVoigtSettings, LAYERS, LayerParameters, Layers, LayersParameters, PowerSettings, ShaftParameters, Surface,
+    Tissue,
 };
 
 const TICK_S: f64 = 1e-4;
@@ -80,13 +81,22 @@ fn any_tissue() -> impl Strategy<Value = Tissue<f64>> {
     let power = (2..16u32).prop_map(|quarters| 0.25 * f64::from(quarters));
     prop_oneof![
         1 => (0.0..2000.0f64, 0.0..50.0f64)
-            .prop_map(|(k, b)| Tissue::KelvinVoigt(KelvinVoigt::new(k, b, 0.0).expect("valid"))),
+            .prop_map(|(stiffness_n_per_m, damping_n_s_per_m)| {
+                let settings = KelvinVoigtSettings { stiffness_n_per_m, damping_n_s_per_m, ..KelvinVoigtSettings::DEFAULT };
+                Tissue::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"))
+            }),
         1 => (0.0..5000.0f64, 0.0..500.0f64, power.clone())
-            .prop_map(|(mu, lambda, n)| Tissue::HuntCrossley(HuntCrossley::new(mu, lambda, n, 0.0).expect("valid"))),
+            .prop_map(|(mu, lambda, power)| {
+                let power = PowerSettings { power };
+                let settings = HuntCrossleySettings { mu, lambda, power, ..HuntCrossleySettings::DEFAULT };
+                Tissue::HuntCrossley(HuntCrossley::new(&settings).expect("valid"))
+            }),
         1 => (prop::array::uniform3(0.0..5000.0f64), prop::array::uniform3(0.0..500.0f64), power).prop_map(
-            |(mus, lambdas, n)| {
-                let tissue = Generalised::new(&[0.0, 0.01, 0.03], (&mus, &lambdas), n, 0.0);
-                Tissue::Generalised(Box::new(tissue.expect("valid")))
+            |(mus, lambdas, power)| {
+                let (surface, power) = (Surface::DEFAULT, PowerSettings { power });
+                let (depths_m, mus, lambdas) = (vec![0.0, 0.01, 0.03], mus.into(), lambdas.into());
+                let settings = GeneralisedSettings { surface, power, depths_m, mus, lambdas };
+                Tissue::Generalised(Box::new(Generalised::new(&settings).expect("valid")))
             }
         ),
         3 => layered(),

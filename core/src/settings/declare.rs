@@ -145,7 +145,7 @@ macro_rules! settings {
     (@acting {$choice:literal $($word:literal)+} $keys:expr) => {{
         const GROUPS: &[&[$crate::settings::Key]] = &[$keys];
         const COUNT: usize = $crate::settings::count(GROUPS);
-        &$crate::settings::acting::<COUNT>(GROUPS, $crate::settings::ActsFor { key: $choice, words: &[$($word),+] })
+        &$crate::settings::acting::<COUNT>(GROUPS, $crate::settings::ActsFor::new($choice, &[$($word),+]))
     }};
 
     // Its keys.
@@ -266,17 +266,19 @@ macro_rules! settings {
     (@default $name:ident {no const} {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}) => {
         impl Default for $name {
             fn default() -> Self {
-                $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
+                $(let $field = $crate::settings!(@made {$($ty)+} {$($default)*});)*
                 Self { $($field),* }
             }
         }
     };
     (@default $name:ident {$($none:tt)+} {$($fields:tt)*}) => {};
-    (@value {Vec<f64>} {= $default:expr}) => { Vec::from($default) };
     (@value {$($ty:tt)+} {= $default:expr}) => { $default };
     (@value {$($ty:tt)+} {=> $derived:expr}) => { $derived };
     (@value {Option<f64>} {}) => { None };
     (@value {$other:ident} {}) => { $other::DEFAULT };
+    (@made {Vec<f64>} {= $default:expr}) => { Vec::from($default) };
+    (@made {$other:ident} {}) => { $other::default() };
+    (@made {$($ty:tt)+} {$($default:tt)*}) => { $crate::settings!(@value {$($ty)+} {$($default)*}) };
 }
 
 /// Declares the kinds of a choice.
@@ -296,19 +298,19 @@ macro_rules! settings {
 ///     }
 /// }
 /// assert_eq!(Law::KEYS[1].path, "augmentation.decay_ratio");
-/// assert_eq!(Law::KEYS[1].acts_for.map(|acts| acts.words), Some(&["decay"][..]));
+/// assert_eq!(Law::KEYS[1].acts_for.expect("one kind").words(), ["decay"]);
 /// assert_eq!(Law::DEFAULT.word(), "decay");
 /// ```
 ///
 /// gives the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its own key `KEY`, those
 /// of its kinds `KIND_KEYS`, and `KEYS`, all of them. A kind holds nothing, fields as those of [`settings!`](crate::settings!),
-/// or other settings in parentheses; its keys act for it alone. Kinds that all hold nothing are listed in `ALL`.
+/// or other settings in parentheses; its keys act for it alone, or for all kinds that have them. `no const` gives `Default` alone. Kinds that all hold nothing are listed in `ALL`.
 #[macro_export]
 macro_rules! choice {
     (
         $(#[doc = $about:literal])*
         #[derive($($derive:ident),*)]
-        $vis:vis enum $name:ident at $path:literal = $default:ident {
+        $vis:vis enum $name:ident at $path:literal = $default:ident $(no $without:ident)? {
             $(
                 $(#[doc = $variant_doc:literal])*
                 $word:literal => $variant:ident $(($payload:ident))? $(in $prefix:literal {
@@ -340,20 +342,18 @@ macro_rules! choice {
             /// The words of its kinds, in their order.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
-            /// The default.
-            pub const DEFAULT: Self = {
-                $(
-                    #[allow(non_upper_case_globals, dead_code, reason = "the kinds by their own names")]
-                    const $variant: $name = $name::$variant {
-                        $(0: $payload::DEFAULT)? $($($field: $value),*)?
-                    };
-                )*
-                $default
-            };
-
             /// Its own key.
             pub const KEY: $crate::settings::Key = $crate::settings::Key::choice(
-                $path, Self::WORDS, Self::DEFAULT.word(), $crate::settings!(@meaning $($about)*)
+                $path,
+                Self::WORDS,
+                {
+                    $(
+                        #[allow(non_upper_case_globals, dead_code, reason = "the kinds by their own names")]
+                        const $variant: &str = $word;
+                    )*
+                    $default
+                },
+                $crate::settings!(@meaning $($about)*),
             );
 
             /// The keys of its kinds, each of which acts for one of them.
@@ -368,10 +368,10 @@ macro_rules! choice {
                     ];
                     const COUNT: usize = $crate::settings::count(GROUPS);
                     const ACTS_FOR: $crate::settings::ActsFor =
-                        $crate::settings::ActsFor { key: $path, words: &[$word] };
+                        $crate::settings::ActsFor::new($path, &[$word]);
                     &$crate::settings::acting::<COUNT>(GROUPS, ACTS_FOR)
                 }),*];
-                &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
+                &$crate::settings::distinct::<{ $crate::settings::count_distinct(GROUPS) }>(GROUPS)
             };
 
             /// All of them.
@@ -432,9 +432,39 @@ macro_rules! choice {
             }
         }
 
+        $crate::choice!(@default $name $default {$(no $without)?} {
+            $({$variant $(($payload))? {$($($field: $value),*)?}})*
+        });
+    };
+
+    (@default $name:ident $default:ident {} {$({$variant:ident $(($payload:ident))? {$($fields:tt)*}})*}) => {
+        impl $name {
+            /// The default.
+            pub const DEFAULT: Self = {
+                $(
+                    #[allow(non_upper_case_globals, dead_code, reason = "the kinds by their own names")]
+                    const $variant: $name = $name::$variant { $(0: $payload::DEFAULT)? $($fields)* };
+                )*
+                $default
+            };
+        }
+
         impl Default for $name {
             fn default() -> Self {
                 Self::DEFAULT
+            }
+        }
+    };
+    (@default $name:ident $default:ident {no const} {$({$variant:ident ($payload:ident) {}})*}) => {
+        impl Default for $name {
+            fn default() -> Self {
+                $(
+                    #[allow(non_snake_case, dead_code, reason = "the kinds by their own names")]
+                    fn $variant() -> $name {
+                        $name::$variant($payload::default())
+                    }
+                )*
+                $default()
             }
         }
     };

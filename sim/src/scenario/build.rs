@@ -22,7 +22,7 @@ use crate::operator::{Hand, Motion, Operator, Ramp, Reflex};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::Sensor;
 use crate::teleoperation::{Link, LinkReport};
-use crate::tissue::{DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce, Tissue};
+use crate::tissue::{DepthReplay, RecordedForce, Tissue};
 
 /// Set the two directions' random numbers apart from all others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
@@ -225,20 +225,9 @@ impl Scenario {
                     let replay = DepthReplay::new(recording, rupture_depths_m.clone(), *presliding_m, start_m);
                     Tissue::Depth(replay.map_err(out_of_range)?)
                 }
-                TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
-                    Tissue::HuntCrossley(HuntCrossley::new(*mu, *lambda, *power, *contact_m).map_err(out_of_range)?)
+                TissueSpec::Model(settings) => {
+                    settings.build(tick_s, self.position_scale() * start_m).map_err(out_of_range)?
                 }
-                TissueSpec::Generalised { depths_m, mus, lambdas, power, contact_m } => {
-                    let tissue = Generalised::new(depths_m, (mus, lambdas), *power, *contact_m);
-                    Tissue::Generalised(Box::new(tissue.map_err(out_of_range)?))
-                }
-                TissueSpec::Layers(parameters) => {
-                    let tissue = Layers::new(parameters, tick_s, self.position_scale() * start_m);
-                    Tissue::Layers(Box::new(tissue.map_err(out_of_range)?))
-                }
-                TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => Tissue::KelvinVoigt(
-                    KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map_err(out_of_range)?,
-                ),
             },
             sensor: Sensor::new(&self.sensor, tick_s, self.seed, first_stream),
             velocity_filter,

@@ -6,18 +6,16 @@ mod link;
 mod person;
 mod recording;
 mod run;
-mod tissue;
 
 use trocar_core::settings::{Key, count, joined};
 
-use super::layer_keys::LAYERED_KEYS;
 use crate::augmentation::AugmentationSettings;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
 use crate::operator::{ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, Grip, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
-use crate::tissue::ShaftParameters;
+use crate::tissue::{LAYERED_KEYS, TissueSettings};
 
 /// The sections, in the order in which they are written, with what each is about.
 pub const SECTIONS: [(&str, &str); 23] = [
@@ -49,7 +47,7 @@ pub const SECTIONS: [(&str, &str); 23] = [
 /// Every key, in the order in which they are written: those of the layers last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 21] = [
+const GROUPS: [&[Key]; 20] = [
     run::KEYS,
     MasterParameters::KEYS,
     Grip::KEYS,
@@ -61,8 +59,7 @@ const GROUPS: [&[Key]; 21] = [
     person::KEYS,
     TremorSettings::KEYS,
     ReflexSettings::KEYS,
-    tissue::KEYS,
-    ShaftParameters::KEYS,
+    TissueSettings::KEYS,
     recording::KEYS,
     SensorSettings::KEYS,
     RlsSettings::KEYS,

@@ -66,7 +66,7 @@ mod tests {
     fn a_key_acts_for_words_of_a_choice() {
         for acts in KEYS.iter().filter_map(|key| key.acts_for) {
             let Some(Key { kind: Kind::Choice(words), .. }) = find(acts.key) else { panic!("{acts:?}") };
-            assert!(acts.words.iter().all(|word| words.contains(word)), "{acts:?}");
+            assert!(acts.words().iter().all(|word| words.contains(word)), "{acts:?}");
         }
     }
 

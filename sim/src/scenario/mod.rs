@@ -7,8 +7,6 @@ mod engine_kind;
 mod error;
 mod key_table;
 mod keys;
-mod layer_keys;
-mod layered;
 mod link;
 mod replay;
 mod resolve;

@@ -143,7 +143,7 @@ impl Scenario {
             .map_err(|error| values.error("recording.file", error.to_string()))?;
         let replay = recording.as_ref().zip(resampled.as_ref());
         let operator = operator(&values, &grid, replay)?;
-        let tissue = tissue(&values, &grid, replay)?;
+        let tissue = tissue(&mut values, &grid, replay)?;
         let timing = ControlTiming::read(&mut values)?;
         let master = master(&mut values)?;
         let slave = SlaveParameters::read(&mut values)?;
@@ -213,11 +213,7 @@ impl Scenario {
             TissueSpec::Recording { rupture_ticks, .. } => {
                 rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
             }
-            TissueSpec::Depth { .. }
-            | TissueSpec::KelvinVoigt { .. }
-            | TissueSpec::HuntCrossley { .. }
-            | TissueSpec::Generalised { .. }
-            | TissueSpec::Layers(_) => vec![],
+            TissueSpec::Depth { .. } | TissueSpec::Model(_) => vec![],
         }
     }
 

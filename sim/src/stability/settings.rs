@@ -5,6 +5,7 @@ use crate::operator::Reflex;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::scenario::{DelayTicks, Scenario, TissueSpec, Value, waits_for_tick};
 use crate::teleoperation::{LinkSettings, PassivitySettings, Scheme};
+use crate::tissue::TissueSettings;
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +77,7 @@ impl LoopSettings {
         let logged = !(scenario.forward_schedule.is_empty() && scenario.backward_schedule.is_empty());
         [
             (
-                !matches!(scenario.tissue, TissueSpec::KelvinVoigt { .. }),
+                !matches!(scenario.tissue, TissueSpec::Model(TissueSettings::KelvinVoigt(_))),
                 "the tissue: a spring and a damper stand for it",
             ),
             (scenario.augmentation.enabled, "the augmentation: see its switching below"),

@@ -22,6 +22,8 @@
 //! | relaxation | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms | chosen here |
 //! | `c` in s/m | 2 | 2 | 2 | 2 | 2 | chosen here |
 
+use trocar_core::settings::{ActsFor, Key, Range, Source, acting};
+
 use super::literature::{
     CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N, STIFFENING_N_PER_M2,
     STIFFNESS_N_PER_M, THICKNESS_M,
@@ -144,6 +146,21 @@ impl LayerParameters {
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
+    /// Reads the layer that has some keys.
+    pub(super) fn read<S: Source>(source: &S, keys: &LayerKeys) -> Result<Self, S::Error> {
+        Ok(Self {
+            thickness_m: source.number(keys.thickness_m)?,
+            stiffness_n_per_m: source.number(keys.stiffness_n_per_m)?,
+            stiffening_n_per_m2: source.number(keys.stiffening_n_per_m2)?,
+            rupture_force_n: source.number(keys.rupture_force_n)?,
+            cutting_force_n: source.number(keys.cutting_force_n)?,
+            relaxation_s: source.number(keys.relaxation_s)?,
+            damping_s_per_m: source.number(keys.damping_s_per_m)?,
+            friction_n_per_m: source.number(keys.friction_n_per_m)?,
+            grip_n: source.number(keys.grip_n)?,
+        })
+    }
+
     /// Checks the ranges that the fields state, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
     ///
     /// # Errors
@@ -215,6 +232,79 @@ macro_rules! layer_keys {
 /// The keys of each layer, in the order of [`LAYER_NAMES`].
 pub const LAYER_KEYS: [LayerKeys; LAYERS] =
     [layer_keys!("skin"), layer_keys!("fat"), layer_keys!("muscle"), layer_keys!("capsule"), layer_keys!("organ")];
+
+/// How many keys a layer has.
+const KEYS_PER_LAYER: usize = 9;
+
+macro_rules! keys_of_layer {
+    ($layer:literal) => {{
+        const NAMES: &LayerKeys = &LAYER_KEYS[$layer];
+        const DEFAULTS: LayerParameters = LayerParameters::DEFAULTS[$layer];
+        acting::<KEYS_PER_LAYER>(
+            &[&[
+                Key::number(
+                    NAMES.thickness_m,
+                    THICKNESS_M.range(),
+                    DEFAULTS.thickness_m,
+                    "Thickness, up to 0.3; 0: the layer is absent.",
+                ),
+                Key::number(
+                    NAMES.stiffness_n_per_m,
+                    STIFFNESS_N_PER_M.range(),
+                    DEFAULTS.stiffness_n_per_m,
+                    "a_1 of its loading law, a_1 d + a_2 d² of the deflection d.",
+                ),
+                Key::number(
+                    NAMES.stiffening_n_per_m2,
+                    STIFFENING_N_PER_M2.range(),
+                    DEFAULTS.stiffening_n_per_m2,
+                    "a_2 of its loading law.",
+                ),
+                Key::number(
+                    NAMES.rupture_force_n,
+                    RUPTURE_FORCE_N.range(),
+                    DEFAULTS.rupture_force_n,
+                    "Where it gives way, median 1.22 (van Gerwen et al. 2012); at least the cutting force.",
+                ),
+                Key::number(
+                    NAMES.cutting_force_n,
+                    CUTTING_FORCE_N.range(),
+                    DEFAULTS.cutting_force_n,
+                    "Where the needle cuts on through it, median 0.95 (van Gerwen et al. 2012).",
+                ),
+                Key::number(
+                    NAMES.relaxation_s,
+                    Range::NON_NEGATIVE,
+                    DEFAULTS.relaxation_s,
+                    "How fast it relaxes once ruptured, and once through: 0 (at once), or a tick to 10.",
+                ),
+                Key::number(
+                    NAMES.damping_s_per_m,
+                    DAMPING_S_PER_M.range(),
+                    DEFAULTS.damping_s_per_m,
+                    "c: its force is (1 + c v) times that of the loading law.",
+                ),
+                Key::number(
+                    NAMES.friction_n_per_m,
+                    FRICTION_N_PER_M.range(),
+                    DEFAULTS.friction_n_per_m,
+                    "Friction on the shaft per length in it; 11 to 12 in liver (Okamura et al. 2004).",
+                ),
+                Key::number(
+                    NAMES.grip_n,
+                    GRIP_N.range(),
+                    DEFAULTS.grip_n,
+                    "Friction on the shaft whatever the length in it.",
+                ),
+            ]],
+            ActsFor::new("tissue.kind", &["layers"]),
+        )
+    }};
+}
+
+/// The keys of every layer, from the surface down.
+pub const LAYERED_KEYS: &[[Key; KEYS_PER_LAYER]; LAYERS] =
+    &[keys_of_layer!(0), keys_of_layer!(1), keys_of_layer!(2), keys_of_layer!(3), keys_of_layer!(4)];
 
 #[cfg(test)]
 mod tests {

@@ -4,21 +4,28 @@ mod depth;
 mod generalised;
 mod hunt_crossley;
 mod kelvin_voigt;
+mod kind;
 mod layer;
 mod layers;
 pub mod literature;
 mod power;
 mod recording;
+mod replay;
 mod shaft;
+mod surface;
 
 pub use depth::DepthReplay;
-pub use generalised::{Generalised, MAX_DEPTHS};
-pub use hunt_crossley::HuntCrossley;
-pub use kelvin_voigt::KelvinVoigt;
-pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerKeys, LayerParameters};
+pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
+pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
+pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
+pub use kind::{Model, TissueSettings};
+pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERED_KEYS, LAYERS, LayerKeys, LayerParameters};
 pub use layers::{Layers, LayersParameters};
+pub use power::PowerSettings;
 pub use recording::RecordedForce;
+pub use replay::{ReplayIndex, ReplaySettings};
 pub use shaft::ShaftParameters;
+pub use surface::Surface;
 
 use crate::lane::Lane;
 

@@ -17,7 +17,7 @@ use trocar::operator::{Motion, Operator, Ramp};
 use trocar::sensor::{Sensor, SensorSettings};
 use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
 use trocar::time::TickGrid;
-use trocar::tissue::{KelvinVoigt, Tissue};
+use trocar::tissue::{KelvinVoigt, KelvinVoigtSettings, Tissue};
 
 /// A file of the project.
 pub fn file(path: &str) -> PathBuf {
@@ -96,7 +96,9 @@ impl ClosedLoop {
     pub fn engine<S: Plants<f64>>(&self, plants: S) -> Engine<f64, S> {
         let tick_s = 1e-3;
         let supervisor = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
-        let tissue = KelvinVoigt::new(self.stiffness_n_per_m, self.damping_n_s_per_m, 0.0).expect("valid");
+        let (stiffness_n_per_m, damping_n_s_per_m) = (self.stiffness_n_per_m, self.damping_n_s_per_m);
+        let settings = KelvinVoigtSettings { stiffness_n_per_m, damping_n_s_per_m, ..KelvinVoigtSettings::DEFAULT };
+        let tissue = KelvinVoigt::new(&settings).expect("valid");
         Engine {
             scheduled: trocar::engine::ScheduledAlarms::new(std::sync::Arc::default()),
             grid: TickGrid::new(tick_s, 3.0).expect("valid"),
