@@ -1,11 +1,16 @@
 //! What the person wants: the desired position that the arm pulls the master towards.
 
 mod hand;
+mod kind;
 mod motion;
 mod reflex;
 mod tremor;
 
 pub use hand::Hand;
+pub use kind::{
+    EndSettings, InsertionExtractionSettings, MinimumJerkSettings, MotionSettings, MovementSettings, RampSettings,
+    SineSettings, StartSettings,
+};
 pub use motion::{insertion_extraction, minimum_jerk, sine};
 pub use reflex::{Reflex, ReflexSettings};
 pub use tremor::TremorSettings;

@@ -3,7 +3,6 @@
 //! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table.
 
 mod link;
-mod person;
 mod recording;
 mod run;
 
@@ -12,7 +11,7 @@ use trocar_core::settings::{Key, count, joined};
 use crate::augmentation::AugmentationSettings;
 use crate::detection::DetectorSettings;
 use crate::estimation::RlsSettings;
-use crate::operator::{ReflexSettings, TremorSettings};
+use crate::operator::{MotionSettings, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, Grip, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::tissue::{LAYERED_KEYS, TissueSettings};
@@ -56,7 +55,7 @@ const GROUPS: [&[Key]; 20] = [
     link::SLAVE_KEYS,
     ActuatorLimits::KEYS,
     link::KEYS,
-    person::KEYS,
+    MotionSettings::KEYS,
     TremorSettings::KEYS,
     ReflexSettings::KEYS,
     TissueSettings::KEYS,

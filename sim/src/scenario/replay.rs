@@ -233,12 +233,17 @@ fn velocity_sign(values: &Values) -> Result<f64, ScenarioError> {
     Ok(values.optional_number("recording.velocity_sign").unwrap_or(position_sign))
 }
 
+/// That a recording is to be replayed and there is none.
+pub(super) fn missing_recording(values: &Values) -> ScenarioError {
+    values
+        .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
+        .remedy("give recording.file, or other kinds of operator and tissue")
+}
+
 /// Reads the recording that values describe.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file("recording.file") else {
-        return Err(values
-            .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
-            .remedy("give recording.file, or other kinds of operator and tissue"));
+        return Err(missing_recording(values));
     };
     let columns = recording_columns(values)?;
     let limits = Limits { max_gap_s: values.optional_number("recording.max_gap_s"), ..file_limits(values)? };

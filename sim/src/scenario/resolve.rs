@@ -142,7 +142,7 @@ impl Scenario {
             .transpose()
             .map_err(|error| values.error("recording.file", error.to_string()))?;
         let replay = recording.as_ref().zip(resampled.as_ref());
-        let operator = operator(&values, &grid, replay)?;
+        let operator = operator(&mut values, &grid, replay)?;
         let tissue = tissue(&mut values, &grid, replay)?;
         let timing = ControlTiming::read(&mut values)?;
         let master = master(&mut values)?;

@@ -1,12 +1,11 @@
 //! What a person does and what the needle meets, as a scenario says it.
 
 use std::sync::Arc;
-use trocar_core::settings::Source as _;
 
 use super::error::ScenarioError;
-use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
+use super::replay::{RecordingSpec, missing_recording, rupture_depths, rupture_ticks};
 use super::values::Values;
-use crate::operator::{Hand, insertion_extraction, minimum_jerk, sine};
+use crate::operator::{Hand, MotionSettings};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
 use crate::tissue::{ReplayIndex, ReplaySettings, TissueSettings};
@@ -56,16 +55,23 @@ pub enum TissueSpec {
 
 /// What the person does, given the recording (as it is and on the ticks) where one is replayed.
 pub(super) fn operator(
-    values: &Values,
+    values: &mut Values,
     grid: &TickGrid,
     replay: Option<(&RecordingSpec, &Resampled)>,
 ) -> Result<OperatorSpec, ScenarioError> {
-    match replay {
-        Some((_, resampled)) if values.text("operator.kind")? == "recording" => {
-            Ok(OperatorSpec::Recording(resampled.position_m.as_slice().into()))
+    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
+    Ok(match MotionSettings::read(values)? {
+        MotionSettings::Recording => {
+            let (_, resampled) = replay.ok_or_else(|| missing_recording(values))?;
+            OperatorSpec::Recording(resampled.position_m.as_slice().into())
         }
-        _ => own_motion(values, grid),
-    }
+        MotionSettings::Ramp(ramp) => {
+            OperatorSpec::Ramp { start_m: ramp.start.start_m, end_m: ramp.end.end_m, speed_m_per_s: ramp.speed_m_per_s }
+        }
+        MotionSettings::MinimumJerk(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+        MotionSettings::InsertionExtraction(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+        MotionSettings::Sine(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+    })
 }
 
 /// What the needle meets, given the recording (as it is and on the ticks) where one is replayed.
@@ -88,29 +94,5 @@ pub(super) fn tissue(
             },
         },
         (settings, _) => TissueSpec::Model(settings),
-    })
-}
-
-/// A person who follows no recording.
-fn own_motion(values: &Values, grid: &TickGrid) -> Result<OperatorSpec, ScenarioError> {
-    let start_m = values.number("operator.start_m")?;
-    let end_m = values.number("operator.end_m")?;
-    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
-    Ok(match values.text("operator.kind")? {
-        "minimum-jerk" => {
-            let movement_s = values.number("operator.movement_s")?;
-            OperatorSpec::Recording(minimum_jerk(start_m, end_m, movement_s, tick_s, ticks))
-        }
-        "insertion-extraction" => {
-            let way_in = (values.number("operator.movement_s")?, values.whole("operator.pushes")?);
-            let way_out = (values.number("operator.hold_s")?, values.number("operator.withdrawal_s")?);
-            OperatorSpec::Recording(insertion_extraction((start_m, end_m), way_in, way_out, tick_s, ticks))
-        }
-        "sine" => {
-            let amplitude_m = values.number("operator.amplitude_m")?;
-            let frequency_hz = values.number("operator.frequency_hz")?;
-            OperatorSpec::Recording(sine(start_m, amplitude_m, frequency_hz, tick_s, ticks))
-        }
-        _ => OperatorSpec::Ramp { start_m, end_m, speed_m_per_s: values.number("operator.speed_m_per_s")? },
     })
 }
