@@ -4,7 +4,7 @@
 //! squares with dead zone, normalisation and resetting, CUSUM with arming and cap, the automaton, and the force that
 //! decays. The scenario's numbers are read once; which kinds of thing there are is written into the code. No metrics.
 
-use trocar::augmentation::{ForceLawSettings, Freeze, Reengage};
+use trocar::augmentation::{DecaySettings, ForceLawSettings, Freeze, Reengage};
 use trocar::detection::{DistanceKind, Motion};
 use trocar::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar::scenario::Scenario;
@@ -57,7 +57,7 @@ impl Handwritten {
         let tick_s = scenario.grid.tick_s();
         let (cusum, arming) = (&scenario.detector.cusum, &scenario.detector.arming);
         let (augmentation, automaton) = (&scenario.augmentation, &scenario.augmentation.automaton);
-        let ForceLawSettings::Decay { ratio, time_constant_s } = augmentation.force else {
+        let ForceLawSettings::Decay(DecaySettings { ratio, time_constant_s }) = augmentation.force else {
             panic!("another force law")
         };
         let Reengage::Ramp { catch_up_speed_m_per_s } = augmentation.reengage else { panic!("another way back") };

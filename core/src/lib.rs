@@ -19,4 +19,5 @@ pub mod error;
 pub mod estimation;
 pub mod lane;
 pub mod rig;
+pub mod settings;
 pub mod time;

@@ -112,10 +112,12 @@ pub(crate) fn shipped() -> Vec<(String, &'static str)> {
 #[pyfunction]
 pub(crate) fn keys() -> Vec<(&'static str, String, Option<String>, &'static str)> {
     let default = |key: &trocar_sim::scenario::Key| match key.fallback {
-        trocar_sim::scenario::Fallback::Value(value) => Some(value().to_toml().to_string()),
+        trocar_sim::scenario::Fallback::Value(value) => {
+            Some(trocar_sim::scenario::Value::from(value).to_toml().to_string())
+        }
         _ => None,
     };
-    KEYS.iter().map(|key| (key.path, key.kind.describe(), default(key), key.meaning)).collect()
+    KEYS.iter().map(|key| (key.path, key.kind.to_string(), default(key), key.meaning)).collect()
 }
 
 /// The in-vivo-like recording of a seed, as CSV.

@@ -3,7 +3,7 @@
 //! This is what the crate `trocar` is made of, apart from what draws, prints and serves. Use that one: it re-exports all of
 //! this under the same names.
 
-pub use trocar_core::{augmentation, chain, detection, error, estimation, lane, rig, time};
+pub use trocar_core::{augmentation, chain, detection, error, estimation, lane, rig, settings, time};
 
 pub mod channel;
 pub mod compare;

@@ -8,7 +8,7 @@ use trocar_report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
 use trocar_sim::detection::DistanceKind;
 use trocar_sim::recording::InVivoLikeVariant;
 use trocar_sim::roc::{Signal, Study};
-use trocar_sim::scenario::{DISTANCES, DetectionSpec, Scenario, Source, Values};
+use trocar_sim::scenario::{DetectionSpec, Scenario, Source, Values};
 
 /// The scenario whose recording is judged when none is named.
 const SHIPPED: &str = "builtin:classical.toml";
@@ -36,7 +36,7 @@ pub(super) struct RocArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = depth)]
     depth_m: Vec<f64>,
     /// Which detectors to judge, by their detector.distance; all when not given
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DISTANCES))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DistanceKind::WORDS))]
     detectors: Vec<String>,
     /// How many thresholds each has, from a hundredth to a hundred times its own
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
@@ -90,9 +90,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
 fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
     let kinds: Vec<DistanceKind> = DistanceKind::ALL
         .into_iter()
-        .zip(DISTANCES)
-        .filter(|(_, word)| args.detectors.is_empty() || args.detectors.iter().any(|wanted| wanted == *word))
-        .map(|(kind, _)| kind)
+        .filter(|kind| args.detectors.is_empty() || args.detectors.iter().any(|wanted| wanted == kind.word()))
         .collect();
     let varied = !(args.drop_n.is_empty() && args.sharpness_s.is_empty() && args.depth_m.is_empty());
     if !args.signals.is_empty() {

@@ -38,7 +38,7 @@ fn told(key: &Key) -> Json {
         Kind::Choice(words) => json!({ "type": "choice", "choices": words }),
         Kind::Text | Kind::File => Json::Null,
     };
-    json!({ "path": key.path, "kind": kind, "meaning": key.meaning, "must": key.kind.describe() })
+    json!({ "path": key.path, "kind": kind, "meaning": key.meaning, "must": key.kind.to_string() })
 }
 
 /// The values of a scenario's keys, and how far its person goes.

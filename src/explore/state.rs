@@ -101,8 +101,8 @@ fn accept(path: &str, value: &serde_json::Value) -> Result<(&'static Key, Value)
     }
     let too_long = value.as_array().is_some_and(|list| list.len() > MAX_NUMBERS);
     let toml = toml::Value::try_from(value).ok().filter(|_| !too_long);
-    let accepted = toml.and_then(|toml| key.kind.accept(&toml));
-    let value = accepted.ok_or_else(|| StateError::Value { key: key.path, must: key.kind.describe() })?;
+    let accepted = toml.and_then(|toml| Value::accept(&key.kind, &toml));
+    let value = accepted.ok_or_else(|| StateError::Value { key: key.path, must: key.kind.to_string() })?;
     Ok((key, value))
 }
 

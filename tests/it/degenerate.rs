@@ -1,7 +1,7 @@
 //! Signals that no needle gives: no alarm, nothing but numbers, and a gain that stays symmetric, positive definite and bounded.
 
 use proptest::prelude::*;
-use trocar::augmentation::{AugmentationSettings, ForceLawSettings, Reengage};
+use trocar::augmentation::{AmplifySettings, AugmentationSettings, ForceLawSettings, Reengage};
 use trocar::detection::{DetectorSettings, DistanceKind, Hypotheses};
 use trocar::estimation::{Parameters, RlsSettings};
 use trocar::rig::{Command, HapticController, Sample, Settings, VelocitySource};
@@ -69,8 +69,8 @@ fn detectors() -> impl Strategy<Value = DetectorSettings> {
 fn augmentations() -> impl Strategy<Value = AugmentationSettings> {
     let laws = vec![
         ForceLawSettings::default(),
-        ForceLawSettings::Amplify { gain: 3.0 },
-        ForceLawSettings::Amplify { gain: 1e6 },
+        ForceLawSettings::Amplify(AmplifySettings { gain: 3.0 }),
+        ForceLawSettings::Amplify(AmplifySettings { gain: 1e6 }),
     ];
     let ways = vec![Reengage::default(), Reengage::Clutch, Reengage::Snap];
     (prop::sample::select(laws), prop::sample::select(ways), 0.0..0.1_f64)

@@ -5,7 +5,7 @@ use std::fs;
 
 use crate::support::{file, rust_files};
 use proptest::prelude::*;
-use trocar::scenario::{Scenario, ScenarioEngine, Source};
+use trocar::scenario::{Scenario, Source};
 use trocar::teleoperation::{
     Architecture, ArrivedAtMaster, AtMaster, AtSlave, Connection, DirectLink, Link, MasterSample, PassivityScheme,
     SlavePort,
@@ -16,8 +16,7 @@ fn link(settings: &[&str]) -> Link<f64> {
     let base = ["operator.kind=ramp", "tissue.kind=kelvin-voigt", "simulation.duration_s=1"];
     let settings: Vec<String> = base.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
     let scenario = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect("loads");
-    let ScenarioEngine::Exact(engine) = scenario.build().expect("builds") else { panic!("an exact engine") };
-    engine.link
+    scenario.general_engine(0).expect("builds").parts.link
 }
 
 /// What a tick gives: the target of the reference, the mode and the force that arrive, the force fed back, and the reference

@@ -159,7 +159,7 @@ proptest! {
     fn what_is_resolved_is_echoed(
         scale in 0.1..3.0f64, tick in prop::sample::select(vec![1e-3, 5e-4, 2e-3]), k_v in 0.0..40.0f64,
         seed in 0..i64::MAX, ratio in 0.0..=1.0f64, reengage in prop::sample::select(vec!["ramp", "clutch", "snap"]),
-        distance in prop::sample::select(trocar::scenario::DISTANCES.to_vec()),
+        distance in prop::sample::select(trocar::detection::DistanceKind::WORDS.to_vec()),
     ) {
         let text = format!(
             "operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nscaling.force = {scale:?}\n\
@@ -206,7 +206,12 @@ fn the_schema_knows_every_key_and_default() {
         }
         assert!(at["description"].is_string(), "{}", key.path);
         if let Fallback::Value(value) = key.fallback {
-            assert_eq!(at["default"], serde_json::to_value(value().to_toml()).expect("json"), "{}", key.path);
+            assert_eq!(
+                at["default"],
+                serde_json::to_value(trocar::scenario::Value::from(value).to_toml()).expect("json"),
+                "{}",
+                key.path
+            );
         }
         if let Kind::Choice(words) = key.kind {
             assert_eq!(at["enum"], serde_json::to_value(words).expect("json"), "{}", key.path);

@@ -13,6 +13,7 @@ use trocar::scenario::{OperatorSpec, Scenario, Source, TissueSpec};
 use trocar::stability::{Switching, SwitchingSettings};
 use trocar::stability_check::worst_events;
 use trocar::time::{TickGrid, nearest_ticks};
+use trocar::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
 
 const TISSUE: (f64, f64) = (50.0, 600.0);
 
@@ -90,7 +91,11 @@ fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u6
     run.operator =
         OperatorSpec::Ramp { start_m: distance_m, end_m: 0.0, speed_m_per_s: 2.0 * distance_m.abs() / tick_s };
     let damping_n_s_per_m = 5.0;
-    run.tissue = TissueSpec::KelvinVoigt { stiffness_n_per_m: stiffness, damping_n_s_per_m, contact_m: -0.05 };
+    run.tissue = TissueSpec::Model(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
+        stiffness_n_per_m: stiffness,
+        damping_n_s_per_m,
+        surface: Surface { contact_m: -0.05 },
+    }));
     run.sensor.force_bias_n = -0.05 * stiffness;
     run.augmentation.automaton.min_hold_s = held as f64 * tick_s;
     run.augmentation.automaton.max_hold_s = held as f64 * tick_s;

@@ -4,8 +4,9 @@ use crate::support::pair::Pair;
 use proptest::prelude::*;
 use trocar::lane::Lane;
 use trocar::tissue::{
-    AnyTissue, DepthCurves, DepthReplay, Generalised, HuntCrossley, KelvinVoigt, LAYERS, LayerParameters, Layers,
-    LayersParameters, ShaftParameters, Tissue,
+    AnyTissue, DepthCurves, DepthReplay, Generalised, GeneralisedSettings, HuntCrossley, HuntCrossleySettings,
+    KelvinVoigt, KelvinVoigtSettings, LAYERS, LayerParameters, Layers, LayersParameters, PowerSettings,
+    ShaftParameters, Surface, Tissue,
 };
 
 const TICK_S: f64 = 1e-4;
@@ -72,7 +73,7 @@ fn shaft() -> impl Strategy<Value = ShaftParameters> {
 fn layered() -> impl Strategy<Value = AnyTissue<f64>> {
     (prop::array::uniform5(layer()), shaft()).prop_filter_map("no layer is there", |(layers, shaft)| {
         let parameters = LayersParameters { contact_m: 0.0, layers, shaft };
-        Layers::new(&parameters, TICK_S, START_M).ok().map(|tissue| AnyTissue::Layers(Box::new(tissue)))
+        Layers::new(&parameters, TICK_S, START_M).ok().map(|tissue| AnyTissue::Layers(tissue))
     })
 }
 
@@ -80,13 +81,22 @@ fn any_tissue() -> impl Strategy<Value = AnyTissue<f64>> {
     let power = (2..16u32).prop_map(|quarters| 0.25 * f64::from(quarters));
     prop_oneof![
         1 => (0.0..2000.0f64, 0.0..50.0f64)
-            .prop_map(|(k, b)| AnyTissue::KelvinVoigt(KelvinVoigt::new(k, b, 0.0).expect("valid"))),
+            .prop_map(|(stiffness_n_per_m, damping_n_s_per_m)| {
+                let settings = KelvinVoigtSettings { stiffness_n_per_m, damping_n_s_per_m, ..KelvinVoigtSettings::DEFAULT };
+                AnyTissue::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"))
+            }),
         1 => (0.0..5000.0f64, 0.0..500.0f64, power.clone())
-            .prop_map(|(mu, lambda, n)| AnyTissue::HuntCrossley(HuntCrossley::new(mu, lambda, n, 0.0).expect("valid"))),
+            .prop_map(|(mu, lambda, power)| {
+                let power = PowerSettings { power };
+                let settings = HuntCrossleySettings { mu, lambda, power, ..HuntCrossleySettings::DEFAULT };
+                AnyTissue::HuntCrossley(HuntCrossley::new(&settings).expect("valid"))
+            }),
         1 => (prop::array::uniform3(0.0..5000.0f64), prop::array::uniform3(0.0..500.0f64), power).prop_map(
-            |(mus, lambdas, n)| {
-                let tissue = Generalised::new(&[0.0, 0.01, 0.03], (&mus, &lambdas), n, 0.0);
-                AnyTissue::Generalised(Box::new(tissue.expect("valid")))
+            |(mus, lambdas, power)| {
+                let (surface, power) = (Surface::DEFAULT, PowerSettings { power });
+                let (depths_m, mus, lambdas) = (vec![0.0, 0.01, 0.03], mus.into(), lambdas.into());
+                let settings = GeneralisedSettings { surface, power, depths_m, mus, lambdas };
+                AnyTissue::Generalised(Generalised::new(&settings).expect("valid"))
             }
         ),
         3 => layered(),
@@ -168,7 +178,7 @@ fn membrane() -> LayersParameters {
 }
 
 fn tissue(parameters: &LayersParameters) -> AnyTissue<f64> {
-    AnyTissue::Layers(Box::new(Layers::new(parameters, TICK_S, START_M).expect("valid")))
+    AnyTissue::Layers(Layers::new(parameters, TICK_S, START_M).expect("valid"))
 }
 
 #[test]
@@ -267,7 +277,7 @@ fn lanes_of_different_motions_are_what_each_is_alone() {
     let parameters =
         LayersParameters { contact_m: 0.0, layers: LayerParameters::DEFAULTS, shaft: ShaftParameters::default() };
     let together = Layers::<Pair>::new(&parameters, TICK_S, START_M).expect("valid");
-    let mut together = AnyTissue::Layers(Box::new(together));
+    let mut together = AnyTissue::Layers(together);
     let mut alone = [tissue(&parameters), tissue(&parameters)];
     let mut ruptures = 0;
     for (tick, (&(xa, va), &(xb, vb))) in fast.iter().zip(&slow).enumerate() {

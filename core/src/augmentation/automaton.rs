@@ -1,6 +1,5 @@
 //! The automaton: (mode, alarm, g, tick) → mode.
 
-use crate::error::{InvalidValue, non_negative, require};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
@@ -27,47 +26,28 @@ impl Mode {
     }
 }
 
-/// When augmentation begins and ends.
-///
-/// `Teleoperation → Augmented` on an alarm, unless within `refractory_s` of the last event; `Augmented → Reengaging`
-/// after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis that the paper asks for), and at
-/// `max_hold_s` in any case; `Reengaging → Teleoperation` when force and position have blended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AutomatonSettings {
-    /// Shortest augmented phase in s, at least 0.
-    pub min_hold_s: f64,
-    /// Longest augmented phase in s, at least `min_hold_s`.
-    pub max_hold_s: f64,
-    /// Share of γ, above 0 and at most 1, below which `g` counts as quiet.
-    pub exit_ratio: f64,
-    /// How long `g` has to be quiet in s, at least 0.
-    pub exit_quiet_s: f64,
-    /// How long after the end of an event no alarm is taken, in s, at least 0.
-    pub refractory_s: f64,
-}
-
-impl AutomatonSettings {
-    /// Checks the ranges that the fields state.
+crate::settings! {
+    /// When augmentation begins and ends.
     ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        non_negative("augmentation.min_hold_s", self.min_hold_s)?;
-        non_negative("augmentation.max_hold_s", self.max_hold_s)?;
-        let ordered = self.max_hold_s >= self.min_hold_s;
-        require("augmentation.max_hold_s", self.max_hold_s, ordered, "at least augmentation.min_hold_s")?;
-        let ratio = self.exit_ratio > 0.0 && self.exit_ratio <= 1.0;
-        require("augmentation.exit_ratio", self.exit_ratio, ratio, "above 0 and at most 1")?;
-        non_negative("augmentation.exit_quiet_s", self.exit_quiet_s)?;
-        non_negative("augmentation.refractory_s", self.refractory_s)?;
-        Ok(())
+    /// `Teleoperation → Augmented` on an alarm, unless within `refractory_s` of the last event; `Augmented → Reengaging`
+    /// after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis that the paper asks for), and at
+    /// `max_hold_s` in any case; `Reengaging → Teleoperation` when force and position have blended.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct AutomatonSettings in "augmentation." {
+        /// Shortest freeze.
+        min_hold_s: f64 [NON_NEGATIVE] = 0.5,
+        /// Longest freeze.
+        ///
+        /// At least `min_hold_s`.
+        max_hold_s: f64 [NON_NEGATIVE] = 1.0,
+        /// Share of the threshold below which g counts as quiet.
+        exit_ratio: f64 [POSITIVE_SHARE] = 0.5,
+        /// How long g has to be quiet before release.
+        exit_quiet_s: f64 [NON_NEGATIVE] = 0.05,
+        /// How long after an event no alarm is taken.
+        refractory_s: f64 [NON_NEGATIVE] = 0.2,
     }
-}
-
-impl Default for AutomatonSettings {
-    fn default() -> Self {
-        Self { min_hold_s: 0.5, max_hold_s: 1.0, exit_ratio: 0.5, exit_quiet_s: 0.05, refractory_s: 0.2 }
-    }
+    where max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s";
 }
 
 /// The automaton at work.

@@ -1,12 +1,13 @@
 //! The role of the force law, and the built-in ones: what the hand feels while the slave is frozen.
+//!
+//! A built-in law is one file of this folder and one line of [`force_laws!`].
 
 mod amplify;
 mod decay;
 
-pub use amplify::Amplify;
-pub use decay::Decay;
+pub use amplify::{Amplify, AmplifySettings};
+pub use decay::{Decay, DecaySettings};
 
-use crate::error::{InvalidValue, finite, non_negative, positive, require};
 use crate::lane::Lane;
 
 /// What a force law goes by at a tick.
@@ -42,86 +43,61 @@ impl<L: Lane, F: ForceLaw<L> + ?Sized> ForceLaw<L> for alloc::boxed::Box<F> {
     }
 }
 
-/// What the hand feels while the slave is frozen. `F*` is the force fed back just before the alarm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ForceLawSettings {
-    /// `F* → ratio · F*`, exponentially: the same crisp drop at every rupture, whatever its size.
-    Decay {
-        /// Where the force goes, as a share of `F*`, from 0 to 1.
-        ratio: f64,
-        /// Time constant in s, above 0.
-        time_constant_s: f64,
-    },
-    /// `F* + κ (F_e - F*)`, floored at 0: the measured variation is scaled, and its size still tells.
-    Amplify {
-        /// κ, at least 1.
-        gain: f64,
-    },
+/// A built-in force law: made of settings.
+trait BuiltIn<L>: ForceLaw<L>
+where
+    L: Lane,
+{
+    /// Its settings.
+    type Settings;
+
+    /// The law of the settings on ticks `tick_s` apart (s).
+    fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 }
 
-impl ForceLawSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        match *self {
-            Self::Decay { ratio, time_constant_s } => {
-                non_negative("augmentation.decay_ratio", ratio)?;
-                require("augmentation.decay_ratio", ratio, ratio <= 1.0, "from 0 to 1")?;
-                positive("augmentation.decay_time_constant_s", time_constant_s)?;
-            }
-            Self::Amplify { gain } => {
-                finite("augmentation.amplification", gain)?;
-                require("augmentation.amplification", gain, gain >= 1.0, "at least 1")?;
+/// The settings and the enum of the built-in force laws, from a line each: word, type, type of the settings.
+macro_rules! force_laws {
+    ($($word:literal => $Law:ident($Settings:ident),)*) => {
+        crate::choice! {
+            /// Let the felt force decay, or scale its variation.
+            ///
+            /// `F*` is the force fed back just before the alarm.
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub enum ForceLawSettings at "augmentation.force_law" = Decay {
+                $($word => $Law($Settings),)*
             }
         }
-        Ok(())
-    }
-}
 
-impl Default for ForceLawSettings {
-    fn default() -> Self {
-        Self::Decay { ratio: 0.0, time_constant_s: 0.03 }
-    }
-}
-
-/// The enum of the built-in force laws, from a line each.
-macro_rules! force_laws {
-    ($($Part:ident,)*) => {
         /// Any of the built-in force laws.
         #[derive(Debug, Clone)]
         pub enum AnyForceLaw<L> {
-            $(#[doc = concat!("See [`", stringify!($Part), "`].")] $Part($Part<L>),)*
+            $(#[doc = concat!("See [`", stringify!($Law), "`].")] $Law($Law<L>),)*
+        }
+
+        impl<L: Lane> AnyForceLaw<L> {
+            /// The law of the settings, on ticks `tick_s` apart (s).
+            #[must_use]
+            pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
+                match settings {
+                    $(ForceLawSettings::$Law(settings) => Self::$Law(BuiltIn::build(settings, tick_s)),)*
+                }
+            }
         }
 
         impl<L: Lane> ForceLaw<L> for AnyForceLaw<L> {
             #[inline(always)]
             fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L) {
                 match self {
-                    $(Self::$Part(part) => part.augmented(now),)*
+                    $(Self::$Law(law) => law.augmented(now),)*
                 }
             }
         }
 
-        crate::lane::gather_variants!(AnyForceLaw { $($Part),* });
+        crate::lane::gather_variants!(AnyForceLaw { $($Law),* });
     };
 }
 
 force_laws! {
-    Decay,
-    Amplify,
-}
-
-impl<L: Lane> AnyForceLaw<L> {
-    /// The law of the settings, on ticks `tick_s` apart (s).
-    #[must_use]
-    pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
-        match *settings {
-            ForceLawSettings::Decay { ratio, time_constant_s } => {
-                Self::Decay(Decay::new(ratio, time_constant_s, tick_s))
-            }
-            ForceLawSettings::Amplify { gain } => Self::Amplify(Amplify::new(gain)),
-        }
-    }
+    "decay" => Decay(DecaySettings),
+    "amplify" => Amplify(AmplifySettings),
 }

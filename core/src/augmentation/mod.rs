@@ -10,55 +10,33 @@ mod position;
 
 pub use automaton::{AutomatonSettings, Mode, Modes};
 pub use force::cross_fade;
-pub use force_laws::{Amplify, AnyForceLaw, AugmentedTick, Decay, ForceLaw, ForceLawSettings};
+pub use force_laws::{
+    Amplify, AmplifySettings, AnyForceLaw, AugmentedTick, Decay, DecaySettings, ForceLaw, ForceLawSettings,
+};
 pub use position::{Freeze, HeldReference, MotionLaw, Reengage};
 
-use crate::error::InvalidValue;
 use crate::lane::{Gather, LANES, Lane, Mask, gather_mask, of_each};
 use automaton::Automaton;
 use force::ForceFeedback;
 
-/// Everything the supervisor is told.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AugmentationSettings {
-    /// Whether alarms have any effect; without it the scheme is the classical one.
-    pub enabled: bool,
-    /// When to enter and to leave.
-    pub automaton: AutomatonSettings,
-    /// Where the slave is held.
-    pub freeze: Freeze,
-    /// How the slave meets the hand again.
-    pub reengage: Reengage,
-    /// What the hand feels meanwhile.
-    pub force: ForceLawSettings,
-    /// Length of the cross-fade back to the measured force in s, at least 0.
-    pub blend_s: f64,
-}
-
-impl AugmentationSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        self.automaton.validate()?;
-        self.reengage.validate()?;
-        self.force.validate()?;
-        crate::error::non_negative("augmentation.blend_s", self.blend_s)?;
-        Ok(())
-    }
-}
-
-impl Default for AugmentationSettings {
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            automaton: AutomatonSettings::default(),
-            freeze: Freeze::Measured,
-            reengage: Reengage::default(),
-            force: ForceLawSettings::default(),
-            blend_s: 0.1,
-        }
+crate::settings! {
+    /// Everything the supervisor is told.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct AugmentationSettings in "augmentation." {
+        /// false: the classical scheme.
+        ///
+        /// Alarms then have no effect.
+        enabled: bool = true,
+        /// Where the slave is held.
+        freeze: Freeze,
+        /// How the slave meets the hand again.
+        reengage: Reengage,
+        /// What the hand feels meanwhile.
+        force: ForceLawSettings,
+        /// Length of the cross-fade back to the measured force.
+        blend_s: f64 [NON_NEGATIVE] = 0.1,
+        /// When to enter and to leave.
+        automaton: AutomatonSettings,
     }
 }
 

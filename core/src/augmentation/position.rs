@@ -1,48 +1,34 @@
 //! Where the slave is sent: following the hand, frozen, or finding back to it.
 
 use super::automaton::{Mode, Modes};
-use crate::error::{InvalidValue, positive};
 use crate::lane::Lane;
 
-/// Where the slave is held while augmented.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Freeze {
-    /// At its measured position when the alarm came.
-    Measured,
-    /// At the last reference before the alarm, which it may not have reached yet.
-    Reference,
-}
-
-/// How the slave meets the hand again, which has moved on by millimetres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reengage {
-    /// The gap closes at a bounded speed, on top of the hand's own motion.
-    Ramp {
-        /// Speed at which the gap closes in m/s, above 0.
-        catch_up_speed_m_per_s: f64,
-    },
-    /// The gap stays: the slave goes on from where it was frozen.
-    Clutch,
-    /// The gap closes at once and throws the needle; here to show the danger.
-    Snap,
-}
-
-impl Reengage {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        if let Self::Ramp { catch_up_speed_m_per_s } = self {
-            positive("augmentation.catch_up_speed_m_per_s", *catch_up_speed_m_per_s)?;
-        }
-        Ok(())
+crate::choice! {
+    /// Hold the slave at its measured position or at its last reference.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Freeze at "augmentation.freeze" = Measured {
+        /// At its measured position when the alarm came.
+        "measured" => Measured,
+        /// At the last reference before the alarm, which it may not have reached yet.
+        "reference" => Reference,
     }
 }
 
-impl Default for Reengage {
-    fn default() -> Self {
-        Self::Ramp { catch_up_speed_m_per_s: 0.03 }
+crate::choice! {
+    /// Close the gap to the hand at a bounded speed, keep it, or jump it.
+    ///
+    /// The hand has moved on by millimetres meanwhile.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum Reengage at "augmentation.reengage" = Ramp {
+        /// The gap closes at a bounded speed, on top of the hand's own motion.
+        "ramp" => Ramp in "augmentation." {
+            /// Speed at which a ramp closes the gap, on top of the hand's.
+            catch_up_speed_m_per_s: f64 [POSITIVE] = 0.03,
+        },
+        /// The gap stays: the slave goes on from where it was frozen.
+        "clutch" => Clutch,
+        /// The gap closes at once and throws the needle; here to show the danger.
+        "snap" => Snap,
     }
 }
 

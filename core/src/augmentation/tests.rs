@@ -132,11 +132,11 @@ fn decay_drops_faster_than_the_tissue_and_amplify_scales_the_drop() {
         let commands = Timeline::new(AugmentationSettings { force, ..settings() }).alarm_at(110).run(400, tissue);
         commands[160].feedback_force_n
     };
-    let decayed = felt(ForceLawSettings::Decay { ratio: 0.2, time_constant_s: 0.02 });
+    let decayed = felt(ForceLawSettings::Decay(DecaySettings { ratio: 0.2, time_constant_s: 0.02 }));
     let anchor = 5.0 - 0.09;
     let exact = anchor * (0.2 + 0.8 * (-51.0 * TICK_S / 0.02_f64).exp());
     assert!((decayed - exact).abs() < 1e-12, "{decayed} {exact}");
-    let amplified = felt(ForceLawSettings::Amplify { gain: 3.0 });
+    let amplified = felt(ForceLawSettings::Amplify(AmplifySettings { gain: 3.0 }));
     assert!((amplified - (anchor - 3.0 * 0.51)).abs() < 1e-12, "{amplified}");
 }
 
@@ -150,9 +150,9 @@ proptest! {
         shape in 0.0..1.0f64,
     ) {
         let force = if amplify {
-            ForceLawSettings::Amplify { gain: 1.0 + 4.0 * shape }
+            ForceLawSettings::Amplify(AmplifySettings { gain: 1.0 + 4.0 * shape })
         } else {
-            ForceLawSettings::Decay { ratio: shape, time_constant_s: 0.001 + 0.05 * shape }
+            ForceLawSettings::Decay(DecaySettings { ratio: shape, time_constant_s: 0.001 + 0.05 * shape })
         };
         let automaton = AutomatonSettings { min_hold_s: 0.05, max_hold_s: 0.1, refractory_s: 0.0, ..Default::default() };
         let mut timeline = Timeline::new(AugmentationSettings { force, blend_s, automaton, ..settings() });

@@ -1,70 +1,45 @@
 //! When an alarm may be taken at all.
 
 use super::Evidence;
-use crate::error::{InvalidValue, non_negative};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
-/// When the detector listens.
-///
-/// A CUSUM alone announces the first touch, the estimator's own convergence, and every other large error. It is armed
-/// only once the needle has been in contact, with `g` at or below the threshold, for `settle_s` on end; any crossing
-/// ends that quiet. What crosses while armed is a rupture if it looks like one: the force falls *short* of an expected
-/// *resisting* force (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough
-/// (`minimum_depth_m`). What these gates turn away ends the quiet all the same. The price: a rupture within `settle_s`
-/// after any crossing, be it of another rupture or of a spike, is not announced.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmingSettings {
-    /// Quiet contact before alarms are taken, in s, at least 0.
-    pub settle_s: f64,
-    /// Whether only a force below an expected resisting force counts.
-    pub drop_only: bool,
-    /// During which motion of the needle it counts.
-    pub motion: Motion,
-    /// Speed of withdrawal in m/s, at least 0, above which nothing counts, for [`Motion::NotWithdrawn`].
-    pub withdrawal_speed_m_per_s: f64,
-    /// Speed of insertion in m/s, at least 0, from which on it counts, for [`Motion::Inserting`].
-    pub insertion_speed_m_per_s: f64,
-    /// Depth below the contact in m, at least 0, from which on it counts.
-    pub minimum_depth_m: f64,
-}
-
-/// During which motion a crossing counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Motion {
-    /// Any.
-    Any,
-    /// Not while the needle is withdrawn: it may rest, and yield a little.
-    #[default]
-    NotWithdrawn,
-    /// Only while it goes in.
-    Inserting,
-}
-
-impl ArmingSettings {
-    /// Checks the ranges that the fields state.
+crate::settings! {
+    /// When the detector listens.
     ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        non_negative("detector.settle_s", self.settle_s)?;
-        non_negative("detector.withdrawal_speed_m_per_s", self.withdrawal_speed_m_per_s)?;
-        non_negative("detector.insertion_speed_m_per_s", self.insertion_speed_m_per_s)?;
-        non_negative("detector.minimum_depth_m", self.minimum_depth_m)?;
-        Ok(())
+    /// A CUSUM alone announces the first touch, the estimator's own convergence, and every other large error. It is armed
+    /// only once the needle has been in contact, with `g` at or below the threshold, for `settle_s` on end; any crossing
+    /// ends that quiet. What crosses while armed is a rupture if it looks like one: the force falls *short* of an expected
+    /// *resisting* force (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough
+    /// (`minimum_depth_m`). What these gates turn away ends the quiet all the same. The price: a rupture within `settle_s`
+    /// after any crossing, be it of another rupture or of a spike, is not announced.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ArmingSettings in "detector." {
+        /// Quiet contact before alarms are taken.
+        settle_s: f64 [NON_NEGATIVE] = 0.1,
+        /// Whether only a force below an expected resisting force counts.
+        drop_only: bool = true,
+        /// During which motion of the needle it counts.
+        motion: Motion,
+        /// Nothing counts while the needle is withdrawn faster than this (not-withdrawn).
+        withdrawal_speed_m_per_s: f64 [NON_NEGATIVE] for "detector.motion" "not-withdrawn" = 5e-3,
+        /// Nothing counts while the needle goes in more slowly than this (inserting).
+        insertion_speed_m_per_s: f64 [NON_NEGATIVE] for "detector.motion" "inserting" = 1e-3,
+        /// Nothing counts less deep below estimator.contact_m than this.
+        minimum_depth_m: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
-impl Default for ArmingSettings {
-    fn default() -> Self {
-        Self {
-            settle_s: 0.1,
-            drop_only: true,
-            motion: Motion::default(),
-            withdrawal_speed_m_per_s: 5e-3,
-            insertion_speed_m_per_s: 1e-3,
-            minimum_depth_m: 0.0,
-        }
+crate::choice! {
+    /// During which motion of the needle a drop counts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Motion at "detector.motion" = NotWithdrawn {
+        /// Any.
+        "any" => Any,
+        /// Not while the needle is withdrawn: it may rest, and yield a little.
+        "not-withdrawn" => NotWithdrawn,
+        /// Only while it goes in.
+        "inserting" => Inserting,
     }
 }
 

@@ -1,32 +1,26 @@
 //! The cumulative sum of Page (1954), eq. 27, with a cap.
 
-use crate::error::{InvalidValue, finite, positive, require};
+use super::DistanceSettings;
 use crate::lane::Lane;
 
-/// How much evidence makes an alarm, in the unit of the distance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CusumSettings {
-    /// γ, above 0: an alarm when `g > γ`.
-    pub threshold: f64,
-    /// ν: what is taken off each sample; halfway between the distance's two means.
-    pub drift: f64,
-    /// Largest value of `g`, above γ. Without it one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000
-    /// samples to fall: blind for seconds. The price of a cap: `g` no longer tells how large the change was.
-    pub cap: f64,
-}
-
-impl CusumSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        positive("detector.threshold", self.threshold)?;
-        finite("detector.drift", self.drift)?;
-        positive("detector.cap", self.cap)?;
-        require("detector.cap", self.cap, self.cap > self.threshold, "above detector.threshold")?;
-        Ok(())
+crate::settings! {
+    /// How much evidence makes an alarm, in the unit of the distance.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct CusumSettings in "detector." given (distance: &DistanceSettings) {
+        /// gamma: an alarm when g exceeds it, in the distance's unit.
+        threshold: f64 [POSITIVE] => "what one sample of a rupture adds; 1.98e-2 N² for the paper's variances"
+            distance.tuning().0,
+        /// nu, taken off each sample (eq. 27), in the distance's unit.
+        ///
+        /// Halfway between the distance's two means.
+        drift: f64 [ANY] => "halfway between the hypotheses; 2.02e-2 N² for the paper's variances" distance.tuning().1,
+        /// Largest value of g, in the distance's unit.
+        ///
+        /// Above γ. Without it one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall: blind for
+        /// seconds. The price of a cap: `g` no longer tells how large the change was.
+        cap: f64 [POSITIVE] => "ten thresholds" 10.0 * threshold,
     }
+    where cap: |s| s.cap > s.threshold, "above detector.threshold";
 }
 
 /// `g_0 = 0`, `g_k = min(max(g_{k-1} + s_k - ν, 0), cap)` (eq. 27).

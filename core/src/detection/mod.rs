@@ -19,15 +19,18 @@ use crate::lane::{Lane, Mask};
 use arming::Arming;
 use cusum::Cusum;
 
-/// Everything the detector is told.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DetectorSettings {
-    /// What is accumulated.
-    pub distance: DistanceSettings,
-    /// When the accumulated evidence is enough.
-    pub cusum: CusumSettings,
-    /// When an alarm may be taken.
-    pub arming: ArmingSettings,
+crate::settings! {
+    /// Everything the detector is told.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DetectorSettings in "detector." no DEFAULT {
+        /// What is accumulated.
+        distance: DistanceSettings,
+        /// When the accumulated evidence is enough.
+        cusum: CusumSettings (&distance),
+        /// When an alarm may be taken.
+        arming: ArmingSettings,
+    }
+    then Self::check_direction;
 }
 
 impl DetectorSettings {
@@ -43,17 +46,12 @@ impl DetectorSettings {
         }
     }
 
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        self.distance.validate()?;
+    /// Checks that drops are looked for where the hypotheses expect them.
+    fn check_direction(&self) -> Result<(), InvalidValue> {
         let mean_n = self.distance.hypotheses.rupture_mean_n;
-        let deaf = self.distance.kind.is_one_sided() && self.arming.drop_only && mean_n > 0.0;
-        require("detector.rupture_mean_n", mean_n, !deaf, "below 0, as detector.drop_only looks for drops")?;
-        self.cusum.validate()?;
-        self.arming.validate()
+        let misses_drops = self.distance.kind.is_one_sided() && self.arming.drop_only && mean_n > 0.0;
+        let requirement = "below 0, as detector.drop_only looks for drops";
+        require("detector.rupture_mean_n", mean_n, !misses_drops, requirement).map(drop)
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::estimator::Estimator;
 use super::settings::{Forgetting, FrictionShape};
-use crate::error::{InvalidValue, non_negative, positive, require};
 use crate::lane::{Lane, Mask};
 
 /// `F_0 α_0` above which rounding is watched: below, the eigenvalues of `F` are never further apart than this.
@@ -11,62 +10,69 @@ const WELL_CONDITIONED: f64 = 1e4;
 /// Least share of `F₀₀ F₁₁` that the determinant of `F` may be where rounding is watched.
 const MIN_DETERMINANT: f64 = 1e-12;
 
-/// How the estimator weighs, ignores and forgets.
-///
-/// # Choosing the gain
-/// The share of an error that one update corrects is `φᵀFφ / (1/α + φᵀFφ)`. With the constant weighting `α = 1`
-/// (`normalisation = 0`) that share depends on the depth through `F_0 φᵀφ`: settings for a needle centimetres deep
-/// hardly correct at all a few millimetres deep. With eq. 14 it is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`: beyond the depth
-/// `1/√β` it becomes `κ / (1 + κ)` with `κ = F_0 / β`, whatever the depth. The same holds for forgetting: each update
-/// adds `δ α φᵀφ → δ/β` to `x`, so that the gain is restored after about `N` full corrections when
-/// `α_0 = tr(F_0⁻¹) + N/β`.
-///
-/// [`RlsSettings::normalised`] is that rule; its defaults (1 mm, κ = 10, N = 10 updates) serve depths from millimetres
-/// to decimetres and rates of 1 and 2 kHz alike. The price: within the first millimetre the estimator is slow.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RlsSettings {
-    /// `F_0 = initial_gain · I`, above 0 (1/m² when the weighting is constant, per unit of `φᵀφ` in general).
-    pub initial_gain: f64,
-    /// `α_0` of eq. 17, above `tr(F_0⁻¹) = 2 / initial_gain`: reaching it restores `F_0`.
-    pub reset_threshold: f64,
-    /// `N_0` of eq. 15 in N, at least 0: smaller errors change nothing.
-    pub dead_zone_n: f64,
-    /// `β` of eq. 14 (as `β I`), at least 0; 0 is the constant weighting `α = 1`.
-    pub normalisation: f64,
-    /// Which parameters there are.
-    pub parameters: Parameters,
-    /// How what was learnt is given up.
-    pub forgetting: Forgetting,
-    /// How the regressor of friction turns with the velocity.
-    pub friction: FrictionShape,
+crate::settings! {
+    /// How the estimator weighs, ignores and forgets.
+    ///
+    /// # Choosing the gain
+    /// The share of an error that one update corrects is `φᵀFφ / (1/α + φᵀFφ)`. With the constant weighting `α = 1`
+    /// (`normalisation = 0`) that share depends on the depth through `F_0 φᵀφ`: settings for a needle centimetres deep
+    /// hardly correct at all a few millimetres deep. With eq. 14 it is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`: beyond the depth
+    /// `1/√β` it becomes `κ / (1 + κ)` with `κ = F_0 / β`, whatever the depth. The same holds for forgetting: each update
+    /// adds `δ α φᵀφ → δ/β` to `x`, so that the gain is restored after about `N` full corrections when
+    /// `α_0 = tr(F_0⁻¹) + N/β`.
+    ///
+    /// [`RlsSettings::normalised`] is that rule; its defaults (1 mm, κ = 10, N = 10 updates) serve depths from millimetres
+    /// to decimetres and rates of 1 and 2 kHz alike. The price: within the first millimetre the estimator is slow.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct RlsSettings in "estimator." {
+        /// Which parameters there are.
+        parameters: Parameters,
+        /// How the regressor of friction turns with the velocity.
+        friction: FrictionShape,
+        /// How what was learnt is given up.
+        forgetting: Forgetting,
+        /// beta of eq. 14 in 1/m²: the gain no longer depends on depths beyond 1/sqrt(beta); 0: constant weighting.
+        ///
+        /// `β I`; 0 is `α = 1`.
+        normalisation: f64 [NON_NEGATIVE] = 1e6,
+        /// F_0 of eq. 13, times the identity.
+        ///
+        /// In 1/m² when the weighting is constant, per unit of `φᵀφ` in general.
+        initial_gain: f64 [POSITIVE] => "10 times the normalisation, or 1e4 without one"
+            if normalisation > 0.0 { 10.0 * normalisation } else { 1e4 },
+        /// alpha_0 of eq. 17, at which F_0 is restored.
+        ///
+        /// Above `tr(F_0⁻¹) = 2 / initial_gain`.
+        reset_threshold: f64 [POSITIVE] =>
+            "2/initial_gain + 10/normalisation (ten full corrections), or 2/initial_gain + 5e-4 without one"
+            2.0 / initial_gain + if normalisation > 0.0 { 10.0 / normalisation } else { 5e-4 },
+        /// N_0 of eq. 15: smaller errors teach nothing.
+        dead_zone_n: f64 [NON_NEGATIVE] = 0.03,
+    }
+    where reset_threshold: |s| s.reset_threshold > 2.0 / s.initial_gain, "above 2 / estimator.initial_gain (eq. 17)";
 }
 
-/// What is estimated: the first two by [`Rls`], all of them by [`super::Estimator`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Parameters {
-    /// `K` and `B`: `φ = (p, v)` (eq. 8).
-    #[default]
-    StiffnessAndDamping,
-    /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` stays 0.
-    Stiffness,
-    /// `K`, `B` and a friction force: what the paper leaves for the future (its conclusion).
-    StiffnessDampingFriction,
-    /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
-    HuntCrossley,
-    /// Both with friction and without, and of each sample the smaller of the two errors.
-    LeastResidual,
+crate::choice! {
+    /// K and B; K alone, as the paper tries in 3.2.1; with friction; mu, lambda and n of eq. 2; or with and without
+    /// friction, the smaller error counting.
+    ///
+    /// The first two are estimated by [`Rls`], all of them by [`super::Estimator`].
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Parameters at "estimator.parameters" = StiffnessAndDamping {
+        /// `K` and `B`: `φ = (p, v)` (eq. 8).
+        "stiffness-and-damping" => StiffnessAndDamping,
+        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` stays 0.
+        "stiffness" => Stiffness,
+        /// `K`, `B` and a friction force: what the paper leaves for the future (its conclusion).
+        "stiffness-damping-friction" => StiffnessDampingFriction,
+        /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
+        "hunt-crossley" => HuntCrossley,
+        /// Both with friction and without, and of each sample the smaller of the two errors.
+        "least-residual" => LeastResidual,
+    }
 }
 
 impl Parameters {
-    /// Every choice.
-    pub const ALL: [Self; 5] = [
-        Self::StiffnessAndDamping,
-        Self::Stiffness,
-        Self::StiffnessDampingFriction,
-        Self::HuntCrossley,
-        Self::LeastResidual,
-    ];
-
     /// What is estimated besides stiffness and damping, as a column's name with its unit.
     #[must_use]
     pub fn extra_parameter_column(self) -> Option<&'static str> {
@@ -95,31 +101,6 @@ impl RlsSettings {
             forgetting: Forgetting::default(),
             friction: FrictionShape::default(),
         }
-    }
-
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        positive("estimator.initial_gain", self.initial_gain)?;
-        positive("estimator.reset_threshold", self.reset_threshold)?;
-        require(
-            "estimator.reset_threshold",
-            self.reset_threshold,
-            self.reset_threshold > 2.0 / self.initial_gain,
-            "above 2 / estimator.initial_gain (eq. 17)",
-        )?;
-        non_negative("estimator.dead_zone_n", self.dead_zone_n)?;
-        non_negative("estimator.normalisation", self.normalisation)?;
-        self.forgetting.validate()?;
-        self.friction.validate()
-    }
-}
-
-impl Default for RlsSettings {
-    fn default() -> Self {
-        Self::normalised(1e-3, 10.0, 10.0, 0.03)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a rig tells its controller.
 
-use crate::augmentation::{AugmentationSettings, ForceLawSettings};
+use crate::augmentation::{AmplifySettings, AugmentationSettings, ForceLawSettings};
 use crate::detection::DetectorSettings;
 use crate::error::{InvalidValue, finite, positive, require};
 use crate::estimation::{RlsSettings, VelocityFilter};
@@ -127,7 +127,7 @@ impl Settings {
         moderate("detector.rupture_std_n", hypotheses.rupture_std_n)?;
         moderate("detector.rupture_mean_n", hypotheses.rupture_mean_n)?;
         self.augmentation.validate()?;
-        if let ForceLawSettings::Amplify { gain } = self.augmentation.force {
+        if let ForceLawSettings::Amplify(AmplifySettings { gain }) = self.augmentation.force {
             at_most("augmentation.amplification", gain, MAX_LIMIT)?;
         }
         Ok(())

@@ -104,7 +104,7 @@ wirings! {
     /// The same with a force sensor that is not ideal.
     NoisyRecording(Parts<L, Replay, RecordedForce, ForceSensor<L>, Rls<L>, Squared<L>, DirectLink<L>>),
     /// The same in layers that give way.
-    NoisyLayers(Parts<L, Replay, Box<Layers<L>>, ForceSensor<L>, Rls<L>, Squared<L>, DirectLink<L>>),
+    NoisyLayers(Parts<L, Replay, Layers<L>, ForceSensor<L>, Rls<L>, Squared<L>, DirectLink<L>>),
     /// A recording replayed by depth.
     Depth(Parts<L, Replay, DepthReplay<L>, PerfectSensor, Rls<L>, Squared<L>, DirectLink<L>>),
     /// Any parts, and nothing between the sides.

@@ -1,11 +1,16 @@
 //! What the person wants: the desired position that the arm pulls the master towards.
 
 mod hand;
+mod kind;
 mod motion;
 mod reflex;
 mod tremor;
 
 pub use hand::Hand;
+pub use kind::{
+    EndSettings, InsertionExtractionSettings, MinimumJerkSettings, MotionSettings, MovementSettings, RampSettings,
+    SineSettings, StartSettings,
+};
 pub use motion::{insertion_extraction, minimum_jerk, sine};
 pub use reflex::{Reflex, ReflexSettings};
 pub use tremor::TremorSettings;
@@ -134,11 +139,12 @@ impl<L: Lane> Person<L> {
         self
     }
 
-    /// The same person, reacting to a fall of the felt force; lane `i` by stream `first_stream + i` of the seed, on ticks of
+    /// The same person, reacting to a fall of the felt force if they do; lane `i` by stream `first_stream + i` of the seed, on ticks of
     /// `tick_s` (s).
     #[must_use]
     pub fn reacting(mut self, settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
-        self.reaction = Some(Reaction::new(settings, seed, first_stream, tick_s));
+        let reacts = settings.reflex != Reflex::None;
+        self.reaction = reacts.then(|| Reaction::new(settings, seed, first_stream, tick_s));
         self
     }
 }

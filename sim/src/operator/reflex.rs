@@ -4,7 +4,6 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::error::{InvalidValue, non_negative, positive, require};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
@@ -14,66 +13,52 @@ const DRAWN: usize = 16;
 /// Sets the reaction times apart from the other random numbers with the same seed.
 const DOMAIN: u64 = 0x7265_666c_6578;
 
-/// What the person does on noticing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reflex {
-    /// Stops, for the pause.
-    Stop,
-    /// Stops, and withdraws meanwhile.
-    Withdraw {
-        /// How far in m, at least 0.
-        distance_m: f64,
-        /// How fast in m/s, above 0.
-        speed_m_per_s: f64,
-    },
-}
-
-/// When a person notices, how fast they react, and for how long.
-///
-/// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. The threshold for telling
-/// forces of 2.5 to 10 N apart is about 7 % (Pang, Tan and Durlach 1991); the default of 15 % is chosen here, as the hand is
-/// busy. Reaction times are drawn uniformly, anew for each reaction; their default of 150 to 250 ms, memory, pause and least
-/// force are chosen here too.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReflexSettings {
-    /// What the person does.
-    pub reflex: Reflex,
-    /// Weber fraction, between 0 and 1.
-    pub weber_fraction: f64,
-    /// Shortest reaction time in s, at least 0.
-    pub reaction_min_s: f64,
-    /// Longest reaction time in s, at least the shortest.
-    pub reaction_max_s: f64,
-    /// Time constant of the recent level in s, above 0.
-    pub memory_s: f64,
-    /// Level in N, at least 0, below which nothing is noticed.
-    pub min_force_n: f64,
-    /// How long the reaction lasts in s, at least 0.
-    pub pause_s: f64,
-}
-
-impl ReflexSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        let fraction = self.weber_fraction;
-        let between = fraction > 0.0 && fraction < 1.0;
-        require("operator.reflex_weber_fraction", fraction, between, "between 0 and 1")?;
-        non_negative("operator.reflex_reaction_min_s", self.reaction_min_s)?;
-        let ordered = self.reaction_max_s >= self.reaction_min_s;
-        let rule = "at least operator.reflex_reaction_min_s";
-        require("operator.reflex_reaction_max_s", self.reaction_max_s, ordered, rule)?;
-        positive("operator.reflex_memory_s", self.memory_s)?;
-        non_negative("operator.reflex_least_force_n", self.min_force_n)?;
-        non_negative("operator.reflex_pause_s", self.pause_s)?;
-        if let Reflex::Withdraw { distance_m, speed_m_per_s } = self.reflex {
-            non_negative("operator.reflex_withdraw_m", distance_m)?;
-            positive("operator.reflex_withdraw_speed_m_per_s", speed_m_per_s)?;
-        }
-        Ok(())
+trocar_core::choice! {
+    /// What the person does, a reaction time after the felt force has fallen: go on, pause, or pause and withdraw.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum Reflex at "operator.reflex" = None {
+        /// Goes on.
+        "none" => None,
+        /// Stops, for the pause.
+        "stop" => Stop,
+        /// Stops, and withdraws meanwhile.
+        "withdraw" => Withdraw in "operator.reflex_withdraw_" {
+            /// How far they withdraw.
+            distance_m: f64 at "operator.reflex_withdraw_m" [NON_NEGATIVE] = 0.005,
+            /// How fast they withdraw.
+            speed_m_per_s: f64 [POSITIVE] = 0.02,
+        },
     }
+}
+
+trocar_core::settings! {
+    /// When a person notices, how fast they react, and for how long.
+    ///
+    /// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. The threshold for telling
+    /// forces of 2.5 to 10 N apart is about 7 % (Pang, Tan and Durlach 1991); the default of 15 % is chosen here, as the hand
+    /// is busy. Reaction times are drawn uniformly, anew for each reaction; their default of 150 to 250 ms, memory, pause and
+    /// least force are chosen here too.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ReflexSettings in "operator.reflex_" {
+        /// What the person does.
+        reflex: Reflex [kinds last],
+        /// By what share of its recent level the felt force has to fall to be noticed.
+        ///
+        /// Weber fraction, between 0 and 1.
+        weber_fraction: f64 [SHARE] = 0.15,
+        /// Shortest reaction time.
+        reaction_min_s: f64 [NON_NEGATIVE] = 0.15,
+        /// Longest reaction time.
+        reaction_max_s: f64 [NON_NEGATIVE] = 0.25,
+        /// Time constant of the recent level.
+        memory_s: f64 [POSITIVE] = 0.05,
+        /// Level below which no fall is noticed.
+        min_force_n: f64 at "operator.reflex_least_force_n" [NON_NEGATIVE] = 0.3,
+        /// How long the person pauses.
+        pause_s: f64 [NON_NEGATIVE] = 0.5,
+    }
+    where weber_fraction: |s| s.weber_fraction > 0.0 && s.weber_fraction < 1.0, "between 0 and 1";
+    where reaction_max_s: |s| s.reaction_max_s >= s.reaction_min_s, "at least operator.reflex_reaction_min_s";
 }
 
 /// A person's reaction at work: when it comes, and what it makes of the motion.
@@ -109,7 +94,7 @@ impl<L: Lane> Reaction<L> {
     pub(super) fn new(settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
         let ticks = |duration_s: f64| nearest_ticks(duration_s, tick_s) as f64;
         let (withdraw_m, speed) = match settings.reflex {
-            Reflex::Stop => (0.0, 0.0),
+            Reflex::None | Reflex::Stop => (0.0, 0.0),
             Reflex::Withdraw { distance_m, speed_m_per_s } => (distance_m, speed_m_per_s),
         };
         let mut reaction_ticks = [L::zero(); DRAWN];

@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::error::{InvalidValue, non_negative, positive, require};
+use crate::error::{InvalidValue, require};
 use crate::lane::Lane;
 
 /// How many sines a tremor is made of.
@@ -19,42 +19,36 @@ const GROWTH_S: f64 = 0.25;
 /// Sets the tremor's random numbers apart from those of the other sources with the same seed.
 const DOMAIN: u64 = 0x7472_656d_6f72;
 
-/// How a hand trembles.
-///
-/// Physiological tremor of the hand lies between 8 and 12 Hz; that of surgeons' hands is of the order of 50 to 200 µm in the
-/// root mean square (both as reviewed in <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TremorSettings {
-    /// Root mean square of the tremor in m, at least 0; 0 is a hand that does not tremble.
-    pub amplitude_m: f64,
-    /// Lower end of its band in Hz, above 0.
-    pub low_hz: f64,
-    /// Upper end of its band in Hz, above the lower end and below half the tick's rate.
-    pub high_hz: f64,
-}
-
-impl Default for TremorSettings {
-    fn default() -> Self {
-        Self::STEADY
+trocar_core::settings! {
+    /// How a hand trembles.
+    ///
+    /// Physiological tremor of the hand lies between 8 and 12 Hz; that of surgeons' hands is of the order of 50 to 200 µm in
+    /// the root mean square (both as reviewed in <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct TremorSettings in "operator.tremor_" {
+        /// Root mean square of the hand's tremor; usual are tens to hundreds of micrometres.
+        ///
+        /// 0 is a hand that does not tremble.
+        amplitude_m: f64 [NON_NEGATIVE] = 0.0,
+        /// Lower end of the tremor's band.
+        low_hz: f64 [POSITIVE] = 8.0,
+        /// Upper end of the tremor's band.
+        ///
+        /// Above the lower end and below half the tick's rate.
+        high_hz: f64 [POSITIVE] = 12.0,
     }
+    where high_hz: |s| s.high_hz > s.low_hz, "above operator.tremor_low_hz";
 }
 
 impl TremorSettings {
-    /// A hand that does not tremble, and the band where it would.
-    pub const STEADY: Self = Self { amplitude_m: 0.0, low_hz: 8.0, high_hz: 12.0 };
-
     /// Checks the ranges that the fields state, on ticks of `tick_s` (s).
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self, tick_s: f64) -> Result<(), InvalidValue> {
-        non_negative("operator.tremor_amplitude_m", self.amplitude_m)?;
-        positive("operator.tremor_low_hz", self.low_hz)?;
-        let ordered = self.high_hz > self.low_hz;
-        require("operator.tremor_high_hz", self.high_hz, ordered, "above operator.tremor_low_hz")?;
+    pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        self.validate()?;
         let seen = self.amplitude_m == 0.0 || self.high_hz < 0.5 / tick_s;
-        require("operator.tremor_high_hz", self.high_hz, seen, "below half the rate of the ticks")?;
-        Ok(())
+        require("operator.tremor_high_hz", self.high_hz, seen, "below half the rate of the ticks").map(drop)
     }
 
     /// The tremor in m, one displacement a tick; lane `i` has stream `first_stream + i` of the seed.
@@ -151,13 +145,13 @@ mod tests {
     #[test]
     fn bands_that_cannot_be_are_refused() {
         let good = TremorSettings { amplitude_m: 1e-4, ..TremorSettings::default() };
-        assert!(good.validate(TICK_S).is_ok());
+        assert!(good.validate_on_ticks(TICK_S).is_ok());
         for bad in [
             TremorSettings { low_hz: 12.0, ..good },
             TremorSettings { high_hz: 500.0, ..good },
             TremorSettings { amplitude_m: -1.0, ..good },
         ] {
-            assert!(bad.validate(TICK_S).is_err(), "{bad:?}");
+            assert!(bad.validate_on_ticks(TICK_S).is_err(), "{bad:?}");
         }
     }
 }

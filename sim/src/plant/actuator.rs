@@ -1,67 +1,43 @@
 //! What the motors of both sides can do.
 
 use super::{PlantError, on};
-use crate::error::{InvalidValue, non_negative, positive};
 use crate::lti::{Continuous, StateSpace, lagged_input};
 
-/// Limits on what the motors make of the controllers' commands, the same either way; `None` is without a limit, a lag of 0
-/// none.
-///
-/// A wanted command is clipped to the range, then goes there from the last one no faster than its rate; held until the
-/// next tick, it is followed with the lag in continuous time.
-///
-/// All of it acts on the held output of a controller that runs on the tick
-/// ([`ControlTiming::Sampled`](super::ControlTiming)): when a continuous one would saturate between ticks is not known
-/// beforehand, so that no exact step exists.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ActuatorLimits {
-    /// Greatest `|U_m|` in N, above 0.
-    pub master_force_n: Option<f64>,
-    /// Greatest `|U_s|` in the unit of the slave's command, above 0.
-    pub slave_command: Option<f64>,
-    /// Greatest change of the commanded `U_m` in N/s, above 0.
-    pub master_force_rate_n_per_s: Option<f64>,
-    /// Greatest change of the commanded `U_s` in its unit per s, above 0.
-    pub slave_command_rate_per_s: Option<f64>,
-    /// Time constant in s with which `U_m` follows its command, at least 0.
-    pub master_lag_s: f64,
-    /// Time constant in s with which `U_s` follows its command, at least 0.
-    pub slave_lag_s: f64,
+trocar_core::settings! {
+    /// Limits on what the motors make of the controllers' commands, the same either way; `None` is without a limit, a lag of 0
+    /// none.
+    ///
+    /// A wanted command is clipped to the range, then goes there from the last one no faster than its rate; held until the
+    /// next tick, it is followed with the lag in continuous time.
+    ///
+    /// All of it acts on the held output of a controller that runs on the tick
+    /// ([`ControlTiming::Sampled`](super::ControlTiming)): when a continuous one would saturate between ticks is not known
+    /// beforehand, so that no exact step exists.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ActuatorLimits in "actuator." {
+        /// Greatest force U_m of the master's motor, either way; without a limit when not given.
+        master_force_n: Option<f64> at "actuator.master_force_limit_n" [POSITIVE],
+        /// Greatest command U_s to the slave, either way, in its own unit; without a limit when not given.
+        slave_command: Option<f64> at "actuator.slave_command_limit" [POSITIVE],
+        /// How fast the commanded force of the master's motor changes at most; without a limit when not given.
+        master_force_rate_n_per_s: Option<f64> at "actuator.master_force_rate_limit_n_per_s" [POSITIVE],
+        /// How fast the command to the slave changes at most, in its unit per s; without a limit when not given.
+        slave_command_rate_per_s: Option<f64> at "actuator.slave_command_rate_limit_per_s" [POSITIVE],
+        /// Time constant with which the master's motor follows its command, first-order; 0: no lag.
+        master_lag_s: f64 [NON_NEGATIVE] = 0.0,
+        /// Time constant with which the slave's motor follows its command, first-order; 0: no lag.
+        slave_lag_s: f64 [NON_NEGATIVE] = 0.0,
+    }
 }
 
 impl ActuatorLimits {
     /// Motors that do what they are told.
-    pub const NONE: Self = Self {
-        master_force_n: None,
-        slave_command: None,
-        master_force_rate_n_per_s: None,
-        slave_command_rate_per_s: None,
-        master_lag_s: 0.0,
-        slave_lag_s: 0.0,
-    };
+    pub const NONE: Self = Self::DEFAULT;
 
     /// Whether nothing is limited and nothing lags.
     #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::NONE
-    }
-
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first limit out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        for (name, limit) in [
-            ("actuator.master_force_limit_n", self.master_force_n),
-            ("actuator.slave_command_limit", self.slave_command),
-            ("actuator.master_force_rate_limit_n_per_s", self.master_force_rate_n_per_s),
-            ("actuator.slave_command_rate_limit_per_s", self.slave_command_rate_per_s),
-        ] {
-            limit.map_or(Ok(0.0), |limit| positive(name, limit))?;
-        }
-        non_negative("actuator.master_lag_s", self.master_lag_s)?;
-        non_negative("actuator.slave_lag_s", self.slave_lag_s)?;
-        Ok(())
     }
 
     /// Greatest `|U_m|` in N, infinite without a limit.

@@ -1,119 +1,109 @@
 //! The master, its force controller and the arm that holds it (eq. 28, 29, 32-35).
 
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
 use super::{ControlTiming, MASTER_STATES, MotorStep, PlantError, on};
-use crate::error::{InvalidValue, non_negative, positive};
 use crate::lti::{
     Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, append, exact_step, realise,
     realise_with_derivative,
 };
 
-/// How the hand acts on the master.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Coupling {
-    /// The hand pushes the master and the motor resists: `m x_h'' + b x_h' = F_h - U_m`.
-    Physical,
-    /// Eq. 28 to the letter, `X_h = G_m U_m`: the hand does not act on the master. Unstable, a pole at +41.961.
-    AsPrinted,
-}
-
-/// The master (eq. 28) and its controller (eq. 29).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MasterParameters {
-    /// Mass in kg, above 0.
-    pub mass_kg: f64,
-    /// Damping in N·s/m, at least 0.
-    pub damping_n_s_per_m: f64,
-    /// `K_i` in 1/s, at least 0.
-    pub force_integral_gain: f64,
-    /// Whether the hand acts on the master.
-    pub coupling: Coupling,
-}
-
-impl Default for MasterParameters {
-    fn default() -> Self {
-        Self { mass_kg: 0.245, damping_n_s_per_m: 4.1, force_integral_gain: 12.0, coupling: Coupling::Physical }
+trocar_core::choice! {
+    /// Whether the hand acts on the master; as printed it does not, and the loop is unstable.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Coupling at "master.coupling" = Physical {
+        /// The hand pushes the master and the motor resists: `m x_h'' + b x_h' = F_h - U_m`.
+        "physical" => Physical,
+        /// Eq. 28 to the letter, `X_h = G_m U_m`: the hand does not act on the master. Unstable, a pole at +41.961.
+        "as-printed" => AsPrinted,
     }
 }
 
-/// The arm (eq. 32-35) as a mass `m_h` tied to the desired position by (`k_h`, `b_h`) and to the master by
-/// (`k_a`, `b_a`):
-///
-/// ```text
-/// m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h
-/// F_h       = k_a (x_a - x_h) + b_a (x_a' - x_h')
-/// ```
-/// Eliminating `x_a` gives eq. 32. Held still, it feels like the stiffness `k_a k_h / (k_a + k_h)` = 698.845 N/m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmParameters {
-    /// `k_a` in N/m, at least 0.
-    pub k_a_n_per_m: f64,
-    /// `b_a` in N·s/m, at least 0.
-    pub b_a_n_s_per_m: f64,
-    /// `k_h` in N/m, at least 0.
-    pub k_h_n_per_m: f64,
-    /// `b_h` in N·s/m, at least 0.
-    pub b_h_n_s_per_m: f64,
-    /// `m_h` in kg, above 0.
-    pub m_h_kg: f64,
-}
-
-impl Default for ArmParameters {
-    fn default() -> Self {
-        Self { k_a_n_per_m: 733.0, b_a_n_s_per_m: 37.3, k_h_n_per_m: 14998.0, b_h_n_s_per_m: 178.0, m_h_kg: 1.88 }
+trocar_core::settings! {
+    /// The master (eq. 28) and its controller (eq. 29).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct MasterParameters in "master." given (is_fed_positions: bool = false) {
+        /// Mass.
+        mass_kg: f64 [MASS] = 0.245,
+        /// Damping.
+        damping_n_s_per_m: f64 [NON_NEGATIVE] = 4.1,
+        /// K_i in 1/s.
+        ///
+        /// A spring to the slave's position is no force to be tracked: an integral of the difference would never settle.
+        force_integral_gain: f64 [NON_NEGATIVE]
+            => "12 as the paper has it; 0 where positions are fed back to the master"
+            if is_fed_positions { 0.0 } else { 12.0 },
+        /// Whether the hand acts on the master.
+        coupling: Coupling,
     }
 }
 
-/// How firmly the hand holds the master.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Grip {
-    /// As the paper identified it (eq. 32-35).
-    Paper,
-    /// Half as stiff.
-    Relaxed,
-    /// Twice as stiff.
-    Firm,
-}
-
-impl ArmParameters {
-    /// The arm of a grip.
+trocar_core::settings! {
+    /// The arm (eq. 32-35) as a mass `m_h` tied to the desired position by (`k_h`, `b_h`) and to the master by
+    /// (`k_a`, `b_a`):
     ///
-    /// Stiffness and damping of a hand rise with the force of its grip (Hasser and Cutkosky 2002). The factors are chosen here: both stiffnesses halved or doubled, both dampings by the square
-    /// root of that, so that the damping ratios stay; the mass stays.
-    #[must_use]
-    pub fn of_grip(grip: Grip) -> Self {
-        let factor: f64 = match grip {
-            Grip::Paper => return Self::default(),
-            Grip::Relaxed => 0.5,
-            Grip::Firm => 2.0,
-        };
-        let Self { k_a_n_per_m, b_a_n_s_per_m, k_h_n_per_m, b_h_n_s_per_m, m_h_kg } = Self::default();
-        let damping = factor.sqrt();
-        Self {
-            k_a_n_per_m: factor * k_a_n_per_m,
-            b_a_n_s_per_m: damping * b_a_n_s_per_m,
-            k_h_n_per_m: factor * k_h_n_per_m,
-            b_h_n_s_per_m: damping * b_h_n_s_per_m,
-            m_h_kg,
+    /// ```text
+    /// m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h
+    /// F_h       = k_a (x_a - x_h) + b_a (x_a' - x_h')
+    /// ```
+    /// Eliminating `x_a` gives eq. 32. Held still, it feels like the stiffness `k_a k_h / (k_a + k_h)` = 698.845 N/m.
+    ///
+    /// Stiffness and damping of a hand rise with the force of its grip (Hasser and Cutkosky 2002). The factors are chosen
+    /// here: both stiffnesses halved or doubled, both dampings by the square root of that, so that the damping ratios stay;
+    /// the mass stays.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper) {
+        /// Stiffness between arm and master.
+        k_a_n_per_m: f64 [NON_NEGATIVE] => "the grip's; 733 as the paper has it" grip.stiffness_factor() * 733.0,
+        /// Damping between arm and master.
+        b_a_n_s_per_m: f64 [NON_NEGATIVE] => "the grip's; 37.3 as the paper has it" grip.damping_factor() * 37.3,
+        /// Stiffness between desired position and arm.
+        k_h_n_per_m: f64 [NON_NEGATIVE] => "the grip's; 14998 as the paper has it" grip.stiffness_factor() * 14998.0,
+        /// Damping between desired position and arm.
+        b_h_n_s_per_m: f64 [NON_NEGATIVE] => "the grip's; 178 as the paper has it" grip.damping_factor() * 178.0,
+        /// Mass of the arm.
+        m_h_kg: f64 [MASS] => "the grip's; 1.88 as the paper has it" 1.88,
+    }
+}
+
+trocar_core::choice! {
+    /// How firmly the hand holds: as the paper identified it, half or twice as stiff.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Grip at "arm.grip" = Paper {
+        /// As the paper identified it (eq. 32-35).
+        "paper" => Paper,
+        /// Half as stiff.
+        "relaxed" => Relaxed,
+        /// Twice as stiff.
+        "firm" => Firm,
+    }
+}
+
+impl Grip {
+    const fn stiffness_factor(self) -> f64 {
+        match self {
+            Self::Paper => 1.0,
+            Self::Relaxed => 0.5,
+            Self::Firm => 2.0,
         }
     }
 
+    /// The square root of the stiffness's.
+    const fn damping_factor(self) -> f64 {
+        match self {
+            Self::Paper => 1.0,
+            Self::Relaxed => FRAC_1_SQRT_2,
+            Self::Firm => SQRT_2,
+        }
+    }
+}
+
+impl ArmParameters {
     /// The force in N per m of a still master's distance from the desired position: `k_a k_h / (k_a + k_h)`.
     #[must_use]
     pub fn static_stiffness_n_per_m(&self) -> f64 {
         self.k_a_n_per_m * self.k_h_n_per_m / (self.k_a_n_per_m + self.k_h_n_per_m)
     }
-}
-
-fn validate(master: &MasterParameters, arm: &ArmParameters) -> Result<(), InvalidValue> {
-    positive("master.mass_kg", master.mass_kg)?;
-    non_negative("master.damping_n_s_per_m", master.damping_n_s_per_m)?;
-    non_negative("master.force_integral_gain", master.force_integral_gain)?;
-    non_negative("arm.k_a_n_per_m", arm.k_a_n_per_m)?;
-    non_negative("arm.b_a_n_s_per_m", arm.b_a_n_s_per_m)?;
-    non_negative("arm.k_h_n_per_m", arm.k_h_n_per_m)?;
-    non_negative("arm.b_h_n_s_per_m", arm.b_h_n_s_per_m)?;
-    positive("arm.m_h_kg", arm.m_h_kg)?;
-    Ok(())
 }
 
 /// The master side in continuous time.
@@ -129,7 +119,8 @@ pub fn master_system(
     arm: &ArmParameters,
     timing: ControlTiming,
 ) -> Result<StateSpace<Continuous>, PlantError> {
-    validate(master, arm)?;
+    master.validate()?;
+    arm.validate()?;
     build(master, arm, timing).map_err(on("master"))
 }
 

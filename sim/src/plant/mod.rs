@@ -23,13 +23,15 @@ pub const MASTER_STATES: usize = 5;
 /// How many states the slave side has: `x_e, v_e` and one without a physical meaning.
 pub const SLAVE_STATES: usize = 3;
 
-/// Where the controllers run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ControlTiming {
-    /// In continuous time, as the appendix writes them.
-    Continuous,
-    /// On the tick, with held outputs, as a real digital controller would.
-    Sampled,
+trocar_core::choice! {
+    /// Controllers in continuous time, or on the tick with held outputs.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum ControlTiming at "simulation.control" = Continuous {
+        /// In continuous time, as the appendix writes them.
+        "continuous" => Continuous,
+        /// On the tick, with held outputs, as a real digital controller would.
+        "sampled" => Sampled,
+    }
 }
 
 /// Why a side cannot be built.

@@ -1,56 +1,41 @@
 //! The slave and its position controller (eq. 30, 31).
 
 use super::{ControlTiming, MotorStep, PlantError, SLAVE_STATES, on};
-use crate::error::{finite, non_negative, require};
+use crate::error::{finite, require};
 use crate::lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
 
-/// What `K_v` acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Damping {
-    /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
-    Velocity,
-    /// On the position, as eq. 31 is printed: barely damped, static gain 1300/1315.
-    AsPrinted,
+trocar_core::choice! {
+    /// What K_v acts on; as printed it is the position.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Damping at "slave.damping" = Velocity {
+        /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
+        "velocity" => Velocity,
+        /// On the position, as eq. 31 is printed: barely damped, static gain 1300/1315.
+        "as-printed" => AsPrinted,
+    }
 }
 
-/// The slave (eq. 30) and its controller (eq. 31).
-#[derive(Debug, Clone, PartialEq)]
-pub struct SlaveParameters {
-    /// Coefficients of the numerator of `X_e / U_s`, highest power first.
-    pub numerator: Vec<f64>,
-    /// Coefficients of its denominator, highest power first, of degree 2 or 3.
-    pub denominator: Vec<f64>,
-    /// `K_p`, at least 0.
-    pub proportional_gain: f64,
-    /// `K_v`, at least 0.
-    pub velocity_gain: f64,
-    /// What `K_v` acts on.
-    pub damping: Damping,
-}
-
-impl Default for SlaveParameters {
-    fn default() -> Self {
-        Self {
-            numerator: vec![7.778, 656.0],
-            denominator: vec![1.0, 104.1, 1.131e-4, 0.0],
-            proportional_gain: 1300.0,
-            velocity_gain: 15.0,
-            damping: Damping::Velocity,
-        }
+trocar_core::settings! {
+    /// The slave (eq. 30) and its controller (eq. 31).
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct SlaveParameters in "slave." no const {
+        /// Of X_e / U_s, highest power first.
+        numerator: Vec<f64> = [7.778, 656.0],
+        /// Of X_e / U_s, highest power first; degree 2 or 3.
+        denominator: Vec<f64> = [1.0, 104.1, 1.131e-4, 0.0],
+        /// K_p.
+        proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
+        /// K_v.
+        velocity_gain: f64 [NON_NEGATIVE] = 15.0,
+        /// What `K_v` acts on.
+        damping: Damping,
     }
 }
 
 impl SlaveParameters {
     /// The slave without its controller: input `U_s`, outputs and first states `x_e` (m) and `v_e` (m/s).
     fn machine(&self) -> Result<StateSpace<Continuous>, PlantError> {
-        for &coefficient in &self.numerator {
-            finite("slave.numerator", coefficient)?;
-        }
-        for &coefficient in &self.denominator {
-            finite("slave.denominator", coefficient)?;
-        }
-        non_negative("slave.proportional_gain", self.proportional_gain)?;
-        non_negative("slave.velocity_gain", self.velocity_gain)?;
+        self.validate()?;
         let function = TransferFunction::new(&self.numerator, &self.denominator).map_err(on("slave"))?;
         let numerator = function.numerator().degree().unwrap_or(0);
         let denominator = function.denominator().degree().unwrap_or(0);

@@ -13,6 +13,9 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// The default.
+    pub const DEFAULT: Self = Self { max_bytes: 256 << 20, max_samples: 5_000_000, max_gap_s: None };
+
     /// The default longest gap, in median intervals.
     pub const GAP_IN_MEDIANS: f64 = 10.0;
 
@@ -26,6 +29,6 @@ impl Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { max_bytes: 256 << 20, max_samples: 5_000_000, max_gap_s: None }
+        Self::DEFAULT
     }
 }

@@ -10,9 +10,8 @@ use super::curve::{Curve, Point};
 use super::ladder::Ladder;
 use super::signal::Signal;
 use super::tally::Tally;
-use crate::detection::{DetectorSettings, DistanceKind, Evidence};
+use crate::detection::{DetectorSettings, Evidence};
 use crate::recording::InVivoLikeVariant;
-use crate::scenario::DISTANCES;
 
 /// What is to be judged.
 #[derive(Debug, Clone)]
@@ -130,7 +129,7 @@ impl Study {
                 return Err(RocError::DifferentDetectors {
                     first: first.name.clone(),
                     second: other.name.clone(),
-                    detector: word(one.distance.kind),
+                    detector: one.distance.kind.word(),
                 });
             }
         }
@@ -187,7 +186,7 @@ fn curves(ladders: &[Ladder], point: impl Fn((f64, usize)) -> Point) -> Vec<Curv
     let curve = |ladder: &Ladder| {
         let settings = ladder.settings();
         Curve {
-            detector: word(settings.distance.kind),
+            detector: settings.distance.kind.word(),
             unit: settings.distance.kind.unit(),
             own_threshold: settings.cusum.threshold,
             drift: settings.cusum.drift,
@@ -195,10 +194,4 @@ fn curves(ladders: &[Ladder], point: impl Fn((f64, usize)) -> Point) -> Vec<Curv
         }
     };
     ladders.iter().map(curve).collect()
-}
-
-/// The word that scenarios use for a kind.
-fn word(kind: DistanceKind) -> &'static str {
-    let index = DistanceKind::ALL.iter().position(|known| *known == kind).unwrap_or(0);
-    DISTANCES[index]
 }

@@ -1,10 +1,13 @@
 //! From a scenario to an engine.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
+use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
-use super::resolve::{DelayTicks, EngineKind, Scenario};
+use super::resolve::{DelayTicks, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
+use super::steps::Steps;
 use crate::augmentation::Supervisor;
 use crate::chain::Chain;
 use crate::channel::Delay;
@@ -15,11 +18,11 @@ use crate::engine::{
 };
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
-use crate::operator::{Hand, Motion, Person, Ramp, Replay};
+use crate::operator::{Hand, Motion, Person, Ramp, Reflex, Replay};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use crate::teleoperation::{DirectLink, Link, LinkReport};
-use crate::tissue::{AnyTissue, DepthReplay, Generalised, HuntCrossley, KelvinVoigt, Layers, RecordedForce};
+use crate::tissue::{AnyTissue, DepthReplay, RecordedForce};
 
 /// Set the two directions' random numbers apart from all others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
@@ -137,6 +140,19 @@ impl Scenario {
         let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
         let reference_m = self.position_scale() * self.start_m();
         self.general(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m), first_stream)
+    }
+
+    /// The steps of master and slave over a whole tick.
+    pub(super) fn whole_steps(&self) -> Result<(Cow<'_, MasterStep>, Cow<'_, SlaveStep>), PlantError> {
+        let (sides, tick_s) = ((&self.master, &self.arm, &self.slave), self.grid.tick_s());
+        if let Some(kept) = self.steps.get().filter(|kept| kept.are_of(sides, self.timing, tick_s)) {
+            return Ok((Cow::Borrowed(&kept.master), Cow::Borrowed(&kept.slave)));
+        }
+        let made = Steps::new(sides, self.timing, tick_s)?;
+        let steps = (Cow::Owned(made.master.clone()), Cow::Owned(made.slave.clone()));
+        // Another thread may have been first, with the same numbers; or they belong to a copy that was changed.
+        let _ = self.steps.set(made);
+        Ok(steps)
     }
 
     /// Both plants over whole ticks.
@@ -263,27 +279,14 @@ impl Scenario {
                 let ruptures = rupture_depths_m.clone();
                 DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m).map(AnyTissue::Depth)
             }
-            TissueSpec::HuntCrossley { mu, lambda, power, contact_m } => {
-                HuntCrossley::new(*mu, *lambda, *power, *contact_m).map(AnyTissue::HuntCrossley)
-            }
-            TissueSpec::Generalised { depths_m, mus, lambdas, power, contact_m } => {
-                let tissue = Generalised::new(depths_m, (mus, lambdas), *power, *contact_m);
-                tissue.map(|tissue| AnyTissue::Generalised(Box::new(tissue)))
-            }
-            TissueSpec::Layers(parameters) => {
-                Layers::new(parameters, self.grid.tick_s(), start_m).map(|tissue| AnyTissue::Layers(Box::new(tissue)))
-            }
-            TissueSpec::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m, contact_m } => {
-                KelvinVoigt::new(*stiffness_n_per_m, *damping_n_s_per_m, *contact_m).map(AnyTissue::KelvinVoigt)
-            }
+            TissueSpec::Model(settings) => settings.build(self.grid.tick_s(), start_m),
         };
         tissue.map_err(|error| self.values().out_of_range(&error))
     }
 
     fn any_sensor<L: Lane>(&self, first_stream: u64) -> Result<AnySensor<L>, ScenarioError> {
         let stream = (self.seed, first_stream);
-        AnySensor::new(&self.sensor, self.acceleration_std_m_per_s2, self.grid.tick_s(), stream)
-            .map_err(|error| self.values().out_of_range(&error))
+        AnySensor::new(&self.sensor, self.grid.tick_s(), stream).map_err(|error| self.values().out_of_range(&error))
     }
 
     fn supervisor<L: Lane>(&self) -> Supervisor<L> {
@@ -299,7 +302,9 @@ impl Scenario {
     /// The motion of a person who follows what is known beforehand, whatever they feel.
     fn replay(&self) -> Option<Replay> {
         match &self.operator {
-            OperatorSpec::Recording(positions) if self.tremor.amplitude_m <= 0.0 && self.reflex.is_none() => {
+            OperatorSpec::Recording(positions)
+                if self.tremor.amplitude_m <= 0.0 && self.reflex.reflex == Reflex::None =>
+            {
                 Some(Replay(positions.clone()))
             }
             OperatorSpec::Recording(_) | OperatorSpec::Ramp { .. } | OperatorSpec::Hand(_) => None,
@@ -345,10 +350,7 @@ impl Scenario {
             let ticks = self.grid.ticks() + 1;
             person = person.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
         }
-        if let Some(reflex) = &self.reflex {
-            person = person.reacting(reflex, self.seed, first_stream, tick_s);
-        }
-        Ok(person)
+        Ok(person.reacting(&self.reflex, self.seed, first_stream, tick_s))
     }
 
     /// Where the person begins, in m; both plants begin there at rest.
@@ -365,7 +367,7 @@ impl Scenario {
     pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
         self.operator = OperatorSpec::Hand(hand);
         self.tremor.amplitude_m = 0.0;
-        self.reflex = None;
+        self.reflex.reflex = Reflex::None;
         self
     }
 }

@@ -2,34 +2,19 @@
 //!
 //! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table.
 
-macro_rules! number {
-    ($value:expr) => {
-        Fallback::Value(|| Value::Number($value))
-    };
-}
-
-macro_rules! word {
-    ($value:expr) => {
-        Fallback::Value(|| Value::Text($value.into()))
-    };
-}
-
-mod augmentation;
-mod detection;
 mod link;
-mod machines;
-mod person;
 mod recording;
 mod run;
-mod tissue;
 
-use super::keys::{Fallback, Key};
-use super::layer_keys::LAYERED_KEYS;
-use super::value::Kind;
+use trocar_core::settings::{Key, count, joined};
 
-const fn key(path: &'static str, kind: Kind, fallback: Fallback, meaning: &'static str) -> Key {
-    Key { path, kind, fallback, meaning }
-}
+use crate::augmentation::AugmentationSettings;
+use crate::detection::DetectorSettings;
+use crate::estimation::RlsSettings;
+use crate::operator::{MotionSettings, ReflexSettings, TremorSettings};
+use crate::plant::{ActuatorLimits, ArmParameters, Grip, MasterParameters, SlaveParameters};
+use crate::sensor::SensorSettings;
+use crate::tissue::{LAYERED_KEYS, TissueSettings};
 
 /// The sections, in the order in which they are written, with what each is about.
 pub const SECTIONS: [(&str, &str); 23] = [
@@ -58,57 +43,69 @@ pub const SECTIONS: [(&str, &str); 23] = [
     ("augmentation", "What happens on a detection (section 5.1)."),
 ];
 
-/// The distances by the words that scenarios use, in the order of [`crate::detection::DistanceKind::ALL`].
-pub const DISTANCES: &[&str] = &[
-    "squared-residual",
-    "squared-drop",
-    "mean-change",
-    "variance-change",
-    "parameter-change",
-    "force-derivative",
-    "likelihood-ratio",
-    "page-hinkley",
-];
-
-/// What is estimated, by the words that scenarios use, in the order of [`crate::estimation::Parameters::ALL`].
-pub const PARAMETERS: &[&str] =
-    &["stiffness-and-damping", "stiffness", "stiffness-damping-friction", "hunt-crossley", "least-residual"];
-
 /// Every key, in the order in which they are written: those of the layers last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 9] = [
+const GROUPS: [&[Key]; 20] = [
     run::KEYS,
-    machines::KEYS,
+    MasterParameters::KEYS,
+    Grip::KEYS,
+    ArmParameters::KEYS,
+    SlaveParameters::KEYS,
+    link::SLAVE_KEYS,
+    ActuatorLimits::KEYS,
     link::KEYS,
-    person::KEYS,
-    tissue::KEYS,
+    MotionSettings::KEYS,
+    TremorSettings::KEYS,
+    ReflexSettings::KEYS,
+    TissueSettings::KEYS,
     recording::KEYS,
-    detection::KEYS,
-    augmentation::KEYS,
+    SensorSettings::KEYS,
+    RlsSettings::KEYS,
+    run::ESTIMATOR_KEYS,
+    DetectorSettings::KEYS,
+    AugmentationSettings::KEYS,
+    run::AUGMENTATION_KEYS,
     LAYERED_KEYS.as_flattened(),
 ];
 
-const fn count(groups: &[&[Key]]) -> usize {
-    let (mut count, mut group) = (0, 0);
-    while group < groups.len() {
-        count += groups[group].len();
-        group += 1;
-    }
-    count
-}
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
 
-/// The keys of all groups, `COUNT` in all.
-const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
-    let mut all = [groups[0][0]; COUNT];
-    let (mut filled, mut group) = (0, 0);
-    while group < groups.len() {
-        let mut index = 0;
-        while index < groups[group].len() {
-            all[filled] = groups[group][index];
-            (filled, index) = (filled + 1, index + 1);
+    use trocar_core::settings::{Fallback, Kind};
+
+    use super::super::Value;
+    use super::*;
+
+    /// Compares with a file beside this one; `BLESS=1` writes it.
+    fn assert_snapshot(name: &str, text: &str) {
+        let path = format!("{}/src/scenario/snapshots/{name}", env!("CARGO_MANIFEST_DIR"));
+        if std::env::var_os("BLESS").is_some() {
+            std::fs::write(&path, text).expect("written");
         }
-        group += 1;
+        let kept = std::fs::read_to_string(&path).expect("a snapshot");
+        let differing = kept.lines().zip(text.lines()).find(|(kept, now)| kept != now);
+        assert!(kept == text, "{name} differs at {differing:?}; BLESS=1 writes it anew");
     }
-    all
+
+    #[test]
+    fn regress_every_key_is_as_it_was() {
+        let mut text = String::new();
+        for key in KEYS {
+            let range = if let Kind::Number(range) = key.kind {
+                format!(" [{:e} {} {:e}]", range.low().0, range.low().1, range.high())
+            } else {
+                String::new()
+            };
+            let fallback = match key.fallback {
+                Fallback::Value(value) => format!("= {}", Value::from(value).to_toml()),
+                Fallback::Derived(rule) => format!("derived: {rule}"),
+                Fallback::Unset => "unset".into(),
+            };
+            let must = key.kind.to_string();
+            writeln!(text, "{}\n    {must}{range}\n    {fallback}\n    {}", key.path, key.meaning).expect("text");
+        }
+        assert_snapshot("keys.txt", &text);
+    }
 }

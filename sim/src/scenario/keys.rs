@@ -1,31 +1,8 @@
-//! What a key of a scenario is, and finding one.
+//! Finding a key.
+
+use trocar_core::settings::Key;
 
 use super::key_table::{KEYS, SECTIONS};
-use super::value::{Kind, Value};
-
-/// What a key holds when no file gives it.
-#[derive(Debug, Clone, Copy)]
-pub enum Fallback {
-    /// A value.
-    Value(fn() -> Value),
-    /// What follows from other keys, as described.
-    Derived(&'static str),
-    /// Nothing.
-    Unset,
-}
-
-/// One key.
-#[derive(Debug, Clone, Copy)]
-pub struct Key {
-    /// Dotted path: `slave.velocity_gain`.
-    pub path: &'static str,
-    /// What it holds.
-    pub kind: Kind,
-    /// What it holds when not given.
-    pub fallback: Fallback,
-    /// What it means.
-    pub meaning: &'static str,
-}
 
 /// The key at a path.
 #[must_use]
@@ -61,14 +38,17 @@ pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>)
 
 #[cfg(test)]
 mod tests {
+    use trocar_core::settings::{Fallback, Kind};
+
+    use super::super::Value;
     use super::*;
 
     #[test]
     fn every_default_is_a_value_of_its_kind() {
         for key in KEYS {
             if let Fallback::Value(value) = key.fallback {
-                let value = value();
-                assert_eq!(key.kind.accept(&value.to_toml()), Some(value), "{}", key.path);
+                let value = Value::from(value);
+                assert_eq!(Value::accept(&key.kind, &value.to_toml()), Some(value), "{}", key.path);
             }
         }
     }
@@ -79,6 +59,14 @@ mod tests {
             let section = key.path.rsplit_once('.').map(|(section, _)| section);
             assert!(section.is_none_or(|name| SECTIONS.iter().any(|(known, _)| *known == name)), "{}", key.path);
             assert!(KEYS[..index].iter().all(|other| other.path != key.path), "{}", key.path);
+        }
+    }
+
+    #[test]
+    fn a_key_acts_for_words_of_a_choice() {
+        for acts in KEYS.iter().filter_map(|key| key.acts_for) {
+            let Some(Key { kind: Kind::Choice(words), .. }) = find(acts.key) else { panic!("{acts:?}") };
+            assert!(acts.words().iter().all(|word| words.contains(word)), "{acts:?}");
         }
     }
 

@@ -1,5 +1,7 @@
 //! From values to what joins the plants.
 
+use trocar_core::settings::Source as _;
+
 use super::error::ScenarioError;
 use super::values::Values;
 use crate::plant::{Coupling, Damping, MasterParameters, PlantError, SlaveParameters};

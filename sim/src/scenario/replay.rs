@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use trocar_core::settings::Source as _;
+
 use super::builtin;
 use super::document::Source;
 use super::error::ScenarioError;
-use super::settings::{detector, estimator};
 use super::value::Value;
 use super::values::Values;
 use crate::detection::DetectorSettings;
@@ -65,8 +66,8 @@ impl DetectionSettings {
     /// As [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let settings = Self {
-            estimator: estimator(values)?,
-            detector: detector(values)?,
+            estimator: RlsSettings::read(values)?,
+            detector: DetectorSettings::read(values)?,
             contact_m: values.number("estimator.contact_m")?,
             position_resolution_m: values.number("sensor.position_resolution_m")?,
             acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
@@ -232,12 +233,17 @@ fn velocity_sign(values: &Values) -> Result<f64, ScenarioError> {
     Ok(values.optional_number("recording.velocity_sign").unwrap_or(position_sign))
 }
 
+/// That a recording is to be replayed and there is none.
+pub(super) fn missing_recording(values: &Values) -> ScenarioError {
+    values
+        .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
+        .remedy("give recording.file, or other kinds of operator and tissue")
+}
+
 /// Reads the recording that values describe.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file("recording.file") else {
-        return Err(values
-            .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
-            .remedy("give recording.file, or other kinds of operator and tissue"));
+        return Err(missing_recording(values));
     };
     let columns = recording_columns(values)?;
     let limits = Limits { max_gap_s: values.optional_number("recording.max_gap_s"), ..file_limits(values)? };

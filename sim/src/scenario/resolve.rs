@@ -2,13 +2,15 @@
 
 use std::sync::{Arc, OnceLock};
 
+use trocar_core::settings::Source as _;
+
 use super::document::Source;
+use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::link::link_settings;
-use super::person::{reflex, tremor};
 use super::replay::{RecordingSpec, load_recording};
 use super::schedule::{events, schedules};
-use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
+use super::settings::{actuators, arm, master};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
 use super::steps::Steps;
 use super::value::Value;
@@ -57,15 +59,6 @@ pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
     timing == ControlTiming::Sampled || !link.is_baseline()
 }
 
-/// How the plants are brought from tick to tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EngineKind {
-    /// By matrix exponentials.
-    Exact,
-    /// By numerical integration, as a check.
-    Dop853,
-}
-
 /// A scenario that can be run.
 #[derive(Debug, Clone)]
 pub struct Scenario {
@@ -103,14 +96,12 @@ pub struct Scenario {
     pub operator: OperatorSpec,
     /// How their hand trembles.
     pub tremor: TremorSettings,
-    /// How they react to a fall of the felt force, if they do.
-    pub reflex: Option<ReflexSettings>,
+    /// How they react to a fall of the felt force.
+    pub reflex: ReflexSettings,
     /// The tissue.
     pub tissue: TissueSpec,
     /// The sensors.
     pub sensor: SensorSettings,
-    /// The acceleration that the velocity filter expects, in m/s².
-    pub acceleration_std_m_per_s2: f64,
     /// The estimator.
     pub estimator: RlsSettings,
     /// Where the estimator takes the tissue to begin, in m.
@@ -151,27 +142,24 @@ impl Scenario {
             .transpose()
             .map_err(|error| values.error("recording.file", error.to_string()))?;
         let replay = recording.as_ref().zip(resampled.as_ref());
-        let operator = operator(&values, &grid, replay)?;
-        let tissue = tissue(&values, &grid, replay)?;
-        let timing = match values.text("simulation.control")? {
-            "sampled" => ControlTiming::Sampled,
-            _ => ControlTiming::Continuous,
-        };
+        let operator = operator(&mut values, &grid, replay)?;
+        let tissue = tissue(&mut values, &grid, replay)?;
+        let timing = ControlTiming::read(&mut values)?;
         let master = master(&mut values)?;
-        let slave = slave(&values)?;
+        let slave = SlaveParameters::read(&mut values)?;
         let link = link_settings(&values, &master, &slave)?;
         let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
         let waits_for_tick = waits_for_tick(timing, &link);
         let scenario = Self {
             name: name(&values)?,
             grid,
-            engine: if values.text("simulation.engine")? == "exact" { EngineKind::Exact } else { EngineKind::Dop853 },
+            engine: EngineKind::read(&mut values)?,
             timing,
             seed: values.whole("simulation.seed")?,
             master,
             arm: arm(&mut values)?,
             slave,
-            actuators: actuators(&values, timing)?,
+            actuators: actuators(&mut values, timing)?,
             link,
             forward: delay_ticks(&values, "channel.forward_delay_s", &grid, waits_for_tick)?,
             backward: delay_ticks(&values, "channel.backward_delay_s", &grid, waits_for_tick)?,
@@ -182,15 +170,14 @@ impl Scenario {
             forward_schedule,
             backward_schedule,
             operator,
-            tremor: tremor(&values)?,
-            reflex: reflex(&values)?,
+            tremor: TremorSettings::read(&mut values)?,
+            reflex: ReflexSettings::read(&mut values)?,
             tissue,
-            sensor: sensor(&values)?,
-            acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
-            estimator: estimator(&mut values)?,
+            sensor: SensorSettings::read(&mut values)?,
+            estimator: RlsSettings::read(&mut values)?,
             contact_m: values.number("estimator.contact_m")?,
-            detector: detector(&mut values)?,
-            augmentation: augmentation(&values)?,
+            detector: DetectorSettings::read(&mut values)?,
+            augmentation: AugmentationSettings::read(&mut values)?,
             events: events(&values, &grid)?,
             values: Arc::new(values),
             steps: Arc::default(),
@@ -226,11 +213,7 @@ impl Scenario {
             TissueSpec::Recording { rupture_ticks, .. } => {
                 rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
             }
-            TissueSpec::Depth { .. }
-            | TissueSpec::KelvinVoigt { .. }
-            | TissueSpec::HuntCrossley { .. }
-            | TissueSpec::Generalised { .. }
-            | TissueSpec::Layers(_) => vec![],
+            TissueSpec::Depth { .. } | TissueSpec::Model(_) => vec![],
         }
     }
 
@@ -243,10 +226,8 @@ impl Scenario {
     /// Checks what involves more than one key, and that the plants can be built.
     fn check(&self) -> Result<(), ScenarioError> {
         let out_of_range = |error| self.values.out_of_range(&error);
-        self.tremor.validate(self.grid.tick_s()).map_err(out_of_range)?;
-        if let Some(reflex) = &self.reflex {
-            reflex.validate().map_err(out_of_range)?;
-        }
+        self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
+        self.reflex.validate().map_err(out_of_range)?;
         self.irregularity.validate(self.grid.tick_s()).map_err(out_of_range)?;
         self.sensor.validate().map_err(out_of_range)?;
         self.estimator.validate().map_err(out_of_range)?;

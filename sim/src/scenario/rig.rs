@@ -18,7 +18,7 @@ impl Scenario {
             position_scale: self.position_scale(),
             force_scale: self.link.machines.force_scale,
             velocity: if resolution_m > 0.0 {
-                let acceleration_std_m_per_s2 = self.acceleration_std_m_per_s2;
+                let acceleration_std_m_per_s2 = self.sensor.acceleration_std_m_per_s2;
                 VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 }
             } else {
                 VelocitySource::Measured

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::sync::Arc;
+use trocar_core::settings::Source as _;
 
 use super::document::Source;
 use super::error::ScenarioError;

@@ -1,10 +1,10 @@
 //! A JSON Schema of scenarios, so that editors complete and check them.
 
 use serde_json::{Map, Value as Json, json};
+use trocar_core::settings::{Fallback, Key, Kind};
 
 use super::key_table::{KEYS, SECTIONS};
-use super::keys::{Fallback, Key};
-use super::value::Kind;
+use super::value::Value;
 
 /// The JSON Schema (draft 2020-12) of a scenario file.
 #[must_use]
@@ -75,7 +75,7 @@ fn property(key: &Key) -> Json {
     let mut meaning = key.meaning.to_owned();
     match key.fallback {
         Fallback::Value(value) => {
-            let default = serde_json::to_value(value().to_toml()).unwrap_or(Json::Null);
+            let default = serde_json::to_value(Value::from(value).to_toml()).unwrap_or(Json::Null);
             put("default", default);
         }
         Fallback::Derived(rule) => meaning.push_str(&format!(" Default: {rule}.")),

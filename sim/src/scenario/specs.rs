@@ -3,13 +3,12 @@
 use std::sync::Arc;
 
 use super::error::ScenarioError;
-use super::layered::layers;
-use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
+use super::replay::{RecordingSpec, missing_recording, rupture_depths, rupture_ticks};
 use super::values::Values;
-use crate::operator::{Hand, insertion_extraction, minimum_jerk, sine};
+use crate::operator::{Hand, MotionSettings};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
-use crate::tissue::{DepthCurves, LayersParameters};
+use crate::tissue::{DepthCurves, ReplayIndex, ReplaySettings, TissueSettings};
 
 /// What the person does.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,129 +47,51 @@ pub enum TissueSpec {
         /// Travel over which the force turns to that of the way out, in m.
         presliding_m: f64,
     },
-    /// A spring and a damper that stiffen with depth.
-    HuntCrossley {
-        /// μ in N/mⁿ.
-        mu: f64,
-        /// λ in N·s/mⁿ⁺¹.
-        lambda: f64,
-        /// n.
-        power: f64,
-        /// The surface, in m.
-        contact_m: f64,
-    },
-    /// A spring and a damper whose coefficients vary with depth.
-    Generalised {
-        /// Where coefficients are given, in m below the surface.
-        depths_m: Vec<f64>,
-        /// μ in N/mⁿ at each depth.
-        mus: Vec<f64>,
-        /// λ in N·s/mⁿ⁺¹ at each depth.
-        lambdas: Vec<f64>,
-        /// n.
-        power: f64,
-        /// The surface, in m.
-        contact_m: f64,
-    },
-    /// Layers that give way.
-    Layers(Box<LayersParameters>),
-    /// A spring and a damper.
-    KelvinVoigt {
-        /// K in N/m.
-        stiffness_n_per_m: f64,
-        /// B in N·s/m.
-        damping_n_s_per_m: f64,
-        /// The surface, in m.
-        contact_m: f64,
-    },
+    /// A tissue that is made of settings alone.
+    Model(TissueSettings),
 }
 
 /// What the person does, given the recording (as it is and on the ticks) where one is replayed.
 pub(super) fn operator(
-    values: &Values,
+    values: &mut Values,
     grid: &TickGrid,
     replay: Option<(&RecordingSpec, &Resampled)>,
 ) -> Result<OperatorSpec, ScenarioError> {
-    match replay {
-        Some((_, resampled)) if values.text("operator.kind")? == "recording" => {
-            Ok(OperatorSpec::Recording(resampled.position_m.as_slice().into()))
+    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
+    Ok(match MotionSettings::read(values)? {
+        MotionSettings::Recording => {
+            let (_, resampled) = replay.ok_or_else(|| missing_recording(values))?;
+            OperatorSpec::Recording(resampled.position_m.as_slice().into())
         }
-        _ => own_motion(values, grid),
-    }
+        MotionSettings::Ramp(ramp) => {
+            OperatorSpec::Ramp { start_m: ramp.start.start_m, end_m: ramp.end.end_m, speed_m_per_s: ramp.speed_m_per_s }
+        }
+        MotionSettings::MinimumJerk(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+        MotionSettings::InsertionExtraction(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+        MotionSettings::Sine(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+    })
 }
 
 /// What the needle meets, given the recording (as it is and on the ticks) where one is replayed.
 pub(super) fn tissue(
-    values: &Values,
+    values: &mut Values,
     grid: &TickGrid,
     replay: Option<(&RecordingSpec, &Resampled)>,
 ) -> Result<TissueSpec, ScenarioError> {
-    let Some((spec, resampled)) = replay.filter(|_| replays_force(values)) else { return own_tissue(values) };
-    Ok(match values.text("tissue.index")? {
-        "depth" => TissueSpec::Depth {
-            curves: DepthCurves::new(spec.recording.position_m(), spec.recording.force_n())
-                .map_err(|error| values.out_of_range(&error))?
-                .into(),
-            rupture_depths_m: rupture_depths(spec),
-            presliding_m: values.number("tissue.presliding_m")?,
+    Ok(match (TissueSettings::read(values)?, replay) {
+        (TissueSettings::Recording(ReplaySettings { index }), Some((spec, resampled))) => match index {
+            ReplayIndex::Time => TissueSpec::Recording {
+                force_n: resampled.force_n.as_slice().into(),
+                rupture_ticks: rupture_ticks(spec, grid),
+            },
+            ReplayIndex::Depth { presliding_m } => TissueSpec::Depth {
+                curves: DepthCurves::new(spec.recording.position_m(), spec.recording.force_n())
+                    .map_err(|error| values.out_of_range(&error))?
+                    .into(),
+                rupture_depths_m: rupture_depths(spec),
+                presliding_m,
+            },
         },
-        _ => TissueSpec::Recording {
-            force_n: resampled.force_n.as_slice().into(),
-            rupture_ticks: rupture_ticks(spec, grid),
-        },
-    })
-}
-
-fn replays_force(values: &Values) -> bool {
-    values.text("tissue.kind").is_ok_and(|kind| kind == "recording")
-}
-
-/// A person who follows no recording.
-fn own_motion(values: &Values, grid: &TickGrid) -> Result<OperatorSpec, ScenarioError> {
-    let start_m = values.number("operator.start_m")?;
-    let end_m = values.number("operator.end_m")?;
-    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
-    Ok(match values.text("operator.kind")? {
-        "minimum-jerk" => {
-            let movement_s = values.number("operator.movement_s")?;
-            OperatorSpec::Recording(minimum_jerk(start_m, end_m, movement_s, tick_s, ticks))
-        }
-        "insertion-extraction" => {
-            let way_in = (values.number("operator.movement_s")?, values.whole("operator.pushes")?);
-            let way_out = (values.number("operator.hold_s")?, values.number("operator.withdrawal_s")?);
-            OperatorSpec::Recording(insertion_extraction((start_m, end_m), way_in, way_out, tick_s, ticks))
-        }
-        "sine" => {
-            let amplitude_m = values.number("operator.amplitude_m")?;
-            let frequency_hz = values.number("operator.frequency_hz")?;
-            OperatorSpec::Recording(sine(start_m, amplitude_m, frequency_hz, tick_s, ticks))
-        }
-        _ => OperatorSpec::Ramp { start_m, end_m, speed_m_per_s: values.number("operator.speed_m_per_s")? },
-    })
-}
-
-/// A tissue that replays no recording.
-fn own_tissue(values: &Values) -> Result<TissueSpec, ScenarioError> {
-    let contact_m = values.number("tissue.contact_m")?;
-    Ok(match values.text("tissue.kind")? {
-        "hunt-crossley" => TissueSpec::HuntCrossley {
-            mu: values.number("tissue.mu")?,
-            lambda: values.number("tissue.lambda")?,
-            power: values.number("tissue.power")?,
-            contact_m,
-        },
-        "generalised" => TissueSpec::Generalised {
-            depths_m: values.numbers("tissue.depths_m")?.to_vec(),
-            mus: values.numbers("tissue.mus")?.to_vec(),
-            lambdas: values.numbers("tissue.lambdas")?.to_vec(),
-            power: values.number("tissue.power")?,
-            contact_m,
-        },
-        "layers" => TissueSpec::Layers(Box::new(layers(values)?)),
-        _ => TissueSpec::KelvinVoigt {
-            stiffness_n_per_m: values.number("tissue.stiffness_n_per_m")?,
-            damping_n_s_per_m: values.number("tissue.damping_n_s_per_m")?,
-            contact_m,
-        },
+        (settings, _) => TissueSpec::Model(settings),
     })
 }

@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
+use trocar_core::settings::{Fallback, Key, Kind};
+
 use super::key_table::SECTIONS;
-use super::keys::Fallback;
+use super::value::Value;
 use super::values::{harmless_name, keys_of};
 
 /// The text of a starter scenario of a given name, or of the nearest one that a folder can have.
@@ -25,7 +27,7 @@ pub fn starter(name: &str) -> String {
             let name = key.path.rsplit('.').next().unwrap_or(key.path);
             let _ = match key.fallback {
                 Fallback::Value(value) => {
-                    writeln!(text, "# {name} = {} # {} {}", value().to_toml(), key.meaning, must(key))
+                    writeln!(text, "# {name} = {} # {} {}", Value::from(value).to_toml(), key.meaning, must(key))
                 }
                 Fallback::Derived(rule) => writeln!(text, "# {name} = # {} Default: {rule}.", key.meaning),
                 Fallback::Unset => writeln!(text, "# {name} = # {}", key.meaning),
@@ -36,9 +38,9 @@ pub fn starter(name: &str) -> String {
 }
 
 /// What a key allows, where its default does not show it.
-fn must(key: &super::Key) -> String {
+fn must(key: &Key) -> String {
     match key.kind {
-        super::Kind::Choice(_) => format!("({})", key.kind.describe()),
+        Kind::Choice(_) => format!("({})", key.kind),
         _ => String::new(),
     }
 }

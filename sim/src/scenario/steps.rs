@@ -1,9 +1,6 @@
 //! Both plants' steps over whole ticks, which take longer to make than some hundred ticks to run: made once for all scenarios
 //! that are copies of one another but for other parts.
 
-use std::borrow::Cow;
-
-use super::resolve::Scenario;
 use crate::plant::{
     ArmParameters, ControlTiming, MasterParameters, MasterStep, PlantError, SlaveParameters, SlaveStep,
 };
@@ -15,50 +12,40 @@ pub(super) struct Steps {
     slave_parameters: SlaveParameters,
     timing: ControlTiming,
     tick_s: f64,
-    master: MasterStep,
-    slave: SlaveStep,
+    pub(super) master: MasterStep,
+    pub(super) slave: SlaveStep,
 }
 
+/// What a scenario's steps are made of.
+pub(super) type Sides<'a> = (&'a MasterParameters, &'a ArmParameters, &'a SlaveParameters);
+
 impl Steps {
-    fn of(scenario: &Scenario) -> Result<Self, PlantError> {
-        let (timing, tick_s) = (scenario.timing, scenario.grid.tick_s());
+    /// The steps on ticks of `tick_s` (s).
+    pub(super) fn new((master, arm, slave): Sides<'_>, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
         Ok(Self {
-            master_parameters: (scenario.master, scenario.arm),
-            slave_parameters: scenario.slave.clone(),
+            master_parameters: (*master, *arm),
+            slave_parameters: slave.clone(),
             timing,
             tick_s,
-            master: MasterStep::new(&scenario.master, &scenario.arm, timing, tick_s)?,
-            slave: SlaveStep::new(&scenario.slave, timing, tick_s)?,
+            master: MasterStep::new(master, arm, timing, tick_s)?,
+            slave: SlaveStep::new(slave, timing, tick_s)?,
         })
     }
 
-    /// Whether the scenario is still what they were made of: its fields are open to change.
-    fn are_of(&self, scenario: &Scenario) -> bool {
-        self.master_parameters == (scenario.master, scenario.arm)
-            && self.slave_parameters == scenario.slave
-            && self.timing == scenario.timing
-            && self.tick_s == scenario.grid.tick_s()
-    }
-}
-
-impl Scenario {
-    /// The steps of master and slave over a whole tick.
-    pub(super) fn whole_steps(&self) -> Result<(Cow<'_, MasterStep>, Cow<'_, SlaveStep>), PlantError> {
-        if let Some(kept) = self.steps.get().filter(|kept| kept.are_of(self)) {
-            return Ok((Cow::Borrowed(&kept.master), Cow::Borrowed(&kept.slave)));
-        }
-        let made = Steps::of(self)?;
-        let steps = (Cow::Owned(made.master.clone()), Cow::Owned(made.slave.clone()));
-        // Another thread may have been first, with the same numbers; or they belong to a copy that was changed.
-        let _ = self.steps.set(made);
-        Ok(steps)
+    /// Whether they were made of this: a scenario's fields are open to change.
+    pub(super) fn are_of(&self, (master, arm, slave): Sides<'_>, timing: ControlTiming, tick_s: f64) -> bool {
+        self.master_parameters == (*master, *arm)
+            && self.slave_parameters == *slave
+            && self.timing == timing
+            && self.tick_s == tick_s
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Source;
-    use super::*;
+    use std::borrow::Cow;
+
+    use super::super::{Scenario, Source};
 
     #[test]
     fn a_copy_that_was_changed_has_its_own_steps() {

@@ -6,19 +6,25 @@
 
 use std::sync::Arc;
 
+use trocar_core::settings::{Fallback, Key, Source as _};
+
 use super::document::{Entry, Source, gather, parse_setting};
 use super::error::{Place, ScenarioError};
 use super::key_table::KEYS;
-use super::keys::{Fallback, Key};
 use super::link::link_settings;
-use super::person::{reflex, tremor};
 use super::resolve::{Scenario, delay_ticks, waits_for_tick};
 use super::schedule::events;
-use super::settings::{actuators, arm, augmentation, detector, estimator, master, sensor, slave};
+use super::settings::{actuators, arm, master};
 use super::specs::{TissueSpec, operator, tissue};
 use super::value::Value;
 use super::values::{Values, harmless_name};
+use crate::augmentation::AugmentationSettings;
 use crate::channel::Irregularity;
+use crate::detection::DetectorSettings;
+use crate::estimation::RlsSettings;
+use crate::operator::{ReflexSettings, TremorSettings};
+use crate::plant::SlaveParameters;
+use crate::sensor::SensorSettings;
 
 /// What a key reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -235,7 +241,7 @@ impl CaseFactory<'_> {
             Part::Link => set_link(scenario, values)?,
             Part::Machines => {
                 scenario.master = master(values)?;
-                scenario.slave = slave(values)?;
+                scenario.slave = SlaveParameters::read(values)?;
                 scenario.arm = arm(values)?;
                 scenario.actuators = actuators(values, scenario.timing)?;
                 scenario.steps = Arc::default();
@@ -250,21 +256,20 @@ impl CaseFactory<'_> {
             }
             Part::Delays => set_delays(scenario, values)?,
             Part::Sensor => {
-                scenario.sensor = sensor(values)?;
-                scenario.acceleration_std_m_per_s2 = values.number("sensor.acceleration_std_m_per_s2")?;
+                scenario.sensor = SensorSettings::read(values)?;
                 scenario.sensor.validate().map_err(|error| values.out_of_range(&error))?;
             }
             Part::Estimator => {
-                scenario.estimator = estimator(values)?;
+                scenario.estimator = RlsSettings::read(values)?;
                 scenario.contact_m = values.number("estimator.contact_m")?;
                 scenario.estimator.validate().map_err(|error| values.out_of_range(&error))?;
             }
             Part::Detector => {
-                scenario.detector = detector(values)?;
+                scenario.detector = DetectorSettings::read(values)?;
                 scenario.detector.validate().map_err(|error| values.out_of_range(&error))?;
             }
             Part::Augmentation => {
-                scenario.augmentation = augmentation(values)?;
+                scenario.augmentation = AugmentationSettings::read(values)?;
                 scenario.events = events(values, &scenario.grid)?;
                 scenario.augmentation.validate().map_err(|error| values.out_of_range(&error))?;
             }
@@ -279,11 +284,11 @@ impl CaseFactory<'_> {
                 scenario.check_reach()?;
             }
             Part::Habits => {
-                scenario.tremor = tremor(values)?;
-                scenario.reflex = reflex(values)?;
+                scenario.tremor = TremorSettings::read(values)?;
+                scenario.reflex = ReflexSettings::read(values)?;
                 let invalid = |error| values.out_of_range(&error);
-                scenario.tremor.validate(scenario.grid.tick_s()).map_err(invalid)?;
-                scenario.reflex.as_ref().map_or(Ok(()), |reflex| reflex.validate()).map_err(invalid)?;
+                scenario.tremor.validate_on_ticks(scenario.grid.tick_s()).map_err(invalid)?;
+                scenario.reflex.validate().map_err(invalid)?;
             }
         }
         Ok(())
@@ -306,7 +311,8 @@ fn set_delays(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioEr
 
 #[cfg(test)]
 mod tests {
-    use super::super::value::Kind;
+    use trocar_core::settings::Kind;
+
     use super::*;
 
     /// The values of a key that a sweep might try.
@@ -337,7 +343,7 @@ mod tests {
         let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };
         let mut compared = 0;
         for key in KEYS.iter().filter(|key| sections.iter().any(|section| key.path.starts_with(section))) {
-            let is_good = |value: &Value| key.kind.accept(&value.to_toml()).is_some();
+            let is_good = |value: &Value| Value::accept(&key.kind, &value.to_toml()).is_some();
             let values: Vec<Value> = tries(key, &scenario).into_iter().filter(is_good).collect();
             // What cannot be swept from its first value on is not swept.
             let first =

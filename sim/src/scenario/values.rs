@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
+use trocar_core::settings::{self, Fallback, Key, Kind};
+
 use super::document::{Entry, Source, gather};
 use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
-use super::keys::{Fallback, Key, find, is_section, nearest};
-use super::value::{Kind, Value};
+use super::keys::{find, is_section, nearest};
+use super::value::Value;
 use crate::error::InvalidValue;
 
 /// A value and where it comes from.
@@ -63,8 +65,8 @@ impl Values {
     /// Checks an entry and keeps it, unless its key was given before.
     pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
         let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
-        let Some(value) = key.kind.accept(&entry.value) else {
-            let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind.describe());
+        let Some(value) = Value::accept(&key.kind, &entry.value) else {
+            let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind);
             let mut error = ScenarioError::new(message).at(Some(entry.value_place));
             if let (Kind::Choice(words), Some(word)) = (key.kind, entry.value.as_str()) {
                 let best = words.iter().max_by(|a, b| likeness(word, a).total_cmp(&likeness(word, b)));
@@ -82,7 +84,7 @@ impl Values {
     pub(super) fn fill_defaults(&mut self) {
         for key in KEYS {
             if let Fallback::Value(value) = key.fallback {
-                let default = || Given { value: value(), place: None, source: None };
+                let default = || Given { value: value.into(), place: None, source: None };
                 self.given.entry(key.path).or_insert_with(default);
             }
         }
@@ -168,45 +170,9 @@ impl Values {
         keys_of(section).find_map(|key| self.place(key.path))
     }
 
-    pub(super) fn number(&self, path: &str) -> Result<f64, ScenarioError> {
-        match self.get(path) {
-            Some(Value::Number(value)) => Ok(*value),
-            _ => Err(self.missing(path)),
-        }
-    }
-
-    pub(super) fn optional_number(&self, path: &str) -> Option<f64> {
-        // A number that is missing is no error here, and putting one into words takes longer than all else.
-        match self.get(path) {
-            Some(Value::Number(value)) => Some(*value),
-            _ => None,
-        }
-    }
-
-    pub(super) fn whole(&self, path: &str) -> Result<u64, ScenarioError> {
-        match self.get(path) {
-            Some(Value::Whole(value)) => Ok(*value),
-            _ => Err(self.missing(path)),
-        }
-    }
-
-    pub(super) fn flag(&self, path: &str) -> Result<bool, ScenarioError> {
-        match self.get(path) {
-            Some(Value::Flag(value)) => Ok(*value),
-            _ => Err(self.missing(path)),
-        }
-    }
-
     pub(super) fn text(&self, path: &str) -> Result<&str, ScenarioError> {
         match self.get(path) {
             Some(Value::Text(value)) => Ok(value),
-            _ => Err(self.missing(path)),
-        }
-    }
-
-    pub(super) fn numbers(&self, path: &str) -> Result<&[f64], ScenarioError> {
-        match self.get(path) {
-            Some(Value::Numbers(value)) => Ok(value),
             _ => Err(self.missing(path)),
         }
     }
@@ -219,7 +185,7 @@ impl Values {
     }
 
     fn missing(&self, path: &str) -> ScenarioError {
-        let must = find(path).map_or_else(String::new, |key| format!(", {}", key.kind.describe()));
+        let must = find(path).map_or_else(String::new, |key| format!(", {}", key.kind));
         self.error(path, format!("{path} is missing{must}"))
     }
 
@@ -269,6 +235,59 @@ impl Values {
             text.extend(lines);
         }
         text
+    }
+}
+
+impl settings::Source for Values {
+    type Error = ScenarioError;
+
+    fn number(&self, path: &str) -> Result<f64, ScenarioError> {
+        self.optional_number(path).ok_or_else(|| self.missing(path))
+    }
+
+    fn optional_number(&self, path: &str) -> Option<f64> {
+        // A number that is missing is no error here, and putting one into words takes longer than all else.
+        match self.get(path) {
+            Some(Value::Number(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    fn number_or(&mut self, path: &'static str, derived: impl FnOnce() -> f64) -> f64 {
+        self.optional_number(path).unwrap_or_else(|| {
+            let value = derived();
+            self.derive(path, Value::Number(value));
+            value
+        })
+    }
+
+    fn whole(&self, path: &str) -> Result<u64, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Whole(value)) => Ok(*value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    fn flag(&self, path: &str) -> Result<bool, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Flag(value)) => Ok(*value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    fn numbers(&self, path: &str) -> Result<&[f64], ScenarioError> {
+        match self.get(path) {
+            Some(Value::Numbers(value)) => Ok(value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    fn word(&self, path: &str) -> Result<&str, ScenarioError> {
+        self.text(path)
+    }
+
+    fn unknown_word(&self, path: &str) -> ScenarioError {
+        self.missing(path)
     }
 }
 

@@ -17,44 +17,36 @@ pub use self::bank::NoiseBank;
 use self::lag::Lag;
 use self::noise::WhiteNoise;
 use crate::chain::Reading;
-use crate::error::{InvalidValue, finite, non_negative, positive};
+use crate::error::InvalidValue;
 use crate::estimation::VelocityFilter;
 use crate::lane::Lane;
 
-/// What the sensors do.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SensorSettings {
-    /// What the force reading adds to every force, in N.
-    pub force_bias_n: f64,
-    /// First-order bandwidth of the force reading in Hz (-3 dB), at least 0; 0 is without a lag.
-    pub force_bandwidth_hz: f64,
-    /// Standard deviation of the white noise on the force in N, at least 0.
-    pub force_noise_std_n: f64,
-    /// Step of the force reading in N, at least 0; 0 reads exactly.
-    pub force_resolution_n: f64,
-    /// Greatest magnitude of a force reading in N, above 0; none without a limit.
-    pub force_range_n: Option<f64>,
-    /// Step of the slave's position reading in m, at least 0; 0 reads position and velocity exactly.
-    pub position_resolution_m: f64,
+trocar_core::settings! {
+    /// What the sensors do.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct SensorSettings in "sensor." {
+        /// What the force reading adds to every force.
+        force_bias_n: f64 [ANY] = 0.0,
+        /// First-order bandwidth of the force reading, ahead of its noise; 0: no lag.
+        ///
+        /// In Hz (-3 dB).
+        force_bandwidth_hz: f64 [NON_NEGATIVE] = 0.0,
+        /// Standard deviation of the white noise on the force.
+        force_noise_std_n: f64 [NON_NEGATIVE] = 0.0,
+        /// Step of the force reading; 0 reads exactly.
+        force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
+        /// Greatest force reading, either way: beyond it readings are clipped; without a limit when not given.
+        force_range_n: Option<f64> [POSITIVE],
+        /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.
+        ///
+        /// At 0 position and velocity are read exactly.
+        position_resolution_m: f64 [NON_NEGATIVE] = 0.0,
+        /// Acceleration that the Kalman filter expects.
+        acceleration_std_m_per_s2: f64 [POSITIVE] = 0.5,
+    }
 }
 
 impl SensorSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        finite("sensor.force_bias_n", self.force_bias_n)?;
-        non_negative("sensor.force_bandwidth_hz", self.force_bandwidth_hz)?;
-        non_negative("sensor.force_noise_std_n", self.force_noise_std_n)?;
-        non_negative("sensor.force_resolution_n", self.force_resolution_n)?;
-        if let Some(range_n) = self.force_range_n {
-            positive("sensor.force_range_n", range_n)?;
-        }
-        non_negative("sensor.position_resolution_m", self.position_resolution_m)?;
-        Ok(())
-    }
-
     /// Whether the force is read as it is.
     #[must_use]
     pub fn reads_force_exactly(&self) -> bool {
@@ -192,18 +184,14 @@ pub struct AnySensor<L> {
 }
 
 impl<L: Lane> AnySensor<L> {
-    /// Sensors as [`ForceSensor::new`]; `acceleration_std_m_per_s2` (m/s², above 0) is what the velocity filter expects.
+    /// Sensors as [`ForceSensor::new`].
     ///
     /// # Errors
     /// [`InvalidValue`] where the velocity filter cannot be made.
-    pub fn new(
-        settings: &SensorSettings,
-        acceleration_std_m_per_s2: f64,
-        tick_s: f64,
-        (seed, first_stream): (u64, u64),
-    ) -> Result<Self, InvalidValue> {
+    pub fn new(settings: &SensorSettings, tick_s: f64, (seed, first_stream): (u64, u64)) -> Result<Self, InvalidValue> {
         let resolution_m = settings.position_resolution_m;
-        let filter = (resolution_m > 0.0).then(|| VelocityFilter::new(tick_s, resolution_m, acceleration_std_m_per_s2));
+        let acceleration = settings.acceleration_std_m_per_s2;
+        let filter = (resolution_m > 0.0).then(|| VelocityFilter::new(tick_s, resolution_m, acceleration));
         Ok(Self {
             force: ForceSensor::new(settings, tick_s, seed, first_stream),
             position: Quantiser::new(resolution_m),
@@ -314,7 +302,7 @@ mod tests {
     #[test]
     fn readings_are_multiples_of_the_step() {
         let settings = SensorSettings { force_resolution_n: 0.5, position_resolution_m: 1e-3, ..Default::default() };
-        let mut sensor = AnySensor::<f64>::new(&settings, 0.5, TICK_S, (0, 0)).expect("valid");
+        let mut sensor = AnySensor::<f64>::new(&settings, TICK_S, (0, 0)).expect("valid");
         let reading = sensor.read(1.3, 0.012_34, 0.0);
         assert_eq!(reading.force_n, 1.5);
         assert!((reading.position_m - 0.012).abs() < 1e-15);

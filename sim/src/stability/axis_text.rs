@@ -1,7 +1,7 @@
 //! An axis of a map as people write it.
 
 use super::{Axis, Parameter, Spacing};
-use crate::scenario::{Kind, Range, find_key, nearest_of};
+use crate::scenario::{Kind, Range, Value, find_key, nearest_of};
 
 /// Most values of an axis.
 const MAX_VALUES: usize = 2000;
@@ -33,10 +33,10 @@ impl Axis {
         let number = |text: &str| {
             let toml = text.parse().ok().map(toml::Value::Float);
             let kind = find_key(parameter.key()).map_or(Kind::Number(Range::NON_NEGATIVE), |key| key.kind);
-            let accepted = toml.as_ref().and_then(|value| kind.accept(value));
+            let accepted = toml.as_ref().and_then(|value| Value::accept(&kind, value));
             match (accepted, toml) {
                 (Some(_), Some(toml::Value::Float(value))) => Ok(value),
-                _ => Err(format!("{text:?} is not {}", kind.describe())),
+                _ => Err(format!("{text:?} is not {}", kind.to_string())),
             }
         };
         let (low, high) = (number(low)?, number(high)?);

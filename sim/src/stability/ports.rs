@@ -150,7 +150,9 @@ impl Ports {
         } else {
             one
         };
-        let weight = -(-std::f64::consts::TAU * settings.link.controller.four_channel.acceleration_bandwidth_hz * tick_s).exp_m1();
+        let weight =
+            -(-std::f64::consts::TAU * settings.link.controller.four_channel.acceleration_bandwidth_hz * tick_s)
+                .exp_m1();
         let differentiate = (one - before) * (weight / tick_s) / (one - before * (1.0 - weight));
 
         // The slave: x_e = follow · x_ref, with x_ref as held.

@@ -1,9 +1,11 @@
 //! What the linearised loop is made of: the numbers of a scenario that its stability depends on.
 
 use super::Parameter;
+use crate::operator::Reflex;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::scenario::{DelayTicks, Scenario, TissueSpec, Value, waits_for_tick};
 use crate::teleoperation::{LinkSettings, PassivitySettings, Scheme};
+use crate::tissue::TissueSettings;
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,14 +77,14 @@ impl LoopSettings {
         let logged = !(scenario.forward_schedule.is_empty() && scenario.backward_schedule.is_empty());
         [
             (
-                !matches!(scenario.tissue, TissueSpec::KelvinVoigt { .. }),
+                !matches!(scenario.tissue, TissueSpec::Model(TissueSettings::KelvinVoigt(_))),
                 "the tissue: a spring and a damper stand for it",
             ),
             (scenario.augmentation.enabled, "the augmentation: see its switching below"),
             (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme: the loop is the plain one"),
             (limited, "the limits of the motors: their lags are there"),
             (!scenario.irregularity.is_none() || logged, "jitter, loss, outages and logged delays"),
-            (scenario.reflex.is_some(), "the person's reflex"),
+            (scenario.reflex.reflex != Reflex::None, "the person's reflex"),
             (scenario.sensor.position_resolution_m > 0.0, "the steps of the position reading and its filter"),
         ]
         .into_iter()

@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use crate::channel::{Irregularity, Schedule};
 use crate::engine::{Observer, Signals};
+use crate::operator::Reflex;
 use crate::run::RunError;
 use crate::scenario::{EngineKind, OperatorSpec, Scenario, TissueSpec};
 use crate::sensor::SensorSettings;
 use crate::stability::LoopSettings;
 use crate::time::TickGrid;
+use crate::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
 
 /// How deep the needle rests, in m.
 const DEPTH_M: f64 = 0.01;
@@ -96,12 +98,12 @@ pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict,
     run.irregularity = Irregularity::default();
     (run.forward_schedule, run.backward_schedule) = (Schedule::default(), Schedule::default());
     run.operator = OperatorSpec::Recording(desired);
-    (run.tremor.amplitude_m, run.reflex, run.augmentation.enabled) = (0.0, None, false);
-    run.tissue = TissueSpec::KelvinVoigt {
+    (run.tremor.amplitude_m, run.reflex.reflex, run.augmentation.enabled) = (0.0, Reflex::None, false);
+    run.tissue = TissueSpec::Model(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
         stiffness_n_per_m: settings.stiffness_n_per_m,
         damping_n_s_per_m: settings.damping_n_s_per_m,
-        contact_m: -DEPTH_M,
-    };
+        surface: Surface { contact_m: -DEPTH_M },
+    }));
     run.sensor = SensorSettings {
         force_bias_n: -settings.stiffness_n_per_m * DEPTH_M,
         force_bandwidth_hz: settings.force_bandwidth_hz,

@@ -283,8 +283,8 @@ fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, Scena
     };
     let mut values: Vec<Value> = vec![];
     for item in items {
-        let value = key.kind.accept(item).ok_or_else(|| {
-            let message = format!("{} has {item}, each must be {}", entry.path, key.kind.describe());
+        let value = Value::accept(&key.kind, item).ok_or_else(|| {
+            let message = format!("{} has {item}, each must be {}", entry.path, key.kind.to_string());
             ScenarioError::new(message).at(Some(entry.value_place.clone()))
         })?;
         if values.contains(&value) {
@@ -306,12 +306,12 @@ fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioErro
     let (from, to) = (from.ok_or_else(|| missing("from"))?, to.ok_or_else(|| missing("to"))?);
     let key = find_key(path).ok_or_else(|| missing("key"))?;
     if !matches!(key.kind, Kind::Number(_) | Kind::Whole(_)) {
-        let message = format!("{path} has no range, it is {}", key.kind.describe());
+        let message = format!("{path} has no range, it is {}", key.kind.to_string());
         return Err(ScenarioError::new(message).at(Some(from.key_place.clone())).remedy("give a list"));
     }
     for end in [from, to] {
-        if key.kind.accept(&end.value).is_none() {
-            return Err(must(end, &key.kind.describe()));
+        if Value::accept(&key.kind, &end.value).is_none() {
+            return Err(must(end, &key.kind.to_string()));
         }
     }
     let log = log.map_or(Ok(false), flag)?;

@@ -275,10 +275,7 @@ fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
     match &scenario.tissue {
         TissueSpec::Recording { force_n, .. } => numbers(force_n),
         TissueSpec::Depth { curves, .. } => curves.tables_n().into_iter().for_each(numbers),
-        TissueSpec::KelvinVoigt { .. }
-        | TissueSpec::HuntCrossley { .. }
-        | TissueSpec::Generalised { .. }
-        | TissueSpec::Layers(_) => {}
+        TissueSpec::Model(_) => {}
     }
     hash.update(format!("{:?} {:?}", scenario.forward_schedule, scenario.backward_schedule));
 }

@@ -1,8 +1,10 @@
 //! The generalised Kelvin-Voigt model (eq. 3-4).
 
-use super::power::QuarterPower;
+use super::kind::Model;
+use super::power::{PowerSettings, QuarterPower};
+use super::surface::Surface;
 use super::{Reaction, Tissue};
-use crate::error::{InvalidValue, finite, non_negative, require};
+use crate::error::{InvalidValue, non_negative, require};
 use crate::lane::{Lane, Mask};
 
 /// Most depths at which coefficients are given.
@@ -31,6 +33,23 @@ impl<L: Lane> Profile<L> {
     }
 }
 
+trocar_core::settings! {
+    /// What a spring and a damper whose coefficients vary with depth are told.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct GeneralisedSettings in "tissue." no const {
+        /// Where it begins.
+        surface: Surface,
+        /// Its power.
+        power: PowerSettings,
+        /// Depths below the surface at which generalised has its coefficients: 1 to 16, ascending; linear between them.
+        depths_m: Vec<f64> = [0.0, 0.02],
+        /// mu of generalised at each depth, at least 0, in N/m^n.
+        mus: Vec<f64> = [2000.0, 1000.0],
+        /// lambda of generalised at each depth, at least 0, in N·s/m^(n+1).
+        lambdas: Vec<f64> = [200.0, 200.0],
+    }
+}
+
 /// `f = K p + B v` for `p > 0`, 0 otherwise, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign).
 ///
 /// The paper leaves open how its coefficients vary with position, velocity and time. Here μ and λ are functions of the
@@ -50,35 +69,28 @@ pub struct Generalised<L: Lane> {
 }
 
 impl<L: Lane> Generalised<L> {
-    /// A tissue of μ (N/mⁿ) and λ (N·s/mⁿ⁺¹), both at least 0, at ascending depths (m, 1 to 16 of them), and of power n,
-    /// whose surface is at `contact_m` (m).
+    /// A tissue of the settings.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the parameter out of range.
-    pub fn new(
-        depths_m: &[f64],
-        (mus, lambdas): (&[f64], &[f64]),
-        power: f64,
-        contact_m: f64,
-    ) -> Result<Self, InvalidValue> {
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn new(settings: &GeneralisedSettings) -> Result<Self, InvalidValue> {
+        settings.validate()?;
+        let depths_m = &settings.depths_m;
         let count = depths_m.len();
         require("tissue.depths_m", count as f64, (1..=MAX_DEPTHS).contains(&count), "a list of 1 to 16 depths")?;
         for pair in depths_m.windows(2) {
             require("tissue.depths_m", pair[1], pair[1] - pair[0] >= 1e-6, "ascending, by 1e-6 or more each")?;
         }
-        for &depth in depths_m {
-            finite("tissue.depths_m", depth)?;
-        }
         let from = |j: usize| depths_m.get(j).copied().unwrap_or(0.0);
         let width = |j: usize| depths_m.get(j + 1).map_or(0.0, |to| to - from(j));
         Ok(Self {
-            mu: Profile::new("tissue.mus", depths_m, mus)?,
-            lambda: Profile::new("tissue.lambdas", depths_m, lambdas)?,
+            mu: Profile::new("tissue.mus", depths_m, &settings.mus)?,
+            lambda: Profile::new("tissue.lambdas", depths_m, &settings.lambdas)?,
             from: std::array::from_fn(|j| L::splat(from(j))),
             width: std::array::from_fn(|j| L::splat(width(j))),
             pieces: count - 1,
-            contact: L::splat(finite("tissue.contact_m", contact_m)?),
-            power: QuarterPower::new(power)?,
+            contact: L::splat(settings.surface.contact_m),
+            power: QuarterPower::new(&settings.power)?,
         })
     }
 }
@@ -99,19 +111,32 @@ impl<L: Lane> Tissue<L> for Generalised<L> {
     }
 }
 
+impl<L: Lane> Model for Generalised<L> {
+    type Settings = GeneralisedSettings;
+
+    fn build(settings: &GeneralisedSettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings)
+    }
+}
+
 crate::lane::gather!(Profile { value, slopes });
 crate::lane::gather!(Generalised { mu, lambda, from, width, contact, power } same { pieces });
 
 #[cfg(test)]
 mod tests {
-    use super::super::HuntCrossley;
+    use super::super::{HuntCrossley, HuntCrossleySettings};
     use super::*;
+
+    fn settings(depths_m: &[f64], mus: &[f64], lambdas: &[f64], power: f64, contact_m: f64) -> GeneralisedSettings {
+        let (depths_m, mus, lambdas) = (depths_m.into(), mus.into(), lambdas.into());
+        let (surface, power) = (Surface { contact_m }, PowerSettings { power });
+        GeneralisedSettings { surface, power, depths_m, mus, lambdas }
+    }
 
     #[test]
     fn its_coefficients_are_linear_between_the_depths() {
-        let tissue =
-            Generalised::<f64>::new(&[0.01, 0.02, 0.04], (&[100.0, 300.0, 0.0], &[0.0, 10.0, 10.0]), 1.0, 5e-3);
-        let mut tissue = tissue.expect("valid");
+        let settings = settings(&[0.01, 0.02, 0.04], &[100.0, 300.0, 0.0], &[0.0, 10.0, 10.0], 1.0, 5e-3);
+        let mut tissue = Generalised::<f64>::new(&settings).expect("valid");
         for (p, mu, lambda) in
             [(0.005, 100.0, 0.0), (0.01, 100.0, 0.0), (0.015, 200.0, 5.0), (0.03, 150.0, 10.0), (0.05, 0.0, 10.0)]
         {
@@ -123,8 +148,11 @@ mod tests {
 
     #[test]
     fn with_one_depth_it_is_hunt_crossley() {
-        let mut general = Generalised::<f64>::new(&[0.0], (&[2000.0], &[200.0]), 1.5, 1e-3).expect("valid");
-        let mut model = HuntCrossley::<f64>::new(2000.0, 200.0, 1.5, 1e-3).expect("valid");
+        let settings = settings(&[0.0], &[2000.0], &[200.0], 1.5, 1e-3);
+        let mut general = Generalised::<f64>::new(&settings).expect("valid");
+        let (surface, power) = (settings.surface, settings.power);
+        let even = HuntCrossleySettings { surface, mu: 2000.0, lambda: 200.0, power };
+        let mut model = HuntCrossley::<f64>::new(&even).expect("valid");
         for k in -10..100 {
             let (x, v) = (1e-3 * f64::from(k), 0.01 * f64::from(k % 7 - 3));
             assert!((general.react(0, x, v).force_n - model.react(0, x, v).force_n).abs() < 1e-12);
@@ -134,7 +162,7 @@ mod tests {
     #[test]
     fn lists_that_do_not_fit_are_named() {
         let refused = |depths: &[f64], mus: &[f64]| {
-            Generalised::<f64>::new(depths, (mus, &[0.0, 0.0]), 1.0, 0.0).expect_err("refused").name
+            Generalised::<f64>::new(&settings(depths, mus, &[0.0, 0.0], 1.0, 0.0)).expect_err("refused").name
         };
         assert_eq!(refused(&[0.0, 0.0], &[1.0, 1.0]), "tissue.depths_m");
         assert_eq!(refused(&[], &[]), "tissue.depths_m");

@@ -1,9 +1,26 @@
 //! The Hunt-Crossley model (eq. 2).
 
-use super::power::QuarterPower;
+use super::kind::Model;
+use super::power::{PowerSettings, QuarterPower};
+use super::surface::Surface;
 use super::{Reaction, Tissue};
-use crate::error::{InvalidValue, finite, non_negative};
+use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
+
+trocar_core::settings! {
+    /// What a spring and a damper that stiffen with depth are told.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct HuntCrossleySettings in "tissue." {
+        /// Where it begins.
+        surface: Surface,
+        /// mu of hunt-crossley, in N/m^n.
+        mu: f64 [NON_NEGATIVE] = 2000.0,
+        /// lambda of hunt-crossley, in N·s/m^(n+1).
+        lambda: f64 [NON_NEGATIVE] = 200.0,
+        /// Its power.
+        power: PowerSettings,
+    }
+}
 
 /// `f = μ pⁿ + λ pⁿ v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 2, in this crate's sign).
 ///
@@ -17,16 +34,17 @@ pub struct HuntCrossley<L: Lane> {
 }
 
 impl<L: Lane> HuntCrossley<L> {
-    /// A tissue of μ (N/mⁿ) and λ (N·s/mⁿ⁺¹), both at least 0, and of power n, whose surface is at `contact_m` (m).
+    /// A tissue of the settings.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the parameter out of range.
-    pub fn new(mu: f64, lambda: f64, power: f64, contact_m: f64) -> Result<Self, InvalidValue> {
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn new(settings: &HuntCrossleySettings) -> Result<Self, InvalidValue> {
+        settings.validate()?;
         Ok(Self {
-            power: QuarterPower::new(power)?,
-            stiffness: L::splat(non_negative("tissue.mu", mu)?),
-            damping: L::splat(non_negative("tissue.lambda", lambda)?),
-            contact: L::splat(finite("tissue.contact_m", contact_m)?),
+            stiffness: L::splat(settings.mu),
+            damping: L::splat(settings.lambda),
+            contact: L::splat(settings.surface.contact_m),
+            power: QuarterPower::new(&settings.power)?,
         })
     }
 }
@@ -42,17 +60,30 @@ impl<L: Lane> Tissue<L> for HuntCrossley<L> {
     }
 }
 
+impl<L: Lane> Model for HuntCrossley<L> {
+    type Settings = HuntCrossleySettings;
+
+    fn build(settings: &HuntCrossleySettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings)
+    }
+}
+
 crate::lane::gather!(HuntCrossley { stiffness, damping, contact, power });
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn tissue(mu: f64, lambda: f64, power: f64, contact_m: f64) -> Result<HuntCrossley<f64>, InvalidValue> {
+        let (surface, power) = (Surface { contact_m }, PowerSettings { power });
+        HuntCrossley::new(&HuntCrossleySettings { surface, mu, lambda, power })
+    }
+
     #[test]
     fn it_is_eq_2_for_every_power_it_takes() {
         for quarters in 0..=31 {
             let power = 0.25 * f64::from(quarters);
-            let mut tissue = HuntCrossley::<f64>::new(300.0, 20.0, power, 1e-3).expect("valid");
+            let mut tissue = tissue(300.0, 20.0, power, 1e-3).expect("valid");
             for depth in [1e-6, 0.004, 0.05, 1.5] {
                 let exact = 300.0 * f64::powf(depth, power) + 20.0 * f64::powf(depth, power) * 0.03;
                 let force = tissue.react(0, 1e-3 + depth, 0.03).force_n;
@@ -64,6 +95,6 @@ mod tests {
 
     #[test]
     fn a_power_between_quarters_is_refused() {
-        assert_eq!(HuntCrossley::<f64>::new(1.0, 1.0, 1.3, 0.0).expect_err("no").name, "tissue.power");
+        assert_eq!(tissue(1.0, 1.0, 1.3, 0.0).expect_err("no").name, "tissue.power");
     }
 }

@@ -1,8 +1,23 @@
 //! The Kelvin-Voigt model (eq. 1).
 
+use super::kind::Model;
+use super::surface::Surface;
 use super::{Reaction, Tissue};
-use crate::error::{InvalidValue, finite, non_negative};
+use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
+
+trocar_core::settings! {
+    /// What a spring and a damper in parallel are told.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct KelvinVoigtSettings in "tissue." {
+        /// K of kelvin-voigt.
+        stiffness_n_per_m: f64 [NON_NEGATIVE] = 200.0,
+        /// B of kelvin-voigt.
+        damping_n_s_per_m: f64 [NON_NEGATIVE] = 5.0,
+        /// Where it begins.
+        surface: Surface,
+    }
+}
 
 /// `f = K p + B v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 1, in this crate's sign).
 #[derive(Debug, Clone, Copy)]
@@ -13,15 +28,16 @@ pub struct KelvinVoigt<L> {
 }
 
 impl<L: Lane> KelvinVoigt<L> {
-    /// A tissue of stiffness `K` (N/m) and damping `B` (N·s/m), both at least 0, whose surface is at `contact_m` (m).
+    /// A tissue of the settings.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the parameter out of range.
-    pub fn new(stiffness_n_per_m: f64, damping_n_s_per_m: f64, contact_m: f64) -> Result<Self, InvalidValue> {
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn new(settings: &KelvinVoigtSettings) -> Result<Self, InvalidValue> {
+        settings.validate()?;
         Ok(Self {
-            stiffness: L::splat(non_negative("tissue.stiffness_n_per_m", stiffness_n_per_m)?),
-            damping: L::splat(non_negative("tissue.damping_n_s_per_m", damping_n_s_per_m)?),
-            contact: L::splat(finite("tissue.contact_m", contact_m)?),
+            stiffness: L::splat(settings.stiffness_n_per_m),
+            damping: L::splat(settings.damping_n_s_per_m),
+            contact: L::splat(settings.surface.contact_m),
         })
     }
 }
@@ -35,6 +51,14 @@ impl<L: Lane> Tissue<L> for KelvinVoigt<L> {
     }
 }
 
+impl<L: Lane> Model for KelvinVoigt<L> {
+    type Settings = KelvinVoigtSettings;
+
+    fn build(settings: &KelvinVoigtSettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings)
+    }
+}
+
 crate::lane::gather!(KelvinVoigt { stiffness, damping, contact });
 
 #[cfg(test)]
@@ -43,9 +67,16 @@ mod tests {
 
     #[test]
     fn it_answers_only_in_contact() {
-        let mut tissue = KelvinVoigt::<f64>::new(200.0, 5.0, 0.01).expect("valid");
+        let mut tissue = KelvinVoigt::<f64>::new(&KelvinVoigtSettings {
+            stiffness_n_per_m: 200.0,
+            damping_n_s_per_m: 5.0,
+            surface: Surface { contact_m: 0.01 },
+        })
+        .expect("valid");
         assert_eq!(tissue.react(0, 0.01, 1.0).force_n, 0.0);
         assert!((tissue.react(0, 0.03, -0.1).force_n - 3.5).abs() < 1e-12);
-        assert!(KelvinVoigt::<f64>::new(-1.0, 0.0, 0.0).is_err());
+        assert!(
+            KelvinVoigt::<f64>::new(&KelvinVoigtSettings { stiffness_n_per_m: -1.0, ..Default::default() }).is_err()
+        );
     }
 }

@@ -22,6 +22,8 @@
 //! | relaxation | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms | chosen here |
 //! | `c` in s/m | 2 | 2 | 2 | 2 | 2 | chosen here |
 
+use trocar_core::settings::{ActsFor, Key, Range, Source, acting};
+
 use super::literature::{
     CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N, STIFFENING_N_PER_M2,
     STIFFNESS_N_PER_M, THICKNESS_M,
@@ -31,38 +33,123 @@ use crate::error::{InvalidValue, require};
 /// How many layers there may be.
 pub const LAYERS: usize = 5;
 
-/// The layers' names in scenarios, from the surface down.
-pub const LAYER_NAMES: [&str; LAYERS] = ["skin", "fat", "muscle", "capsule", "organ"];
-
 /// Slowest relaxation in s.
 pub const MAX_RELAXATION_S: f64 = 10.0;
 
-/// What a layer is made of.
-///
-/// Its loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, as Okamura et al.
-/// take for the capsule, and a damping in proportion to it, as in Hunt-Crossley's model (eq. 2 with `λ = c μ`), so that no
-/// force begins with a step and none pulls.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LayerParameters {
-    /// Thickness in m, 0 to 0.3; 0: the layer is absent and the rest of its parameters mean nothing.
-    pub thickness_m: f64,
-    /// `a₁` in N/m, 0 to 2e4.
-    pub stiffness_n_per_m: f64,
-    /// `a₂` in N/m², 0 to 2e7; `a₁` or `a₂` is above 0.
-    pub stiffening_n_per_m2: f64,
-    /// Force in N at which the intact layer gives way, from the cutting force to 19.2 N.
-    pub rupture_force_n: f64,
-    /// Force in N at which the needle cuts on through it, 0.5 mN to 19.2 N.
-    pub cutting_force_n: f64,
-    /// Time constant in s with which it relaxes from the one to the other and, once cut through, to nothing: 0 (at once),
-    /// or from a tick to 10 s.
-    pub relaxation_s: f64,
-    /// `c` in s/m, 0 to 100.
-    pub damping_s_per_m: f64,
-    /// Friction on the shaft per length in the layer, in N/m, 0 to 800.
-    pub friction_n_per_m: f64,
-    /// Friction of the layer's rim on the shaft, whatever the length in it, in N, 0 to 7.
-    pub grip_n: f64,
+/// Declares what each layer is told: the struct, its keys in every layer, and how it is read.
+macro_rules! layer_settings {
+    (
+        $(#[doc = $about:literal])*
+        pub struct LayerParameters in $($layer:literal)* {
+            $(
+                $(#[doc = $doc:literal])*
+                $field:ident [$range:expr],
+            )*
+        }
+    ) => {
+        $(#[doc = $about])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct LayerParameters {
+            $(
+                $(#[doc = $doc])*
+                pub $field: f64,
+            )*
+        }
+
+        /// A layer's keys in scenarios.
+        #[derive(Debug)]
+        #[allow(missing_docs, reason = "named as the fields of LayerParameters")]
+        pub struct LayerKeys {
+            $(pub $field: &'static str,)*
+            at_least_cutting: &'static str,
+            reaches_rupture: &'static str,
+        }
+
+        impl LayerParameters {
+            /// Reads the layer that has some keys.
+            pub(super) fn read<S: Source>(source: &S, keys: &LayerKeys) -> Result<Self, S::Error> {
+                Ok(Self { $($field: source.number(keys.$field)?,)* })
+            }
+
+            /// The keys of the layer `index` of [`LAYER_NAMES`].
+            const fn keys(index: usize) -> [Key; LAYER_KEY_COUNT] {
+                let (names, default) = (&LAYER_KEYS[index], Self::DEFAULTS[index]);
+                let keys: &[Key] = &[$(
+                    Key::number(names.$field, $range, default.$field, trocar_core::settings!(@meaning $($doc)*)),
+                )*];
+                acting(&[keys], ActsFor::new("tissue.kind", &["layers"]))
+            }
+        }
+
+        const LAYER_KEY_COUNT: usize = [$(stringify!($field)),*].len();
+
+        /// The layers' names in scenarios, from the surface down.
+        pub const LAYER_NAMES: [&str; LAYERS] = [$($layer),*];
+
+        layer_settings!(@names {$($field)*} $($layer)*);
+    };
+    (@names $fields:tt $($layer:literal)*) => {
+        /// The keys of each layer, in the order of [`LAYER_NAMES`].
+        pub const LAYER_KEYS: [LayerKeys; LAYERS] = [$(layer_settings!(@layer $layer $fields)),*];
+    };
+    (@layer $layer:literal {$($field:ident)*}) => {
+        LayerKeys {
+            $($field: concat!("tissue.", $layer, ".", stringify!($field)),)*
+            at_least_cutting: concat!("at least tissue.", $layer, ".cutting_force_n"),
+            reaches_rupture: concat!(
+                "enough to reach tissue.",
+                $layer,
+                ".rupture_force_n within 0.1 m, with tissue.",
+                $layer,
+                ".stiffening_n_per_m2"
+            ),
+        }
+    };
+}
+
+/// The keys of every layer, from the surface down.
+pub const LAYERED_KEYS: &[[Key; LAYER_KEY_COUNT]; LAYERS] = &[
+    LayerParameters::keys(0),
+    LayerParameters::keys(1),
+    LayerParameters::keys(2),
+    LayerParameters::keys(3),
+    LayerParameters::keys(4),
+];
+
+layer_settings! {
+    /// What a layer is made of.
+    ///
+    /// Its loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, as Okamura et al.
+    /// take for the capsule, and a damping in proportion to it, as in Hunt-Crossley's model (eq. 2 with `λ = c μ`), so that no
+    /// force begins with a step and none pulls.
+    pub struct LayerParameters in "skin" "fat" "muscle" "capsule" "organ" {
+        /// Thickness, up to 0.3; 0: the layer is absent.
+        ///
+        /// In m; the rest of an absent layer's parameters mean nothing.
+        thickness_m [THICKNESS_M.range()],
+        /// a_1 of its loading law, a_1 d + a_2 d² of the deflection d.
+        stiffness_n_per_m [STIFFNESS_N_PER_M.range()],
+        /// a_2 of its loading law.
+        ///
+        /// `a₁` or `a₂` is above 0.
+        stiffening_n_per_m2 [STIFFENING_N_PER_M2.range()],
+        /// Where it gives way, median 1.22 (van Gerwen et al. 2012); at least the cutting force.
+        rupture_force_n [RUPTURE_FORCE_N.range()],
+        /// Where the needle cuts on through it, median 0.95 (van Gerwen et al. 2012).
+        cutting_force_n [CUTTING_FORCE_N.range()],
+        /// How fast it relaxes once ruptured, and once through: 0 (at once), or a tick to 10.
+        ///
+        /// Time constant in s from the rupture force to the cutting force and, once cut through, to nothing.
+        relaxation_s [Range::NON_NEGATIVE],
+        /// c: its force is (1 + c v) times that of the loading law.
+        damping_s_per_m [DAMPING_S_PER_M.range()],
+        /// Friction on the shaft per length in it; 11 to 12 in liver (Okamura et al. 2004).
+        friction_n_per_m [FRICTION_N_PER_M.range()],
+        /// Friction on the shaft whatever the length in it.
+        ///
+        /// Of the layer's rim, in N.
+        grip_n [GRIP_N.range()],
+    }
 }
 
 impl LayerParameters {
@@ -170,51 +257,6 @@ impl LayerParameters {
         Ok(())
     }
 }
-
-/// A layer's keys in scenarios.
-#[derive(Debug)]
-#[allow(missing_docs, reason = "named as the fields of LayerParameters")]
-pub struct LayerKeys {
-    pub thickness_m: &'static str,
-    pub stiffness_n_per_m: &'static str,
-    pub stiffening_n_per_m2: &'static str,
-    pub rupture_force_n: &'static str,
-    pub cutting_force_n: &'static str,
-    pub relaxation_s: &'static str,
-    pub damping_s_per_m: &'static str,
-    pub friction_n_per_m: &'static str,
-    pub grip_n: &'static str,
-    at_least_cutting: &'static str,
-    reaches_rupture: &'static str,
-}
-
-macro_rules! layer_keys {
-    ($layer:literal) => {
-        LayerKeys {
-            thickness_m: concat!("tissue.", $layer, ".thickness_m"),
-            stiffness_n_per_m: concat!("tissue.", $layer, ".stiffness_n_per_m"),
-            stiffening_n_per_m2: concat!("tissue.", $layer, ".stiffening_n_per_m2"),
-            rupture_force_n: concat!("tissue.", $layer, ".rupture_force_n"),
-            cutting_force_n: concat!("tissue.", $layer, ".cutting_force_n"),
-            relaxation_s: concat!("tissue.", $layer, ".relaxation_s"),
-            damping_s_per_m: concat!("tissue.", $layer, ".damping_s_per_m"),
-            friction_n_per_m: concat!("tissue.", $layer, ".friction_n_per_m"),
-            grip_n: concat!("tissue.", $layer, ".grip_n"),
-            at_least_cutting: concat!("at least tissue.", $layer, ".cutting_force_n"),
-            reaches_rupture: concat!(
-                "enough to reach tissue.",
-                $layer,
-                ".rupture_force_n within 0.1 m, with tissue.",
-                $layer,
-                ".stiffening_n_per_m2"
-            ),
-        }
-    };
-}
-
-/// The keys of each layer, in the order of [`LAYER_NAMES`].
-pub const LAYER_KEYS: [LayerKeys; LAYERS] =
-    [layer_keys!("skin"), layer_keys!("fat"), layer_keys!("muscle"), layer_keys!("capsule"), layer_keys!("organ")];
 
 #[cfg(test)]
 mod tests {

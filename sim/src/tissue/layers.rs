@@ -1,9 +1,13 @@
 //! Layers that bulge, give way, are cut through, and hold the shaft.
 
-use super::layer::{LAYERS, LayerParameters};
+use trocar_core::settings::{Key, Source, count, joined};
+
+use super::kind::Model;
+use super::layer::{LAYER_KEYS, LAYERS, LayerParameters};
 use super::shaft::{Shaft, ShaftParameters};
+use super::surface::Surface;
 use super::{Reaction, Tissue};
-use crate::error::{InvalidValue, finite, require};
+use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};
 
 /// Where a layer begins that the needle has not come to, in m: deeper than any run gets.
@@ -25,12 +29,39 @@ pub struct LayersParameters {
 }
 
 impl LayersParameters {
+    /// The keys that set it, but for those of its layers, which have sections of their own.
+    pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
+
+    const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, ShaftParameters::KEYS];
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// Those of the source.
+    pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
+        let mut layers = LayerParameters::DEFAULTS;
+        for (layer, keys) in layers.iter_mut().zip(&LAYER_KEYS) {
+            *layer = LayerParameters::read(source, keys)?;
+        }
+        let contact_m = Surface::read(source)?.contact_m;
+        Ok(Self { contact_m, layers, shaft: ShaftParameters::read(source)? })
+    }
+
+    /// Checks what needs no tick: the surface and the shaft.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first key out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        Surface { contact_m: self.contact_m }.validate()?;
+        self.shaft.validate()
+    }
+
     /// Checks every layer and the shaft, on ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
-    pub fn validate(&self, tick_s: f64) -> Result<(), InvalidValue> {
-        finite("tissue.contact_m", self.contact_m)?;
+    pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        Surface { contact_m: self.contact_m }.validate()?;
         for (index, layer) in self.layers.iter().enumerate() {
             layer.validate(index, tick_s)?;
         }
@@ -42,6 +73,13 @@ impl LayersParameters {
             "above 0, as no layer is left",
         )?;
         self.shaft.validate()
+    }
+}
+
+impl Default for LayersParameters {
+    fn default() -> Self {
+        let contact_m = Surface::DEFAULT.contact_m;
+        Self { contact_m, layers: LayerParameters::DEFAULTS, shaft: ShaftParameters::DEFAULT }
     }
 }
 
@@ -214,7 +252,7 @@ impl<L: Lane> Layers<L> {
     /// # Errors
     /// [`InvalidValue`] as [`LayersParameters::validate`], or for a needle that begins inside.
     pub fn new(parameters: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
-        parameters.validate(tick_s)?;
+        parameters.validate_on_ticks(tick_s)?;
         let outside = start_m <= parameters.contact_m;
         require(
             "tissue.contact_m",
@@ -300,6 +338,14 @@ impl<L: Lane> Tissue<L> for Layers<L> {
         };
         self.hold(position);
         Reaction { force_n, ruptured }
+    }
+}
+
+impl<L: Lane> Model for Layers<L> {
+    type Settings = LayersParameters;
+
+    fn build(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings, tick_s, start_m)
     }
 }
 

@@ -14,6 +14,8 @@
 //! here. Of speed it is only known that a faster needle meets a steeper force (Mahvash and Dupont, ICRA 2009) and that skin
 //! and muscle hardly heed it (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
 
+use trocar_core::settings::Range;
+
 use crate::error::{InvalidValue, require};
 
 /// A range, and why it is that.
@@ -28,6 +30,12 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The range of a key.
+    #[must_use]
+    pub const fn range(&self) -> Range {
+        Range::stated(self.low, self.high, self.requirement)
+    }
+
     /// Passes `value` on if it is within.
     ///
     /// # Errors

@@ -3,6 +3,15 @@
 use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};
 
+trocar_core::settings! {
+    /// The power of a depth.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct PowerSettings in "tissue." {
+        /// n of hunt-crossley and generalised, a multiple of 0.25 up to 7.75.
+        power: f64 [NON_NEGATIVE] = 1.5,
+    }
+}
+
 /// Most quarters of a power: every part at once.
 const MAX_QUARTERS: f64 = 31.0;
 
@@ -15,11 +24,12 @@ pub(super) struct QuarterPower<L: Lane> {
 }
 
 impl<L: Lane> QuarterPower<L> {
-    /// The power n of `tissue.power`.
+    /// The power n.
     ///
     /// # Errors
     /// [`InvalidValue`] for one that is no multiple of 0.25 from 0 to 7.75.
-    pub(super) fn new(power: f64) -> Result<Self, InvalidValue> {
+    pub(super) fn new(settings: &PowerSettings) -> Result<Self, InvalidValue> {
+        let power = settings.power;
         let quarters = 4.0 * power;
         let allowed = quarters.fract() == 0.0 && (0.0..=MAX_QUARTERS).contains(&quarters);
         require("tissue.power", power, allowed, "a multiple of 0.25 from 0 to 7.75")?;

@@ -1,46 +1,29 @@
 //! Friction between the needle's shaft and the layers around it: stick-slip with presliding.
 
 use super::literature::{SHAFT_DAMPING_N_S_PER_M2, SHAFT_STIFFNESS_N_PER_M, STATIC_RATIO, STICK_SPEED_M_PER_S};
-use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
 
-/// How the shaft rubs.
-///
-/// Kim and Lee (2016) find that the friction of a needle in porcine tissue rises with the displacement up to a kinetic
-/// one, as Dahl's model has it, with a viscous share; Simone (2002) and Okamura et al. (2004) take Karnopp's model, where
-/// the shaft holds until a larger static friction is overcome. Both are here. What was measured, and the ranges it makes,
-/// is in [`literature`](super::literature). The defaults are chosen here: a drag of the skin by a few millimetres; a static
-/// friction a tenth above the kinetic one, where bovine liver ex vivo has 1.5 to 1.7; a viscous one that is small, as
-/// Barbé et al. find of a pig's liver in vivo (3.2.1), where bovine liver ex vivo has 212 to 293 N·s/m².
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ShaftParameters {
-    /// `σ` in N/m, 10 to 1e5: how stiffly the tissue is dragged along before the shaft slides; `F/σ` is how far.
-    pub stiffness_n_per_m: f64,
-    /// Static friction by kinetic friction, 1 to 10.
-    pub static_ratio: f64,
-    /// Speed in m/s, 0 to 0.01, below which a sliding shaft sticks again.
-    pub stick_speed_m_per_s: f64,
-    /// Viscous friction per length in the tissue, in N·s/m², 0 to 2000.
-    pub damping_n_s_per_m2: f64,
-}
-
-impl Default for ShaftParameters {
-    fn default() -> Self {
-        Self { stiffness_n_per_m: 400.0, static_ratio: 1.1, stick_speed_m_per_s: 1e-3, damping_n_s_per_m2: 10.0 }
-    }
-}
-
-impl ShaftParameters {
-    /// Checks the ranges that the fields state.
+trocar_core::settings! {
+    /// How the shaft rubs.
     ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first key out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        SHAFT_STIFFNESS_N_PER_M.check("tissue.shaft_stiffness_n_per_m", self.stiffness_n_per_m)?;
-        STATIC_RATIO.check("tissue.static_ratio", self.static_ratio)?;
-        STICK_SPEED_M_PER_S.check("tissue.stick_speed_m_per_s", self.stick_speed_m_per_s)?;
-        SHAFT_DAMPING_N_S_PER_M2.check("tissue.shaft_damping_n_s_per_m2", self.damping_n_s_per_m2)?;
-        Ok(())
+    /// Kim and Lee (2016) find that the friction of a needle in porcine tissue rises with the displacement up to a kinetic
+    /// one, as Dahl's model has it, with a viscous share; Simone (2002) and Okamura et al. (2004) take Karnopp's model, where
+    /// the shaft holds until a larger static friction is overcome. Both are here. What was measured, and the ranges it makes,
+    /// is in [`literature`](super::literature). The defaults are chosen here: a drag of the skin by a few millimetres; a static
+    /// friction a tenth above the kinetic one, where bovine liver ex vivo has 1.5 to 1.7; a viscous one that is small, as
+    /// Barbé et al. find of a pig's liver in vivo (3.2.1), where bovine liver ex vivo has 212 to 293 N·s/m².
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ShaftParameters in "tissue." {
+        /// sigma of layers: how stiffly the shaft drags tissue along before it slides.
+        ///
+        /// `F/σ` is how far.
+        stiffness_n_per_m: f64 at "tissue.shaft_stiffness_n_per_m" [SHAFT_STIFFNESS_N_PER_M.range()] = 400.0,
+        /// Static by kinetic friction of the shaft in layers.
+        static_ratio: f64 [STATIC_RATIO.range()] = 1.1,
+        /// Speed below which the shaft sticks again.
+        stick_speed_m_per_s: f64 [STICK_SPEED_M_PER_S.range()] = 1e-3,
+        /// Viscous friction of the shaft per length in layers.
+        damping_n_s_per_m2: f64 at "tissue.shaft_damping_n_s_per_m2" [SHAFT_DAMPING_N_S_PER_M2.range()] = 10.0,
     }
 }
 

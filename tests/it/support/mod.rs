@@ -19,7 +19,7 @@ use trocar::operator::{Motion, Person, Ramp};
 use trocar::sensor::{AnySensor, SensorSettings};
 use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
 use trocar::time::TickGrid;
-use trocar::tissue::{AnyTissue, KelvinVoigt};
+use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
 
 /// A file of the project.
 pub fn file(path: &str) -> PathBuf {
@@ -110,7 +110,9 @@ impl ClosedLoop {
     pub fn engine<P: Plants<f64>>(&self, plants: P) -> Engine<P, Any<f64>> {
         let tick_s = 1e-3;
         let settings = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
-        let tissue = KelvinVoigt::new(self.stiffness_n_per_m, self.damping_n_s_per_m, 0.0).expect("valid");
+        let (stiffness_n_per_m, damping_n_s_per_m) = (self.stiffness_n_per_m, self.damping_n_s_per_m);
+        let tissue = KelvinVoigtSettings { stiffness_n_per_m, damping_n_s_per_m, ..KelvinVoigtSettings::DEFAULT };
+        let tissue = KelvinVoigt::new(&tissue).expect("valid");
         let detector = CusumDetector::new(&DetectorSettings::default(), tick_s);
         Engine {
             grid: TickGrid::new(tick_s, 3.0).expect("valid"),
@@ -118,7 +120,7 @@ impl ClosedLoop {
             parts: Parts {
                 operator: Person::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
                 tissue: AnyTissue::KelvinVoigt(tissue),
-                sensor: AnySensor::new(&SensorSettings::default(), 0.5, tick_s, (0, 0)).expect("valid"),
+                sensor: AnySensor::new(&SensorSettings::default(), tick_s, (0, 0)).expect("valid"),
                 chain: Chain {
                     contact_m: 0.0,
                     estimator: AnyEstimator::new(&RlsSettings::default()),

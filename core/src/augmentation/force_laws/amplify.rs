@@ -1,7 +1,16 @@
 //! A force whose variation is scaled.
 
-use super::{AugmentedTick, ForceLaw};
+use super::{AugmentedTick, BuiltIn, ForceLaw};
 use crate::lane::Lane;
+
+crate::settings! {
+    /// What an amplification is told.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct AmplifySettings in "augmentation." {
+        /// kappa of amplify.
+        gain: f64 at "augmentation.amplification" [AT_LEAST_ONE] = 2.0,
+    }
+}
 
 /// `F = max(F* + κ (F_e - F*), min(F*, 0))`: the measured variation is scaled, and its size still tells.
 ///
@@ -11,11 +20,11 @@ pub struct Amplify<L> {
     gain: L,
 }
 
-impl<L: Lane> Amplify<L> {
-    /// A law of the gain κ, at least 1.
-    #[must_use]
-    pub fn new(gain: f64) -> Self {
-        Self { gain: L::splat(gain) }
+impl<L: Lane> BuiltIn<L> for Amplify<L> {
+    type Settings = AmplifySettings;
+
+    fn build(settings: &AmplifySettings, _tick_s: f64) -> Self {
+        Self { gain: L::splat(settings.gain) }
     }
 }
 

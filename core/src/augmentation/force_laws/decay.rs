@@ -1,7 +1,20 @@
 //! A force that decays after the alarm, whatever the tissue does.
 
-use super::{AugmentedTick, ForceLaw};
+use super::{AugmentedTick, BuiltIn, ForceLaw};
 use crate::lane::Lane;
+
+crate::settings! {
+    /// What a decay is told.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DecaySettings in "augmentation.decay_" {
+        /// Where decay ends, as a share of the force at the alarm.
+        ratio: f64 [SHARE] = 0.0,
+        /// How fast it decays.
+        ///
+        /// Time constant in s.
+        time_constant_s: f64 [POSITIVE] = 0.03,
+    }
+}
 
 /// `F = F∞ + (F⁻ - F∞) exp(-T/τ)` with `F∞ = ratio · F*`: the same crisp drop at every rupture, whatever its size.
 ///
@@ -12,11 +25,11 @@ pub struct Decay<L> {
     keep: L,
 }
 
-impl<L: Lane> Decay<L> {
-    /// A decay to a share of `F*`, from 0 to 1, with a time constant in s, above 0, on ticks `tick_s` apart (s).
-    #[must_use]
-    pub fn new(ratio: f64, time_constant_s: f64, tick_s: f64) -> Self {
-        Self { ratio: L::splat(ratio), keep: L::splat(libm::exp(-tick_s / time_constant_s)) }
+impl<L: Lane> BuiltIn<L> for Decay<L> {
+    type Settings = DecaySettings;
+
+    fn build(settings: &DecaySettings, tick_s: f64) -> Self {
+        Self { ratio: L::splat(settings.ratio), keep: L::splat(libm::exp(-tick_s / settings.time_constant_s)) }
     }
 }
 

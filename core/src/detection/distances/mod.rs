@@ -23,7 +23,6 @@ pub use variance_change::VarianceChange;
 
 use super::Evidence;
 use super::hypotheses::Hypotheses;
-use crate::error::{InvalidValue, require};
 use crate::lane::Lane;
 
 /// Turns the evidence of a sample into the number that is accumulated (eq. 27).
@@ -76,22 +75,18 @@ trait BuiltIn {
     fn new(settings: &DistanceSettings) -> Self;
 }
 
-/// The kinds of distance and the enum of them, from a line each: the type and its word in scenarios.
+/// The kinds of distance and the enum of them, from a line each: the word in scenarios and the type.
 macro_rules! distances {
-    ($($Part:ident $word:literal,)*) => {
-        /// Which distance is accumulated.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum DistanceKind {
-            $(#[doc = concat!("[`", stringify!($Part), "`]: `", $word, "` in scenarios.")] $Part,)*
+    ($($word:literal => $Part:ident,)*) => {
+        crate::choice! {
+            /// What decides: e², e² of drops, eq. 22, 23, the stiffness of eq. 26, the derivative, GLR or Page-Hinkley.
+            #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+            pub enum DistanceKind at "detector.distance" = SquaredResidual {
+                $($word => $Part,)*
+            }
         }
 
         impl DistanceKind {
-            /// Every kind.
-            pub const ALL: [Self; [$($word),*].len()] = [$(Self::$Part),*];
-
-            /// The words for them in scenarios, in the order of [`DistanceKind::ALL`].
-            pub const WORDS: [&'static str; Self::ALL.len()] = [$($word),*];
-
             /// Whether the distance adds up (eq. 27); one that looks back by itself does not.
             #[must_use]
             pub fn accumulates(self) -> bool {
@@ -175,37 +170,37 @@ macro_rules! distances {
 }
 
 distances! {
-    SquaredResidual "squared-residual",
-    SquaredDrop "squared-drop",
-    MeanChange "mean-change",
-    VarianceChange "variance-change",
-    ParameterChange "parameter-change",
-    ForceDerivative "force-derivative",
-    LikelihoodRatio "likelihood-ratio",
-    PageHinkley "page-hinkley",
+    "squared-residual" => SquaredResidual,
+    "squared-drop" => SquaredDrop,
+    "mean-change" => MeanChange,
+    "variance-change" => VarianceChange,
+    "parameter-change" => ParameterChange,
+    "force-derivative" => ForceDerivative,
+    "likelihood-ratio" => LikelihoodRatio,
+    "page-hinkley" => PageHinkley,
 }
 
-/// A kind of distance with the hypotheses that scale it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DistanceSettings {
-    /// Which distance.
-    pub kind: DistanceKind,
-    /// What it compares.
-    pub hypotheses: Hypotheses,
-    /// How many samples the likelihood ratio looks back over, 1 to [`MAX_WINDOW_SAMPLES`]; the others have no window.
-    pub window_samples: usize,
+crate::settings! {
+    /// A kind of distance with the hypotheses that scale it.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DistanceSettings in "detector." {
+        /// Which distance.
+        kind: DistanceKind,
+        /// What it compares.
+        hypotheses: Hypotheses,
+        /// How many samples the likelihood ratio looks back over, at most 64.
+        ///
+        /// From 1 to [`MAX_WINDOW_SAMPLES`]; the other distances have no window.
+        window_samples: usize [1..] for "detector.distance" "likelihood-ratio" = WINDOW_SAMPLES,
+    }
+    where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
 }
 
 impl DistanceSettings {
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first one out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        self.hypotheses.validate()?;
-        let holds = (1..=MAX_WINDOW_SAMPLES).contains(&self.window_samples);
-        require("detector.window_samples", self.window_samples as f64, holds, "a whole number from 1 to 64")?;
-        Ok(())
+    /// Threshold γ and drift ν by [`Hypotheses::tuning`].
+    #[must_use]
+    pub fn tuning(&self) -> (f64, f64) {
+        self.hypotheses.tuning(self.kind)
     }
 }
 

@@ -1,62 +1,60 @@
 //! The keys of the recording that is replayed or detected in.
 
-use super::key;
+use trocar_core::settings::{Constant, Fallback, Key, Kind, Range as R};
+
 use crate::recording::Limits;
-use crate::scenario::keys::{Fallback, Key};
-use crate::scenario::value::{Kind, Range as R, Value};
-use Fallback::{Derived, Unset};
-use Kind::{File, Number, Numbers, Sign, Text, Whole};
+
+const LIMITS: Limits = Limits::DEFAULT;
 
 pub(super) const KEYS: &[Key] = &[
-    key("recording.file", File, Unset, "A CSV file, or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv."),
-    key(
-        "recording.ruptures_s",
-        Numbers,
-        Fallback::Value(|| Value::Numbers(vec![])),
-        "When layers rupture, counted from the recording's first sample.",
+    Key::new(
+        "recording.file",
+        Kind::File,
+        Fallback::Unset,
+        "A CSV file, or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv.",
     ),
-    key("recording.force_sign", Sign, number!(1.0), "-1 where the file counts resistance to insertion as negative."),
-    key("recording.position_sign", Sign, number!(1.0), "-1 where the file's positions shrink into the tissue."),
-    key(
+    Key::numbers("recording.ruptures_s", &[], "When layers rupture, counted from the recording's first sample."),
+    Key::sign("recording.force_sign", 1.0, "-1 where the file counts resistance to insertion as negative."),
+    Key::sign("recording.position_sign", 1.0, "-1 where the file's positions shrink into the tissue."),
+    Key::new(
         "recording.velocity_sign",
-        Sign,
-        Derived("that of the position"),
+        Kind::Sign,
+        Fallback::Derived("that of the position"),
         "-1 where the file's velocities are negative into the tissue.",
     ),
-    key(
+    Key::optional(
         "recording.max_gap_s",
-        Number(R::POSITIVE),
-        Unset,
+        R::POSITIVE,
         "Longest time between two samples; 10 median intervals when not given.",
     ),
-    key(
-        "recording.max_bytes",
-        Whole(1),
-        Fallback::Value(|| Value::Whole(Limits::default().max_bytes)),
-        "Largest file that is read.",
+    Key::whole("recording.max_bytes", 1, LIMITS.max_bytes, "Largest file that is read."),
+    Key::whole("recording.max_samples", 2, LIMITS.max_samples as u64, "Most samples that are kept."),
+    Key::new("recording.columns.time_s", Kind::Text, Fallback::Value(Constant::Text("time_s")), "Time."),
+    Key::new(
+        "recording.columns.position_m",
+        Kind::Text,
+        Fallback::Value(Constant::Text("position_m")),
+        "Position of the needle.",
     ),
-    key(
-        "recording.max_samples",
-        Whole(2),
-        Fallback::Value(|| Value::Whole(Limits::default().max_samples as u64)),
-        "Most samples that are kept.",
-    ),
-    key("recording.columns.time_s", Text, word!("time_s"), "Time."),
-    key("recording.columns.position_m", Text, word!("position_m"), "Position of the needle."),
-    key(
+    Key::new(
         "recording.columns.velocity_m_per_s",
-        Text,
-        Unset,
+        Kind::Text,
+        Fallback::Unset,
         "Velocity of the needle; estimated from the position when not given.",
     ),
-    key("recording.columns.force_n", Text, word!("force_n"), "Force on the needle."),
-    key("recording.scale.time_s", Number(R::POSITIVE), number!(1.0), "To seconds."),
-    key(
+    Key::new(
+        "recording.columns.force_n",
+        Kind::Text,
+        Fallback::Value(Constant::Text("force_n")),
+        "Force on the needle.",
+    ),
+    Key::number("recording.scale.time_s", R::POSITIVE, 1.0, "To seconds."),
+    Key::number(
         "recording.scale.position_m",
-        Number(R::POSITIVE),
-        number!(1.0),
+        R::POSITIVE,
+        1.0,
         "To metres, as 0.075 for the angle of a lever of that length.",
     ),
-    key("recording.scale.velocity_m_per_s", Number(R::POSITIVE), number!(1.0), "To metres per second."),
-    key("recording.scale.force_n", Number(R::POSITIVE), number!(1.0), "To newtons."),
+    Key::number("recording.scale.velocity_m_per_s", R::POSITIVE, 1.0, "To metres per second."),
+    Key::number("recording.scale.force_n", R::POSITIVE, 1.0, "To newtons."),
 ];

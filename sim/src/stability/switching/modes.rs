@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::augmentation::{ForceLawSettings, Freeze, Reengage};
+use crate::augmentation::{AmplifySettings, DecaySettings, ForceLawSettings, Freeze, Reengage};
 use crate::stability::machines::Machines;
 use crate::stability::side::Side;
 use crate::stability::{StabilityError, SwitchingSettings};
@@ -38,8 +38,10 @@ impl Modes {
         let (softest, stiffest) = settings.stiffness_n_per_m;
         let augmentation = &settings.augmentation;
         let keep = match augmentation.force {
-            ForceLawSettings::Decay { time_constant_s, .. } => libm::exp(-settings.of_loop.tick_s / time_constant_s),
-            ForceLawSettings::Amplify { .. } => 0.0,
+            ForceLawSettings::Decay(DecaySettings { time_constant_s, .. }) => {
+                libm::exp(-settings.of_loop.tick_s / time_constant_s)
+            }
+            ForceLawSettings::Amplify(_) => 0.0,
         };
         Ok(Self {
             master: Side::master(&machines, &settings.of_loop)?,
@@ -68,7 +70,7 @@ impl Modes {
 
     /// Whether what is fed back goes on depending on the force at the alarm.
     fn has_anchor(&self) -> bool {
-        !matches!(self.law, ForceLawSettings::Decay { ratio: 0.0, .. })
+        !matches!(self.law, ForceLawSettings::Decay(DecaySettings { ratio: 0.0, .. }))
     }
 
     /// Whether the hand's distance to the reference matters after an event.
@@ -192,13 +194,13 @@ impl Modes {
         let (n, all) = (self.states(), self.frozen_states());
         let mut fed_back = DMatrix::zeros(1, all);
         match self.law {
-            ForceLawSettings::Decay { ratio, .. } => {
+            ForceLawSettings::Decay(DecaySettings { ratio, .. }) => {
                 fed_back[n + 1] = self.keep;
                 if self.has_anchor() {
                     fed_back[n + 2] = ratio * (1.0 - self.keep);
                 }
             }
-            ForceLawSettings::Amplify { gain } => {
+            ForceLawSettings::Amplify(AmplifySettings { gain }) => {
                 fed_back.view_mut((0, 0), (1, n)).copy_from(&(self.force(vertex) * (share * gain)));
                 fed_back[n + 2] = 1.0 - share * gain;
             }
@@ -218,12 +220,12 @@ impl Modes {
 
     /// Whether a frozen tick is one and the same map for every tissue and force, so that its powers are exact.
     pub(super) fn is_frozen_alike(&self) -> bool {
-        matches!(self.law, ForceLawSettings::Decay { .. }) && self.slaves[0].a == self.slaves[1].a
+        matches!(self.law, ForceLawSettings::Decay(_)) && self.slaves[0].a == self.slaves[1].a
     }
 
     /// The shares for which [`Self::frozen`] has to be looked at.
     pub(super) fn shares(&self) -> &'static [f64] {
-        if matches!(self.law, ForceLawSettings::Decay { .. }) { &[1.0] } else { &[0.0, 1.0] }
+        if matches!(self.law, ForceLawSettings::Decay(_)) { &[1.0] } else { &[0.0, 1.0] }
     }
 
     /// `y` to `z` where re-engaging begins.

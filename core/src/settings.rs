@@ -1,0 +1,356 @@
+//! One declaration per setting: from it follow the field, its default, its range, the key that scenarios write, and how it is
+//! read.
+//!
+//! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds that one of them has.
+//! Both give a table of [`Key`]s, in the order of the fields, and a reader out of any [`Source`]. Neither allocates.
+
+mod declare;
+mod range;
+mod text;
+
+pub use range::Range;
+pub use text::{Sentence, sentence, sentence_len};
+
+use core::fmt;
+
+/// What a key holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A number within a range.
+    Number(Range),
+    /// A whole number from a least to 2⁶³ - 1.
+    Whole(u64),
+    /// 1 or -1.
+    Sign,
+    /// A list of numbers of sensible magnitudes.
+    Numbers,
+    /// True or false.
+    Flag,
+    /// One of some words.
+    Choice(&'static [&'static str]),
+    /// Any text.
+    Text,
+    /// A file, relative to the scenario's folder, or `builtin:` and a name.
+    File,
+}
+
+impl fmt::Display for Kind {
+    /// What the key must hold, as the end of "must be …".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(range) => range.fmt(f),
+            Self::Whole(least) => write!(f, "a whole number of at least {least}"),
+            Self::Sign => f.write_str("1 or -1"),
+            Self::Numbers => f.write_str("a list of numbers, as in [1.0, 2.5]"),
+            Self::Flag => f.write_str("true or false"),
+            Self::Choice(words) => {
+                f.write_str("one of ")?;
+                words.iter().enumerate().try_for_each(|(index, word)| {
+                    let comma = if index == 0 { "" } else { ", " };
+                    write!(f, "{comma}\"{word}\"")
+                })
+            }
+            Self::Text => f.write_str("a text, as in \"name\""),
+            Self::File => f.write_str("the path of a file, as in \"insertion.csv\""),
+        }
+    }
+}
+
+/// A default.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Constant {
+    /// A number.
+    Number(f64),
+    /// A whole number.
+    Whole(u64),
+    /// A list of numbers.
+    Numbers(&'static [f64]),
+    /// True or false.
+    Flag(bool),
+    /// A word or any text.
+    Text(&'static str),
+}
+
+/// What a key holds when no file gives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fallback {
+    /// A value.
+    Value(Constant),
+    /// What follows from other keys, as described.
+    Derived(&'static str),
+    /// Nothing.
+    Unset,
+}
+
+/// Most words of a choice for which one key acts.
+const MAX_WORDS: usize = 8;
+
+/// The words of a choice for which a key acts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActsFor {
+    /// The key of the choice.
+    pub key: &'static str,
+    words: [&'static str; MAX_WORDS],
+    count: usize,
+}
+
+impl ActsFor {
+    /// Some words of a choice, at most eight.
+    #[must_use]
+    pub const fn new(key: &'static str, given: &[&'static str]) -> Self {
+        let mut words = [""; MAX_WORDS];
+        let mut index = 0;
+        while index < given.len() {
+            words[index] = given[index];
+            index += 1;
+        }
+        Self { key, words, count: given.len() }
+    }
+
+    /// Its words.
+    #[must_use]
+    pub fn words(&self) -> &[&'static str] {
+        &self.words[..self.count]
+    }
+
+    /// For these words and those of another.
+    const fn and(mut self, other: Self) -> Self {
+        let mut index = 0;
+        while index < other.count {
+            self.words[self.count] = other.words[index];
+            self.count += 1;
+            index += 1;
+        }
+        self
+    }
+}
+
+/// One key.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Dotted path: `slave.velocity_gain`.
+    pub path: &'static str,
+    /// What it holds.
+    pub kind: Kind,
+    /// What it holds when not given.
+    pub fallback: Fallback,
+    /// What it means: the first paragraph of the field's documentation.
+    pub meaning: &'static str,
+    /// For which kind of a choice it acts; `None` for all.
+    pub acts_for: Option<ActsFor>,
+}
+
+impl Key {
+    /// A key that acts for every kind.
+    #[must_use]
+    pub const fn new(path: &'static str, kind: Kind, fallback: Fallback, meaning: &'static str) -> Self {
+        Self { path, kind, fallback, meaning, acts_for: None }
+    }
+
+    /// A number with a default.
+    #[must_use]
+    pub const fn number(path: &'static str, range: Range, default: f64, meaning: &'static str) -> Self {
+        Self::new(path, Kind::Number(range), Fallback::Value(Constant::Number(default)), meaning)
+    }
+
+    /// A number that follows from others.
+    #[must_use]
+    pub const fn derived(path: &'static str, range: Range, rule: &'static str, meaning: &'static str) -> Self {
+        Self::new(path, Kind::Number(range), Fallback::Derived(rule), meaning)
+    }
+
+    /// A number or none.
+    #[must_use]
+    pub const fn optional(path: &'static str, range: Range, meaning: &'static str) -> Self {
+        Self::new(path, Kind::Number(range), Fallback::Unset, meaning)
+    }
+
+    /// 1 or -1.
+    #[must_use]
+    pub const fn sign(path: &'static str, default: f64, meaning: &'static str) -> Self {
+        Self::new(path, Kind::Sign, Fallback::Value(Constant::Number(default)), meaning)
+    }
+
+    /// A whole number.
+    #[must_use]
+    pub const fn whole(path: &'static str, least: u64, default: u64, meaning: &'static str) -> Self {
+        Self::new(path, Kind::Whole(least), Fallback::Value(Constant::Whole(default)), meaning)
+    }
+
+    /// True or false.
+    #[must_use]
+    pub const fn flag(path: &'static str, default: bool, meaning: &'static str) -> Self {
+        Self::new(path, Kind::Flag, Fallback::Value(Constant::Flag(default)), meaning)
+    }
+
+    /// A list of numbers.
+    #[must_use]
+    pub const fn numbers(path: &'static str, default: &'static [f64], meaning: &'static str) -> Self {
+        Self::new(path, Kind::Numbers, Fallback::Value(Constant::Numbers(default)), meaning)
+    }
+
+    /// One of some words.
+    #[must_use]
+    pub const fn choice(
+        path: &'static str,
+        words: &'static [&'static str],
+        default: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(path, Kind::Choice(words), Fallback::Value(Constant::Text(default)), meaning)
+    }
+}
+
+/// Where settings are read from, by key.
+pub trait Source {
+    /// What is wrong with a value.
+    type Error;
+
+    /// The number of a key.
+    ///
+    /// # Errors
+    /// A key without one.
+    fn number(&self, key: &str) -> Result<f64, Self::Error>;
+
+    /// The number of a key that has none by default.
+    fn optional_number(&self, key: &str) -> Option<f64>;
+
+    /// The number of a key that follows from others unless it is given: it then has the one that follows.
+    fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
+
+    /// The whole number of a key.
+    ///
+    /// # Errors
+    /// A key without one.
+    fn whole(&self, key: &str) -> Result<u64, Self::Error>;
+
+    /// Whether a key is true.
+    ///
+    /// # Errors
+    /// A key that is neither true nor false.
+    fn flag(&self, key: &str) -> Result<bool, Self::Error>;
+
+    /// The numbers of a key.
+    ///
+    /// # Errors
+    /// A key without any.
+    fn numbers(&self, key: &str) -> Result<&[f64], Self::Error>;
+
+    /// The word of a key.
+    ///
+    /// # Errors
+    /// A key without one.
+    fn word(&self, key: &str) -> Result<&str, Self::Error>;
+
+    /// That a key has a word that is none of its own.
+    fn unknown_word(&self, key: &str) -> Self::Error;
+}
+
+/// How many keys some groups have.
+#[must_use]
+pub const fn count(groups: &[&[Key]]) -> usize {
+    let (mut count, mut group) = (0, 0);
+    while group < groups.len() {
+        count += groups[group].len();
+        group += 1;
+    }
+    count
+}
+
+/// The keys of some groups, `COUNT` in all.
+#[must_use]
+pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
+    let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
+    let (mut filled, mut group) = (0, 0);
+    while group < groups.len() {
+        let mut index = 0;
+        while index < groups[group].len() {
+            all[filled] = groups[group][index];
+            (filled, index) = (filled + 1, index + 1);
+        }
+        group += 1;
+    }
+    all
+}
+
+/// The keys of some groups for one kind of a choice.
+#[must_use]
+pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) -> [Key; COUNT] {
+    let mut all = joined::<COUNT>(groups);
+    let mut index = 0;
+    while index < COUNT {
+        if all[index].acts_for.is_none() {
+            all[index].acts_for = Some(acts_for);
+        }
+        index += 1;
+    }
+    all
+}
+
+/// How many different keys some groups have.
+#[must_use]
+pub const fn count_distinct(groups: &[&[Key]]) -> usize {
+    let (mut count, mut group) = (0, 0);
+    while group < groups.len() {
+        let mut index = 0;
+        while index < groups[group].len() {
+            if !is_in(groups[group][index].path, groups, group) {
+                count += 1;
+            }
+            index += 1;
+        }
+        group += 1;
+    }
+    count
+}
+
+/// The keys of some groups, `COUNT` different ones: one that several groups have acts for the kinds of all of them.
+#[must_use]
+pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
+    let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
+    let (mut filled, mut group) = (0, 0);
+    while group < groups.len() {
+        let mut index = 0;
+        while index < groups[group].len() {
+            let key = groups[group][index];
+            let mut known = 0;
+            while known < filled && !are_equal(all[known].path, key.path) {
+                known += 1;
+            }
+            if known == filled {
+                all[known] = key;
+                filled += 1;
+            } else if let (Some(ours), Some(others)) = (all[known].acts_for, key.acts_for) {
+                all[known].acts_for = Some(ours.and(others));
+            }
+            index += 1;
+        }
+        group += 1;
+    }
+    all
+}
+
+/// Whether one of the first `before` groups has a key.
+const fn is_in(path: &str, groups: &[&[Key]], before: usize) -> bool {
+    let mut group = 0;
+    while group < before {
+        let mut index = 0;
+        while index < groups[group].len() {
+            if are_equal(groups[group][index].path, path) {
+                return true;
+            }
+            index += 1;
+        }
+        group += 1;
+    }
+    false
+}
+
+const fn are_equal(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut index = 0;
+    while index < a.len() && index < b.len() && a[index] == b[index] {
+        index += 1;
+    }
+    index == a.len() && index == b.len()
+}

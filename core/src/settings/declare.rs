@@ -1,0 +1,480 @@
+//! The two macros that declare settings.
+
+/// Declares the settings of a part.
+///
+/// ```
+/// trocar_core::settings! {
+///     /// When to enter and to leave.
+///     #[derive(Debug, Clone, Copy, PartialEq)]
+///     pub struct Hold in "augmentation." {
+///         /// Shortest freeze.
+///         ///
+///         /// In s; what follows the first paragraph is for readers of the code alone.
+///         min_hold_s: f64 [NON_NEGATIVE] = 0.5,
+///         /// Longest freeze.
+///         max_hold_s: f64 [NON_NEGATIVE] = 1.0,
+///     } where { max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s"; }
+/// }
+/// assert_eq!(Hold::KEYS[1].path, "augmentation.max_hold_s");
+/// assert_eq!(Hold::KEYS[1].meaning, "Longest freeze.");
+/// assert!(Hold { min_hold_s: 2.0, ..Hold::DEFAULT }.validate().is_err());
+/// ```
+///
+/// gives the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after `in` and the
+/// field's name, or what follows `at`. A field is one of
+///
+/// | declaration | holds |
+/// |---|---|
+/// | `name: f64 [RANGE] = 0.5` | a number; `RANGE` is a constant of [`Range`](crate::settings::Range) or an expression that gives one |
+/// | `name: f64 [SIGN] = 1.0` | 1 or -1 |
+/// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | a number that follows from the fields before it, as the text says |
+/// | `name: Option<f64> [RANGE]` | a number or none |
+/// | `name: u64 [1..] = 1`, `name: usize [1..] = 1` | a whole number and its least value |
+/// | `name: bool = true` | true or false |
+/// | `name: Vec<f64> = [0.0, 1.0]` | numbers |
+/// | `name: Other` | other settings or a choice, keys and all |
+/// | `name: Other [kinds last]` | a choice whose kinds have their keys behind those of all fields |
+///
+/// `for "detector.motion" "any" "inserting"` ahead of a default names the kinds of a choice for which a key acts.
+/// `given (threshold: f64)` behind the prefix names what the fields follow from besides: `read` takes it, and `name: Other
+/// (threshold)` passes it on. There is no default then, unless it has one itself, as in `given (threshold: f64 = 2.0)`; that
+/// also gives `default_for`. `no DEFAULT` says that a field has none; `no const` that one cannot
+/// be made at compile time, and gives `Default` alone. `where field: |s| ..., "at least ...";` checks a field against others,
+/// `then Self::check;` whatever else there is to check.
+#[macro_export]
+macro_rules! settings {
+    (
+        $(#[doc = $about:literal])*
+        #[derive($($derive:ident),*)]
+        $vis:vis struct $name:ident in $prefix:literal
+            $(given ($($given:ident : $given_ty:ty $(= $stand_in:expr)?),+))? $(no $without:ident)?
+        {
+            $(
+                $(#[doc = $doc:literal])*
+                $field:ident : $ty:ident $(<$arg:ident>)? $(at $key:literal)? $([$($range:tt)+])? $(($($with:expr),+))?
+                $(for $choice:literal $($word:literal)+)? $(= $default:expr)? $(=> $rule:literal $derived:expr)?
+            ),* $(,)?
+        }
+        $(where $related:ident : $holds:expr, $requirement:literal;)*
+        $(then $then:path;)?
+    ) => {
+        $(#[doc = $about])*
+        #[derive($($derive),*)]
+        $vis struct $name {
+            $(
+                $(#[doc = $doc])*
+                pub $field: $ty $(<$arg>)?,
+            )*
+        }
+
+        impl $name {
+            /// The keys that set it, in their order.
+            pub const KEYS: &'static [$crate::settings::Key] = {
+                const GROUPS: &[&[$crate::settings::Key]] = &[
+                    $($crate::settings!(@acting {$($choice $($word)+)?} $crate::settings!(@keys
+                        ($crate::settings!(@path $prefix $field $($key)?)) ($($doc)*)
+                        {$ty $(<$arg>)?} {$($($range)+)?} {$(= $default)? $(=> $rule)?}
+                    )),)*
+                    $($crate::settings!(@kinds {$ty} {$($($range)+)?}),)*
+                ];
+                &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
+            };
+
+            /// Checks the ranges that the fields state, and what they state of one another.
+            ///
+            /// # Errors
+            /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
+            pub fn validate(&self) -> Result<(), $crate::error::InvalidValue> {
+                $($crate::settings!(@check
+                    ($crate::settings!(@path $prefix $field $($key)?)) (&self.$field)
+                    {$ty $(<$arg>)?} {$($($range)+)?}
+                );)*
+                #[allow(non_camel_case_types, dead_code, reason = "the fields by their own names")]
+                enum Field { $($field),* }
+                let _key = |field| match field {
+                    $(Field::$field => $crate::settings!(@path $prefix $field $($key)?),)*
+                };
+                $({
+                    let holds: fn(&Self) -> bool = $holds;
+                    #[allow(clippy::unnecessary_cast, reason = "not each setting is an f64")]
+                    let value = self.$related as f64;
+                    $crate::error::require(_key(Field::$related), value, holds(self), $requirement)?;
+                })*
+                $($then(self)?;)?
+                Ok(())
+            }
+
+            /// Reads it.
+            ///
+            /// # Errors
+            /// Those of the source.
+            pub fn read<S: $crate::settings::Source>(
+                source: &mut S $($(, $given: $given_ty)+)?
+            ) -> Result<Self, S::Error> {
+                $(let $field = $crate::settings!(@read
+                    source ($crate::settings!(@path $prefix $field $($key)?))
+                    {$ty $(<$arg>)?} {$($($range)+)?} {$(($($with),+))?} {$(=> $derived)?}
+                );)*
+                Ok(Self { $($field),* })
+            }
+        }
+
+        $crate::settings!(@default $name {$(given $({$given $given_ty $(= $stand_in)?})+)? $(no $without)?} {
+            $($field {$ty $(<$arg>)?} {$(= $default)? $(=> $derived)?})*
+        });
+    };
+
+    // Where a field stands.
+    (@path $prefix:literal $field:ident) => { concat!($prefix, stringify!($field)) };
+    (@path $prefix:literal $field:ident $key:literal) => { $key };
+
+
+    // What it means.
+    (@meaning $($doc:literal)*) => {{
+        const LINES: &[&str] = &[$($doc),*];
+        const SENTENCE: &$crate::settings::Sentence<{ $crate::settings::sentence_len(LINES) }> =
+            &$crate::settings::sentence(LINES);
+        SENTENCE.as_str()
+    }};
+
+    (@range $range:ident) => { $crate::settings::Range::$range };
+    (@range $($range:tt)+) => { $($range)+ };
+
+    // For which kinds they act.
+    (@acting {} $keys:expr) => { $keys };
+    (@acting {$choice:literal $($word:literal)+} $keys:expr) => {{
+        const GROUPS: &[&[$crate::settings::Key]] = &[$keys];
+        const COUNT: usize = $crate::settings::count(GROUPS);
+        &$crate::settings::acting::<COUNT>(GROUPS, $crate::settings::ActsFor::new($choice, &[$($word),+]))
+    }};
+
+    // Its keys.
+    (@keys ($path:expr) ($($doc:literal)*) {f64} {SIGN} {= $default:expr}) => {
+        &[$crate::settings::Key::sign($path, $default, $crate::settings!(@meaning $($doc)*))]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {f64} {$($range:tt)+} {= $default:expr}) => {
+        &[$crate::settings::Key::number(
+            $path, $crate::settings!(@range $($range)+), $default, $crate::settings!(@meaning $($doc)*)
+        )]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {f64} {$($range:tt)+} {=> $rule:literal}) => {
+        &[$crate::settings::Key::derived(
+            $path, $crate::settings!(@range $($range)+), $rule, $crate::settings!(@meaning $($doc)*)
+        )]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {Option<f64>} {$($range:tt)+} {}) => {
+        &[$crate::settings::Key::optional(
+            $path, $crate::settings!(@range $($range)+), $crate::settings!(@meaning $($doc)*)
+        )]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {u64} {$least:literal ..} {= $default:expr}) => {
+        &[$crate::settings::Key::whole($path, $least, $default, $crate::settings!(@meaning $($doc)*))]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {usize} {$least:literal ..} {= $default:expr}) => {
+        &[$crate::settings::Key::whole($path, $least, $default as u64, $crate::settings!(@meaning $($doc)*))]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {bool} {} {= $default:expr}) => {
+        &[$crate::settings::Key::flag($path, $default, $crate::settings!(@meaning $($doc)*))]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {Vec<f64>} {} {= $default:expr}) => {
+        &[$crate::settings::Key::numbers($path, &$default, $crate::settings!(@meaning $($doc)*))]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {$other:ident} {kinds last} {}) => { &[$other::KEY] };
+    (@keys ($path:expr) ($($doc:literal)*) {$other:ident} {} {}) => { $other::KEYS };
+    (@kinds {$other:ident} {kinds last}) => { $other::KIND_KEYS };
+    (@kinds {$other:ident} {$($range:tt)*}) => { &[] };
+
+    // Its range.
+    (@check ($path:expr) ($value:expr) {f64} {SIGN}) => {
+        $crate::error::require($path, *$value, *$value == 1.0 || *$value == -1.0, "1 or -1")?;
+    };
+    (@check ($path:expr) ($value:expr) {f64} {$($range:tt)+}) => {
+        $crate::settings!(@range $($range)+).check($path, *$value)?;
+    };
+    (@check ($path:expr) ($value:expr) {Option<f64>} {$($range:tt)+}) => {
+        if let Some(value) = $value {
+            $crate::settings!(@range $($range)+).check($path, *value)?;
+        }
+    };
+    (@check ($path:expr) ($value:expr) {u64} {$least:literal ..}) => {
+        let requirement = concat!("a whole number of at least ", $least);
+        $crate::error::require($path, *$value as f64, *$value >= $least, requirement)?;
+    };
+    (@check ($path:expr) ($value:expr) {usize} {$least:literal ..}) => {
+        let requirement = concat!("a whole number of at least ", $least);
+        $crate::error::require($path, *$value as f64, *$value >= $least, requirement)?;
+    };
+    (@check ($path:expr) ($value:expr) {bool} {}) => {};
+    (@check ($path:expr) ($value:expr) {Vec<f64>} {}) => {
+        for value in $value {
+            $crate::settings::Range::ANY.check($path, *value)?;
+        }
+    };
+    (@check ($path:expr) ($value:expr) {$other:ident} {$($last:ident)*}) => { $other::validate($value)?; };
+
+    // Its value, out of a source.
+    (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {}) => { $source.number($path)? };
+    (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {=> $derived:expr}) => {
+        $source.number_or($path, || $derived)
+    };
+    (@read $source:ident ($path:expr) {Option<f64>} {$($range:tt)+} {} {}) => { $source.optional_number($path) };
+    (@read $source:ident ($path:expr) {u64} {$($range:tt)+} {} {}) => { $source.whole($path)? };
+    (@read $source:ident ($path:expr) {usize} {$($range:tt)+} {} {}) => { $source.whole($path)? as usize };
+    (@read $source:ident ($path:expr) {bool} {} {} {}) => { $source.flag($path)? };
+    (@read $source:ident ($path:expr) {Vec<f64>} {} {} {}) => { $source.numbers($path)?.to_vec() };
+    (@read $source:ident ($path:expr) {$other:ident} {$($last:ident)*} {$(($($with:expr),+))?} {}) => {
+        $other::read($source $($(, $with)+)?)?
+    };
+
+    // The defaults.
+    (@default $name:ident {} {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}) => {
+        impl $name {
+            /// The default.
+            pub const DEFAULT: Self = {
+                $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
+                Self { $($field),* }
+            };
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    };
+    (@default $name:ident {given $({$given:ident $given_ty:ty = $stand_in:expr})+}
+        {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}
+    ) => {
+        impl $name {
+            /// The default.
+            pub const DEFAULT: Self = Self::default_for($($stand_in),+);
+
+            /// The default where what it follows from is another.
+            #[must_use]
+            pub const fn default_for($($given: $given_ty),+) -> Self {
+                $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
+                Self { $($field),* }
+            }
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    };
+    (@default $name:ident {no const} {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}) => {
+        impl Default for $name {
+            fn default() -> Self {
+                $(let $field = $crate::settings!(@made {$($ty)+} {$($default)*});)*
+                Self { $($field),* }
+            }
+        }
+    };
+    (@default $name:ident {$($none:tt)+} {$($fields:tt)*}) => {};
+    (@value {$($ty:tt)+} {= $default:expr}) => { $default };
+    (@value {$($ty:tt)+} {=> $derived:expr}) => { $derived };
+    (@value {Option<f64>} {}) => { None };
+    (@value {$other:ident} {}) => { $other::DEFAULT };
+    (@made {Vec<f64>} {= $default:expr}) => { Vec::from($default) };
+    (@made {$other:ident} {}) => { $other::default() };
+    (@made {$($ty:tt)+} {$($default:tt)*}) => { $crate::settings!(@value {$($ty)+} {$($default)*}) };
+}
+
+/// Declares the kinds of a choice.
+///
+/// ```
+/// trocar_core::choice! {
+///     /// Let the felt force decay, or scale its variation.
+///     #[derive(Debug, Clone, Copy, PartialEq)]
+///     pub enum Law at "augmentation.force_law" = Decay {
+///         /// Towards a share of the force at the alarm.
+///         "decay" => Decay in "augmentation.decay_" {
+///             /// Where decay ends.
+///             ratio: f64 [SHARE] = 0.0,
+///         },
+///         /// As it is.
+///         "none" => None,
+///     }
+/// }
+/// assert_eq!(Law::KEYS[1].path, "augmentation.decay_ratio");
+/// assert_eq!(Law::KEYS[1].acts_for.expect("one kind").words(), ["decay"]);
+/// assert_eq!(Law::DEFAULT.word(), "decay");
+/// ```
+///
+/// gives the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its own key `KEY`, those
+/// of its kinds `KIND_KEYS`, and `KEYS`, all of them. A kind holds nothing, fields as those of [`settings!`](crate::settings!),
+/// or other settings in parentheses; its keys act for it alone, or for all kinds that have them. `no const` gives `Default` alone. Kinds that all hold nothing are listed in `ALL`.
+#[macro_export]
+macro_rules! choice {
+    (
+        $(#[doc = $about:literal])*
+        #[derive($($derive:ident),*)]
+        $vis:vis enum $name:ident at $path:literal = $default:ident $(no $without:ident)? {
+            $(
+                $(#[doc = $variant_doc:literal])*
+                $word:literal => $variant:ident $(($payload:ident))? $(in $prefix:literal {
+                    $(
+                        $(#[doc = $doc:literal])*
+                        $field:ident : $ty:ident $(<$arg:ident>)? $(at $key:literal)? $([$($range:tt)+])? = $value:expr
+                    ),* $(,)?
+                })?
+            ),* $(,)?
+        }
+    ) => {
+        $(#[doc = $about])*
+        #[derive($($derive),*)]
+        $vis enum $name {
+            $(
+                $(#[doc = $variant_doc])*
+                #[doc = concat!("`", $word, "` in scenarios.")]
+                $variant $(($payload))? $({
+                    $(
+                        $(#[doc = $doc])*
+                        $field: $ty $(<$arg>)?,
+                    )*
+                })?,
+            )*
+        }
+
+        $crate::choice!(@all $name $({$variant $(($payload))? $({$prefix})?})*);
+
+        impl $name {
+            /// The words of its kinds, in their order.
+            pub const WORDS: &'static [&'static str] = &[$($word),*];
+
+            /// Its own key.
+            pub const KEY: $crate::settings::Key = $crate::settings::Key::choice(
+                $path,
+                Self::WORDS,
+                {
+                    $(
+                        #[allow(non_upper_case_globals, dead_code, reason = "the kinds by their own names")]
+                        const $variant: &str = $word;
+                    )*
+                    $default
+                },
+                $crate::settings!(@meaning $($about)*),
+            );
+
+            /// The keys of its kinds, each of which acts for one of them.
+            pub const KIND_KEYS: &'static [$crate::settings::Key] = {
+                const GROUPS: &[&[$crate::settings::Key]] = &[$({
+                    const GROUPS: &[&[$crate::settings::Key]] = &[
+                        $($payload::KEYS,)?
+                        $($($crate::settings!(@keys
+                            ($crate::settings!(@path $prefix $field $($key)?)) ($($doc)*)
+                            {$ty $(<$arg>)?} {$($($range)+)?} {= $value}
+                        ),)*)?
+                    ];
+                    const COUNT: usize = $crate::settings::count(GROUPS);
+                    const ACTS_FOR: $crate::settings::ActsFor =
+                        $crate::settings::ActsFor::new($path, &[$word]);
+                    &$crate::settings::acting::<COUNT>(GROUPS, ACTS_FOR)
+                }),*];
+                &$crate::settings::distinct::<{ $crate::settings::count_distinct(GROUPS) }>(GROUPS)
+            };
+
+            /// All of them.
+            pub const KEYS: &'static [$crate::settings::Key] = {
+                const GROUPS: &[&[$crate::settings::Key]] = &[&[$name::KEY], $name::KIND_KEYS];
+                &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
+            };
+
+            /// The word of the kind.
+            #[must_use]
+            pub const fn word(&self) -> &'static str {
+                match self {
+                    $(Self::$variant { .. } => $word,)*
+                }
+            }
+
+            /// Checks the ranges that the fields state.
+            ///
+            /// # Errors
+            /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
+            pub fn validate(&self) -> Result<(), $crate::error::InvalidValue> {
+                $($(
+                    if let Self::$variant(settings) = self {
+                        $payload::validate(settings)?;
+                    }
+                )?)*
+                $($(
+                    if let Self::$variant { $($field),* } = self {
+                        $($crate::settings!(@check
+                            ($crate::settings!(@path $prefix $field $($key)?)) ($field) {$ty $(<$arg>)?} {$($($range)+)?}
+                        );)*
+                    }
+                )?)*
+                Ok(())
+            }
+
+            /// Reads it.
+            ///
+            /// # Errors
+            /// Those of the source.
+            pub fn read<S: $crate::settings::Source>(source: &mut S) -> Result<Self, S::Error> {
+                let given = source.word($path)?;
+                let Some(&word) = Self::WORDS.iter().find(|word| **word == given) else {
+                    return Err(source.unknown_word($path));
+                };
+                $(
+                    if word == $word {
+                        return Ok(Self::$variant {
+                            $(0: $payload::read(source)?)?
+                            $($($field: $crate::settings!(@read
+                                source ($crate::settings!(@path $prefix $field $($key)?))
+                                {$ty $(<$arg>)?} {$($($range)+)?} {} {}
+                            )),*)?
+                        });
+                    }
+                )*
+                Err(source.unknown_word($path))
+            }
+        }
+
+        $crate::choice!(@default $name $default {$(no $without)?} {
+            $({$variant $(($payload))? {$($($field: $value),*)?}})*
+        });
+    };
+
+    (@default $name:ident $default:ident {} {$({$variant:ident $(($payload:ident))? {$($fields:tt)*}})*}) => {
+        impl $name {
+            /// The default.
+            pub const DEFAULT: Self = {
+                $(
+                    #[allow(non_upper_case_globals, dead_code, reason = "the kinds by their own names")]
+                    const $variant: $name = $name::$variant { $(0: $payload::DEFAULT)? $($fields)* };
+                )*
+                $default
+            };
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    };
+    (@default $name:ident $default:ident {no const} {$({$variant:ident ($payload:ident) {}})*}) => {
+        impl Default for $name {
+            fn default() -> Self {
+                $(
+                    #[allow(non_snake_case, dead_code, reason = "the kinds by their own names")]
+                    fn $variant() -> $name {
+                        $name::$variant($payload::default())
+                    }
+                )*
+                $default()
+            }
+        }
+    };
+
+    (@all $name:ident $({$variant:ident})*) => {
+        impl $name {
+            /// Every kind.
+            pub const ALL: [Self; Self::WORDS.len()] = [$(Self::$variant),*];
+        }
+    };
+    (@all $name:ident $($kind:tt)*) => {};
+}

@@ -1,0 +1,89 @@
+//! The kinds of tissue by the words that scenarios use: one line each.
+
+use super::{
+    DepthReplay, Generalised, GeneralisedSettings, HuntCrossley, HuntCrossleySettings, KelvinVoigt,
+    KelvinVoigtSettings, Layers, LayersParameters, Reaction, RecordedForce, ReplaySettings, Tissue,
+};
+use crate::error::InvalidValue;
+use crate::lane::Lane;
+
+/// A tissue that is made of settings alone.
+pub trait Model: Sized {
+    /// What it is told.
+    type Settings;
+
+    /// A tissue of the settings on ticks of `tick_s` (s), of a needle whose tip begins at `start_m` (m).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
+}
+
+/// The settings and the enum of the built-in tissues, from a line each: word, type, type of the settings. A recording is
+/// replayed by time or by depth, which are two tissues.
+macro_rules! tissues {
+    (
+        $(#[doc = $about:literal])*
+        $recording_word:literal => $recording:ident($recording_settings:ident) by $time:ident($by_time:ty) $depth:ident($by_depth:ty),
+        $($word:literal => $model:ident($settings:ident),)*
+    ) => {
+        trocar_core::choice! {
+            $(#[doc = $about])*
+            #[derive(Debug, Clone, PartialEq)]
+            pub enum TissueSettings at "tissue.kind" = $recording no const {
+                $recording_word => $recording($recording_settings),
+                $($word => $model($settings),)*
+            }
+        }
+
+        /// Any of the built-in tissues.
+        #[derive(Debug, Clone)]
+        pub enum AnyTissue<L: Lane> {
+            /// A recording, replayed by time.
+            $time($by_time),
+            /// A recording, replayed by depth.
+            $depth($by_depth),
+            $(#[doc = concat!("See [`", stringify!($model), "`].")] $model($model<L>),)*
+        }
+
+        impl TissueSettings {
+            /// The tissue on ticks of `tick_s` (s), of a needle whose tip begins at `start_m` (m).
+            ///
+            /// # Errors
+            /// [`InvalidValue`] naming the setting out of range, or the kind of a recording, which takes the recording too.
+            pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<AnyTissue<L>, InvalidValue> {
+                match self {
+                    Self::$recording(_) => Err(InvalidValue {
+                        name: "tissue.kind",
+                        value: 0.0,
+                        requirement: "replayed with its recording",
+                    }),
+                    $(Self::$model(settings) => Model::build(settings, tick_s, start_m).map(AnyTissue::$model),)*
+                }
+            }
+        }
+
+        impl<L: Lane> Tissue<L> for AnyTissue<L> {
+            #[inline(always)]
+            fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+                match self {
+                    Self::$time(part) => part.react(tick, position_m, velocity_m_per_s),
+                    Self::$depth(part) => part.react(tick, position_m, velocity_m_per_s),
+                    $(Self::$model(part) => part.react(tick, position_m, velocity_m_per_s),)*
+                }
+            }
+        }
+
+        crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model),* });
+    };
+}
+
+tissues! {
+    /// Replays the recording's force over time, or answers as a spring and damper, even (eq. 1), stiffening (eq. 2) or
+    /// varying with depth (eq. 3-4), or as layers that give way.
+    "recording" => Recording(ReplaySettings) by Recording(RecordedForce) Depth(DepthReplay<L>),
+    "kelvin-voigt" => KelvinVoigt(KelvinVoigtSettings),
+    "hunt-crossley" => HuntCrossley(HuntCrossleySettings),
+    "generalised" => Generalised(GeneralisedSettings),
+    "layers" => Layers(LayersParameters),
+}
