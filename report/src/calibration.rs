@@ -6,7 +6,7 @@ use serde_json::{Value as Json, json};
 
 use super::Table;
 use super::number::{show, significant};
-use trocar_sim::compare::Unit;
+use trocar_sim::metrics::Unit;
 use trocar_sim::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 
 /// The `[estimator]` and `[detector]` tables of a calibration.

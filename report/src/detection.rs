@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use super::Table;
 use super::number::{show, significant};
 use super::tables::{quoted, shortest};
-use trocar_sim::compare::Unit;
+use trocar_sim::metrics::Unit;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
 
 /// What a detection found, in words and tables.

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Every room with its floor.
-const ROOMS: [(&str, u8); 30] = [
+const ROOMS: [(&str, u8); 31] = [
     ("error", 0),
     ("lane", 0),
+    ("moments", 0),
     ("quantiles", 0),
     ("time", 0),
     ("lti", 1),

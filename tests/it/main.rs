@@ -21,6 +21,7 @@ mod link;
 mod link_random;
 mod link_schedule;
 mod lti;
+mod metrics;
 mod operators;
 mod oracle_trajectories;
 mod packs;

@@ -6,7 +6,7 @@ use super::chart::{ChartShade, Mark};
 use super::digits::Fine;
 use crate::Table;
 use crate::number::{show, significant};
-use trocar_sim::compare::Unit;
+use trocar_sim::metrics::Unit;
 use trocar_sim::engine::Trace;
 use trocar_sim::run::Run;
 
