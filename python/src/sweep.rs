@@ -111,6 +111,7 @@ pub(crate) fn sweep<'py>(
 /// better, meaning.
 #[pyfunction]
 pub(crate) fn metrics() -> Vec<(String, &'static str, String, &'static str, &'static str, &'static str)> {
-    let columns = |m: &Declaration| (m.key(1), m.scope.word(), m.full_label(1), m.unit.si(), m.better.word(), m.meaning);
+    let columns =
+        |m: &Declaration| (m.key(1), m.scope.word(), m.full_label(1), m.unit.si(), m.better.word(), m.meaning);
     Column::declarations().map(columns).collect()
 }

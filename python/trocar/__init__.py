@@ -63,7 +63,9 @@ def metrics() -> dict[str, tuple[str, str, str, str, str]]:
     """Every metric that a sweep can keep, those of ruptures and events with the number 1: its scope (``run``, ``rupture``,
     ``event``, ``link``, ``loop``), its label in tables, its SI unit, which values are better (``lower``, ``higher``, ``neither``),
     its meaning."""
-    return {name: tuple(rest) for name, *rest in _core.metrics()}
+    return {
+        name: (scope, label, unit, better, meaning) for name, scope, label, unit, better, meaning in _core.metrics()
+    }
 
 
 def metric_names() -> list[str]:

@@ -21,7 +21,8 @@ pub fn metrics_markdown() -> String {
         if last != Some(metric.scope) {
             let gap = if last.is_some() { "\n" } else { "" };
             let about = about(metric.scope);
-            let _ = writeln!(text, "{gap}{about}\n\n| metric | label | unit | better | meaning |\n|---|---|---|---|---|");
+            let _ =
+                writeln!(text, "{gap}{about}\n\n| metric | label | unit | better | meaning |\n|---|---|---|---|---|");
             last = Some(metric.scope);
         }
         let label = metric.full_label(1).replace('|', "\\|");

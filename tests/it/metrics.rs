@@ -33,9 +33,8 @@ fn sources() -> String {
 /// How often a word stands in a text, as a word of its own.
 fn occurrences(text: &str, word: &str) -> usize {
     let is_of_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-    let is_alone = |at: usize| {
-        !is_of_word(text[..at].chars().next_back()) && !is_of_word(text[at + word.len()..].chars().next())
-    };
+    let is_alone =
+        |at: usize| !is_of_word(text[..at].chars().next_back()) && !is_of_word(text[at + word.len()..].chars().next());
     text.match_indices(word).filter(|(at, _)| is_alone(*at)).count()
 }
 
@@ -74,7 +73,9 @@ fn every_surface_has_every_metric() {
 fn former_names_of_metrics_are_taken_and_the_new_ones_named() {
     let desk = Desk::new();
     let file = |metrics: &str| {
-        format!("base = \"builtin:augmented.toml\"\nmetrics = [{metrics}]\nset.simulation.duration_s = 6.0\naxes.scaling.force = [0.5, 1.0]\n")
+        format!(
+            "base = \"builtin:augmented.toml\"\nmetrics = [{metrics}]\nset.simulation.duration_s = 6.0\naxes.scaling.force = [0.5, 1.0]\n"
+        )
     };
     desk.file("old.toml", file("\"most_slave_overshoot_m\", \"tracking_rmse_m\""));
     let old = desk.command(&["sweep", "old.toml", "--out", "out"]).assert().success();
