@@ -11,7 +11,7 @@ use crate::scenario::Scenario;
 use crate::{convert, error};
 
 type Compared<'py> =
-    (Bound<'py, PyAny>, String, Vec<(String, &'static str, Vec<Option<f64>>)>, Vec<(Run, Bound<'py, PyDict>)>);
+    (Bound<'py, PyAny>, String, Vec<(String, String, &'static str, Vec<Option<f64>>)>, Vec<(Run, Bound<'py, PyDict>)>);
 
 /// Runs scenarios side by side: what `comparison.json` holds, the tables as text, the rows, and the runs.
 #[pyfunction]
@@ -35,7 +35,8 @@ pub(crate) fn compare<'py>(
     let mut text = comparison_text(&comparison);
     let further = [study.as_ref().map(seeds_text), facts.as_deref().map(facts_text)];
     further.iter().flatten().for_each(|part| text.push_str(&format!("\n{part}")));
-    let rows = comparison.table().rows.into_iter().map(|row| (row.metric, row.unit.si(), row.values)).collect();
+    let rows =
+        comparison.table().rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values)).collect();
     let runs = comparison.runs.into_iter().map(|run| hand_over(py, run)).collect::<PyResult<_>>()?;
     Ok((convert::parsed(py, &json)?, text, rows, runs))
 }

@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_sim::detect::{ASSUMED_STEP_M, Chain, Reading, VelocitySource};
+use trocar_sim::detect::{ASSUMED_STEP_M, DetectionChain, Reading, VelocitySource};
 use trocar_sim::recording::Limits;
 use trocar_sim::scenario::{DetectionSettings, Values};
 
@@ -37,8 +37,8 @@ impl Step {
 /// Estimator and detector on samples that come one by one.
 #[pyclass(module = "trocar._core")]
 pub(crate) struct Detector {
-    chain: Chain,
-    fresh: Chain,
+    chain: DetectionChain,
+    fresh: DetectionChain,
     is_filtered: bool,
     samples: u64,
 }
@@ -63,7 +63,7 @@ impl Detector {
             true => VelocitySource::Filtered { step_m: if given > 0.0 { given } else { ASSUMED_STEP_M } },
             false => VelocitySource::Measured,
         };
-        let chain = Chain::new(&settings, interval_s, velocity).map_err(|_| {
+        let chain = DetectionChain::new(&settings, interval_s, velocity).map_err(|_| {
             error::value(format!("interval_s is {interval_s:?}, must be a positive, finite number of seconds"))
         })?;
         Ok(Self { fresh: chain.clone(), chain, is_filtered, samples: 0 })
@@ -188,7 +188,7 @@ impl Detector {
 }
 
 /// Refuses what no needle does: one bad sample would spoil the estimates for good.
-fn check(reading: &Reading, at: Option<usize>) -> PyResult<()> {
+fn check(reading: &Reading<f64>, at: Option<usize>) -> PyResult<()> {
     let all = [("position", reading.position_m), ("velocity", reading.velocity_m_per_s), ("force", reading.force_n)];
     // False for NaN.
     let sound = |value: f64| value.abs() <= Limits::MAX_MAGNITUDE;

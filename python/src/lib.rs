@@ -36,7 +36,7 @@ mod _core {
     #[pymodule_export]
     use crate::detector::{Detector, Step};
     #[pymodule_export]
-    use crate::run::{Run, run, seconds_of_run};
+    use crate::run::{Run, run, seconds_of_run, trace_columns};
     #[pymodule_export]
     use crate::scenario::{Scenario, keys, record, shipped};
     #[pymodule_export]
@@ -44,7 +44,7 @@ mod _core {
     #[pymodule_export]
     use crate::state_space::{StateSpace, state_space};
     #[pymodule_export]
-    use crate::sweep::{metric_names, sweep};
+    use crate::sweep::{metrics, sweep};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,13 +1,12 @@
 //! Running a scenario.
 
-use std::mem::take;
 use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{run_text, summary_json};
-use trocar_sim::engine::{Observer, Signals, Trace};
+use trocar_sim::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, Trace};
 use trocar_sim::run::observe;
 
 use crate::arrays::put;
@@ -41,10 +40,10 @@ impl Run {
         run_text(&self.run)
     }
 
-    /// The table's rows: metric, unit, value in SI.
-    fn rows(&self) -> Vec<(String, &'static str, Option<f64>)> {
+    /// The table's rows: metric, label, unit, value in SI.
+    fn rows(&self) -> Vec<(String, String, &'static str, Option<f64>)> {
         let rows = trocar_sim::compare::rows(&[&self.run.metrics], &[]);
-        rows.into_iter().map(|row| (row.metric, row.unit.si(), row.values[0])).collect()
+        rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values[0])).collect()
     }
 
     #[getter]
@@ -109,32 +108,23 @@ pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, B
 pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
     let columns = PyDict::new(py);
     let trace = &mut run.trace;
-    for (name, values) in [
-        ("time_s", &mut trace.time_s),
-        ("desired_position_m", &mut trace.desired_position_m),
-        ("master_position_m", &mut trace.master_position_m),
-        ("master_velocity_m_per_s", &mut trace.master_velocity_m_per_s),
-        ("operator_force_n", &mut trace.operator_force_n),
-        ("slave_reference_m", &mut trace.slave_reference_m),
-        ("slave_position_m", &mut trace.slave_position_m),
-        ("slave_velocity_m_per_s", &mut trace.slave_velocity_m_per_s),
-        ("tissue_force_n", &mut trace.tissue_force_n),
-        ("measured_force_n", &mut trace.measured_force_n),
-        ("feedback_force_n", &mut trace.feedback_force_n),
-        ("stiffness_n_per_m", &mut trace.stiffness_n_per_m),
-        ("damping_n_s_per_m", &mut trace.damping_n_s_per_m),
-        ("residual_n", &mut trace.residual_n),
-        ("distance", &mut trace.distance),
-        ("decision", &mut trace.decision),
-    ] {
-        put(&columns, name, take(values))?;
+    for (name, values) in COLUMNS.into_iter().zip(trace.take_columns()) {
+        match values {
+            ColumnValues::Numbers(numbers) => put(&columns, name, numbers)?,
+            ColumnValues::Codes(codes) => put(&columns, name, codes)?,
+        }
     }
-    put(&columns, "mode", take(&mut trace.mode))?;
     if let Some((name, values)) = &trace.extra_parameter {
         // The summary needs it too.
         columns.set_item(*name, PyArray1::from_slice(py, values))?;
     }
     Ok((Run { run }, columns))
+}
+
+/// The columns of a trace: name, unit, meaning.
+#[pyfunction]
+pub(crate) fn trace_columns() -> Vec<(&'static str, &'static str, &'static str)> {
+    TRACE_COLUMNS.iter().map(|column| (column.name, column.unit, column.meaning)).collect()
 }
 
 /// How long the crate's own `run` takes for a scenario, in s: the least of some times.

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_sim::metrics::Declaration;
 use trocar_sim::scenario::Source;
 use trocar_sim::sweep::{
     AxisColumn, Column, Design, Execution, Part, Plan, Progress, Rows, Shard, SweepError, execute,
@@ -66,10 +67,10 @@ impl Columns {
     }
 }
 
-type Swept<'py> = (Bound<'py, PyDict>, String, u64);
+type Swept<'py> = (Bound<'py, PyDict>, String, u64, Vec<(String, String)>);
 
 /// Runs a sweep, or the part of it that a shard as "3/8" names, on so many threads, 0 for all processors: the columns, the hash
-/// of the whole sweep, and how many cases that has. With a file its path, else its text; `base` where neither names one.
+/// of the whole sweep, how many cases that has, and the former names of metrics that the file uses, each with the name of today. With a file its path, else its text; `base` where neither names one.
 #[pyfunction]
 pub(crate) fn sweep<'py>(
     py: Python<'py>,
@@ -100,16 +101,19 @@ pub(crate) fn sweep<'py>(
             return Ok(None);
         }
         let columns = Columns::read(&plan.design, &Rows(vec![part]), first)?;
-        Ok(Some((columns, plan.hash(), plan.design.cases())))
+        Ok(Some((columns, plan.hash(), plan.design.cases(), plan.former_names)))
     };
     let swept = interruptible(py, threads, work)?.map_err(|error: SweepError| error::sweep(py, &error))?;
     // Only a signal stops it, which has been raised then.
-    let (columns, hash, cases) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
-    Ok((columns.hand_over(py)?, hash, cases))
+    let (columns, hash, cases, former_names) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
+    Ok((columns.hand_over(py)?, hash, cases, former_names))
 }
 
-/// The metrics that a sweep can keep, those of ruptures and events with the number 1.
+/// Every metric that a sweep can keep, those of ruptures and events with the number 1: name, scope, label, unit, which values are
+/// better, meaning.
 #[pyfunction]
-pub(crate) fn metric_names() -> Vec<String> {
-    Column::names().collect()
+pub(crate) fn metrics() -> Vec<(String, &'static str, String, &'static str, &'static str, &'static str)> {
+    let columns =
+        |m: &Declaration| (m.key(1), m.scope.word(), m.full_label(1), m.unit.si(), m.better.word(), m.meaning);
+    Column::declarations().map(columns).collect()
 }

@@ -57,6 +57,22 @@ def test_traces_are_arrays_that_were_not_copied(run):
     assert all(not column.flags.owndata and column.flags.writeable for column in run.traces.values())
 
 
+def test_the_columns_of_a_trace_are_listed(run):
+    assert list(trocar.trace_columns()) == list(run.traces)
+    assert trocar.trace_columns()["slave_position_m"][0] == "m" and run["mode"].dtype == np.uint8
+
+
+def test_a_former_name_of_a_metric_is_taken_with_a_warning():
+    with pytest.warns(FutureWarning, match="most_slave_overshoot_m is called max_slave_overshoot_m now"):
+        sweep = trocar.sweep(
+            "builtin:augmented.toml",
+            {"scaling.force": [1.0]},
+            set={"simulation.duration_s": 6.0},
+            metrics=["most_slave_overshoot_m"],
+        )
+    assert "max_slave_overshoot_m" in sweep.columns
+
+
 def test_a_frame_a_figure_and_a_table(run):
     frame = run.to_dataframe()
     assert frame.shape == (17000, 16) and frame.index.name == "time_s"
@@ -84,6 +100,7 @@ def test_a_comparison():
     assert [fact["holds"] for fact in comparison.facts] == [True] * len(comparison.facts)
     frame = comparison.to_dataframe()
     assert list(frame.columns) == ["unit", "classical", "augmented"]
+    assert frame.index[0] == "rupture_1_detection_delay_s"
     assert len(comparison.plot().axes) == 2
     assert "<table>" in comparison._repr_html_() and "augmented" in str(comparison)
     assert trocar.compare("builtin:classical.toml").facts is None
@@ -207,4 +224,6 @@ def test_keys_and_metrics_are_listed():
     kind, default, meaning = trocar.keys()["scaling.force"]
     assert default == "1.0" and "number" in kind and meaning
     assert "false_alarms" in trocar.metric_names()
+    scope, label, unit, better, meaning = trocar.metrics()["rupture_1_detection_delay_s"]
+    assert (scope, label, unit, better) == ("rupture", "rupture 1: detection delay", "s", "lower") and meaning.endswith(".")
     assert trocar.__version__

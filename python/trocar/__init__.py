@@ -10,7 +10,7 @@ insertion. Computing releases the interpreter's lock, and Ctrl-C ends it.
 """
 
 from . import _core
-from ._core import Step, __version__, metric_names
+from ._core import Step, __version__
 from ._errors import ScenarioError
 from .comparing import Comparison, compare
 from .detection import Calibration, Detection, Detector, calibrate, detect, record
@@ -38,12 +38,14 @@ __all__ = [
     "detect",
     "keys",
     "metric_names",
+    "metrics",
     "record",
     "run",
     "shipped",
     "stability",
     "state_space",
     "sweep",
+    "trace_columns",
 ]
 
 
@@ -55,3 +57,22 @@ def shipped() -> dict[str, str]:
 def keys() -> dict[str, tuple[str, str | None, str]]:
     """Every key of a scenario: what it holds, its default as TOML writes it (``None`` if it has none), its meaning."""
     return {path: (kind, default, meaning) for path, kind, default, meaning in _core.keys()}
+
+
+def metrics() -> dict[str, tuple[str, str, str, str, str]]:
+    """Every metric that a sweep can keep, those of ruptures and events with the number 1: its scope (``run``, ``rupture``,
+    ``event``, ``link``, ``loop``), its label in tables, its SI unit, which values are better (``lower``, ``higher``, ``neither``),
+    its meaning."""
+    return {
+        name: (scope, label, unit, better, meaning) for name, scope, label, unit, better, meaning in _core.metrics()
+    }
+
+
+def metric_names() -> list[str]:
+    """The names of :func:`metrics`."""
+    return list(metrics())
+
+
+def trace_columns() -> dict[str, tuple[str, str]]:
+    """The columns of a trace: unit (empty for codes), meaning."""
+    return {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}

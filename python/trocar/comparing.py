@@ -28,7 +28,7 @@ class Comparison:
         What ``comparison.json`` of the command line holds: ``runs``, ``table``, ``noise``, ``paper_facts``, ``seeds``.
     """
 
-    def __init__(self, report: dict[str, Any], text: str, rows: list[tuple[str, str, list[float | None]]], runs: list[Run]) -> None:
+    def __init__(self, report: dict[str, Any], text: str, rows: list[tuple[str, str, str, list[float | None]]], runs: list[Run]) -> None:
         self.report = report
         self.runs = runs
         self._text = text
@@ -41,12 +41,12 @@ class Comparison:
         return facts
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A row per metric with its SI unit, a column per scenario."""
+        """A row per metric, named as in ``comparison.csv``, with its SI unit, a column per scenario."""
         import pandas
 
         names = [run.scenario.name for run in self.runs]
-        rows = [[unit, *values] for _, unit, values in self._rows]
-        index = pandas.Index([metric for metric, _, _ in self._rows], name="metric")
+        rows = [[unit, *values] for _, _, unit, values in self._rows]
+        index = pandas.Index([metric for metric, _, _, _ in self._rows], name="metric")
         return pandas.DataFrame(rows, index=index, columns=["unit", *names])
 
     def plot(self, **options: Any) -> Figure:
@@ -62,7 +62,7 @@ class Comparison:
         return f"Comparison({', '.join(run.scenario.name for run in self.runs)})"
 
     def _repr_html_(self) -> str:
-        rows = [(metric, *(quantity(value, unit) for value in values)) for metric, unit, values in self._rows]
+        rows = [(label, *(quantity(value, unit) for value in values)) for _, label, unit, values in self._rows]
         return table(["metric", *(run.scenario.name for run in self.runs)], rows)
 
 

@@ -22,29 +22,7 @@ class Run:
     """A scenario that was run.
 
     ``run["slave_position_m"]`` is a column of the trace. Every column has the shape ``(ticks,)``, a value per tick, and is
-    float64, but for ``mode``, which is uint8:
-
-    ========================== ============ ==========================================================================
-    column                     unit         what it is
-    ========================== ============ ==========================================================================
-    time_s                     s            time of the tick
-    desired_position_m         m            where the person wants the master to be
-    master_position_m          m            where it is
-    master_velocity_m_per_s    m/s          how fast it is
-    operator_force_n           N            force of the hand on the master, positive when pushing in
-    slave_reference_m          m            where the slave is told to be
-    slave_position_m           m            where it is, growing into the tissue
-    slave_velocity_m_per_s     m/s          how fast it is
-    tissue_force_n             N            the tissue's force, positive when it resists insertion
-    measured_force_n           N            as the sensor reads it
-    feedback_force_n           N            what the master is told to give back
-    stiffness_n_per_m          N/m          estimated stiffness
-    damping_n_s_per_m          N·s/m        estimated damping
-    residual_n                 N            prediction error
-    distance                   N²           distance (its unit follows ``detector.distance``)
-    decision                   N²           decision, an alarm above ``detector.threshold``
-    mode                                    0 teleoperation, 1 augmented, 2 re-engaging
-    ========================== ============ ==========================================================================
+    float64, but for ``mode``, which is uint8. :func:`trocar.trace_columns` lists them with units and meanings.
 
     Some estimators have one column more, ``friction_n`` (N) or ``power``. A run that diverged ends early: that is a result,
     in ``run.metrics["outcome"]``.
@@ -102,7 +80,7 @@ class Run:
         return f"Run({self.scenario.name!r}, {len(self.traces['time_s'])} ticks)"
 
     def _repr_html_(self) -> str:
-        rows = [(metric, quantity(value, unit)) for metric, unit, value in self._core.rows()]
+        rows = [(label, quantity(value, unit)) for _, label, unit, value in self._core.rows()]
         return table(["metric", self.scenario.name], rows)
 
 

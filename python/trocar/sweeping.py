@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -147,9 +148,15 @@ def sweep(
         own = [setting for setting in scenario._core.origin()[3] if key_of(setting) not in said]
         job = _Job(None, "\n".join(lines) + "\n", scenario, own)
     if client is None:
-        columns, hash, _ = job.run("1/1", threads)
+        columns, hash, _, former_names = job.run("1/1", threads)
+        _name_former(former_names)
         return Sweep(columns, hash)
     return _over_workers(job, client, shards, max(threads, 1))
+
+
+def _name_former(former_names: list[tuple[str, str]]) -> None:
+    for former, name in former_names:
+        warnings.warn(f"the metric {former} is called {name} now", FutureWarning, stacklevel=3)
 
 
 def _levels(given: Any) -> Any:
@@ -189,7 +196,7 @@ class _Job:
     base: Scenario | None
     settings: list[str]
 
-    def run(self, shard: str, threads: int) -> tuple[dict[str, Any], str, int]:
+    def run(self, shard: str, threads: int) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]:
         base = None if self.base is None else self.base._core
         return _core.sweep(self.path, self.text, base, self.settings, shard, threads)
 
@@ -206,13 +213,14 @@ def _over_workers(job: _Job, client: Any, shards: int | None, threads: int) -> S
     except BaseException:
         client.cancel(futures)
         raise
-    hashes = {hash for _, hash, _ in parts}
+    _name_former(parts[0][3])
+    hashes = {hash for _, hash, _, _ in parts}
     if len(hashes) > 1:
         raise RuntimeError(
             "the workers did not run the same sweep: they have other versions of trocar, or other content in the files that the "
             "scenario names"
         )
-    columns = {name: np.concatenate([np.asarray(part[name]) for part, _, _ in parts if len(part["case"])]) for name in parts[0][0]}
+    columns = {name: np.concatenate([np.asarray(part[name]) for part, _, _, _ in parts if len(part["case"])]) for name in parts[0][0]}
     cases = parts[0][2]
     if not np.array_equal(columns["case"], np.arange(cases)):
         raise RuntimeError(f"the workers returned {len(columns['case'])} of {cases} cases")

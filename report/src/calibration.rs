@@ -6,8 +6,8 @@ use serde_json::{Value as Json, json};
 
 use super::Table;
 use super::number::{show, significant};
-use trocar_sim::compare::Unit;
 use trocar_sim::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
+use trocar_sim::metrics::Unit;
 
 /// The `[estimator]` and `[detector]` tables of a calibration.
 #[must_use]

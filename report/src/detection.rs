@@ -6,8 +6,8 @@ use std::io::{self, Write};
 use super::Table;
 use super::number::{show, significant};
 use super::tables::{quoted, shortest};
-use trocar_sim::compare::Unit;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
+use trocar_sim::metrics::Unit;
 
 /// What a detection found, in words and tables.
 #[must_use]

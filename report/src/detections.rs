@@ -8,8 +8,8 @@ use super::Table;
 use super::detection::{delays, events_table, phases_table, rate};
 use super::json::render;
 use super::number::{show, significant};
-use trocar_sim::compare::Unit;
 use trocar_sim::detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
+use trocar_sim::metrics::Unit;
 
 /// One recording among many.
 #[derive(Debug)]

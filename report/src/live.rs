@@ -1,8 +1,8 @@
 //! What a live stream came to, in words.
 
 use super::number::{show, significant};
-use trocar_sim::compare::Unit;
 use trocar_sim::detect::LiveSummary;
+use trocar_sim::metrics::Unit;
 
 /// The summary of a live stream of so many `rows` below its header, `malformed` ones among them, and how it `ended`.
 #[must_use]

@@ -1,6 +1,6 @@
 //! Numbers for people, in the units in which they are read.
 
-use trocar_sim::compare::Unit;
+use trocar_sim::metrics::Unit;
 
 /// What a quantity is multiplied by to be read, and the unit in which it then is.
 #[must_use]

@@ -9,7 +9,7 @@ use super::number::{show, significant};
 use super::pictures::{PictureError, keep};
 use super::tables::{quoted, shortest};
 use super::{Folder, Table};
-use trocar_sim::compare::Unit;
+use trocar_sim::metrics::Unit;
 use trocar_sim::roc::{Characteristics, Condition, Curve, Point};
 
 /// The share of ruptures at which false alarms are compared.

@@ -4,18 +4,19 @@ use std::fmt::Write as _;
 
 use super::Table;
 use super::number::{readable, significant};
-use super::tables::{quoted, shortest};
-use trocar_sim::compare::{SeedStudy, Spread, Unit};
+use super::tables::shortest;
+use trocar_sim::compare::{SeedStudy, Spread};
+use trocar_sim::metrics::Unit;
 
 /// The metrics that a person compares first; the files hold all of them.
 const FIRST: [&str; 7] = [
-    "slave overshoot",
-    "slave travel at 0.3 s",
-    "felt contrast",
-    "detection delay",
-    "missed ruptures",
-    "false alarms",
-    "energy into the tissue",
+    "slave_overshoot_m",
+    "slave_travel_m",
+    "felt_contrast",
+    "detection_delay_s",
+    "missed_ruptures",
+    "false_alarms",
+    "tissue_energy_j",
 ];
 
 /// The study's first metrics: for each scenario the median and the middle 95 % of the seeds; then the second's ratio to the
@@ -29,9 +30,8 @@ pub(super) fn seeds_table(study: &SeedStudy) -> Table {
         heading.push("second / first".into());
     }
     let mut table = Table::new(heading);
-    let is_first = |metric: &str| FIRST.iter().any(|first| metric == *first || metric.ends_with(&format!(": {first}")));
-    for row in study.rows.iter().filter(|row| is_first(&row.metric)) {
-        let mut cells = vec![row.metric.clone()];
+    for row in study.rows.iter().filter(|row| FIRST.contains(&row.name)) {
+        let mut cells = vec![row.label.clone()];
         cells.extend(row.spreads.iter().map(|spread| of_unit(spread.as_ref(), row.unit, study.seeds)));
         if is_pair {
             cells.extend(row.ratios.iter().skip(1).map(|ratio| ratio.as_ref().map_or(String::new(), of_ratio)));
@@ -82,7 +82,7 @@ pub fn seeds_csv(study: &SeedStudy) -> String {
             let spread =
                 numbers(row.spreads[index], &|s| vec![s.median, s.low, s.high, s.median_low, s.median_high], 5);
             let ratio = numbers(row.ratios[index], &|s| vec![s.median, s.low, s.high], 3);
-            let _ = writeln!(text, "{},{},{scenario},{defined},{spread},{ratio}", quoted(&row.metric), row.unit.si());
+            let _ = writeln!(text, "{},{},{scenario},{defined},{spread},{ratio}", row.metric, row.unit.si());
         }
     }
     text

@@ -5,9 +5,9 @@ use std::io::{self, Write};
 
 use super::Table;
 use super::number::{show, significant};
-use trocar_sim::compare::{Comparison, Fact, Row, Unit};
-use trocar_sim::engine::{COLUMNS, Trace};
-use trocar_sim::metrics::Outcome;
+use trocar_sim::compare::{Comparison, Fact, Row};
+use trocar_sim::engine::{COLUMNS, ColumnValues, Trace};
+use trocar_sim::metrics::{Outcome, Unit};
 use trocar_sim::run::Run;
 
 /// A run's outcome in words.
@@ -27,9 +27,9 @@ pub fn run_text(run: &Run) -> String {
     let mut text = outcome(run);
     text.push_str("\n\n");
     let mut table = Table::new(["metric", run.scenario.name.as_str()]);
-    for Row { metric, unit, values, .. } in trocar_sim::compare::rows(&[&run.metrics], &[]) {
+    for Row { label, unit, values, .. } in trocar_sim::compare::rows(&[&run.metrics], &[]) {
         if let [value] = values.as_slice() {
-            table.row([metric, show(*value, unit)]);
+            table.row([label, show(*value, unit)]);
         }
     }
     let _ = write!(text, "{table}{}", alarms_line(run));
@@ -73,7 +73,7 @@ pub fn comparison_text(comparison: &Comparison) -> String {
 /// A line of the comparison's table: the metric, its values, and of a pair the change.
 #[must_use]
 pub fn row_cells(row: &Row) -> Vec<String> {
-    let mut cells = vec![row.metric.clone()];
+    let mut cells = vec![row.label.clone()];
     cells.extend(row.values.iter().map(|value| show(*value, row.unit)));
     if row.values.len() == 2 {
         cells.push(change(&row.values, row.unit));
@@ -113,7 +113,7 @@ pub fn comparison_csv(comparison: &Comparison) -> String {
     let mut text = format!("metric,unit,{}\n", table.scenarios.join(","));
     for row in table.rows {
         let values: Vec<String> = row.values.iter().map(|value| value.map_or(String::new(), shortest)).collect();
-        let _ = writeln!(text, "{},{},{}", quoted(&row.metric), row.unit.si(), values.join(","));
+        let _ = writeln!(text, "{},{},{}", row.metric, row.unit.si(), values.join(","));
     }
     text
 }
@@ -131,21 +131,24 @@ pub(super) fn shortest(value: f64) -> String {
 /// # Errors
 /// Those of the writer.
 pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
-    let further = trace.extra_parameter.as_ref();
-    writeln!(out, "{}{}", COLUMNS.join(","), further.map_or(String::new(), |(name, _)| format!(",{name}")))?;
-    let numbers = trace.numbers();
+    let extra = trace.extra_parameter.as_ref();
+    writeln!(out, "{}{}", COLUMNS.join(","), extra.map_or(String::new(), |(name, _)| format!(",{name}")))?;
+    let extra = extra.map(|(_, column)| ColumnValues::Numbers(column.as_slice()));
+    let columns: Vec<_> = trace.columns().into_iter().chain(extra).collect();
     let mut buffer = ryu::Buffer::new();
     let mut line = String::with_capacity(400);
-    for (row, mode) in trace.mode.iter().enumerate() {
+    for row in 0..trace.len() {
         line.clear();
-        for column in &numbers {
-            line.push_str(buffer.format(column[row]));
+        for column in &columns {
+            match column {
+                ColumnValues::Numbers(numbers) => line.push_str(buffer.format(numbers[row])),
+                ColumnValues::Codes(codes) => line.push_str(&codes[row].to_string()),
+            }
             line.push(',');
         }
-        match further {
-            None => writeln!(out, "{line}{mode}")?,
-            Some((_, column)) => writeln!(out, "{line}{mode},{}", buffer.format(column[row]))?,
-        }
+        line.pop();
+        line.push('\n');
+        out.write_all(line.as_bytes())?;
     }
     Ok(())
 }

@@ -11,6 +11,7 @@ pub mod detect;
 pub mod engine;
 pub mod lti;
 pub mod metrics;
+mod moments;
 pub mod operator;
 pub mod plant;
 #[doc(hidden)]

@@ -6,9 +6,10 @@ use std::path::Path;
 use crate::support::rust_files;
 
 /// Every room with its floor.
-const ROOMS: [(&str, u8); 30] = [
+const ROOMS: [(&str, u8); 31] = [
     ("error", 0),
     ("lane", 0),
+    ("moments", 0),
     ("quantiles", 0),
     ("time", 0),
     ("lti", 1),

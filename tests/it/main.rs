@@ -22,6 +22,7 @@ mod link_parts;
 mod link_random;
 mod link_schedule;
 mod lti;
+mod metrics;
 mod operators;
 mod oracle_trajectories;
 mod packs;

@@ -51,8 +51,8 @@ fn extreme_value() -> impl Strategy<Value = String> {
 fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
     let undefined = [
         metrics.mean_absolute_residual_n,
-        metrics.least_tissue_force_n,
-        metrics.greatest_tissue_force_n,
+        metrics.min_tissue_force_n,
+        metrics.max_tissue_force_n,
         metrics.tracking_rmse_m,
         metrics.final_slave_position_m,
         metrics.final_tracking_error,

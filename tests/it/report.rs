@@ -285,7 +285,7 @@ fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
     let desk = Desk::new();
     desk.file("base.toml", SHORT.replace("0.5", "0.02"));
     let axes = "scaling.force = { from = 0.5, to = 2.0, points = 100 }\nscaling.position = { from = 0.1, to = 1.0, points = 70, log = true }\noperator.kind = [\"ramp\", \"sine\"]\n";
-    let metrics = "metrics = [\"tracking_rmse_m\", \"greatest_tissue_force_n\"]\n";
+    let metrics = "metrics = [\"tracking_rmse_m\", \"max_tissue_force_n\"]\n";
     desk.file("large.toml", format!("base = \"base.toml\"\n{metrics}[axes]\n{axes}"));
     let printed = desk.good(&["sweep", "large.toml", "--report"]);
     let html = desk.text("out/large/report.html");

@@ -15,7 +15,7 @@ use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
 const SMALL: &str = r#"
 base = "builtin:01_augmented.toml"
 seeds = 3
-metrics = ["detected_ruptures", "most_slave_overshoot_m", "tracking_rmse_m", "rupture_1_detection_delay_s"]
+metrics = ["detected_ruptures", "max_slave_overshoot_m", "tracking_rmse_m", "rupture_1_detection_delay_s"]
 [set]
 simulation.duration_s = 3.5
 [axes]
@@ -27,7 +27,7 @@ tissue.skin.rupture_force_n = [4.9, 5.3]
 /// A sweep that takes some seconds.
 const LONG: &str = r#"
 base = "builtin:02_direct_access.toml"
-metrics = ["most_slave_overshoot_m", "tracking_rmse_m"]
+metrics = ["max_slave_overshoot_m", "tracking_rmse_m"]
 csv = false
 [design]
 kind = "latin-hypercube"
@@ -41,7 +41,7 @@ detector.threshold = { from = 1e-3, to = 1e-1, log = true }
 const SHARED: &str = r#"
 base = "builtin:augmented.toml"
 seeds = 9
-metrics = ["most_slave_overshoot_m", "false_alarms"]
+metrics = ["max_slave_overshoot_m", "false_alarms"]
 csv = false
 [set]
 simulation.duration_s = 7.0
@@ -120,7 +120,7 @@ fn a_row_is_what_its_case_gives_by_itself() {
         assert!(agree(rmse, number("tracking_rmse_m")), "{case}: {rmse}");
         let ruptures = metrics["ruptures"].as_array().expect("a list");
         let overshoot = ruptures.iter().filter_map(|rupture| rupture["slave_overshoot_m"].as_f64()).reduce(f64::max);
-        match (overshoot, row["most_slave_overshoot_m"].parse().ok()) {
+        match (overshoot, row["max_slave_overshoot_m"].parse().ok()) {
             (Some(a), Some(b)) => assert!(agree(a, b), "{case}: {a} {b}"),
             (a, b) => assert_eq!(a, b, "{case}"),
         }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::number::show;
-use trocar_sim::compare::Unit;
+use trocar_sim::metrics::Unit;
 use trocar_sim::sweep::{Design, Findings};
 
 /// An axis's say in a metric, the bars in per cent of their places.
@@ -27,7 +27,7 @@ pub(super) struct Influence {
 pub(super) fn influences(design: &Design, findings: &Findings) -> Vec<Influence> {
     let per_cent = |share: f64| format!("{:.2}", 100.0 * share.clamp(0.0, 1.0));
     let of_metric = |influences: &trocar_sim::sweep::Influences| {
-        let metric = design.columns[influences.column].name.clone();
+        let metric = design.columns[influences.column].label.clone();
         let explained = show(influences.rank_r_squared, Unit::Share);
         let of_axis = |(place, influence): (usize, &trocar_sim::sweep::Influence)| {
             let slope = influence.rank_regression;

@@ -106,7 +106,7 @@ fn about(run: &Run) -> String {
     format!(
         "{}; one tick is {}, the seed {}, the supervisor {}.",
         outcome(run),
-        show(Some(scenario.grid.tick_s()), trocar_sim::compare::Unit::Second),
+        show(Some(scenario.grid.tick_s()), trocar_sim::metrics::Unit::Second),
         scenario.seed,
         if scenario.augmentation.enabled { "freezes the slave at ruptures" } else { "does nothing" },
     )
@@ -120,7 +120,7 @@ fn metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
         head.push("change".into());
     }
     let row = |row: &trocar_sim::compare::Row| {
-        let mut cells = vec![row.metric.clone()];
+        let mut cells = vec![row.label.clone()];
         cells.extend(row.values.iter().map(|value| show(*value, row.unit)));
         if is_pair {
             cells.push(change(&row.values, row.unit));

@@ -12,8 +12,8 @@ use crate::detection::{events_table, phases_table, residual_table, scores_table}
 use crate::detections::{pooled_phases, recordings_table, scores_table as scores_of_many};
 use crate::figures::{self, Spectrum};
 use crate::number::{show, significant};
-use trocar_sim::compare::Unit;
 use trocar_sim::detect::{Detection, DetectionReport, Phase};
+use trocar_sim::metrics::Unit;
 
 /// Alarms and ruptures that have a button at most.
 const MAX_WINDOWS: usize = 6;

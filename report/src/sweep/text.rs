@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::number::{readable, show, significant};
 use crate::tables::shortest;
 use crate::{Table, json};
-use trocar_sim::compare::Unit;
+use trocar_sim::metrics::Unit;
 use trocar_sim::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
 /// What a metric's row tells.
@@ -27,7 +27,7 @@ pub fn sweep_text(design: &Design, findings: &Findings) -> String {
         let mut table =
             Table::new(["what matters for", "axis", "first-order Sobol index", "rank regression", "its R²"]);
         for influences in &findings.influences {
-            let metric = &design.columns[influences.column].name;
+            let metric = &design.columns[influences.column].label;
             for (place, influence) in influences.of_axes.iter().enumerate() {
                 let of_first = |text: String| if place == 0 { text } else { String::new() };
                 table.row([
@@ -64,7 +64,7 @@ pub(crate) fn heading(design: &Design, findings: &Findings) -> String {
 }
 
 pub(crate) fn summary_row(summary: &Summary) -> [String; 6] {
-    let name = summary.metric.clone();
+    let name = summary.label.clone();
     let defined = summary.defined.to_string();
     let Some(spread) = &summary.spread else {
         return [name, defined, "—".into(), "—".into(), "—".into(), "—".into()];
@@ -113,7 +113,7 @@ pub fn sweep_summary_csv(findings: &Findings) -> String {
     let mut text = "metric,unit,defined,least,quantile_2_5,quantile_5,quantile_25,median,quantile_75,quantile_95,\
                     quantile_97_5,greatest,median_low,median_high,mean,mean_ci95_half_width,standard_deviation\n"
         .to_owned();
-    for Summary { metric, unit, defined, spread } in &findings.summaries {
+    for Summary { metric, unit, defined, spread, .. } in &findings.summaries {
         let numbers = spread.map(|s| {
             [
                 s.least,

@@ -41,7 +41,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
     let delays = [c1, c2, a1, a2].map(|rupture| rupture.detection_delay_s);
     let detected = delays.iter().all(|delay| delay.is_some_and(|delay| delay <= 0.010));
     let only = |m: &Metrics| m.false_alarms == 0;
-    let (least, greatest) = (c.least_tissue_force_n?, c.greatest_tissue_force_n?);
+    let (least, greatest) = (c.min_tissue_force_n?, c.max_tissue_force_n?);
     let error = c.mean_absolute_residual_n?.max(a.mean_absolute_residual_n?);
     let noise = &comparison.noise;
     let stands = noise.iter().all(|n| n.missed_ruptures == 0 && n.false_alarms == 0);
@@ -80,7 +80,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: (lasted - 0.5).abs() <= 0.05,
         },
         Fact {
-            what: "fed-back force down to 5 %",
+            what: "feedback force down to 5 %",
             paper: "converges faster (5.2)",
             asked: "sooner",
             ours: format!("{} against {}", fall_text(a1), fall_text(c1)),

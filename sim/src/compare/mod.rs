@@ -8,7 +8,7 @@ mod table;
 pub use facts::{Fact, paper_facts};
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
-pub use table::{Row, Unit, rows};
+pub use table::{Row, rows};
 
 use rayon::prelude::*;
 use serde::Serialize;

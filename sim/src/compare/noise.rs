@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::engine::{Observer, Signals};
 use crate::metrics::Metrics;
+use crate::metrics::catalogue::metrics;
 use crate::run::{RunError, measure, observe};
 use crate::scenario::Scenario;
 use crate::time::nearest_ticks;
@@ -14,25 +15,27 @@ pub const ADDED_NOISE_STD_N: f64 = 0.025;
 /// How long after a rupture a large derivative still belongs to it, in s.
 const BELONGS_S: f64 = 0.1;
 
-/// A scenario's detection with white noise added to its force, by its own detector and by the paper's baseline.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct NoiseCheck {
-    /// Standard deviation of the added noise, in N.
-    pub added_noise_std_n: f64,
-    /// How many ruptures there are.
-    pub ruptures: u64,
-    /// Ruptures missed by the scenario's own detector.
-    pub missed_ruptures: u64,
-    /// Its false alarms.
-    pub false_alarms: u64,
-    /// Ruptures missed by a CUSUM on `(f_k - f_{k-1})²` with the residual's thresholds.
-    pub derivative_missed_ruptures: u64,
-    /// Its false alarms.
-    pub derivative_false_alarms: u64,
-    /// The highest threshold on the derivative alone, in N², that still sees every rupture; none without ruptures.
-    pub derivative_threshold_n2: Option<f64>,
-    /// How many samples away from the ruptures exceed that threshold.
-    pub derivative_exceedances: Option<u64>,
+metrics! {
+    /// A scenario's detection with white noise added to its force, by its own detector and by the paper's baseline.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct NoiseCheck in Noise {
+        /// Standard deviation of the added noise, in N.
+        added_noise_std_n: f64;
+        /// How many ruptures there are.
+        ruptures: u64;
+        /// Ruptures missed when the scenario is run again with 0.025 N of added force noise.
+        missed_ruptures: u64 = "missed ruptures", Count, Lower;
+        /// False alarms in that noise.
+        false_alarms: u64 = "false alarms", Count, Lower;
+        /// Ruptures missed in that noise by a CUSUM over the squared change of the force, for comparison.
+        derivative_missed_ruptures: u64 = "missed ruptures, derivative CUSUM", Count, Lower;
+        /// False alarms of that derivative detector.
+        derivative_false_alarms: u64 = "false alarms, derivative CUSUM", Count, Lower;
+        /// The highest threshold on the squared change, in N², that still finds every rupture; none without ruptures.
+        derivative_threshold_n2: Option<f64>;
+        /// Samples away from ruptures at which the squared change exceeds the highest threshold that still finds all of them.
+        derivative_exceedances: Option<u64> = "false samples, derivative at best", Count, Lower;
+    }
 }
 
 /// Runs a scenario twice with the noise of [`ADDED_NOISE_STD_N`] added to its own.

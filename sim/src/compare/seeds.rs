@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Unit, rows};
-use crate::metrics::Metrics;
+use super::{Row, rows};
+use crate::metrics::{Better, Metrics, Unit};
 use crate::quantiles;
 use crate::run::{RunError, measure};
 use crate::scenario::Scenario;
@@ -56,10 +56,17 @@ impl Spread {
 /// One metric over the seeds, a spread per scenario.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpreadRow {
-    /// What it is.
+    /// Its key, as in `rupture_1_detection_delay_s`.
     pub metric: String,
+    /// Its label in tables.
+    pub label: String,
+    /// Its key without the prefix of a rupture or the link.
+    #[serde(skip)]
+    pub name: &'static str,
     /// Its unit.
     pub unit: Unit,
+    /// Which values are better.
+    pub better: Better,
     /// Its spread in SI in each scenario; none where no seed defines it.
     pub spreads: Vec<Option<Spread>>,
     /// The spread of each scenario's value over the first scenario's, seed by seed; none for counts, and where no seed
@@ -109,32 +116,23 @@ impl SeedStudy {
     }
 }
 
-/// A metric's values: for each seed, one per scenario.
-struct Gathered {
-    metric: String,
-    unit: Unit,
-    values: Vec<Vec<Option<f64>>>,
-}
-
 /// The rows of all seeds, metric by metric in the order of the table with the most of them.
 fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
     let tables: Vec<_> = runs.par_iter().map(|of_seed| rows(&of_seed.iter().collect::<Vec<_>>(), &[])).collect();
     let Some(longest) = tables.iter().max_by_key(|table| table.len()) else { return vec![] };
-    let mut gathered: Vec<Gathered> = longest
-        .iter()
-        .map(|row| Gathered { metric: row.metric.clone(), unit: row.unit, values: Vec::with_capacity(tables.len()) })
-        .collect();
-    for table in &tables {
-        for metric in &mut gathered {
+    let of_metric = |metric: &Row| {
+        let values = |table: &Vec<Row>| {
             let found = table.iter().find(|row| row.metric == metric.metric);
-            metric.values.push(found.map_or_else(|| vec![None; scenarios], |row| row.values.clone()));
-        }
-    }
-    gathered.iter().map(|metric| spread_row(metric, scenarios)).collect()
+            found.map_or_else(|| vec![None; scenarios], |row| row.values.clone())
+        };
+        spread_row(metric, &tables.iter().map(values).collect::<Vec<_>>(), scenarios)
+    };
+    longest.iter().map(of_metric).collect()
 }
 
-fn spread_row(gathered: &Gathered, scenarios: usize) -> SpreadRow {
-    let Gathered { metric, unit, values } = gathered;
+/// The spread of a metric's values: for each seed, one per scenario.
+fn spread_row(row: &Row, values: &[Vec<Option<f64>>], scenarios: usize) -> SpreadRow {
+    let &Row { name, unit, better, .. } = row;
     let spread = |index: usize| Spread::of(values.iter().filter_map(|of_seed| of_seed[index]).collect());
     let ratio = |of_seed: &Vec<Option<f64>>, index: usize| {
         let ratio = of_seed[index]? / of_seed[0]?;
@@ -142,10 +140,13 @@ fn spread_row(gathered: &Gathered, scenarios: usize) -> SpreadRow {
     };
     let ratios = |index: usize| Spread::of(values.iter().filter_map(|of_seed| ratio(of_seed, index)).collect());
     SpreadRow {
-        metric: metric.clone(),
-        unit: *unit,
+        metric: row.metric.clone(),
+        label: row.label.clone(),
+        name,
+        unit,
+        better,
         spreads: (0..scenarios).map(spread).collect(),
-        ratios: (0..scenarios).map(|index| if *unit == Unit::Count { None } else { ratios(index) }).collect(),
+        ratios: (0..scenarios).map(|index| if unit == Unit::Count { None } else { ratios(index) }).collect(),
     }
 }
 

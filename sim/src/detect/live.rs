@@ -6,6 +6,7 @@ use super::EVEN_SHARE;
 use super::chain::{DetectionChain, Step, VelocitySource};
 use crate::chain::Reading;
 use crate::error::InvalidValue;
+use crate::moments::Moments;
 use crate::recording::{Limits, LiveSample};
 use crate::scenario::DetectionSettings;
 
@@ -107,7 +108,7 @@ pub struct LiveDetector {
     /// The last row that was not later than the last sample, and how many such have ascended.
     behind: (f64, u32),
     in_contact: u64,
-    residual: Moments,
+    residual: ResidualSums,
     summary: LiveSummary,
 }
 
@@ -129,7 +130,7 @@ impl LiveDetector {
             last: None,
             behind: (f64::NEG_INFINITY, 0),
             in_contact: 0,
-            residual: Moments::default(),
+            residual: ResidualSums::default(),
             summary: LiveSummary::default(),
         };
         if let Some(interval_s) = interval_s {
@@ -196,16 +197,17 @@ impl LiveDetector {
     #[must_use]
     pub fn summary(&self) -> LiveSummary {
         let interval_s = self.interval_s.unwrap_or(0.0);
-        let residual = &self.residual;
-        let defined = |value: f64| (residual.count > 0.0).then_some(value);
+        let ResidualSums { moments, absolute_n, max_absolute_n } = &self.residual;
+        let count = moments.count as f64;
+        let defined = |value: f64| (moments.count > 0).then_some(value);
         LiveSummary {
             interval_s: self.interval_s,
             duration_s: self.summary.samples as f64 * interval_s,
             contact_s: self.in_contact as f64 * interval_s,
-            mean_n: defined(residual.mean),
-            std_n: defined((residual.squares / residual.count).sqrt()),
-            mean_absolute_n: defined(residual.absolute / residual.count),
-            max_absolute_n: defined(residual.greatest),
+            mean_n: defined(moments.mean),
+            std_n: defined((moments.squares / count).sqrt()),
+            mean_absolute_n: defined(absolute_n / count),
+            max_absolute_n: defined(*max_absolute_n),
             ..self.summary.clone()
         }
     }
@@ -265,26 +267,20 @@ fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     }
 }
 
-/// Mean and spread of a stream of numbers (Welford 1962).
+/// What the summary says of the residual.
 #[derive(Debug, Default)]
-struct Moments {
-    count: f64,
-    mean: f64,
-    /// Sum of the squared differences from the mean.
-    squares: f64,
-    absolute: f64,
-    greatest: f64,
+struct ResidualSums {
+    moments: Moments,
+    absolute_n: f64,
+    max_absolute_n: f64,
 }
 
-impl Moments {
+impl ResidualSums {
     #[inline]
-    fn add(&mut self, value: f64) {
-        self.count += 1.0;
-        let difference = value - self.mean;
-        self.mean += difference / self.count;
-        self.squares += difference * (value - self.mean);
-        self.absolute += value.abs();
-        self.greatest = self.greatest.max(value.abs());
+    fn add(&mut self, residual_n: f64) {
+        self.moments.add(residual_n);
+        self.absolute_n += residual_n.abs();
+        self.max_absolute_n = self.max_absolute_n.max(residual_n.abs());
     }
 }
 

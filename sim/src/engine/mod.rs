@@ -43,7 +43,7 @@ pub use plants::{MasterReading, Plants, SlaveReading};
 pub use scheduled::ScheduledAlarms;
 pub use signals::Signals;
 pub use split::FractionalDelayPlants;
-pub use trace::{COLUMNS, Trace};
+pub use trace::{COLUMNS, ColumnValues, TRACE_COLUMNS, Trace, TraceColumn};
 pub use wired::{Any, AnyDetector, Wired};
 
 use std::ops::ControlFlow;

@@ -3,81 +3,126 @@
 use super::{Observer, Signals};
 use crate::time::TickGrid;
 
-/// The columns of a trace, in the order of its file.
-pub const COLUMNS: [&str; 17] = [
-    "time_s",
-    "desired_position_m",
-    "master_position_m",
-    "master_velocity_m_per_s",
-    "operator_force_n",
-    "slave_reference_m",
-    "slave_position_m",
-    "slave_velocity_m_per_s",
-    "tissue_force_n",
-    "measured_force_n",
-    "feedback_force_n",
-    "stiffness_n_per_m",
-    "damping_n_s_per_m",
-    "residual_n",
-    "distance",
-    "decision",
-    "mode",
-];
+/// What a column of a trace holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TraceColumn {
+    /// Its name, in files too.
+    pub name: &'static str,
+    /// Its unit; empty for codes.
+    pub unit: &'static str,
+    /// What it is, in a sentence.
+    pub meaning: &'static str,
+}
 
-/// One run's signals, a vector per column, equal lengths, in the units of their names.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs, reason = "the names and units are those of COLUMNS, documented with Signals")]
-pub struct Trace {
-    pub time_s: Vec<f64>,
-    pub desired_position_m: Vec<f64>,
-    pub master_position_m: Vec<f64>,
-    pub master_velocity_m_per_s: Vec<f64>,
-    pub operator_force_n: Vec<f64>,
-    pub slave_reference_m: Vec<f64>,
-    pub slave_position_m: Vec<f64>,
-    pub slave_velocity_m_per_s: Vec<f64>,
-    pub tissue_force_n: Vec<f64>,
-    pub measured_force_n: Vec<f64>,
-    pub feedback_force_n: Vec<f64>,
-    pub stiffness_n_per_m: Vec<f64>,
-    pub damping_n_s_per_m: Vec<f64>,
-    pub residual_n: Vec<f64>,
-    pub distance: Vec<f64>,
-    pub decision: Vec<f64>,
-    pub mode: Vec<u8>,
-    /// What the estimator estimates besides: the column's name, and its values.
-    pub extra_parameter: Option<(&'static str, Vec<f64>)>,
-    grid: TickGrid,
+/// The values of a column, borrowed or owned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ColumnValues<Numbers, Codes> {
+    /// Numbers in the column's unit.
+    Numbers(Numbers),
+    /// Codes, as of modes.
+    Codes(Codes),
+}
+
+/// Declares the columns of a trace in the order of its file: `name: f64 or u8, "unit" => how it is read;`, which is the signal of
+/// the same name where nothing is said.
+macro_rules! trace {
+    ($(#[doc = $meaning:literal] $name:ident: $value:ident, $unit:literal $(=> $read:expr)?;)*) => {
+        /// The columns of a trace, in the order of its file.
+        pub const TRACE_COLUMNS: &[TraceColumn] = &[
+            $(TraceColumn { name: stringify!($name), unit: $unit, meaning: $meaning.trim_ascii() },)*
+        ];
+
+        /// The names of the columns of a trace, in the order of its file.
+        pub const COLUMNS: [&str; TRACE_COLUMNS.len()] = [$(stringify!($name)),*];
+
+        /// One run's signals, a vector per column, equal lengths, in the units of their names.
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct Trace {
+            $(#[doc = $meaning] pub $name: Vec<$value>,)*
+            /// What the estimator estimates besides: the column's name, and its values.
+            pub extra_parameter: Option<(&'static str, Vec<f64>)>,
+            grid: TickGrid,
+        }
+
+        impl Trace {
+            /// An empty trace with room for every tick of the grid.
+            #[must_use]
+            pub fn new(grid: TickGrid) -> Self {
+                Self {
+                    $($name: Vec::with_capacity(grid.ticks() as usize),)*
+                    extra_parameter: None,
+                    grid,
+                }
+            }
+
+            /// The columns of [`COLUMNS`].
+            #[must_use]
+            pub fn columns(&self) -> [ColumnValues<&[f64], &[u8]>; COLUMNS.len()] {
+                [$(trace!(@values $value &self.$name)),*]
+            }
+
+            /// Takes the columns of [`COLUMNS`] out, which leaves them empty.
+            pub fn take_columns(&mut self) -> [ColumnValues<Vec<f64>, Vec<u8>>; COLUMNS.len()] {
+                [$(trace!(@values $value std::mem::take(&mut self.$name))),*]
+            }
+        }
+
+        impl Observer<f64> for Trace {
+            fn observe(&mut self, s: &Signals<f64>) {
+                $({
+                    let read: fn(&Signals<f64>, &TickGrid) -> $value = trace!(@read $name $($read)?);
+                    self.$name.push(read(s, &self.grid));
+                })*
+                if let Some((_, extra)) = &mut self.extra_parameter {
+                    extra.push(s.extra_parameter);
+                }
+            }
+        }
+    };
+    (@values f64 $values:expr) => { ColumnValues::Numbers($values) };
+    (@values u8 $values:expr) => { ColumnValues::Codes($values) };
+    (@read $name:ident) => { |s, _| s.$name };
+    (@read $name:ident $read:expr) => { $read };
+}
+
+trace! {
+    /// Time of the tick.
+    time_s: f64, "s" => |s, grid| grid.time_s(s.tick);
+    /// Position at which the operator wants the master, x_d.
+    desired_position_m: f64, "m";
+    /// Position of the master, x_h.
+    master_position_m: f64, "m";
+    /// Velocity of the master, v_h.
+    master_velocity_m_per_s: f64, "m/s";
+    /// Force of the hand on the master, F_h, positive when pushing in.
+    operator_force_n: f64, "N";
+    /// Position that the slave is commanded to, x_ref.
+    slave_reference_m: f64, "m";
+    /// Position of the slave, x_e, which grows into the tissue.
+    slave_position_m: f64, "m";
+    /// Velocity of the slave, v_e.
+    slave_velocity_m_per_s: f64, "m/s";
+    /// Force of the tissue on the needle, f_e, positive when it resists insertion.
+    tissue_force_n: f64, "N";
+    /// Force that the sensor measures, y.
+    measured_force_n: f64, "N";
+    /// Feedback force as it arrives at the master, F_ed.
+    feedback_force_n: f64, "N";
+    /// Estimated stiffness, K.
+    stiffness_n_per_m: f64, "N/m";
+    /// Estimated damping, B.
+    damping_n_s_per_m: f64, "N·s/m";
+    /// Prediction error of the estimator, e.
+    residual_n: f64, "N";
+    /// Distance, s; its unit follows detector.distance.
+    distance: f64, "N²";
+    /// Decision, g: an alarm is raised above detector.threshold.
+    decision: f64, "N²";
+    /// Mode of the supervisor: 0 teleoperation, 1 augmented, 2 re-engaging.
+    mode: u8, "" => |s, _| s.mode as u8;
 }
 
 impl Trace {
-    /// An empty trace with room for every tick of the grid.
-    #[must_use]
-    pub fn new(grid: TickGrid) -> Self {
-        let room = || Vec::with_capacity(grid.ticks() as usize);
-        Self {
-            time_s: room(),
-            desired_position_m: room(),
-            master_position_m: room(),
-            master_velocity_m_per_s: room(),
-            operator_force_n: room(),
-            slave_reference_m: room(),
-            slave_position_m: room(),
-            slave_velocity_m_per_s: room(),
-            tissue_force_n: room(),
-            measured_force_n: room(),
-            feedback_force_n: room(),
-            stiffness_n_per_m: room(),
-            damping_n_s_per_m: room(),
-            residual_n: room(),
-            distance: room(),
-            decision: room(),
-            mode: Vec::with_capacity(grid.ticks() as usize),
-            extra_parameter: None,
-            grid,
-        }
-    }
-
     /// The same trace with one more column, of a name, for what the estimator estimates besides.
     #[must_use]
     pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {
@@ -97,51 +142,13 @@ impl Trace {
         self.time_s.is_empty()
     }
 
-    /// The columns before `mode`, in the order of [`COLUMNS`].
+    /// The columns that hold numbers, in the order of [`COLUMNS`]: all but the last, `mode`.
     #[must_use]
-    pub fn numbers(&self) -> [&[f64]; 16] {
-        [
-            &self.time_s,
-            &self.desired_position_m,
-            &self.master_position_m,
-            &self.master_velocity_m_per_s,
-            &self.operator_force_n,
-            &self.slave_reference_m,
-            &self.slave_position_m,
-            &self.slave_velocity_m_per_s,
-            &self.tissue_force_n,
-            &self.measured_force_n,
-            &self.feedback_force_n,
-            &self.stiffness_n_per_m,
-            &self.damping_n_s_per_m,
-            &self.residual_n,
-            &self.distance,
-            &self.decision,
-        ]
-    }
-}
-
-impl Observer<f64> for Trace {
-    fn observe(&mut self, s: &Signals<f64>) {
-        self.time_s.push(self.grid.time_s(s.tick));
-        self.desired_position_m.push(s.desired_position_m);
-        self.master_position_m.push(s.master_position_m);
-        self.master_velocity_m_per_s.push(s.master_velocity_m_per_s);
-        self.operator_force_n.push(s.operator_force_n);
-        self.slave_reference_m.push(s.slave_reference_m);
-        self.slave_position_m.push(s.slave_position_m);
-        self.slave_velocity_m_per_s.push(s.slave_velocity_m_per_s);
-        self.tissue_force_n.push(s.tissue_force_n);
-        self.measured_force_n.push(s.measured_force_n);
-        self.feedback_force_n.push(s.feedback_force_n);
-        self.stiffness_n_per_m.push(s.stiffness_n_per_m);
-        self.damping_n_s_per_m.push(s.damping_n_s_per_m);
-        self.residual_n.push(s.residual_n);
-        self.distance.push(s.distance);
-        self.decision.push(s.decision);
-        self.mode.push(s.mode as u8);
-        if let Some((_, further)) = &mut self.extra_parameter {
-            further.push(s.extra_parameter);
-        }
+    pub fn numbers(&self) -> Vec<&[f64]> {
+        let numbers = |values| match values {
+            ColumnValues::Numbers(numbers) => Some(numbers),
+            ColumnValues::Codes(_) => None,
+        };
+        self.columns().into_iter().filter_map(numbers).collect()
     }
 }

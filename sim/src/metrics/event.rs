@@ -2,35 +2,38 @@
 
 use serde::Serialize;
 
+use super::catalogue::metrics;
 use crate::augmentation::Mode;
 use crate::engine::Signals;
 use crate::time::TickGrid;
 
-/// The numbers of one event, from the alarm to the return to teleoperation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EventMetrics {
-    /// When the alarm was taken, in s.
-    pub start_s: f64,
-    /// How long the slave was frozen, in s; none if the run ended before.
-    pub augmented_s: Option<f64>,
-    /// How long it then took to re-engage, in s; none if the run ended before.
-    pub reengaging_s: Option<f64>,
-    /// The master's position at the alarm, in m.
-    pub master_start_m: f64,
-    /// The master's position when the slave was released, or last seen frozen, in m.
-    pub master_end_m: f64,
-    /// Farthest that the slave moved from where it was at the alarm while frozen, in m.
-    pub frozen_motion_m: f64,
-    /// Greatest speed of the slave while re-engaging, in m/s; none if it did not.
-    pub peak_reengaging_speed_m_per_s: Option<f64>,
-    /// Change of the fed-back force in the event's first tick, in N, and what its law allows.
-    pub entry_step_n: f64,
-    /// See `entry_step_n`.
-    pub entry_step_allowed_n: f64,
-    /// Change of the fed-back force in the first tick of re-engaging, in N, and what its law allows.
-    pub exit_step_n: Option<f64>,
-    /// See `exit_step_n`.
-    pub exit_step_allowed_n: Option<f64>,
+metrics! {
+    /// The numbers of one event, from the alarm to the return to teleoperation.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct EventMetrics in Event {
+        /// Time at which the alarm was taken and the slave was frozen.
+        start_s: f64 = "start", Second, Neither [Never];
+        /// How long the slave was frozen; none if the run ended before.
+        augmented_s: Option<f64> = "time augmented", Second, Neither [Never];
+        /// How long re-engaging took; none if the run ended before.
+        reengaging_s: Option<f64> = "time re-engaging", Second, Lower [Never];
+        /// Position of the master when the slave was frozen.
+        master_start_m: f64 = "master position at the start", Metre, Neither [Never];
+        /// Position of the master when the slave was released, or at the last frozen tick.
+        master_end_m: f64 = "master position at the release", Metre, Neither [Never];
+        /// Maximum distance of the frozen slave from where it was frozen.
+        frozen_motion_m: f64 = "motion while frozen", Metre, Lower [Never];
+        /// Maximum speed of the slave while re-engaging; none if it did not re-engage.
+        peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed re-engaging", MetrePerSecond, Lower [Never];
+        /// Change of the feedback force in the first tick of the event.
+        entry_step_n: f64 = "force step at the start", Newton, Lower [Never];
+        /// Change of the feedback force that its law allows in the first tick of the event.
+        entry_step_allowed_n: f64 = "allowed force step at the start", Newton, Neither [Never];
+        /// Change of the feedback force in the first tick of re-engaging.
+        exit_step_n: Option<f64> = "force step at the release", Newton, Lower [Never];
+        /// Change of the feedback force that its law allows in the first tick of re-engaging.
+        exit_step_allowed_n: Option<f64> = "allowed force step at the release", Newton, Neither [Never];
+    }
 }
 
 /// An event while it lasts.

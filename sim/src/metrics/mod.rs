@@ -3,17 +3,22 @@
 //! A number that does not exist is `None`, never 0: the delay of a rupture that was missed, the travel at 0.3 s of a run
 //! that ended before.
 
+pub(crate) mod catalogue;
 mod event;
-pub mod meaning;
 mod observer;
+mod run_metric;
 mod rupture;
 mod summary;
 mod sums;
+mod unit;
 
+pub use catalogue::{Better, Declaration, Metric, Scope, Shown};
 pub use event::EventMetrics;
 pub use observer::MetricsObserver;
+pub use run_metric::RunMetric;
 pub use rupture::RuptureMetrics;
 pub use summary::{Alarm, LinkMetrics, Metrics, ModeTimes, Outcome};
+pub use unit::Unit;
 
 /// How long after a rupture its consequences are looked at, in s: overshoot, master travel, force fall, steepest change;
 /// and how late an alarm may be and still be its detection.

@@ -2,35 +2,110 @@
 
 use serde::Serialize;
 
+use super::catalogue::metrics;
 use super::{FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
 use crate::engine::Signals;
+use crate::lane::Lane;
 use crate::time::{TickGrid, nearest_ticks};
 
-/// The numbers of one rupture. "Before" is the tick of the rupture itself, the last one under load.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RuptureMetrics {
-    /// When the layer gave way, in s.
-    pub time_s: f64,
-    /// From the rupture to the alarm that announced it, in s; none if missed.
-    pub detection_delay_s: Option<f64>,
-    /// Greatest advance of the slave within the window, in m; none, as with the next ones, if the run ended before.
-    pub slave_overshoot_m: Option<f64>,
-    /// Advance of the slave at 0.3 s, in m; none if the run ended before.
-    pub slave_travel_m: Option<f64>,
-    /// The master's position at the rupture, in m.
-    pub master_position_m: f64,
-    /// Greatest advance of the master within the window, in m.
-    pub master_travel_m: Option<f64>,
-    /// Until the fed-back force had fallen to 5 % of its value before, in s; none if it did not within the window, or
-    /// did not resist before.
-    pub feedback_fall_s: Option<f64>,
-    /// Until the force on the hand had, in s; none likewise.
-    pub felt_fall_s: Option<f64>,
-    /// Steepest change of the force on the hand within the window, in N/s.
-    pub peak_force_rate_n_per_s: Option<f64>,
-    /// `1 - min F_h / F_h before`, the minimum within 0.3 s; none if the hand felt no resistance before, or the run
-    /// ended earlier.
-    pub felt_contrast: Option<f64>,
+metrics! {
+    /// The numbers of one rupture. "At the rupture" is the tick of the rupture itself, the last one under load. What is measured
+    /// over a window does not exist where the run ended before it.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct RuptureMetrics in Rupture {
+        /// Time at which the layer ruptured.
+        time_s: f64 = "time", Second, Neither [Never];
+        /// From the rupture to the alarm that announced it; none where it was missed.
+        detection_delay_s: Option<f64> = "detection delay", Second, Lower;
+        /// Maximum advance of the needle in the 0.5 s after the rupture: how far it lurches.
+        slave_overshoot_m: Option<f64> = "slave overshoot", Metre, Lower;
+        /// Advance of the needle 0.3 s after the rupture; negative where it came back.
+        slave_travel_m: Option<f64> = "slave travel at 0.3 s", Metre, Lower;
+        /// Position of the master at the rupture.
+        master_position_m: f64 = "master position", Metre, Neither [Never];
+        /// Maximum advance of the master in the 0.5 s after the rupture.
+        master_travel_m: Option<f64> = "master travel", Metre, Neither;
+        /// Time until the feedback force is down to 5 % of its value at the rupture; none if not within 0.5 s.
+        feedback_fall_s: Option<f64> = "feedback force down to 5 %", Second, Lower;
+        /// Time until the force on the hand is down to 5 % of its value at the rupture; none if not within 0.5 s.
+        felt_fall_s: Option<f64> = "felt force down to 5 %", Second, Lower;
+        /// Maximum rate of change of the force on the hand in the 0.5 s after the rupture.
+        peak_force_rate_n_per_s: Option<f64> = "peak rate of the felt force", NewtonPerSecond, Higher;
+        /// Largest drop of the force on the hand within 0.3 s, relative to its value at the rupture; above 100 % the hand is pulled.
+        felt_contrast: Option<f64> = "felt contrast", Share, Higher;
+    }
+}
+
+/// What grows from tick to tick after a rupture: of one run, or of several side by side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extremes<L> {
+    /// Positions at the rupture.
+    pub(super) slave_m: L,
+    pub(super) master_m: L,
+    last_felt_n: L,
+    overshoot_m: L,
+    master_travel_m: L,
+    /// Maximum change of the force on the hand in a tick, in N.
+    peak_change_n: L,
+    min_felt_n: L,
+}
+
+impl<L: Lane> Extremes<L> {
+    /// At the tick of the rupture.
+    pub(super) fn at(s: &Signals<L>) -> Self {
+        Self { slave_m: s.slave_position_m, master_m: s.master_position_m, ..Self::from_force(s.operator_force_n) }
+    }
+
+    /// Nothing yet, from a force on the hand and the position 0 on.
+    pub(super) fn from_force(felt_n: L) -> Self {
+        let zero = L::zero();
+        Self {
+            slave_m: zero,
+            master_m: zero,
+            last_felt_n: felt_n,
+            overshoot_m: zero,
+            master_travel_m: zero,
+            peak_change_n: zero,
+            min_felt_n: felt_n,
+        }
+    }
+
+    /// Takes a tick after the rupture; `is_early`: the minimum of the felt force is still looked for.
+    #[inline(always)]
+    pub(super) fn observe(&mut self, s: &Signals<L>, is_early: L::Mask) {
+        let felt_n = s.operator_force_n;
+        self.overshoot_m = (s.slave_position_m - self.slave_m).max(self.overshoot_m);
+        self.master_travel_m = (s.master_position_m - self.master_m).max(self.master_travel_m);
+        self.peak_change_n = (felt_n - self.last_felt_n).abs().max(self.peak_change_n);
+        self.last_felt_n = felt_n;
+        self.min_felt_n = L::select(is_early, felt_n.min(self.min_felt_n), self.min_felt_n);
+    }
+
+    /// Those of lane `index` alone.
+    pub(super) fn lane(&self, index: usize) -> Extremes<f64> {
+        Extremes {
+            slave_m: self.slave_m.lane(index),
+            master_m: self.master_m.lane(index),
+            last_felt_n: self.last_felt_n.lane(index),
+            overshoot_m: self.overshoot_m.lane(index),
+            master_travel_m: self.master_travel_m.lane(index),
+            peak_change_n: self.peak_change_n.lane(index),
+            min_felt_n: self.min_felt_n.lane(index),
+        }
+    }
+
+    /// The same with lane `index` replaced.
+    pub(super) fn with_lane(self, index: usize, one: &Extremes<f64>) -> Self {
+        Self {
+            slave_m: self.slave_m.with_lane(index, one.slave_m),
+            master_m: self.master_m.with_lane(index, one.master_m),
+            last_felt_n: self.last_felt_n.with_lane(index, one.last_felt_n),
+            overshoot_m: self.overshoot_m.with_lane(index, one.overshoot_m),
+            master_travel_m: self.master_travel_m.with_lane(index, one.master_travel_m),
+            peak_change_n: self.peak_change_n.with_lane(index, one.peak_change_n),
+            min_felt_n: self.min_felt_n.with_lane(index, one.min_felt_n),
+        }
+    }
 }
 
 /// A rupture's window while it is open.
@@ -40,20 +115,13 @@ pub(super) struct RuptureWindow {
     grid: TickGrid,
     pub(super) window_ticks: u64,
     pub(super) travel_ticks: u64,
-    pub(super) slave_m: f64,
-    pub(super) master_m: f64,
     pub(super) feedback_n: f64,
     pub(super) felt_n: f64,
-    pub(super) last_felt_n: f64,
+    pub(super) extremes: Extremes<f64>,
     detected_at: Option<u64>,
-    pub(super) overshoot_m: f64,
     travel_m: Option<f64>,
-    pub(super) master_travel_m: f64,
     pub(super) feedback_fallen_at: Option<u64>,
     pub(super) felt_fallen_at: Option<u64>,
-    /// Greatest change of the force on the hand in a tick, in N.
-    pub(super) peak_change_n: f64,
-    pub(super) min_felt_n: f64,
     pub(super) seen: u64,
 }
 
@@ -64,19 +132,13 @@ impl RuptureWindow {
             grid,
             window_ticks: nearest_ticks(RUPTURE_WINDOW_S, grid.tick_s()),
             travel_ticks: nearest_ticks(TRAVEL_S, grid.tick_s()),
-            slave_m: s.slave_position_m,
-            master_m: s.master_position_m,
             feedback_n: s.feedback_force_n,
             felt_n: s.operator_force_n,
-            last_felt_n: s.operator_force_n,
+            extremes: Extremes::at(s),
             detected_at: None,
-            overshoot_m: 0.0,
             travel_m: None,
-            master_travel_m: 0.0,
             feedback_fallen_at: None,
             felt_fallen_at: None,
-            peak_change_n: 0.0,
-            min_felt_n: s.operator_force_n,
             seen: 0,
         }
     }
@@ -100,10 +162,9 @@ impl RuptureWindow {
     pub(super) fn observe(&mut self, s: &Signals<f64>) {
         let since = s.tick - self.tick;
         self.seen = since;
-        self.overshoot_m = self.overshoot_m.max(s.slave_position_m - self.slave_m);
-        self.master_travel_m = self.master_travel_m.max(s.master_position_m - self.master_m);
+        self.extremes.observe(s, since <= self.travel_ticks);
         if since == self.travel_ticks {
-            self.travel_m = Some(s.slave_position_m - self.slave_m);
+            self.travel_m = Some(s.slave_position_m - self.extremes.slave_m);
         }
         let fallen = |force: f64, before: f64| before > 0.0 && force <= FALLEN_SHARE * before;
         if self.feedback_fallen_at.is_none() && fallen(s.feedback_force_n, self.feedback_n) {
@@ -111,11 +172,6 @@ impl RuptureWindow {
         }
         if self.felt_fallen_at.is_none() && fallen(s.operator_force_n, self.felt_n) {
             self.felt_fallen_at = Some(s.tick);
-        }
-        self.peak_change_n = self.peak_change_n.max((s.operator_force_n - self.last_felt_n).abs());
-        self.last_felt_n = s.operator_force_n;
-        if since <= self.travel_ticks {
-            self.min_felt_n = self.min_felt_n.min(s.operator_force_n);
         }
     }
 
@@ -135,20 +191,20 @@ impl RuptureWindow {
     }
 
     pub(super) fn close(&self) -> RuptureMetrics {
-        let whole = self.is_complete();
+        let (whole, extremes) = (self.is_complete(), &self.extremes);
         let felt = self.seen >= self.travel_ticks && self.felt_n > 0.0;
         let since = |tick: u64| self.grid.time_s(tick - self.tick);
         RuptureMetrics {
             time_s: self.grid.time_s(self.tick),
             detection_delay_s: self.detected_at.map(since),
-            slave_overshoot_m: whole.then_some(self.overshoot_m),
+            slave_overshoot_m: whole.then_some(extremes.overshoot_m),
             slave_travel_m: self.travel_m,
-            master_position_m: self.master_m,
-            master_travel_m: whole.then_some(self.master_travel_m),
+            master_position_m: extremes.master_m,
+            master_travel_m: whole.then_some(extremes.master_travel_m),
             feedback_fall_s: self.feedback_fallen_at.map(since),
             felt_fall_s: self.felt_fallen_at.map(since),
-            peak_force_rate_n_per_s: whole.then(|| self.peak_change_n / self.grid.tick_s()),
-            felt_contrast: felt.then(|| 1.0 - self.min_felt_n / self.felt_n),
+            peak_force_rate_n_per_s: whole.then(|| extremes.peak_change_n / self.grid.tick_s()),
+            felt_contrast: felt.then(|| 1.0 - extremes.min_felt_n / self.felt_n),
         }
     }
 }

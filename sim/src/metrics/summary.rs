@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::catalogue::metrics;
 use super::{EventMetrics, RuptureMetrics};
 use crate::teleoperation::LinkReport;
 use crate::time::TickGrid;
@@ -31,31 +32,33 @@ pub struct Alarm {
 /// Time spent in each mode, in s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ModeTimes {
-    /// Following the hand.
+    /// In teleoperation: the slave follows the master.
     pub teleoperation_s: f64,
     /// Frozen.
     pub augmented_s: f64,
-    /// Finding back.
+    /// Re-engaging.
     pub reengaging_s: f64,
 }
 
-/// What the link between the sides has seen and done.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct LinkMetrics {
-    /// Outages of either direction.
-    pub outages: u64,
-    /// The longest, in s.
-    pub longest_outage_s: f64,
-    /// When the slave gave the link up, in s.
-    pub given_up_s: Option<f64>,
-    /// `∫ F_ed dx_h` in J: what the master put into the link.
-    pub master_port_energy_j: f64,
-    /// `∫ f_e dx_e` in J with the measured force: what the needle put into the tissue.
-    pub slave_port_energy_j: f64,
-    /// What passivity dissipated at the master, in J.
-    pub master_dissipated_j: f64,
-    /// What it kept from the slave, in J.
-    pub slave_refused_j: f64,
+metrics! {
+    /// The numbers of the link between master and slave.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    pub struct LinkMetrics in Link {
+        /// Number of outages of the link, in either direction.
+        outages: u64 = "outages", Count, Neither [WhereNonZero];
+        /// Duration of the longest outage.
+        longest_outage_s: f64 = "longest outage", Second, Neither [WhereNonZero];
+        /// Time at which the slave gave the link up.
+        given_up_s: Option<f64> = "given up at", Second, Neither [WhereNonZero];
+        /// Work of the master on the link, ∫ F_ed dx_h.
+        master_port_energy_j: f64 = "energy from the master", Joule, Neither [Never];
+        /// Work of the needle on the tissue by the measured force, ∫ f_e dx_e.
+        slave_port_energy_j: f64 = "energy from the slave", Joule, Neither [Never];
+        /// Energy that the passivity controller dissipated at the master.
+        master_dissipated_j: f64 = "energy dissipated at the master", Joule, Neither [WhereNonZero];
+        /// Energy that the passivity controller kept from the slave.
+        slave_refused_j: f64 = "energy kept from the slave", Joule, Neither [WhereNonZero];
+    }
 }
 
 impl LinkMetrics {
@@ -75,52 +78,96 @@ impl LinkMetrics {
     }
 }
 
-/// Every metric of one run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Metrics {
-    /// How it ended.
-    pub outcome: Outcome,
-    /// How many ticks were run.
-    pub ticks: u64,
-    /// One entry per rupture, in time order.
-    pub ruptures: Vec<RuptureMetrics>,
-    /// One entry per augmented event, in time order.
-    pub events: Vec<EventMetrics>,
-    /// The alarms that were taken, in time order (the first 4096).
-    pub alarms: Vec<Alarm>,
-    /// Ruptures that no alarm announced which was taken.
-    pub missed_ruptures: u64,
-    /// Ruptures without an alarm whose window the run did not see to its end.
-    pub undecided_ruptures: u64,
-    /// Alarms taken that announced none, or one that had been announced.
-    pub false_alarms: u64,
-    /// Alarms not taken, as an event was under way or had just ended.
-    pub ignored_alarms: u64,
-    /// Mean of `|e|` in N.
-    pub mean_absolute_residual_n: Option<f64>,
-    /// Smallest tissue force in N, resisting insertion positive.
-    pub least_tissue_force_n: Option<f64>,
-    /// Largest tissue force in N.
-    pub greatest_tissue_force_n: Option<f64>,
-    /// Root mean square of `x_e - x_ref` in teleoperation, in m.
-    pub tracking_rmse_m: Option<f64>,
-    /// The slave's position at the last tick, in m.
-    pub final_slave_position_m: Option<f64>,
-    /// `(x_ref - x_e) / x_ref` at the last tick, the static error where the reference is constant.
-    pub final_tracking_error: Option<f64>,
-    /// Greatest speed of the slave while re-engaging, in m/s.
-    pub peak_reengaging_speed_m_per_s: Option<f64>,
-    /// By how much a change of the fed-back force during an event exceeded what its law allows, in N: 0 but for
-    /// rounding.
-    pub feedback_step_excess_n: f64,
-    /// Time per mode.
-    pub mode_times: ModeTimes,
-    /// Changes of mode.
-    pub mode_switches: u64,
-    /// `∫ F_h v_h dt` in J: what the hand put into the master.
-    pub operator_energy_j: Option<f64>,
-    /// `∫ f_e v_e dt` in J: what the slave put into the tissue.
-    pub tissue_energy_j: Option<f64>,
-    /// What the link has seen; none where positions and forces arrive at once and as they are.
-    pub link: Option<LinkMetrics>,
+metrics! {
+    /// Every metric of one run.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct Metrics in Run {
+        /// How it ended.
+        outcome: Outcome;
+        /// Time at which a position or force left its bounds, which ended the run.
+        diverged_s = "diverged at", Second, Neither [First] => |m| match m.outcome {
+            Outcome::Completed => None,
+            Outcome::Diverged { time_s } => Some(time_s),
+        };
+        /// How many ticks were run.
+        ticks: u64;
+        /// One entry per rupture, in time order.
+        ruptures: Vec<RuptureMetrics>;
+        /// One entry per augmented event, in time order.
+        events: Vec<EventMetrics>;
+        /// The alarms that were taken, in time order (the first 4096).
+        alarms: Vec<Alarm>;
+        /// Number of ruptures.
+        ruptures = "ruptures", Count, Neither [Never] => |m| count(m.ruptures.len());
+        /// Ruptures that an alarm announced within 0.5 s.
+        detected_ruptures = "detected ruptures", Count, Higher [Never] => |m| {
+            count(m.alarms.iter().filter(|alarm| alarm.matched).count())
+        };
+        /// Ruptures that no alarm announced within 0.5 s.
+        missed_ruptures: u64 = "missed ruptures", Count, Lower;
+        /// Ruptures without an alarm, less than 0.5 s before the end of the run.
+        undecided_ruptures: u64 = "undecided ruptures", Count, Neither [Never];
+        /// Alarms that announced no rupture, or one that had been announced before.
+        false_alarms: u64 = "false alarms", Count, Lower;
+        /// Alarms that were not taken, as an event was under way or had just ended.
+        ignored_alarms: u64 = "alarms ignored during events", Count, Neither;
+        /// Maximum detection delay of the run's ruptures.
+        max_detection_delay_s = "maximum detection delay", Second, Lower [Never] was "most_detection_delay_s" => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.detection_delay_s).reduce(f64::max)
+        };
+        /// Maximum slave overshoot of the run's ruptures.
+        max_slave_overshoot_m = "maximum slave overshoot", Metre, Lower [Never] was "most_slave_overshoot_m" => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.slave_overshoot_m).reduce(f64::max)
+        };
+        /// Maximum slave travel at 0.3 s of the run's ruptures.
+        max_slave_travel_m = "maximum slave travel at 0.3 s", Metre, Lower [Never] was "most_slave_travel_m" => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.slave_travel_m).reduce(f64::max)
+        };
+        /// Minimum felt contrast of the run's ruptures.
+        min_felt_contrast = "minimum felt contrast", Share, Higher [Never] was "least_felt_contrast" => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.felt_contrast).reduce(f64::min)
+        };
+        /// Number of augmented events: how often the slave was frozen.
+        events = "events", Count, Neither [Never] => |m| count(m.events.len());
+        /// Mean of the absolute prediction error of the estimator, over the run.
+        mean_absolute_residual_n: Option<f64> = "mean |prediction error|", Newton, Lower;
+        /// Minimum tissue force on the needle; negative where the tissue holds the needle back as it is pulled out.
+        min_tissue_force_n: Option<f64> = "minimum tissue force", Newton, Neither was "least_tissue_force_n";
+        /// Maximum tissue force on the needle, positive where it resists insertion.
+        max_tissue_force_n: Option<f64> = "maximum tissue force", Newton, Neither was "greatest_tissue_force_n";
+        /// Root mean square of the slave's distance from its reference, in teleoperation.
+        tracking_rmse_m: Option<f64> = "tracking RMSE in teleoperation", Metre, Lower;
+        /// Position of the slave at the last tick.
+        final_slave_position_m: Option<f64> = "final slave position", Metre, Neither [Never];
+        /// Distance of the slave from its reference at the last tick, relative to the reference: (x_ref - x_e) / x_ref.
+        final_tracking_error: Option<f64> = "final tracking error", Share, Lower;
+        /// Maximum distance of the frozen slave from where it was frozen, over all events.
+        max_frozen_motion_m = "maximum motion while frozen", Metre, Lower was "most_frozen_motion_m" => |m| {
+            m.events.iter().map(|event| event.frozen_motion_m).reduce(f64::max)
+        };
+        /// Maximum speed of the slave while re-engaging, over all events.
+        peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed re-engaging", MetrePerSecond, Lower;
+        /// Maximum change of the feedback force in one tick of an event beyond what its law allows; 0 apart from rounding.
+        feedback_step_excess_n: f64 = "force step beyond its law", Newton, Lower;
+        /// Time per mode.
+        mode_times: ModeTimes;
+        /// Time in teleoperation.
+        teleoperation_s = "time in teleoperation", Second, Neither [Never] => |m| Some(m.mode_times.teleoperation_s);
+        /// Time in which the slave was frozen and the felt force exaggerated, all events together.
+        augmented_s = "time augmented", Second, Neither => |m| Some(m.mode_times.augmented_s);
+        /// Time in which the slave re-engaged, all events together.
+        reengaging_s = "time re-engaging", Second, Neither => |m| Some(m.mode_times.reengaging_s);
+        /// Number of changes of mode.
+        mode_switches: u64 = "mode switches", Count, Neither;
+        /// Work of the hand on the master, ∫ F_h v_h dt.
+        operator_energy_j: Option<f64> = "energy from the hand", Joule, Neither;
+        /// Work of the needle on the tissue, ∫ f_e v_e dt.
+        tissue_energy_j: Option<f64> = "energy into the tissue", Joule, Neither;
+        /// What the link did; none where positions and forces arrive at once and as they are.
+        link: Option<LinkMetrics>;
+    }
+}
+
+fn count(number: usize) -> Option<f64> {
+    Some(number as f64)
 }

@@ -37,6 +37,8 @@ pub(super) struct SweepFile {
     pub(super) columns: Vec<Column>,
     pub(super) focus: Vec<usize>,
     pub(super) csv: bool,
+    /// Former names of metrics that the file uses, each with the name of today.
+    pub(super) former_names: Vec<(String, String)>,
 }
 
 /// What a range is written with.
@@ -72,7 +74,8 @@ impl SweepFile {
             let message = format!("a Sobol sequence has at most {MAX_DIMENSIONS} axes here");
             return Err(ScenarioError::new(message).at(Some(beyond.place.clone())).remedy("use a Latin hypercube"));
         }
-        let columns = columns(find("metrics"))?;
+        let mut former_names = vec![];
+        let columns = columns(find("metrics"), &mut former_names)?;
         let focus = focus(find("focus"), &columns)?;
         let strip = |mut entry: Entry| {
             entry.path.replace_range(..4, "");
@@ -89,6 +92,7 @@ impl SweepFile {
             columns,
             focus,
             csv: find("csv").map_or(Ok(true), flag)?,
+            former_names,
         })
     }
 }
@@ -178,7 +182,7 @@ fn texts(entry: &Entry) -> Result<Vec<&str>, ScenarioError> {
     texts.filter(|list| !list.is_empty()).ok_or_else(|| must(entry, "a list of names, as in [\"false_alarms\"]"))
 }
 
-fn columns(entry: Option<&Entry>) -> Result<Vec<Column>, ScenarioError> {
+fn columns(entry: Option<&Entry>, former_names: &mut Vec<(String, String)>) -> Result<Vec<Column>, ScenarioError> {
     let Some(entry) = entry else { return Ok(Column::defaults()) };
     let mut columns: Vec<Column> = vec![];
     for name in texts(entry)? {
@@ -189,9 +193,12 @@ fn columns(entry: Option<&Entry>) -> Result<Vec<Column>, ScenarioError> {
                 None => error.remedy("`trocar sweep --help` names them all"),
             });
         };
-        if columns.iter().any(|other| other.name == name) {
+        if columns.iter().any(|other| other.name == column.name) {
             let message = format!("the metric {name} is there twice");
             return Err(ScenarioError::new(message).at(Some(within(entry, name))));
+        }
+        if column.name != name {
+            former_names.push((name.to_owned(), column.name.clone()));
         }
         columns.push(column);
     }
@@ -201,7 +208,8 @@ fn columns(entry: Option<&Entry>) -> Result<Vec<Column>, ScenarioError> {
 fn focus(entry: Option<&Entry>, columns: &[Column]) -> Result<Vec<usize>, ScenarioError> {
     let Some(entry) = entry else { return Ok((0..columns.len().min(4)).collect()) };
     let place = |name: &str| {
-        let known = columns.iter().position(|column| column.name == name);
+        let wanted = Column::named(name).map_or_else(|| name.to_owned(), |column| column.name);
+        let known = columns.iter().position(|column| column.name == wanted);
         known.ok_or_else(|| {
             let message = format!("focus has {name}, which is none of the metrics that are kept");
             ScenarioError::new(message).at(Some(within(entry, name))).remedy(format!("add \"{name}\" to metrics"))

@@ -23,6 +23,8 @@ use crate::stability::{LoopSettings, Parameter};
 pub struct Plan {
     /// Which cases there are.
     pub design: Design,
+    /// Former names of metrics that the file uses, each with the name of today.
+    pub former_names: Vec<(String, String)>,
     template: Template,
     canonical: String,
 }
@@ -73,13 +75,14 @@ impl Plan {
         let template = Template::new(base, file.set.clone(), settings, &open)
             .map_err(|error| if error.place.is_some() { error } else { error.at(place) })?;
         let first_seed = template.first().seed;
+        let former_names = file.former_names.clone();
         let mut design = design(file, harmless_name(&source.stem()), first_seed);
         if design.points().is_none() {
             let message = format!("{}: more than {MAX_CASES} cases", source.display());
             return Err(ScenarioError::new(message).remedy("use fewer points or seeds, or a design that is no grid"));
         }
         design.focus.dedup();
-        let mut plan = Self { canonical: String::new(), design, template };
+        let mut plan = Self { canonical: String::new(), design, former_names, template };
         plan.try_corners()?;
         plan.canonical = plan.write_canonical()?;
         Ok(plan)

@@ -2,6 +2,7 @@
 
 use std::cell::OnceCell;
 
+use crate::metrics::catalogue::metrics;
 use crate::scenario::Scenario;
 use crate::stability::{Analysis, ClosedLoop, LoopSettings, Margins, Mode, Switching, SwitchingSettings};
 use crate::stability_check::{Verdict, simulate};
@@ -63,75 +64,31 @@ fn yes(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
 
-/// A column of a case's loop: its name, its unit, what it means, its value.
-pub(super) type OfLoop = (&'static str, crate::compare::Unit, &'static str, fn(&LoopOfCase<'_>) -> Option<f64>);
-
-/// The columns, named `stability_…`; verdicts are 1 and 0.
-pub(super) const OF_LOOP: &[OfLoop] = {
-    use crate::compare::Unit::{Count, Number, Second};
-    &[
-        (
-            "stability_spectral_radius",
-            Number,
-            "The magnitude of the loop's slowest pole per tick; below 1 motions die out.",
-            |l| Some(l.mode()?.spectral_radius),
-        ),
-        (
-            "stability_is_stable",
-            Count,
-            "Whether the loop is stable in permanent contact, by its matrices: 1 or 0.",
-            |l| Some(yes(l.closed()?.is_stable().ok()?)),
-        ),
-        (
-            "stability_is_stable_simulated",
-            Count,
-            "Whether a small motion dies out in a run of the engine: 1 or 0, none where it does neither.",
-            |l| l.simulated(),
-        ),
-        ("stability_damping_ratio", Number, "The damping ratio of the dominant mode; below 0 it grows.", |l| {
-            Some(l.mode()?.damping_ratio)
-        }),
-        ("stability_frequency_hz", Number, "The frequency in Hz at which the dominant mode swings.", |l| {
-            Some(l.mode()?.frequency_hz)
-        }),
-        (
-            "stability_growth_per_s",
-            Number,
-            "The rate in 1/s at which the dominant mode grows; below 0 it dies out.",
-            |l| Some(l.mode()?.growth_per_s),
-        ),
-        (
-            "stability_gain_margin",
-            Number,
-            "The factor by which the loop's gain may change before it is no longer stable.",
-            |l| l.margins()?.gain,
-        ),
-        (
-            "stability_phase_margin_rad",
-            Number,
-            "The phase in rad that the loop may lose before it is no longer stable.",
-            |l| l.margins()?.phase_rad,
-        ),
-        (
-            "stability_delay_margin_s",
-            Second,
-            "The delay around the loop that may be added before it is no longer stable.",
-            |l| l.margins()?.delay_s,
-        ),
-        (
-            "stability_is_absolutely_stable",
-            Count,
-            "Whether it is stable between any passive hand and any passive tissue: 1 or 0.",
-            |l| Some(yes(l.ports()?.0)),
-        ),
-        ("stability_is_passive", Count, "Whether the teleoperator gives no power of its own: 1 or 0.", |l| {
-            Some(yes(l.ports()?.1))
-        }),
-        (
-            "stability_certified_dwell_s",
-            Second,
-            "The teleoperation between events from which on motions certainly die out, whatever the events.",
-            |l| l.certified_dwell_s(),
-        ),
-    ]
-};
+metrics! {
+    impl Loop for LoopOfCase<'_> {
+        /// Magnitude of the loop's slowest pole per tick; below 1 motions die out.
+        spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
+        /// Whether the loop is stable in permanent contact, by its matrices: 1 or 0.
+        is_stable = "is stable", Count, Higher => |l| Some(yes(l.closed()?.is_stable().ok()?));
+        /// Whether a small motion dies out in a run of the engine: 1 or 0; none where it neither decays nor grows.
+        is_stable_simulated = "is stable, simulated", Count, Higher => |l| l.simulated();
+        /// Damping ratio of the dominant mode; below 0 it grows.
+        damping_ratio = "damping ratio", Number, Higher => |l| Some(l.mode()?.damping_ratio);
+        /// Frequency of the dominant mode in Hz.
+        frequency_hz = "frequency", Number, Neither => |l| Some(l.mode()?.frequency_hz);
+        /// Rate in 1/s at which the dominant mode grows; below 0 it dies out.
+        growth_per_s = "growth", Number, Lower => |l| Some(l.mode()?.growth_per_s);
+        /// Factor by which the loop's gain may change before it is no longer stable.
+        gain_margin = "gain margin", Number, Higher => |l| l.margins()?.gain;
+        /// Phase in rad that the loop may lose before it is no longer stable.
+        phase_margin_rad = "phase margin", Number, Higher => |l| l.margins()?.phase_rad;
+        /// Delay around the loop that may be added before it is no longer stable.
+        delay_margin_s = "delay margin", Second, Higher => |l| l.margins()?.delay_s;
+        /// Whether it is stable between any passive hand and any passive tissue: 1 or 0.
+        is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(yes(l.ports()?.0));
+        /// Whether the teleoperator gives no power of its own: 1 or 0.
+        is_passive = "is passive", Count, Higher => |l| Some(yes(l.ports()?.1));
+        /// Time of teleoperation between events from which on motions certainly die out, whatever the events.
+        certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
+    }
+}

@@ -6,7 +6,7 @@ const FILE: &str = "\
 A sweep file, every combination of three axes with 20 seeds of noise each:
   base = \"builtin:01_through_the_skin.toml\"    # what is varied; --set changes it too
   seeds = 20
-  metrics = [\"most_slave_overshoot_m\", \"false_alarms\", \"rupture_1_detection_delay_s\"]
+  metrics = [\"max_slave_overshoot_m\", \"false_alarms\", \"rupture_1_detection_delay_s\"]
   [set]                                        # keys that all cases share
   augmentation.enabled = true
   [axes]                                       # any keys of the scenario

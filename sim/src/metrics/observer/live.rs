@@ -9,6 +9,7 @@ use crate::augmentation::Mode;
 use crate::engine::Signals;
 use crate::lane::{Lane, Mask};
 use crate::metrics::FALLEN_SHARE;
+use crate::metrics::rupture::Extremes;
 
 /// Most open ruptures of a lane that are kept side by side; a lane with more of them takes every tick by itself.
 const SLOTS: usize = 4;
@@ -22,16 +23,10 @@ struct Slot<L> {
     /// The next tick at which more happens than that extremes grow: the travel is read, or the window closes.
     next_tick: L,
     travel_tick: L,
-    slave_m: L,
-    master_m: L,
     /// Forces at or below which one counts as gone.
     feedback_gone_n: L,
     felt_gone_n: L,
-    last_felt_n: L,
-    overshoot_m: L,
-    master_travel_m: L,
-    peak_change_n: L,
-    min_felt_n: L,
+    extremes: Extremes<L>,
 }
 
 impl<L: Lane> Slot<L> {
@@ -40,15 +35,9 @@ impl<L: Lane> Slot<L> {
         Self {
             next_tick: L::splat(NEVER),
             travel_tick: zero,
-            slave_m: zero,
-            master_m: zero,
             feedback_gone_n: none,
             felt_gone_n: none,
-            last_felt_n: zero,
-            overshoot_m: zero,
-            master_travel_m: zero,
-            peak_change_n: zero,
-            min_felt_n: zero,
+            extremes: Extremes::from_force(zero),
         }
     }
 
@@ -61,12 +50,7 @@ impl<L: Lane> Slot<L> {
     /// [`RuptureWindow::observe`] of a tick that does not ask for more.
     #[inline(always)]
     fn follow(&mut self, now: L, s: &Signals<L>) {
-        let felt_n = s.operator_force_n;
-        self.overshoot_m = (s.slave_position_m - self.slave_m).max(self.overshoot_m);
-        self.master_travel_m = (s.master_position_m - self.master_m).max(self.master_travel_m);
-        self.peak_change_n = (felt_n - self.last_felt_n).abs().max(self.peak_change_n);
-        self.last_felt_n = felt_n;
-        self.min_felt_n = L::select(now.le(self.travel_tick), felt_n.min(self.min_felt_n), self.min_felt_n);
+        self.extremes.observe(s, now.le(self.travel_tick));
     }
 
     /// Takes a window over into lane `lane`.
@@ -80,15 +64,9 @@ impl<L: Lane> Slot<L> {
         let set = |all: &mut L, value: f64| *all = all.with_lane(lane, value);
         set(&mut self.next_tick, next_tick as f64);
         set(&mut self.travel_tick, travel_tick as f64);
-        set(&mut self.slave_m, window.slave_m);
-        set(&mut self.master_m, window.master_m);
         set(&mut self.feedback_gone_n, gone(window.feedback_fallen_at.is_some(), window.feedback_n));
         set(&mut self.felt_gone_n, gone(window.felt_fallen_at.is_some(), window.felt_n));
-        set(&mut self.last_felt_n, window.last_felt_n);
-        set(&mut self.overshoot_m, window.overshoot_m);
-        set(&mut self.master_travel_m, window.master_travel_m);
-        set(&mut self.peak_change_n, window.peak_change_n);
-        set(&mut self.min_felt_n, window.min_felt_n);
+        self.extremes = self.extremes.with_lane(lane, &window.extremes);
     }
 
     /// Leaves lane `lane` without a window.
@@ -101,11 +79,7 @@ impl<L: Lane> Slot<L> {
     /// Gives lane `lane`'s window what it has seen up to a tick.
     fn store(&self, lane: usize, window: &mut RuptureWindow, tick: u64) {
         window.seen = tick - window.tick;
-        window.last_felt_n = self.last_felt_n.lane(lane);
-        window.overshoot_m = self.overshoot_m.lane(lane);
-        window.master_travel_m = self.master_travel_m.lane(lane);
-        window.peak_change_n = self.peak_change_n.lane(lane);
-        window.min_felt_n = self.min_felt_n.lane(lane);
+        window.extremes = self.extremes.lane(lane);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::moments::Moments;
+use crate::moments::Moments;
 use crate::sweep::axis::{Axis, number};
 use crate::sweep::design::Design;
 
@@ -73,7 +73,7 @@ impl<'a> Cells<'a> {
         let cell = class(shares[y], y_count) * x_count as usize + class(shares[x], x_count);
         let cells = (x_count * y_count) as usize;
         for (place, column) in self.design.focus.iter().enumerate() {
-            self.moments[place * cells + cell].add(values[*column]);
+            self.moments[place * cells + cell].add_defined(values[*column]);
         }
     }
 

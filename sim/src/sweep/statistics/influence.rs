@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::cells::{class, classes};
-use super::moments::Moments;
+use crate::moments::Moments;
 use crate::sweep::axis::number;
 use crate::sweep::design::Design;
 use crate::sweep::permutation::Permutation;
@@ -87,9 +87,9 @@ impl<'a> Inputs<'a> {
 
     pub(super) fn add(&mut self, case: u64, shares: &[f64], values: &[f64]) {
         for (place, column) in self.design.focus.iter().enumerate() {
-            self.overall[place].add(values[*column]);
+            self.overall[place].add_defined(values[*column]);
             for (axis, share) in shares.iter().enumerate() {
-                self.by_class[place][axis][class(*share, self.counts[axis])].add(values[*column]);
+                self.by_class[place][axis][class(*share, self.counts[axis])].add_defined(values[*column]);
             }
         }
         if self.ranked.get(self.seen) == Some(&case) {

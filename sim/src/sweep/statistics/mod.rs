@@ -5,7 +5,6 @@
 
 mod cells;
 mod influence;
-mod moments;
 mod quantiles;
 
 pub use cells::{Cell, HeatMap};
@@ -15,12 +14,12 @@ use serde::Serialize;
 
 use self::cells::Cells;
 use self::influence::Inputs;
-use self::moments::Moments;
 use self::quantiles::OrderStatistics;
 use super::design::Design;
 use super::error::SweepError;
 use super::part::{Outcome, Rows};
-use crate::compare::Unit;
+use crate::metrics::Unit;
+use crate::moments::Moments;
 use crate::quantiles::{median_ranks, quantile};
 
 /// How a metric spreads over the cases in which it is defined.
@@ -28,6 +27,8 @@ use crate::quantiles::{median_ranks, quantile};
 pub struct Summary {
     /// Its name.
     pub metric: String,
+    /// Its label in tables.
+    pub label: String,
     /// Its unit; the numbers are in SI.
     pub unit: Unit,
     /// In how many cases it is defined.
@@ -103,7 +104,7 @@ pub fn findings(design: &Design, rows: &Rows) -> Result<Findings, SweepError> {
         cases += 1;
         diverged += u64::from(outcome == Outcome::Diverged);
         failed += u64::from(outcome == Outcome::Failed);
-        moments.iter_mut().zip(values).for_each(|(moments, value)| moments.add(*value));
+        moments.iter_mut().zip(values).for_each(|(moments, value)| moments.add_defined(*value));
         sampler.of(case, &mut shares);
         inputs.add(case, &shares, values);
         cells.add(&shares, values);
@@ -120,6 +121,7 @@ pub fn findings(design: &Design, rows: &Rows) -> Result<Findings, SweepError> {
     }
     let summary = |((column, moments), statistics): ((&super::Column, &Moments), &OrderStatistics)| Summary {
         metric: column.name.clone(),
+        label: column.label.clone(),
         unit: column.unit,
         defined: moments.count,
         spread: (moments.count > 0).then(|| spread(moments, statistics)),

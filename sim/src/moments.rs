@@ -2,21 +2,26 @@
 
 /// Count, mean and sum of squared deviations (Welford, *Technometrics* 4, 1962).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Moments {
+pub(crate) struct Moments {
     /// How many values.
-    pub(super) count: u64,
+    pub(crate) count: u64,
     /// Their mean.
-    pub(super) mean: f64,
+    pub(crate) mean: f64,
     /// `Σ (x - mean)²`.
-    pub(super) squares: f64,
+    pub(crate) squares: f64,
 }
 
 impl Moments {
-    /// Takes a value; NaN is passed over.
-    pub(super) fn add(&mut self, value: f64) {
-        if value.is_nan() {
-            return;
+    /// Takes a value, if there is one: NaN is passed over.
+    pub(crate) fn add_defined(&mut self, value: f64) {
+        if !value.is_nan() {
+            self.add(value);
         }
+    }
+
+    /// Takes a value.
+    #[inline]
+    pub(crate) fn add(&mut self, value: f64) {
         self.count += 1;
         let before = value - self.mean;
         self.mean += before / self.count as f64;
@@ -24,12 +29,12 @@ impl Moments {
     }
 
     /// The variance, 0 of fewer than two values.
-    pub(super) fn variance(&self) -> f64 {
+    pub(crate) fn variance(&self) -> f64 {
         if self.count > 1 { self.squares / (self.count - 1) as f64 } else { 0.0 }
     }
 
     /// The standard error of the mean.
-    pub(super) fn standard_error(&self) -> f64 {
+    pub(crate) fn standard_error(&self) -> f64 {
         if self.count > 0 { (self.variance() / self.count as f64).sqrt() } else { 0.0 }
     }
 }

@@ -1,0 +1,54 @@
+//! The metrics and the columns of a trace as tables for the documentation.
+
+use std::fmt::Write as _;
+
+use trocar_sim::compare::NoiseCheck;
+use trocar_sim::engine::TRACE_COLUMNS;
+use trocar_sim::metrics::{Declaration, Scope};
+use trocar_sim::sweep::Column;
+
+/// What is declared of every metric: those that sweeps can keep, then those in noise.
+pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
+    Column::declarations().chain(NoiseCheck::METRICS.iter().map(|metric| &metric.declaration))
+}
+
+/// Every metric as a Markdown table per scope, those of ruptures and events with the number 1.
+#[must_use]
+pub fn metrics_markdown() -> String {
+    let mut text = String::new();
+    let mut last: Option<Scope> = None;
+    for metric in declarations() {
+        if last != Some(metric.scope) {
+            let gap = if last.is_some() { "\n" } else { "" };
+            let about = about(metric.scope);
+            let _ =
+                writeln!(text, "{gap}{about}\n\n| metric | label | unit | better | meaning |\n|---|---|---|---|---|");
+            last = Some(metric.scope);
+        }
+        let label = metric.full_label(1).replace('|', "\\|");
+        let (unit, better) = (metric.unit.si(), metric.better.word());
+        let _ = writeln!(text, "| `{}` | {label} | {unit} | {better} | {} |", metric.key(1), metric.meaning);
+    }
+    text
+}
+
+fn about(scope: Scope) -> &'static str {
+    match scope {
+        Scope::Run => "Of a run:",
+        Scope::Link => "Of its link:",
+        Scope::Rupture => "Of a rupture, by its number:",
+        Scope::Event => "Of an augmented event, by its number:",
+        Scope::Loop => "Of the control loop, in sweeps:",
+        Scope::Noise => "Of the detection in added noise, in comparisons:",
+    }
+}
+
+/// The columns of `trace.csv` as a Markdown table.
+#[must_use]
+pub fn trace_columns_markdown() -> String {
+    let mut text = "| column | unit | meaning |\n|---|---|---|\n".to_owned();
+    for column in TRACE_COLUMNS {
+        let _ = writeln!(text, "| `{}` | {} | {} |", column.name, column.unit, column.meaning);
+    }
+    text
+}

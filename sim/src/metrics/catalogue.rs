@@ -1,0 +1,236 @@
+//! How a metric is declared.
+//!
+//! A metric is declared once, in a `metrics!` table: its key, label, unit, sentence, which way is better, where tables show it
+//! and how it is read. The table of a scope stands where the scope's numbers are: a run's in `summary.rs`, a rupture's in
+//! `rupture.rs`. Structs, JSON, comparison tables, sweep columns and documentation follow from the declarations.
+
+use serde::Serialize;
+
+use super::Unit;
+
+/// Which values of a metric are better, other things being equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Better {
+    /// Smaller ones.
+    Lower,
+    /// Larger ones.
+    Higher,
+    /// It describes and does not judge.
+    Neither,
+}
+
+impl Better {
+    /// As in files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Lower => "lower",
+            Self::Higher => "higher",
+            Self::Neither => "neither",
+        }
+    }
+}
+
+/// Where the tables of runs and of comparisons show a metric. Sweeps keep any metric that they are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    /// In every table.
+    Always,
+    /// Above all others, where a run defines it.
+    First,
+    /// Where it is not 0 in one of the runs.
+    WhereNonZero,
+    /// In none.
+    Never,
+}
+
+/// What a metric is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scope {
+    /// The run.
+    Run,
+    /// One rupture of it.
+    Rupture,
+    /// One augmented event of it.
+    Event,
+    /// The link between master and slave.
+    Link,
+    /// The control loop of a case of a sweep.
+    Loop,
+    /// The run's detection with noise added.
+    Noise,
+}
+
+impl Scope {
+    /// As in files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Run => "run",
+            Self::Rupture => "rupture",
+            Self::Event => "event",
+            Self::Link => "link",
+            Self::Loop => "loop",
+            Self::Noise => "noise",
+        }
+    }
+
+    /// What a key begins with; `number`, from 1, counts ruptures and events.
+    pub(crate) fn key_prefix(self, number: usize) -> String {
+        match self {
+            Self::Run => String::new(),
+            Self::Rupture | Self::Event => format!("{}_{number}_", self.word()),
+            Self::Link => "link_".into(),
+            Self::Loop => "stability_".into(),
+            Self::Noise => "in_noise_".into(),
+        }
+    }
+
+    /// What a label begins with.
+    pub(crate) fn label_prefix(self, number: usize) -> String {
+        match self {
+            Self::Run => String::new(),
+            Self::Rupture | Self::Event => format!("{} {number}: ", self.word()),
+            Self::Link => "link: ".into(),
+            Self::Loop => "stability: ".into(),
+            Self::Noise => "in noise: ".into(),
+        }
+    }
+}
+
+/// What is declared of a metric.
+#[derive(Debug, Clone, Copy)]
+pub struct Declaration {
+    /// What it is about.
+    pub scope: Scope,
+    /// Its key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
+    pub name: &'static str,
+    /// An earlier name, which sweep files may still use.
+    pub former_name: Option<&'static str>,
+    /// Its label in tables, without the prefix of its scope.
+    pub label: &'static str,
+    /// Its unit.
+    pub unit: Unit,
+    /// Which values are better.
+    pub better: Better,
+    /// Where tables show it.
+    pub shown: Shown,
+    /// What it means, in a sentence.
+    pub meaning: &'static str,
+}
+
+impl Declaration {
+    /// Its name in files; `number`, from 1, counts ruptures and events.
+    #[must_use]
+    pub fn key(&self, number: usize) -> String {
+        self.scope.key_prefix(number) + self.name
+    }
+
+    /// Its label in tables.
+    #[must_use]
+    pub fn full_label(&self, number: usize) -> String {
+        self.scope.label_prefix(number) + self.label
+    }
+
+    /// Whether a name without prefix is its name, or was.
+    pub(crate) fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.former_name == Some(name)
+    }
+}
+
+/// A metric and how it is read off what it is about.
+#[derive(Debug, Clone, Copy)]
+pub struct Metric<Read> {
+    /// What is declared of it.
+    pub declaration: Declaration,
+    /// Its value in SI; none where it is undefined.
+    pub read: Read,
+}
+
+/// A field that is a metric by itself.
+pub(crate) trait Value {
+    fn value(&self) -> Option<f64>;
+}
+
+impl Value for f64 {
+    fn value(&self) -> Option<f64> {
+        Some(*self)
+    }
+}
+
+impl Value for u64 {
+    fn value(&self) -> Option<f64> {
+        Some(*self as f64)
+    }
+}
+
+impl<T: Value> Value for Option<T> {
+    fn value(&self) -> Option<f64> {
+        self.as_ref().and_then(Value::value)
+    }
+}
+
+/// Declares the metrics of a scope, and with `pub struct` the numbers that they are read off.
+///
+/// An entry is a doc comment of one line, which is the metric's sentence, and
+/// `name: Type = "label", Unit, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is no field and `=> read`
+/// is needed; without `= "label"` it is a field and no metric; `[Shown]`, `was` and `=> read` may be left out.
+macro_rules! metrics {
+    (
+        $(#[$attribute:meta])*
+        pub struct $owner:ident in $scope:ident {
+            $(
+                #[doc = $meaning:literal]
+                $name:ident $(: $type:ty)? $(= $label:literal, $unit:ident, $better:ident $([$shown:ident])? $(was $former:literal)?
+                $(=> $read:expr)?)? ;
+            )*
+        }
+    ) => {
+        $(#[$attribute])*
+        pub struct $owner {
+            $($(#[doc = $meaning] pub $name: $type,)?)*
+        }
+
+        $crate::metrics::catalogue::metrics! {
+            impl $scope for $owner {
+                $($(#[doc = $meaning] $name = $label, $unit, $better $([$shown])? $(was $former)? $(=> $read)?;)?)*
+            }
+        }
+    };
+    (
+        impl $scope:ident for $owner:ty {
+            $(
+                #[doc = $meaning:literal]
+                $name:ident = $label:literal, $unit:ident, $better:ident $([$shown:ident])? $(was $former:literal)? $(=> $read:expr)?;
+            )*
+        }
+    ) => {
+        impl $owner {
+            /// The metrics of this scope, in the order of tables.
+            pub const METRICS: &'static [$crate::metrics::Metric<fn(&$owner) -> Option<f64>>] = &[$(
+                $crate::metrics::Metric {
+                    declaration: $crate::metrics::Declaration {
+                        scope: $crate::metrics::Scope::$scope,
+                        name: stringify!($name),
+                        former_name: $crate::metrics::catalogue::metrics!(@former $($former)?),
+                        label: $label,
+                        unit: $crate::metrics::Unit::$unit,
+                        better: $crate::metrics::Better::$better,
+                        shown: $crate::metrics::catalogue::metrics!(@shown $($shown)?),
+                        meaning: $meaning.trim_ascii(),
+                    },
+                    read: $crate::metrics::catalogue::metrics!(@read $name $($read)?),
+                },
+            )*];
+        }
+    };
+    (@former) => { None };
+    (@former $former:literal) => { Some($former) };
+    (@shown) => { $crate::metrics::Shown::Always };
+    (@shown $shown:ident) => { $crate::metrics::Shown::$shown };
+    (@read $name:ident) => { |of| $crate::metrics::catalogue::Value::value(&of.$name) };
+    (@read $name:ident $read:expr) => { $read };
+}
+pub(crate) use metrics;

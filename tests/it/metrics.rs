@@ -1,0 +1,91 @@
+//! The catalogue of metrics: declared once, and found by every surface.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use trocar::engine::{COLUMNS, TRACE_COLUMNS};
+use trocar::report::{declarations, metrics_markdown, trace_columns_markdown};
+use trocar::sweep::{Column, sweep_schema};
+
+use crate::support::desk::Desk;
+
+fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        match path.is_dir() {
+            true => rust_files(&path, files),
+            false if path.extension().is_some_and(|ending| ending == "rs") => files.push(path),
+            false => {}
+        }
+    }
+}
+
+/// The sources of every package.
+fn sources() -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = vec![];
+    for folder in ["core/src", "sim/src", "report/src", "src", "python/src"] {
+        rust_files(&root.join(folder), &mut files);
+    }
+    files.iter().map(|path| std::fs::read_to_string(path).expect("a source")).collect()
+}
+
+/// How often a word stands in a text, as a word of its own.
+fn occurrences(text: &str, word: &str) -> usize {
+    let is_of_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    let is_alone =
+        |at: usize| !is_of_word(text[..at].chars().next_back()) && !is_of_word(text[at + word.len()..].chars().next());
+    text.match_indices(word).filter(|(at, _)| is_alone(*at)).count()
+}
+
+#[test]
+fn a_metric_is_declared_in_one_place() {
+    let sources = sources();
+    for metric in declarations() {
+        assert_eq!(sources.matches(metric.meaning).count(), 1, "{}: {}", metric.name, metric.meaning);
+    }
+    // Metrics that are read off others stand nowhere but in the catalogue.
+    for name in ["max_detection_delay_s", "max_slave_travel_m", "max_frozen_motion_m"] {
+        assert_eq!(occurrences(&sources, name), 1, "{name}");
+    }
+}
+
+#[test]
+fn every_surface_has_every_metric() {
+    let (table, schema) = (metrics_markdown(), sweep_schema().to_string());
+    let desk = Desk::new();
+    let help = desk.good(&["sweep", "--help"]);
+    let mut keys = BTreeSet::new();
+    for metric in declarations() {
+        let key = metric.key(1);
+        assert!(table.contains(&format!("| `{key}` | ")) && table.contains(metric.meaning), "{key}");
+        assert!(keys.insert(key), "{} is there twice", metric.name);
+    }
+    for column in Column::names() {
+        assert!(help.contains(&column) && schema.contains(&format!("{column:?}")), "{column}");
+    }
+    let columns = trace_columns_markdown();
+    assert!(TRACE_COLUMNS.iter().zip(COLUMNS).all(|(column, name)| column.name == name));
+    assert!(COLUMNS.iter().all(|name| columns.contains(&format!("| `{name}` | "))));
+}
+
+#[test]
+fn former_names_of_metrics_are_taken_and_the_new_ones_named() {
+    let desk = Desk::new();
+    let file = |metrics: &str| {
+        format!(
+            "base = \"builtin:augmented.toml\"\nmetrics = [{metrics}]\nset.simulation.duration_s = 6.0\naxes.scaling.force = [0.5, 1.0]\n"
+        )
+    };
+    desk.file("old.toml", file("\"most_slave_overshoot_m\", \"tracking_rmse_m\""));
+    let old = desk.command(&["sweep", "old.toml", "--out", "out"]).assert().success();
+    let noted = String::from_utf8_lossy(&old.get_output().stderr).into_owned();
+    assert!(noted.contains("note: the metric most_slave_overshoot_m is called max_slave_overshoot_m now"), "{noted}");
+    let rows = desk.text("out/old/cases.csv");
+    assert!(rows.starts_with("case,scaling.force,seed,outcome,max_slave_overshoot_m,tracking_rmse_m\n"), "{rows}");
+    desk.file("twice.toml", file("\"most_slave_overshoot_m\", \"max_slave_overshoot_m\""));
+    desk.refused(&["sweep", "twice.toml"], &["max_slave_overshoot_m", "twice"]);
+    for metric in declarations().filter_map(|metric| metric.former_name) {
+        assert!(Column::named(metric).is_some_and(|column| column.name != metric), "{metric}");
+    }
+}
