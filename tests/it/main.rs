@@ -20,6 +20,7 @@ mod layers_paper;
 mod link;
 mod link_random;
 mod link_schedule;
+mod linking;
 mod lti;
 mod operators;
 mod oracle_trajectories;
