@@ -21,6 +21,7 @@ mod link;
 mod link_parts;
 mod link_random;
 mod link_schedule;
+mod linking;
 mod lti;
 mod metrics;
 mod operators;

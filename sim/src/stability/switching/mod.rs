@@ -10,11 +10,11 @@ mod certificate;
 mod conditions;
 mod event;
 mod interval;
-mod lapack;
 mod modes;
 mod products;
 mod reach;
 mod sdp;
+mod semidefinite;
 mod settings;
 
 use certificate::Attempt;

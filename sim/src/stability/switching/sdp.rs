@@ -1,9 +1,9 @@
 //! Linear matrix inequalities, and the search for matrices that fulfil them.
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::{DMatrix, DVector};
+use std::f64::consts::SQRT_2;
 
+use super::semidefinite::{self, Block, Programme, Status, entries, row};
 use crate::stability::StabilityError;
 
 /// `c Mᵀ X M` for one of the unknown symmetric matrices `X`.
@@ -39,10 +39,8 @@ pub(super) enum Normal {
 /// The greatest mean of the diagonals where the level is what is fixed.
 const LARGEST: f64 = 1e4;
 
-/// Row of entry `(i, j)`, `i <= j`, in the solver's triangle, column by column.
-fn row(i: usize, j: usize) -> usize {
-    j * (j + 1) / 2 + i
-}
+/// The accuracy from which the margin of a programme without a level is taken as found.
+const MIN_ACCURACY: f64 = 1e-4;
 
 /// The matrices of the given sizes that exceed the conditions by the greatest common margin, and that margin: the conditions
 /// can be met where it is above 0.
@@ -54,121 +52,131 @@ pub(super) fn solve(
     conditions: &[Condition],
     normal: &Normal,
 ) -> Result<(Vec<DMatrix<f64>>, f64), StabilityError> {
-    let starts: Vec<usize> = sizes
-        .iter()
-        .scan(0, |next, &size| {
-            let start = *next;
-            *next += size * (size + 1) / 2;
-            Some(start)
-        })
-        .collect();
-    let margin = sizes.iter().map(|size| size * (size + 1) / 2).sum::<usize>();
-    let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; margin + 1];
-    let mut cones = vec![SupportedConeT::ZeroConeT(1)];
-    let one = match normal {
-        Normal::Traces => {
-            for (&size, &start) in sizes.iter().zip(&starts) {
-                for k in 0..size {
-                    columns[start + row(k, k)].push((0, 1.0));
-                }
-            }
-            sizes.iter().sum::<usize>() as f64
-        }
+    let variables = Variables::new(sizes);
+    let mut objective = DVector::zeros(variables.margin + 1);
+    objective[variables.margin] = 1.0;
+    let mut blocks: Vec<Block> = conditions.iter().map(|condition| variables.block(condition)).collect();
+    let traces = variables.traces();
+    let equation = match normal {
+        Normal::Traces => (traces, sizes.iter().sum::<usize>() as f64),
         Normal::Level(unknown, states) => {
-            for j in 0..sizes[*unknown] {
-                for i in 0..=j {
-                    let twice: f64 = states.iter().map(|state| 2.0 * state[i] * state[j]).sum();
-                    columns[starts[*unknown] + row(i, j)].push((0, if i == j { 0.5 * twice } else { twice }));
-                }
-            }
-            states.len() as f64
+            // What no motion from there meets is not to grow for ever.
+            blocks.push(Block {
+                size: 1,
+                variables: (0..variables.margin).collect(),
+                map: DMatrix::from_fn(1, variables.margin, |_, k| -traces[k]),
+                constant: DVector::from_element(1, LARGEST * sizes.iter().sum::<usize>() as f64),
+            });
+            (variables.level(*unknown, states), states.len() as f64)
         }
     };
-    let mut b = vec![one];
-    if let Normal::Level(..) = normal {
-        // What no motion from there meets is not to grow for ever.
-        b.push(LARGEST * sizes.iter().sum::<usize>() as f64);
-        cones.push(SupportedConeT::NonnegativeConeT(1));
-        for (&size, &start) in sizes.iter().zip(&starts) {
+    let solution = semidefinite::solve(&Programme { objective, equation, blocks });
+    let is_found = match (solution.status, normal) {
+        (Status::Solved, _) => true,
+        (Status::Stalled, Normal::Traces) => solution.accuracy < MIN_ACCURACY,
+        // Tight bounds end where numbers do; what was found by then is verified like everything.
+        (Status::Stalled, Normal::Level(..)) => solution.accuracy.is_finite(),
+        (Status::Infeasible, _) => false,
+    };
+    if !is_found {
+        return Err(StabilityError::Solver { status: format!("{:?}", solution.status) });
+    }
+    Ok((variables.matrices(&solution.y), solution.y[variables.margin]))
+}
+
+/// The variables of a programme: the triangles of the unknown matrices, one after the other, then the margin.
+struct Variables<'a> {
+    sizes: &'a [usize],
+    /// The first variable of each matrix.
+    starts: Vec<usize>,
+    margin: usize,
+}
+
+impl<'a> Variables<'a> {
+    fn new(sizes: &'a [usize]) -> Self {
+        let (mut starts, mut margin) = (vec![], 0);
+        for &size in sizes {
+            starts.push(margin);
+            margin += entries(size);
+        }
+        Self { sizes, starts, margin }
+    }
+
+    /// The sum of all traces, as a row over the variables.
+    fn traces(&self) -> DVector<f64> {
+        let mut sum = DVector::zeros(self.margin + 1);
+        for (&size, &start) in self.sizes.iter().zip(&self.starts) {
             for k in 0..size {
-                columns[start + row(k, k)].push((1, 1.0));
+                sum[start + row(k, k)] = 1.0;
             }
         }
+        sum
     }
-    for condition in conditions {
+
+    /// The sum of `xᵀ X x` over states, as a row over the variables.
+    fn level(&self, unknown: usize, states: &[DVector<f64>]) -> DVector<f64> {
+        let mut sum = DVector::zeros(self.margin + 1);
+        for j in 0..self.sizes[unknown] {
+            for i in 0..=j {
+                let once: f64 = states.iter().map(|state| state[i] * state[j]).sum();
+                sum[self.starts[unknown] + row(i, j)] = if i == j { once } else { 2.0 * once };
+            }
+        }
+        sum
+    }
+
+    fn matrices(&self, y: &DVector<f64>) -> Vec<DMatrix<f64>> {
+        let matrix =
+            |(&size, &start): (&usize, &usize)| DMatrix::from_fn(size, size, |i, j| y[start + row(i.min(j), i.max(j))]);
+        self.sizes.iter().zip(&self.starts).map(matrix).collect()
+    }
+
+    /// A condition as the block that is to be positive semidefinite.
+    fn block(&self, condition: &Condition) -> Block {
         let size = condition.terms[0].map.ncols();
-        let at = b.len();
-        let rows = size * (size + 1) / 2;
-        b.resize(at + rows, 0.0);
-        cones.push(SupportedConeT::PSDTriangleConeT(size));
+        let mut unknowns: Vec<usize> = condition.terms.iter().map(|term| term.unknown).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        let mut variables = vec![];
+        for &unknown in &unknowns {
+            variables.extend((0..entries(self.sizes[unknown])).map(|k| self.starts[unknown] + k));
+        }
+        variables.push(self.margin);
+        let mut map = DMatrix::zeros(entries(size), variables.len());
+        let mut constant = DVector::zeros(entries(size));
+        let mut start = 0;
+        for &unknown in &unknowns {
+            for term in condition.terms.iter().filter(|term| term.unknown == unknown) {
+                add(&mut map, start, term);
+            }
+            start += entries(self.sizes[unknown]);
+        }
         for j in 0..size {
-            b[at + row(j, j)] = -condition.least;
+            constant[row(j, j)] = -condition.least;
             for i in 0..=j {
                 let of_row = condition.row.as_ref().map_or(0.0, |row| row[i] * row[j]);
-                let value = if i == j { of_row + condition.weight } else { std::f64::consts::SQRT_2 * of_row };
-                if value != 0.0 {
-                    columns[margin].push((at + row(i, j), value));
-                }
+                map[(row(i, j), start)] = if i == j { -of_row - condition.weight } else { -SQRT_2 * of_row };
             }
         }
-        for (unknown, &start) in starts.iter().enumerate() {
-            let terms: Vec<&Term> = condition.terms.iter().filter(|term| term.unknown == unknown).collect();
-            if terms.is_empty() {
-                continue;
-            }
-            for q in 0..sizes[unknown] {
-                for p in 0..=q {
-                    let column = &mut columns[start + row(p, q)];
-                    for j in 0..size {
-                        for i in 0..=j {
-                            let entry = |term: &&Term| {
-                                let m = &term.map;
-                                let twice = m[(p, i)] * m[(q, j)] + m[(q, i)] * m[(p, j)];
-                                term.factor * if p == q { 0.5 * twice } else { twice }
-                            };
-                            let sum: f64 = terms.iter().map(entry).sum();
-                            if sum != 0.0 {
-                                let off = if i == j { 1.0 } else { std::f64::consts::SQRT_2 };
-                                column.push((at + row(i, j), -off * sum));
-                            }
-                        }
-                    }
+        Block { size, variables, map, constant }
+    }
+}
+
+/// Adds a term to the columns of its unknown, which begin at `start`.
+fn add(map: &mut DMatrix<f64>, start: usize, term: &Term) {
+    let m = &term.map;
+    for q in 0..m.nrows() {
+        for p in 0..=q {
+            let mut column = map.column_mut(start + row(p, q));
+            for j in 0..m.ncols() {
+                for i in 0..=j {
+                    let twice = m[(p, i)] * m[(q, j)] + m[(q, i)] * m[(p, j)];
+                    let once = term.factor * if p == q { 0.5 * twice } else { twice };
+                    column[row(i, j)] += if i == j { once } else { SQRT_2 * once };
                 }
             }
         }
     }
-    let (rows, n) = (b.len(), margin + 1);
-    let mut starts_of_columns = vec![0];
-    let (mut indices, mut values) = (vec![], vec![]);
-    for column in &columns {
-        indices.extend(column.iter().map(|(row, _)| *row));
-        values.extend(column.iter().map(|(_, value)| *value));
-        starts_of_columns.push(indices.len());
-    }
-    let a = CscMatrix::new(rows, n, starts_of_columns, indices, values);
-    let mut q = vec![0.0; n];
-    q[margin] = -1.0;
-    let settings =
-        DefaultSettings { verbose: false, chordal_decomposition_enable: false, ..DefaultSettings::default() };
-    let mut solver = DefaultSolver::new(&CscMatrix::zeros((n, n)), &q, &a, &b, &cones, settings)
-        .map_err(|error| StabilityError::Solver { status: error.to_string() })?;
-    solver.solve();
-    let solution = &solver.solution;
-    let is_number = solution.x.iter().all(|value| value.is_finite());
-    match solution.status {
-        SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress if is_number => {}
-        // Tight bounds end where numbers do; what was found by then is verified like everything.
-        SolverStatus::NumericalError | SolverStatus::MaxIterations
-            if is_number && matches!(normal, Normal::Level(..)) => {}
-        status => return Err(StabilityError::Solver { status: status.to_string() }),
-    }
-    let x = &solution.x;
-    let matrices = sizes
-        .iter()
-        .zip(&starts)
-        .map(|(&size, &start)| DMatrix::from_fn(size, size, |i, j| x[start + row(i.min(j), i.max(j))]))
-        .collect();
-    Ok((matrices, x[margin]))
 }
 
 #[cfg(test)]
@@ -186,6 +194,31 @@ mod tests {
         let positive = exceeding(vec![term(1.0, &one)]);
         let decreasing = matrices.iter().map(|a| exceeding(vec![term(1.0, &one), term(-1.0, a)]));
         decreasing.chain([positive]).collect()
+    }
+
+    #[test]
+    fn the_margin_of_a_contraction_is_what_it_leaves() {
+        // X = I is the best for A = a I: the margin is 1 - a².
+        for a in [0.0, 0.5, 0.99] {
+            let (found, margin) =
+                solve(&[2], &common(&[DMatrix::identity(2, 2) * a]), &Normal::Traces).expect("solved");
+            assert!((margin - (1.0 - a * a)).abs() < 1e-7 && (&found[0] - DMatrix::identity(2, 2)).norm() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_level_is_kept_and_what_no_level_allows_is_refused() {
+        // Within the level 1 at (1, 0), the row (1, 0) comes to 1: X - t rᵀr with the least t = 1 on both sides.
+        let one = DMatrix::identity(2, 2);
+        let row = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let bounded = Condition { terms: vec![term(1.0, &one)], weight: 0.0, row: Some(row), least: 0.0 };
+        let level = Normal::Level(0, vec![DVector::from_column_slice(&[1.0, 0.0])]);
+        let (found, margin) = solve(&[2], &[bounded.clone()], &level).expect("solved");
+        assert!((margin - 1.0).abs() < 1e-6 && (found[0][(0, 0)] - 1.0).abs() < 1e-6);
+        let growing = DMatrix::identity(2, 2) * 1.1;
+        let terms = vec![term(1.0, &one), term(-1.0, &growing)];
+        let decreasing = Condition { terms, weight: 0.0, row: None, least: 1e-3 };
+        assert!(solve(&[2], &[bounded, decreasing], &level).is_err());
     }
 
     #[test]

@@ -1,0 +1,146 @@
+//! The linear equations of one iteration.
+//!
+//! With `B_k` the maps in scaled coordinates, `Λ_k` the scaled point and the residuals `r`, a direction to the target `T_k` is
+//!
+//! ```text
+//! ΔS_k = B_k Δy + r_k,   ΔX_k = T_k - ΔS_k,   Σ_k B_kᵀ ΔX_k - Δλ a = -r,   aᵀ Δy = r_e
+//! ```
+//! and so `H Δy + Δλ a = r + Σ_k B_kᵀ (T_k - r_k)` with `H = Σ_k B_kᵀ B_k`, positive definite.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::scaling::Scaling;
+use super::triangle::{pack, unpack};
+use super::{Direction, Programme, Residuals};
+
+/// How much is added to the diagonal of `H`, relative to each entry, for its factors to exist.
+const REGULARISATION: f64 = 1e-14;
+
+/// Corrections of a solution by its residual.
+const REFINEMENTS: usize = 2;
+
+pub(super) struct Newton<'a> {
+    programme: &'a Programme,
+    scalings: &'a [Scaling],
+    residuals: &'a Residuals,
+    /// `B_k`.
+    maps: Vec<DMatrix<f64>>,
+    /// `r_k` in scaled coordinates, packed.
+    of_blocks: Vec<DVector<f64>>,
+    h: DMatrix<f64>,
+    factors: Cholesky<f64, Dyn>,
+    /// `H⁻¹ a`.
+    of_equation: DVector<f64>,
+}
+
+impl<'a> Newton<'a> {
+    /// Sets up and factors the equations; none where rounding has made `H` indefinite.
+    pub(super) fn new(programme: &'a Programme, scalings: &'a [Scaling], residuals: &'a Residuals) -> Option<Self> {
+        let n = programme.objective.len();
+        let mut h = DMatrix::zeros(n, n);
+        let (mut maps, mut of_blocks) = (vec![], vec![]);
+        for ((block, scaling), residual) in programme.blocks.iter().zip(scalings).zip(&residuals.of_blocks) {
+            let congruence = scaling.congruence();
+            let map = &congruence * &block.map;
+            let product = map.transpose() * &map;
+            for (column, &j) in block.variables.iter().enumerate() {
+                for (row, &i) in block.variables.iter().enumerate() {
+                    h[(i, j)] += product[(row, column)];
+                }
+            }
+            maps.push(map);
+            of_blocks.push(congruence * residual);
+        }
+        let mut regular = h.clone();
+        for k in 0..n {
+            regular[(k, k)] += REGULARISATION * h[(k, k)];
+        }
+        let factors = Cholesky::new(regular)?;
+        let of_equation = factors.solve(&programme.equation.0);
+        Some(Self { programme, scalings, residuals, maps, of_blocks, h, factors, of_equation })
+    }
+
+    /// Solves `H u + v a = rhs`, `aᵀ u = e`.
+    fn solve_once(&self, rhs: &DVector<f64>, e: f64) -> (DVector<f64>, f64) {
+        let a = &self.programme.equation.0;
+        let u = self.factors.solve(rhs);
+        let v = (a.dot(&u) - e) / a.dot(&self.of_equation);
+        (u - &self.of_equation * v, v)
+    }
+
+    fn solve(&self, rhs: &DVector<f64>, e: f64) -> (DVector<f64>, f64) {
+        let a = &self.programme.equation.0;
+        let (mut u, mut v) = self.solve_once(rhs, e);
+        for _ in 0..REFINEMENTS {
+            let (du, dv) = self.solve_once(&(rhs - &self.h * &u - a * v), e - a.dot(&u));
+            u += du;
+            v += dv;
+        }
+        (u, v)
+    }
+
+    /// The direction to targets; without any, to 0.
+    pub(super) fn direction(&self, targets: Option<&[DMatrix<f64>]>) -> Direction {
+        let blocks = &self.programme.blocks;
+        let mut rhs = self.residuals.of_multipliers.clone();
+        for (k, block) in blocks.iter().enumerate() {
+            let mut target = -&self.of_blocks[k];
+            if let Some(targets) = targets {
+                target += pack(&targets[k]);
+            }
+            let adjoint = self.maps[k].tr_mul(&target);
+            for (&variable, value) in block.variables.iter().zip(adjoint.iter()) {
+                rhs[variable] += value;
+            }
+        }
+        let (y, multiplier) = self.solve(&rhs, self.residuals.of_equation);
+        let (mut s, mut x) = (vec![], vec![]);
+        for (k, block) in blocks.iter().enumerate() {
+            let of_variables = block.variables.iter().map(|&i| y[i]);
+            let packed =
+                &self.maps[k] * DVector::from_iterator(block.variables.len(), of_variables) + &self.of_blocks[k];
+            let of_s = unpack(&packed, block.size);
+            x.push(match targets {
+                Some(targets) => &targets[k] - &of_s,
+                None => -&of_s,
+            });
+            s.push(of_s);
+        }
+        Direction { y, multiplier, s, x }
+    }
+
+    /// Mehrotra's direction: a predictor towards complementarity, and from what it would reach the centring and the
+    /// second-order correction.
+    pub(super) fn corrected_direction(&self) -> Direction {
+        let target = |scaling: &Scaling| -DMatrix::from_diagonal(&scaling.lambda);
+        let predictor = self.direction(Some(&self.scalings.iter().map(target).collect::<Vec<_>>()));
+        let (by_s, by_x) = self.longest_steps(&predictor);
+        // A short step says that the point is too near the boundary: the target is then nearer the central path.
+        let centring = (1.0 - by_s.min(by_x).min(1.0)).powi(3) * self.complementarity();
+        let target = |((scaling, s), x): ((&Scaling, &DMatrix<f64>), &DMatrix<f64>)| {
+            let product = s * x;
+            let mut r = (&product + product.transpose()) * -0.5;
+            for (k, value) in scaling.lambda.iter().enumerate() {
+                r[(k, k)] += centring - value * value;
+            }
+            scaling.quotient(&r)
+        };
+        let targets: Vec<_> = self.scalings.iter().zip(&predictor.s).zip(&predictor.x).map(target).collect();
+        self.direction(Some(&targets))
+    }
+
+    /// The mean of `Λ²`.
+    fn complementarity(&self) -> f64 {
+        let rows: usize = self.scalings.iter().map(|scaling| scaling.lambda.len()).sum();
+        self.scalings.iter().map(|scaling| scaling.lambda.norm_squared()).sum::<f64>() / rows as f64
+    }
+
+    /// How far the matrices and the multipliers can go along a direction.
+    pub(super) fn longest_steps(&self, direction: &Direction) -> (f64, f64) {
+        let longest = |steps: &[DMatrix<f64>]| {
+            let each = self.scalings.iter().zip(steps).map(|(scaling, step)| scaling.longest_step(step));
+            each.fold(f64::INFINITY, f64::min)
+        };
+        (longest(&direction.s), longest(&direction.x))
+    }
+}
