@@ -49,7 +49,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Answ
         "spectral_radius": mode.spectral_radius,
         "frequency_hz": mode.frequency_hz,
         "damping_ratio": mode.damping_ratio,
-        "left_out": LoopSettings::left_out(&scenario),
+        "unmodelled": LoopSettings::unmodelled(&scenario),
     })))
 }
 

@@ -131,8 +131,8 @@ const trocarMap = (() => {
     const where = `${told.x.name} ${written(now.x)}, ${told.y.name} ${written(now.y)}`;
     const radius = told.spectral_radius;
     const word = radius !== null && radius < 1 ? "stable" : "unstable";
-    const left = told.left_out.length ? ` Left out: ${told.left_out.join("; ")}.` : "";
-    line.textContent = `${where}: ${word}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(told.frequency_hz)} Hz with damping ratio ${trocarCharts.number(told.damping_ratio)}. Blue is stable.${left}`;
+    const unmodelled = told.unmodelled.length ? ` Not in the linear model: ${told.unmodelled.join("; ")}.` : "";
+    line.textContent = `${where}: ${word}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(told.frequency_hz)} Hz with damping ratio ${trocarCharts.number(told.damping_ratio)}. Blue is stable.${unmodelled}`;
     canvas.setAttribute("aria-label", `Stability map. ${line.textContent}`);
   }
 
