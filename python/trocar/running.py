@@ -1,4 +1,4 @@
-"""Running scenarios."""
+"""Runs of scenarios."""
 
 from __future__ import annotations
 
@@ -19,35 +19,35 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """A scenario that was run.
+    """The result of a run.
 
-    ``run["slave_position_m"]`` is a column of the trace. Every column has the shape ``(ticks,)``, a value per tick, and is
-    float64, but for ``mode``, which is uint8:
+    ``run["slave_position_m"]`` is a column of the trace. Every column has the shape ``(ticks,)`` and is float64, except ``mode``,
+    which is uint8:
 
     ========================== ============ ==========================================================================
-    column                     unit         what it is
+    column                     unit         meaning
     ========================== ============ ==========================================================================
     time_s                     s            time of the tick
-    desired_position_m         m            where the person wants the master to be
-    master_position_m          m            where it is
-    master_velocity_m_per_s    m/s          how fast it is
-    operator_force_n           N            force of the hand on the master, positive when pushing in
-    slave_reference_m          m            where the slave is told to be
-    slave_position_m           m            where it is, growing into the tissue
-    slave_velocity_m_per_s     m/s          how fast it is
-    tissue_force_n             N            the tissue's force, positive when it resists insertion
-    measured_force_n           N            as the sensor reads it
-    feedback_force_n           N            what the master is told to give back
+    desired_position_m         m            desired position of the master
+    master_position_m          m            position of the master
+    master_velocity_m_per_s    m/s          velocity of the master
+    operator_force_n           N            force of the operator on the master, positive in the direction of insertion
+    slave_reference_m          m            reference of the slave
+    slave_position_m           m            position of the slave, increasing into the tissue
+    slave_velocity_m_per_s     m/s          velocity of the slave
+    tissue_force_n             N            tissue force, positive when it resists insertion
+    measured_force_n           N            measured tissue force
+    feedback_force_n           N            feedback force to the master
     stiffness_n_per_m          N/m          estimated stiffness
     damping_n_s_per_m          N·s/m        estimated damping
     residual_n                 N            prediction error
-    distance                   N²           distance (its unit follows ``detector.distance``)
-    decision                   N²           decision, an alarm above ``detector.threshold``
-    mode                                    0 teleoperation, 1 augmented, 2 re-engaging
+    distance                   N²           distance (the unit depends on ``detector.distance``)
+    decision                   N²           decision function; above ``detector.threshold`` is an alarm
+    mode                                    0 teleoperation, 1 frozen, 2 re-engaging
     ========================== ============ ==========================================================================
 
-    Some estimators have one column more, ``friction_n`` (N) or ``power``. A run that diverged ends early: that is a result,
-    in ``run.metrics["outcome"]``.
+    Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early; ``run.metrics["outcome"]`` is then
+    the result.
     """
 
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
@@ -60,37 +60,37 @@ class Run:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What ``summary.json`` of the command line holds. Undefined values are ``None``."""
+        """The content of ``summary.json`` of the command line. Undefined values are ``None``."""
         return self._core.summary()
 
     @property
     def metrics(self) -> dict[str, Any]:
-        """Every metric, in SI units; the names carry the unit. Undefined values are ``None``."""
+        """All metrics, in SI units; names end with the unit. Undefined values are ``None``."""
         return dict(self.summary["metrics"])
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """The augmented events, in time order."""
+        """The events, in order of time."""
         return list(self.summary["metrics"]["events"])
 
     @property
     def ruptures(self) -> list[dict[str, Any]]:
-        """The ruptures with what became of each, in time order."""
+        """The ruptures with their metrics, in order of time."""
         return list(self.summary["metrics"]["ruptures"])
 
     @property
     def alarms_s(self) -> NDArray[np.float64]:
-        """When alarms were taken, in s; shape (alarms,)."""
+        """The times of the alarms, in s; shape (alarms,)."""
         return np.array([alarm["time_s"] for alarm in self.summary["metrics"]["alarms"]], dtype=np.float64)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The trace as a pandas DataFrame, a column each, indexed by ``time_s``."""
+        """Returns the trace as a pandas DataFrame, indexed by ``time_s``."""
         import pandas
 
         return pandas.DataFrame(self.traces).set_index("time_s")
 
     def plot(self, **options: Any) -> Figure:
-        """Positions, forces and decision over time, drawn by matplotlib; ``options`` go to ``matplotlib.pyplot.subplots``."""
+        """Draws positions, forces and decision over time with matplotlib. ``options`` are passed to ``matplotlib.pyplot.subplots``."""
         from ._figures import run_figure
 
         return run_figure(self, **options)
@@ -107,7 +107,7 @@ class Run:
 
 
 def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
-    """Runs a scenario, given as such or as a path, for its trace and its metrics. The same scenario gives the same bits.
+    """Runs a scenario or the scenario of a path, and returns its trace and metrics. The same scenario gives identical results, bit for bit.
 
     >>> import trocar
     >>> run = trocar.run("builtin:augmented.toml")
