@@ -67,7 +67,7 @@ The content of ``comparison.json`` of the command line: ``runs``, ``table``, ``n
 
 
 def compare(*scenarios: Scenario | str | os.PathLike[str], seeds: int | None = None) -> Comparison:
-    """Runs and compares scenarios, each also with added noise. Without arguments, compares the shipped classical and augmented scenarios.
+    """Runs and compares scenarios, each also with added noise. Without arguments, compares the shipped pair.
 
     Parameters
     ----------

@@ -107,7 +107,7 @@ class Run:
 
 
 def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
-    """Runs a scenario or the scenario of a path, and returns its trace and metrics. The same scenario gives identical results, bit for bit.
+    """Runs a scenario, given as such or as a path. The same scenario gives identical results, bit for bit.
 
     >>> import trocar
     >>> run = trocar.run("builtin:augmented.toml")

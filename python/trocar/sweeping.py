@@ -134,7 +134,7 @@ def sweep(
     if axes is None:
         given = (set, first_seed, metrics, points, design_seed)
         if isinstance(base, Scenario) or any(one is not None for one in given) or seeds != 1 or design != "grid":
-            raise ValueError("without axes, base must be the path of a sweep file, and no other argument about the sweep is allowed")
+            raise ValueError("without axes, base must be the path of a sweep file, without further arguments about the sweep")
         job = _Job(os.fspath(base), "", None, [])
     else:
         shared = dict(set or {})
@@ -143,7 +143,8 @@ def sweep(
         lines += _section("axes", {key: _levels(one) for key, one in axes.items()})
         scenario = scenario_of(base)
         # Keys of the sweep have priority over changes of the scenario.
-        overridden = {*shared, *axes}own = [setting for setting in scenario._core.origin()[3] if key_of(setting) not in overridden]
+        overridden = {*shared, *axes}
+        own = [setting for setting in scenario._core.origin()[3] if key_of(setting) not in overridden]
         job = _Job(None, "\n".join(lines) + "\n", scenario, own)
     if client is None:
         columns, hash, _ = job.run("1/1", threads)
