@@ -24,8 +24,8 @@ class Detection:
 
     ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
     ``velocity_m_per_s`` (as given, or estimated), ``measured_force_n``, ``residual_n``, ``stiffness_n_per_m``,
-    ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have an extra column. Unevenly spaced samples are first resampled
-    at their median interval.
+    ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have an extra column. Unevenly spaced samples
+    are first resampled at their median interval.
 
     Attributes
     ----------
@@ -209,7 +209,7 @@ class Detector:
     def steps(
         self, position: ArrayLike, velocity: ArrayLike | None, force: ArrayLike
     ) -> tuple[dict[str, NDArray[np.float64]], NDArray[np.int64]]:
-        """Processes several samples, arrays of the shape ``(samples,)``. An invalid sample raises an error, and no sample is processed.
+        """Processes several samples, arrays of the shape ``(samples,)``, or none of them if one is invalid.
 
         Returns the results of :meth:`step` as columns, float64 of the shape ``(samples,)``, and the indices of the samples with an
         alarm, int64 of the shape ``(alarms,)``.

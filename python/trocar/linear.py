@@ -142,8 +142,8 @@ class StateSpace:
 
 
 def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["master", "slave"]) -> StateSpace:
-    """Returns one side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35), or
-    the slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"``, the plants without controllers.
+    """Returns one side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35),
+    or the slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"``, the plants without controllers.
 
     >>> import trocar
     >>> trocar.state_space("builtin:classical.toml", "slave").A.shape

@@ -46,8 +46,8 @@ class Run:
     mode                                    0 teleoperation, 1 frozen, 2 re-engaging
     ========================== ============ ==========================================================================
 
-    Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early; ``run.metrics["outcome"]`` is then
-    the result.
+    Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early, which
+    ``run.metrics["outcome"]`` shows.
     """
 
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
@@ -90,7 +90,7 @@ class Run:
         return pandas.DataFrame(self.traces).set_index("time_s")
 
     def plot(self, **options: Any) -> Figure:
-        """Draws positions, forces and decision over time with matplotlib. ``options`` are passed to ``matplotlib.pyplot.subplots``."""
+        """Draws positions, forces and decision over time. ``options`` are passed to ``matplotlib.pyplot.subplots``."""
         from ._figures import run_figure
 
         return run_figure(self, **options)

@@ -116,13 +116,13 @@ def sweep(
     metrics
         Metrics of each case, by the names of ``trocar.metric_names()``; the default is a selection.
     design, points, design_seed
-        The design: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All but the grid need ``points``
-        and can have a ``design_seed``.
+        The design: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All but the grid
+        need ``points`` and can have a ``design_seed``.
     threads
         Number of threads on one machine; 0 is one per processor. With a client, the number of threads per shard; 0 is one.
     client
-        A ``dask.distributed.Client``: its workers run the shards, and the shards of a lost worker run again. The workers need the same
-        version of trocar, and the files of the scenario at the same paths.
+        A ``dask.distributed.Client``: its workers run the shards, and the shards of a lost worker run again. The workers need
+        the same version of trocar, and the files of the scenario at the same paths.
     shards
         Number of shards; the default is eight per worker thread.
 
