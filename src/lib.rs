@@ -1,31 +1,30 @@
 //! Bilateral teleoperation of needle insertions, with event-based haptic augmentation.
 //!
-//! A person pushes a master; a slave pushes a needle; the tissue's force comes back. When a membrane gives way the
-//! needle lurches. trocar estimates the tissue online, detects the rupture, freezes the slave and exaggerates the felt
-//! force drop, after Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization of
-//! Needle Insertions*. Equation numbers in these pages are that paper's.
+//! An operator moves a master, a slave drives a needle, and the tissue force is fed back to the operator. When a layer ruptures,
+//! the needle overshoots. trocar estimates the tissue online, detects the rupture, freezes the slave and amplifies the drop of the
+//! felt force, after Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization of Needle
+//! Insertions*. Equation numbers in this documentation refer to that paper.
 //!
 //! # Signs and units
-//! SI throughout: m, m/s, N, s. Positions grow into the tissue. Forces are positive when they resist insertion (the
-//! paper plots the opposite sign). The force of the hand on the master is positive when it pushes in.
+//! All quantities are in SI units: m, m/s, N, s. Positions increase into the tissue. Forces are positive when they resist
+//! insertion (the paper plots the opposite sign). The force of the operator on the master is positive in the direction of insertion.
 //!
-//! # The house
-//! Lower floors know nothing of the higher ones; `tests/layering.rs` keeps it so.
+//! # Modules
+//! A module depends only on modules of the same or a lower layer. `tests/it/layering.rs` checks this.
 //!
-//! | floor | rooms |
+//! | layer | modules |
 //! |---|---|
-//! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures: only this floor draws or prints), [`explore`] (the page and its server) |
-//! | 6 | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (the linear verdicts against the engine) |
-//! | 5 | [`scenario`] (TOML → validated, resolved, echoed), [`metrics`] (observers → numbers), [`stability`] (the linearised loop; never the engine) |
+//! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures; no other layer draws or prints), [`explore`] (the page and its server) |
+//! | 6 | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 5 | [`scenario`] (TOML, validated, resolved and echoed), [`metrics`] (numbers from observers), [`stability`] (the linear loop, without the engine) |
 //! | 4 | [`engine`] (one tick, N ticks, observers), [`rig`] (one step of a real controller) |
 //! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
 //! | 2 | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`estimation`], [`detection`], [`recording`]: siblings never import each other |
 //! | 1 | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | 0 | [`time`], [`lane`], [`error`] |
 //!
-//! Without the default feature `std` there are [`rig`] and what it is made of ([`augmentation`], [`detection`],
-//! [`estimation`], [`time`], [`lane`], [`error`]), the same source, for machines that have neither an operating system nor
-//! an allocator.
+//! The package `trocar-core` contains [`rig`] and its parts ([`augmentation`], [`detection`], [`estimation`], [`time`], [`lane`],
+//! [`error`]). It is `no_std` and does not allocate, for controllers without an operating system.
 //!
 //! # A run in Rust
 //! ```
@@ -50,7 +49,7 @@ pub use trocar_sim::{
 pub mod cli;
 pub mod explore;
 
-/// The README's Rust runs as a test.
+/// Runs the Rust examples of the README as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

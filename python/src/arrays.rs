@@ -1,4 +1,4 @@
-//! Between numpy's arrays and vectors.
+//! Conversions between numpy arrays and vectors.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -6,18 +6,18 @@ use pyo3::types::PyDict;
 
 use crate::error;
 
-/// One-dimensional float64 samples, copied: the array may change while the lock is released. The Python half has seen to the
-/// type, the shape and the layout.
+/// Returns a copy of one-dimensional float64 samples, because the array can change while the lock is released. The Python code has
+/// checked the type, the shape and the layout.
 pub(crate) fn samples(array: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
     Ok(array.as_slice().map_err(error::value)?.to_vec())
 }
 
-/// Puts a vector into a dictionary as an array, without a copy.
+/// Inserts a vector into a dictionary as an array, without a copy.
 pub(crate) fn put<T: numpy::Element>(columns: &Bound<'_, PyDict>, name: &str, values: Vec<T>) -> PyResult<()> {
     columns.set_item(name, PyArray1::from_vec(columns.py(), values))
 }
 
-/// A matrix by rows as an array of shape (rows, columns).
+/// Returns a row-major matrix as an array of shape (rows, columns).
 pub(crate) fn matrix<'py>(py: Python<'py>, rows: Vec<Vec<f64>>, columns: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let height = rows.len();
     let flat = PyArray1::from_vec(py, rows.into_iter().flatten().collect());

@@ -1,4 +1,4 @@
-//! Settings from the beginning of a recording.
+//! Calibration.
 
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
@@ -9,7 +9,7 @@ use crate::detect::Samples;
 use crate::interrupt::interruptible;
 use crate::{convert, error};
 
-/// Calibrates: what `calibration.json` holds, the text, the settings as TOML.
+/// Calibrates. Returns the content of `calibration.json`, the text, and the settings as TOML.
 #[pyfunction]
 #[pyo3(signature = (
     name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,

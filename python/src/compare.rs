@@ -1,4 +1,4 @@
-//! Comparing scenarios.
+//! Comparison of scenarios.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,7 +13,7 @@ use crate::{convert, error};
 type Compared<'py> =
     (Bound<'py, PyAny>, String, Vec<(String, String, &'static str, Vec<Option<f64>>)>, Vec<(Run, Bound<'py, PyDict>)>);
 
-/// Runs scenarios side by side: what `comparison.json` holds, the tables as text, the rows, and the runs.
+/// Compares scenarios. Returns the content of `comparison.json`, the tables as text, the rows, and the runs.
 #[pyfunction]
 pub(crate) fn compare<'py>(
     py: Python<'py>,

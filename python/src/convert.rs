@@ -1,11 +1,11 @@
-//! Between Python's objects and those of JSON and TOML.
+//! Conversions between Python objects, JSON and TOML.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde_json::Value as Json;
 
-/// A JSON value as Python has it: `null` is `None`.
+/// Returns a JSON value as a Python object; `null` is `None`.
 pub(crate) fn python<'py>(py: Python<'py>, json: &Json) -> PyResult<Bound<'py, PyAny>> {
     Ok(match json {
         Json::Null => py.None().into_bound(py),
@@ -30,24 +30,24 @@ pub(crate) fn python<'py>(py: Python<'py>, json: &Json) -> PyResult<Bound<'py, P
     })
 }
 
-/// A document of the crate's own as Python has it.
+/// Returns a JSON document of the crate as a Python object.
 pub(crate) fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
-    // Python's own reader gives every number its exact bits.
+    // The JSON reader of Python keeps every bit of a number.
     py.import("json")?.call_method1("loads", (json,))
 }
 
-/// A value as TOML writes it on one line.
+/// Returns a value as TOML on one line.
 #[pyfunction]
 pub(crate) fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(toml(value, 0)?.to_string())
 }
 
-/// Deepest nesting of a value.
-const DEEPEST: usize = 16;
+/// Maximum nesting of a value.
+const MAX_DEPTH: usize = 16;
 
 fn toml(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> {
-    if depth > DEEPEST {
-        return Err(PyValueError::new_err(format!("a value is nested more than {DEEPEST} deep")));
+    if depth > MAX_DEPTH {
+        return Err(PyValueError::new_err(format!("the nesting of a value is deeper than {MAX_DEPTH}")));
     }
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(toml::Value::Boolean(flag.is_true()));
@@ -72,7 +72,7 @@ fn toml(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> {
         let values = value.try_iter()?.map(|value| toml(&value?, depth + 1)).collect::<PyResult<_>>()?;
         return Ok(toml::Value::Array(values));
     }
-    // Numpy's arrays and numbers, and paths.
+    // Arrays and numbers of numpy, and paths.
     for method in ["tolist", "__fspath__"] {
         if value.hasattr(method)? {
             return toml(&value.call_method0(method)?, depth + 1);
@@ -80,6 +80,6 @@ fn toml(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> {
     }
     let kind = value.get_type().qualname()?;
     Err(PyTypeError::new_err(format!(
-        "a value of the type {kind}, must be a number, a text, a truth value or a list of them"
+        "a value of the type {kind}, must be a number, a string, a boolean or a list of them"
     )))
 }

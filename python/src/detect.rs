@@ -1,4 +1,4 @@
-//! The estimator and the detector over arrays.
+//! The estimator and the detector on arrays.
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -28,7 +28,7 @@ impl Samples {
         Ok(Self { recording: (samples(time_s)?, samples(position_m)?, velocity, samples(force_n)?) })
     }
 
-    /// What is to be detected in them, and the values that say how.
+    /// Returns the specification of the detection, and its values.
     pub(crate) fn spec(self, py: Python<'_>, name: &str, settings: &[String]) -> PyResult<(DetectionSpec, Values)> {
         let refuse = |error| error::scenario(py, &error);
         let mut values = Values::from_settings(name, settings).map_err(refuse)?;
@@ -44,7 +44,7 @@ impl Samples {
     }
 }
 
-/// What a file says of some sections, as settings.
+/// Returns the estimator and detector settings of a file.
 pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
     const SECTIONS: [&str; 2] = ["estimator", "detector"];
     let values = Values::load(&Source::parse(file), &[]).map_err(|error| error::scenario(py, &error))?;
@@ -56,7 +56,8 @@ pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
 
 type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, Bound<'py, PyAny>, String);
 
-/// Detects ruptures: the columns of `detection.csv`, the samples with an alarm, what `detection.json` holds, and the text.
+/// Detects ruptures. Returns the columns of `detection.csv`, the samples with an alarm, the content of `detection.json`, and the
+/// text.
 #[pyfunction]
 #[pyo3(signature = (name, time_s, position_m, velocity_m_per_s, force_n, settings, settings_file))]
 #[expect(clippy::too_many_arguments, reason = "Python's half names them")]

@@ -11,7 +11,7 @@ use crate::arrays::put;
 use crate::detect::tuning;
 use crate::error;
 
-/// What came of one sample.
+/// The results of one sample.
 #[pyclass(frozen, get_all, module = "trocar._core")]
 pub(crate) struct Step {
     alarm: bool,
@@ -34,7 +34,7 @@ impl Step {
     }
 }
 
-/// Estimator and detector on samples that come one by one.
+/// Estimator and detector for single samples.
 #[pyclass(module = "trocar._core")]
 pub(crate) struct Detector {
     chain: DetectionChain,
@@ -69,12 +69,12 @@ impl Detector {
         Ok(Self { fresh: chain.clone(), chain, is_filtered, samples: 0 })
     }
 
-    /// Forgets everything that it has seen.
+    /// Resets the detector to its initial state.
     fn reset(&mut self) {
         (self.chain, self.samples) = (self.fresh.clone(), 0);
     }
 
-    /// How many samples it has taken.
+    /// Number of processed samples.
     #[getter]
     fn samples(&self) -> u64 {
         self.samples
@@ -85,7 +85,7 @@ impl Detector {
         self.is_filtered
     }
 
-    /// Takes a sample: position in m, velocity in m/s or none, force in N.
+    /// Processes a sample: position in m, velocity in m/s or `None`, force in N.
     fn step(&mut self, position_m: f64, velocity_m_per_s: Option<f64>, force_n: f64) -> PyResult<Step> {
         let velocity_m_per_s = self.velocity(velocity_m_per_s)?;
         let reading = Reading { position_m, velocity_m_per_s, force_n };
@@ -105,8 +105,8 @@ impl Detector {
         })
     }
 
-    /// Takes samples that have come together; all of them, or none where one of them cannot be. Gives the columns, and which
-    /// of the samples raise an alarm.
+    /// Processes several samples, or none of them if one is invalid. Returns the columns, and the indices of the samples with an
+    /// alarm.
     fn steps<'py>(
         &mut self,
         py: Python<'py>,
@@ -174,20 +174,20 @@ impl Detector {
 }
 
 impl Detector {
-    /// The velocity as the chain takes it.
+    /// Returns the velocity for the detection chain.
     fn velocity(&self, given: Option<f64>) -> PyResult<f64> {
         match (given, self.is_filtered) {
             (Some(velocity), false) => Ok(velocity),
             (None, true) => Ok(0.0),
             (None, false) => {
-                Err(error::value("velocity is missing; make the detector with velocity=\"filtered\" to estimate it"))
+                Err(error::value("velocity is missing; create the detector with velocity=\"filtered\" to estimate it"))
             }
-            (Some(_), true) => Err(error::value("velocity is given to a detector that estimates it; give None")),
+            (Some(_), true) => Err(error::value("this detector estimates the velocity; pass None")),
         }
     }
 }
 
-/// Refuses what no needle does: one bad sample would spoil the estimates for good.
+/// Refuses an impossible sample, which would corrupt the estimates permanently.
 fn check(reading: &Reading<f64>, at: Option<usize>) -> PyResult<()> {
     let all = [("position", reading.position_m), ("velocity", reading.velocity_m_per_s), ("force", reading.force_n)];
     // False for NaN.

@@ -1,4 +1,4 @@
-//! Errors of the crate as Python's exceptions: what the user gave is a `ValueError`, all else a `RuntimeError`.
+//! Conversion of errors to Python exceptions: invalid input is a `ValueError`, any other error a `RuntimeError`.
 
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ use trocar_sim::stability::StabilityError;
 use trocar_sim::stability_check::CheckError;
 use trocar_sim::sweep::SweepError;
 
-/// `trocar.ScenarioError`: the text that the command line prints, with the line underlined, and its parts as attributes.
+/// Returns a `trocar.ScenarioError`: the text of the command line with the underlined line, and its parts as attributes.
 pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let class = match CLASS.import(py, "trocar._errors", "ScenarioError") {
@@ -32,7 +32,7 @@ pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
     }
 }
 
-/// What is wrong with something that the user gave.
+/// Returns a `ValueError` for invalid input.
 pub(crate) fn value(error: impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
 }

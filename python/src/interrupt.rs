@@ -1,4 +1,4 @@
-//! Long computations that Ctrl-C ends.
+//! Long computations that Ctrl-C can end.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,14 +8,14 @@ use std::time::Duration;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// How often signals are looked for.
+/// Interval of the checks for signals.
 const PERIOD: Duration = Duration::from_millis(40);
 
-/// Does work on a thread and processors of its own, with the interpreter's lock released, and looks for signals meanwhile.
+/// Runs work on a separate thread with the interpreter's lock released, and checks for signals.
 ///
-/// On one, as on Ctrl-C, `stop` is set and the exception raised at once. Work that does not look at `stop` goes on unseen to its
-/// end, and its outcome is dropped. The work has a pool of threads of its own, so that it also runs in a forked process,
-/// where a shared pool's threads are gone.
+/// A signal such as Ctrl-C sets `stop` and raises the exception at once. Work that ignores `stop` continues in the background, and
+/// its result is dropped. The work has its own thread pool, so that it also runs in a forked process, where the threads of a shared
+/// pool do not exist.
 pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
@@ -26,7 +26,7 @@ pub(crate) fn interruptible<T: Send + 'static>(
     let seen = stop.clone();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(failed)?;
     let thread = move || {
-        // Whoever waited may have gone.
+        // The receiver can be closed.
         let _ = send.send(pool.install(|| work(&seen)));
     };
     std::thread::Builder::new().name("trocar".into()).spawn(thread).map_err(failed)?;
@@ -35,7 +35,7 @@ pub(crate) fn interruptible<T: Send + 'static>(
             match receive.recv_timeout(PERIOD) {
                 Ok(outcome) => return Ok(outcome),
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(failed("the computation broke off; please report it"));
+                    return Err(failed("the computation failed unexpectedly; please report this error"));
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     Python::attach(|py| py.check_signals()).inspect_err(|_| stop.store(true, Ordering::Relaxed))?

@@ -1,8 +1,7 @@
-//! The compiled half of the Python package `trocar`: scenarios in, numpy arrays out.
+//! The compiled part of the Python package `trocar`.
 //!
-//! Everything is computed by the crate [`trocar`]; here are conversions only. The Python half (`trocar/*.py`) gives it the face
-//! that users see. Arrays that come out are the vectors that were computed, handed over without a copy; the interpreter's lock
-//! is released while anything is computed, and Ctrl-C is looked for meanwhile.
+//! The crate [`trocar`] does all computations; this crate converts inputs and results. `trocar/*.py` is the public interface. Returned
+//! arrays are the computed vectors, without a copy. Computations release the interpreter's lock and check for Ctrl-C.
 
 mod arrays;
 mod calibrate;

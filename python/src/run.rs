@@ -1,4 +1,4 @@
-//! Running a scenario.
+//! Runs of scenarios.
 
 use std::time::{Duration, Instant};
 
@@ -13,11 +13,11 @@ use crate::arrays::put;
 use crate::scenario::Scenario;
 use crate::{convert, error};
 
-/// After how many ticks the clock is looked at, and after what time signals are: a tick takes some 30 ns.
+/// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30 ns.
 const TICKS: u64 = 4096;
 const PERIOD: Duration = Duration::from_millis(40);
 
-/// A scenario that was run; its trace has been handed over.
+/// A run, without its trace.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Run {
     run: trocar_sim::run::Run,
@@ -25,22 +25,22 @@ pub(crate) struct Run {
 
 #[pymethods]
 impl Run {
-    /// What `summary.json` holds.
+    /// Returns the content of `summary.json`.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::parsed(py, &summary_json(&self.run))
     }
 
-    /// The same, as text.
+    /// Returns `summary.json` as text.
     fn summary_json(&self) -> String {
         summary_json(&self.run)
     }
 
-    /// What the command line prints of it.
+    /// Returns the text of the command line.
     fn text(&self) -> String {
         run_text(&self.run)
     }
 
-    /// The table's rows: metric, label, unit, value in SI.
+    /// Returns the rows of the table: metric, label, unit, value in SI units.
     fn rows(&self) -> Vec<(String, String, &'static str, Option<f64>)> {
         let rows = trocar_sim::compare::rows(&[&self.run.metrics], &[]);
         rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values[0])).collect()
@@ -52,7 +52,7 @@ impl Run {
     }
 }
 
-/// Records every tick, and looks for signals now and then; the run ends where there is one.
+/// Records every tick and checks for signals, which end the run.
 struct Watch {
     trace: Trace,
     looked: Option<Instant>,
@@ -86,7 +86,7 @@ impl Watch {
     }
 }
 
-/// Runs a scenario; gives the run and its trace by columns.
+/// Runs a scenario. Returns the run and the columns of its trace.
 #[pyfunction]
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
@@ -104,7 +104,7 @@ pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, B
     hand_over(py, trocar_sim::run::Run { scenario: scenario.clone(), metrics, trace })
 }
 
-/// A run, and its trace as arrays: the very vectors, without a copy.
+/// Returns a run and its trace as arrays, without a copy.
 pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
     let columns = PyDict::new(py);
     let trace = &mut run.trace;
@@ -115,19 +115,19 @@ pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResu
         }
     }
     if let Some((name, values)) = &trace.extra_parameter {
-        // The summary needs it too.
+        // The summary needs this column too.
         columns.set_item(*name, PyArray1::from_slice(py, values))?;
     }
     Ok((Run { run }, columns))
 }
 
-/// The columns of a trace: name, unit, meaning.
+/// Returns the columns of a trace: name, unit, meaning.
 #[pyfunction]
 pub(crate) fn trace_columns() -> Vec<(&'static str, &'static str, &'static str)> {
     TRACE_COLUMNS.iter().map(|column| (column.name, column.unit, column.meaning)).collect()
 }
 
-/// How long the crate's own `run` takes for a scenario, in s: the least of some times.
+/// Returns the minimum time of several runs of a scenario with the crate's `run`, in s.
 #[pyfunction]
 pub(crate) fn seconds_of_run(py: Python<'_>, scenario: &Scenario, times: usize) -> f64 {
     py.detach(|| {

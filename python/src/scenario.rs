@@ -8,7 +8,7 @@ use trocar_sim::scenario::{KEYS, ScenarioError, Source, shipped_questions};
 
 use crate::{convert, error};
 
-/// A scenario that can be run, with what it was made of.
+/// A scenario, with its source.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Scenario {
     pub(crate) scenario: trocar_sim::scenario::Scenario,
@@ -24,7 +24,7 @@ impl Scenario {
     }
 }
 
-/// The error with the file that it is about, as the command line names it.
+/// Returns the error with its file, as the command line names it.
 pub(crate) fn named(mut error: ScenarioError, source: &Source) -> ScenarioError {
     let file = source.display();
     if error.place.is_none() && !error.message.contains(&file) {
@@ -33,32 +33,32 @@ pub(crate) fn named(mut error: ScenarioError, source: &Source) -> ScenarioError 
     error
 }
 
-/// A text as a source.
+/// Returns a text as a source.
 pub(crate) fn text_source(name: &str, text: &str) -> Source {
     Source::Text { name: name.into(), text: Arc::from(text) }
 }
 
 #[pymethods]
 impl Scenario {
-    /// A file, or `builtin:` and a name.
+    /// Loads a file, or `builtin:` and a name.
     #[staticmethod]
     fn load(py: Python<'_>, path: &str, settings: Vec<String>) -> PyResult<Self> {
         Self::of(py, Source::parse(path), settings)
     }
 
-    /// A text as a file would hold it.
+    /// Loads a TOML text.
     #[staticmethod]
     fn from_text(py: Python<'_>, name: &str, text: &str, settings: Vec<String>) -> PyResult<Self> {
         Self::of(py, text_source(name, text), settings)
     }
 
-    /// The same with further settings, which count before the earlier ones.
+    /// Returns the scenario with additional settings, which have priority over earlier ones.
     fn replace(&self, py: Python<'_>, settings: Vec<String>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain(settings).collect();
         Self::of(py, self.source.clone(), settings)
     }
 
-    /// What it was made of: the path or none, the name, the text or none, the settings.
+    /// Returns the source: the path or `None`, the name, the text or `None`, the settings.
     fn origin(&self) -> (Option<String>, String, Option<String>, Vec<String>) {
         let settings = self.settings.clone();
         match &self.source {
@@ -102,13 +102,13 @@ impl Scenario {
     }
 }
 
-/// The scenarios that the package carries, each with its question.
+/// Returns the shipped scenarios, each with its question.
 #[pyfunction]
 pub(crate) fn shipped() -> Vec<(String, &'static str)> {
     shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question)).collect()
 }
 
-/// Every key of a scenario: its path, what it holds, its default as TOML writes it or none, its meaning.
+/// Returns every key of a scenario: path, type, default as TOML or `None`, meaning.
 #[pyfunction]
 pub(crate) fn keys() -> Vec<(&'static str, String, Option<String>, &'static str)> {
     let default = |key: &trocar_sim::scenario::Key| match key.fallback {
@@ -120,7 +120,7 @@ pub(crate) fn keys() -> Vec<(&'static str, String, Option<String>, &'static str)
     KEYS.iter().map(|key| (key.path, key.kind.to_string(), default(key), key.meaning)).collect()
 }
 
-/// The in-vivo-like recording of a seed, as CSV.
+/// Returns the in-vivo-like recording of a seed, as CSV.
 #[pyfunction]
 pub(crate) fn record(py: Python<'_>, seed: u64) -> String {
     py.detach(|| trocar_sim::recording::in_vivo_like_csv(seed))

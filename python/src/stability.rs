@@ -1,4 +1,4 @@
-//! Where the loop is stable.
+//! Stability analysis.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,8 +13,8 @@ use crate::{convert, error};
 
 type Analysed<'py> = (Bound<'py, PyAny>, String, Bound<'py, PyDict>);
 
-/// Analyses the loop of a scenario and maps it over two axes: what `stability.json` holds, the text, and arrays: `x`, `y`,
-/// `stable` (by rows, from the lowest y), `boundary` (four numbers a piece), `simulated` where that was asked for.
+/// Analyses the loop of a scenario and maps it over two axes. Returns the content of `stability.json`, the text, and arrays: `x`, `y`,
+/// `stable` (by rows, from the lowest y), `boundary` (four numbers per segment), and `simulated` if requested.
 #[pyfunction]
 pub(crate) fn stability<'py>(
     py: Python<'py>,
@@ -31,7 +31,7 @@ pub(crate) fn stability<'py>(
     }
     if !is_tissue(tissue) {
         let (low, high) = tissue;
-        let must = format!("two stiffnesses in N/m, the lesser first, from 0 to {MAX_STIFFNESS_N_PER_M}");
+        let must = format!("two stiffnesses in N/m in ascending order, from 0 to {MAX_STIFFNESS_N_PER_M}");
         return Err(error::value(format!("tissue is ({low:?}, {high:?}), must be {must}")));
     }
     let scenario = scenario.scenario.clone();

@@ -1,4 +1,4 @@
-//! The linear sides as matrices.
+//! The linear sides of the teleoperator as matrices.
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -9,10 +9,10 @@ use crate::arrays::matrix;
 use crate::error;
 use crate::scenario::Scenario;
 
-/// Times, and outputs in a row each.
+/// Times, and outputs by rows.
 type Response<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// A side in continuous time, `x' = A x + B u`, `y = C x + D u`, with what its signals are.
+/// A side in continuous time, `x' = A x + B u`, `y = C x + D u`, with the names of its signals.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct StateSpace {
     system: lti::StateSpace<Continuous>,
@@ -54,13 +54,13 @@ impl StateSpace {
         matrix(py, rows!(self.system.d()), self.system.inputs())
     }
 
-    /// The poles as (real, imaginary) parts.
+    /// Returns the poles as (real, imaginary) parts.
     fn poles(&self) -> PyResult<Vec<(f64, f64)>> {
         let poles = self.system.poles().map_err(error::value)?;
         Ok(poles.into_iter().map(|pole| (pole.re, pole.im)).collect())
     }
 
-    /// Times and outputs (a row each) after a unit step of an input.
+    /// Returns times, and outputs by rows, after a unit step of an input.
     fn step_response<'py>(
         &self,
         py: Python<'py>,
@@ -73,7 +73,7 @@ impl StateSpace {
     }
 }
 
-/// The master with its arm, or the slave, of a scenario.
+/// Returns the master with its arm, or the slave, of a scenario.
 #[pyfunction]
 pub(crate) fn state_space(scenario: &Scenario, side: &str) -> PyResult<StateSpace> {
     let scenario = &scenario.scenario;

@@ -1,4 +1,4 @@
-//! Sweeps: all of one, or a shard.
+//! Sweeps and shards of sweeps.
 
 use std::sync::atomic::AtomicBool;
 
@@ -15,7 +15,7 @@ use crate::error;
 use crate::interrupt::interruptible;
 use crate::scenario::{Scenario, text_source};
 
-/// What came out, column by column.
+/// The result by columns.
 struct Columns {
     case: Vec<i64>,
     axes: Vec<(String, AxisColumn)>,
@@ -69,8 +69,9 @@ impl Columns {
 
 type Swept<'py> = (Bound<'py, PyDict>, String, u64, Vec<(String, String)>);
 
-/// Runs a sweep, or the part of it that a shard as "3/8" names, on so many threads, 0 for all processors: the columns, the hash
-/// of the whole sweep, how many cases that has, and the former names of metrics that the file uses, each with the name of today. With a file its path, else its text; `base` where neither names one.
+/// Runs a sweep, or a shard of it such as "3/8", with a number of threads (0 for all processors). Returns the columns, the hash
+/// of the whole sweep, its number of cases, and the former names of metrics in the file, each with the present name. The sweep
+/// is a file's path or a text; `base` is the scenario if neither names one.
 #[pyfunction]
 pub(crate) fn sweep<'py>(
     py: Python<'py>,
@@ -104,12 +105,12 @@ pub(crate) fn sweep<'py>(
         Ok(Some((columns, plan.hash(), plan.design.cases(), plan.former_names)))
     };
     let swept = interruptible(py, threads, work)?.map_err(|error: SweepError| error::sweep(py, &error))?;
-    // Only a signal stops it, which has been raised then.
+    // Only a signal stops it, and its exception has been raised.
     let (columns, hash, cases, former_names) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
     Ok((columns.hand_over(py)?, hash, cases, former_names))
 }
 
-/// Every metric that a sweep can keep, those of ruptures and events with the number 1: name, scope, label, unit, which values are
+/// Returns the metrics of a sweep; those of ruptures and events have the number 1: name, scope, label, unit, which values are
 /// better, meaning.
 #[pyfunction]
 pub(crate) fn metrics() -> Vec<(String, &'static str, String, &'static str, &'static str, &'static str)> {

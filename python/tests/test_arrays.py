@@ -191,7 +191,7 @@ def test_step_by_step_at_once_and_as_a_recording_are_the_same(recording):
 def test_a_detector_says_what_it_needs():
     with pytest.raises(ValueError, match="velocity is missing"):
         trocar.Detector(1e-3).step(0.0, None, 0.0)
-    with pytest.raises(ValueError, match="velocity is given"):
+    with pytest.raises(ValueError, match="estimates the velocity"):
         trocar.Detector(1e-3, velocity="filtered").step(0.0, 1.0, 0.0)
     for interval_s in (0.0, -1.0, float("nan")):
         with pytest.raises(ValueError, match=re.escape("interval_s is")):

@@ -5,8 +5,8 @@
 >>> run["slave_position_m"].shape, len(run.events)
 ((17000,), 2)
 
-SI units throughout (m, m/s, N, s); names carry them. Positions grow into the tissue, forces are positive when they resist
-insertion. Computing releases the interpreter's lock, and Ctrl-C ends it.
+All quantities are in SI units (m, m/s, N, s); names end with the unit. Positions increase into the tissue. Forces are positive when
+they resist insertion. Computations release the global interpreter lock, and Ctrl-C ends them.
 """
 
 from . import _core
@@ -50,12 +50,12 @@ __all__ = [
 
 
 def shipped() -> dict[str, str]:
-    """The scenarios that the package carries, each with its question; load one as ``Scenario.load(name)``."""
+    """Returns the shipped scenarios, each with the question that it answers. Load one with ``Scenario.load(name)``."""
     return dict(_core.shipped())
 
 
 def keys() -> dict[str, tuple[str, str | None, str]]:
-    """Every key of a scenario: what it holds, its default as TOML writes it (``None`` if it has none), its meaning."""
+    """Returns every key of a scenario with its type, its default in TOML (``None`` without a default) and its meaning."""
     return {path: (kind, default, meaning) for path, kind, default, meaning in _core.keys()}
 
 

@@ -63,7 +63,7 @@ class Run:
 
 @final
 class Step:
-    """What came of one sample: ``alarm`` says whether a rupture is announced; quantities in SI units."""
+    """The results of one sample. ``alarm`` is whether the detector raises an alarm; quantities are in SI units."""
 
     @property
     def alarm(self) -> bool: ...

@@ -1,23 +1,23 @@
-"""What goes wrong."""
+"""Exceptions."""
 
 from __future__ import annotations
 
 
 class ScenarioError(ValueError):
-    """A scenario or a setting that cannot be used as written.
+    """An invalid scenario or setting.
 
-    As text it is what the command line prints: the message, the line underlined, the remedy.
+    Its text is the text of the command line: the message, the underlined line, the remedy.
 
     Attributes
     ----------
     message : str
-        What is wrong, with the number and what is allowed.
+        The problem, with the value and the allowed range.
     remedy : str or None
-        What to do about it.
+        The remedy.
     file : str or None
-        Where it stands: a path, ``builtin:`` and a name, ``--set`` for a changed key, or the name of a text.
+        The source: a path, ``builtin:`` and a name, ``--set`` for a changed key, or the name of a text.
     line, column : int or None
-        Its place there, from 1, as an editor counts.
+        The position in the source, from 1, as in an editor.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Figures by matplotlib, which is imported when one is drawn."""
+"""Figures with matplotlib, which is imported when a figure is drawn."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .linear import Stability
     from .running import Run
 
-# Of Okabe and Ito, told apart by people who see colours differently.
+# Colours of Okabe and Ito, which differ for the common forms of colour blindness.
 _MASTER, _SLAVE, _REFERENCE, _ALARM = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 
 
@@ -26,7 +26,7 @@ def _panels(rows: int, options: dict[str, Any]) -> tuple[Figure, Any]:
 
 
 def _shade_events(axes: Any, run: Run) -> None:
-    """Marks the ticks at which the slave is not just following."""
+    """Shades the intervals in which the slave is frozen or re-engaging."""
     time_s, mode = run["time_s"], run["mode"]
     for axis in axes:
         for value, shade in ((1, "0.8"), (2, "0.92")):
@@ -41,13 +41,13 @@ def run_figure(run: Run, **options: Any) -> Figure:
     positions, forces, decision = axes
     for column, color, label in (
         ("master_position_m", _MASTER, "master"),
-        ("slave_reference_m", _REFERENCE, "slave's reference"),
+        ("slave_reference_m", _REFERENCE, "slave reference"),
         ("slave_position_m", _SLAVE, "slave"),
     ):
         positions.plot(time_s, 1e3 * run[column], color=color, label=label)
     for column, color, label in (
-        ("operator_force_n", _MASTER, "hand"),
-        ("feedback_force_n", _REFERENCE, "fed back"),
+        ("operator_force_n", _MASTER, "operator"),
+        ("feedback_force_n", _REFERENCE, "feedback"),
         ("tissue_force_n", _SLAVE, "tissue"),
     ):
         forces.plot(time_s, run[column], color=color, label=label)
@@ -73,7 +73,7 @@ def comparison_figure(comparison: Comparison, **options: Any) -> Figure:
         positions.plot(run["time_s"], 1e3 * run["slave_position_m"], label=run.scenario.name)
         forces.plot(run["time_s"], run["feedback_force_n"], label=run.scenario.name)
     positions.set_ylabel("Slave position (mm)")
-    forces.set_ylabel("Fed-back force (N)")
+    forces.set_ylabel("Feedback force (N)")
     forces.set_xlabel("Time (s)")
     for axis in axes:
         axis.legend(loc="upper left")

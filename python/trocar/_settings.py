@@ -1,4 +1,4 @@
-"""From Python's values to the lines of TOML that the core reads."""
+"""Converts Python values to TOML for the core."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
 
 
 def value(key: str, given: Any) -> str:
-    """A key's value as TOML writes it on one line."""
+    """Returns the value of a key as TOML on one line."""
     try:
         return _core.toml_value(given)
     except TypeError as error:
         raise TypeError(f"{key} is {error}") from None
     except (OverflowError, UnicodeError):
-        raise ValueError(f"{key} is {given!r}, which TOML has no way to write") from None
+        raise ValueError(f"{key} is {given!r}, which TOML cannot represent") from None
 
 
 def settings(changes: Mapping[str, Any]) -> list[str]:
-    """Changes as the command line's ``--set`` writes them."""
+    """Returns changes in the form of ``--set`` of the command line."""
     return [f"{dotted(key)}={value(key, given)}" for key, given in changes.items()]
 
 
 def key_of(setting: str) -> str:
-    """The key of a setting."""
+    """Returns the key of a setting."""
     return setting.split("=", 1)[0]
 
 
 def dotted(key: Any) -> str:
-    """A dotted key as TOML writes it; parts that are no bare keys are quoted."""
+    """Returns a dotted key as TOML; parts that are not bare keys are quoted."""
     if not isinstance(key, str):
-        raise TypeError(f"the key {key!r} is no text; write it as in \"scaling.force\"")
+        raise TypeError(f"the key {key!r} is not a string; write it as in \"scaling.force\"")
     return ".".join(part if _BARE.match(part) else _core.toml_value(part).replace("=", "\\u003d") for part in key.split("."))
 
 
 def document(values: Mapping[str, Any]) -> str:
-    """Nested or dotted keys as a TOML document, a line each."""
+    """Returns nested or dotted keys as a TOML document, one line each."""
     return "".join(f"{key} = {value(key, given)}\n" for key, given in _flat("", values))
 
 

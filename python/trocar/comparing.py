@@ -1,4 +1,4 @@
-"""Comparing scenarios."""
+"""Comparison of scenarios."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _PAPER_PAIR = ("builtin:classical.toml", "builtin:augmented.toml")
 
 
 class Comparison:
-    """Scenarios side by side.
+    """The comparison of several scenarios.
 
     Attributes
     ----------
     runs : list of Run
-        In the order given.
+        The runs, in the order of the arguments.
     report : dict
-        What ``comparison.json`` of the command line holds: ``runs``, ``table``, ``noise``, ``paper_facts``, ``seeds``.
+        The content of ``comparison.json`` of the command line: ``runs``, ``table``, ``noise``, ``paper_facts``, ``seeds``.
     """
 
     def __init__(self, report: dict[str, Any], text: str, rows: list[tuple[str, str, str, list[float | None]]], runs: list[Run]) -> None:
@@ -36,12 +36,12 @@ class Comparison:
 
     @property
     def facts(self) -> list[dict[str, Any]] | None:
-        """The paper's facts beside ours, for the shipped pair; else ``None``."""
+        """The paper's statements with the results of the shipped pair; ``None`` for other scenarios."""
         facts: list[dict[str, Any]] | None = self.report["paper_facts"]
         return facts
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A row per metric, named as in ``comparison.csv``, with its SI unit, a column per scenario."""
+        """Returns a pandas DataFrame with a row per metric, named as in ``comparison.csv``, its SI unit, and a column per scenario."""
         import pandas
 
         names = [run.scenario.name for run in self.runs]
@@ -50,7 +50,7 @@ class Comparison:
         return pandas.DataFrame(rows, index=index, columns=["unit", *names])
 
     def plot(self, **options: Any) -> Figure:
-        """Slave positions and fed-back forces of all runs, drawn by matplotlib."""
+        """Draws the slave positions and feedback forces of all runs with matplotlib."""
         from ._figures import comparison_figure
 
         return comparison_figure(self, **options)
@@ -67,14 +67,14 @@ class Comparison:
 
 
 def compare(*scenarios: Scenario | str | os.PathLike[str], seeds: int | None = None) -> Comparison:
-    """Runs scenarios side by side, each also in noise; with none, the shipped pair, classical against augmented.
+    """Runs and compares scenarios, each also with added noise. Without arguments, compares the shipped pair.
 
     Parameters
     ----------
     *scenarios
         Scenarios or paths.
     seeds
-        How many seeds each is also run with, for medians and the middle 95 %; from 2 on.
+        Number of seeds (at least 2) with which each scenario also runs, for medians and central 95 % intervals.
     """
     all_of_them = [scenario_of(scenario) for scenario in scenarios or _PAPER_PAIR]
     report, text, rows, runs = _core.compare([scenario._core for scenario in all_of_them], seeds, not scenarios)

@@ -1,4 +1,4 @@
-"""The estimator and the detector on samples of your own."""
+"""The estimator and the detector on recorded samples."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
 
 
 class Detection:
-    """What estimator and detector found in a recording.
+    """The result of the estimator and the detector for a recording.
 
     ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
     ``velocity_m_per_s`` (as given, or estimated), ``measured_force_n``, ``residual_n``, ``stiffness_n_per_m``,
-    ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have one more. Uneven samples were resampled at their
-    median interval first.
+    ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have an extra column. Unevenly spaced samples
+    are first resampled at their median interval.
 
     Attributes
     ----------
     columns : dict of str to array
-        All of them.
+        All columns.
     alarms : array of int64, shape (alarms,)
-        The samples at which a rupture is announced.
+        The indices of the samples with an alarm.
     report : dict
-        What ``detection.json`` of the command line holds: alarms, scores, the residual's statistics, phases, settings.
+        The content of ``detection.json`` of the command line: alarms, scores, statistics of the residual, phases, settings.
     """
 
     def __init__(
@@ -51,11 +51,11 @@ class Detection:
 
     @property
     def alarms_s(self) -> NDArray[np.float64]:
-        """When ruptures are announced, in the recording's own time, in s; shape (alarms,)."""
+        """The times of the alarms, in the time of the recording, in s; shape (alarms,)."""
         return self.columns["time_s"][self.alarms]
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The columns as a pandas DataFrame, with ``alarm``, indexed by ``time_s``."""
+        """Returns the columns and ``alarm`` as a pandas DataFrame, indexed by ``time_s``."""
         import pandas
 
         frame = pandas.DataFrame(self.columns)
@@ -65,7 +65,7 @@ class Detection:
         return frame.set_index("time_s")
 
     def plot(self, **options: Any) -> Figure:
-        """Force, residual and decision over time with the alarms, drawn by matplotlib."""
+        """Draws force, residual and decision over time with the alarms, with matplotlib."""
         from ._figures import detection_figure
 
         return detection_figure(self, **options)
@@ -99,34 +99,34 @@ def detect(
     name: str = "recording",
     **settings: Any,
 ) -> Detection:
-    """Runs the estimator and the detector over samples.
+    """Runs the estimator and the detector on samples.
 
     Parameters
     ----------
     time : array, shape (samples,)
-        In s, strictly ascending; the first need not be 0.
+        In s, strictly increasing; the first need not be 0.
     position : array, shape (samples,)
-        Of the needle, in m, growing into the tissue.
+        Of the needle, in m, increasing into the tissue.
     velocity : array, shape (samples,), or None
-        In m/s; estimated from the positions where it is ``None``.
+        In m/s; ``None`` to estimate it from the positions.
     force : array, shape (samples,)
         On the needle, in N, positive when it resists insertion.
     contact_m
-        Where the tissue begins, in m; 0 where nothing says otherwise.
+        Contact position, in m; the default is 0.
     ruptures_s
-        True ruptures, in s after the first sample, to judge the alarms by.
+        True ruptures, in s after the first sample, for scores.
     settings_file
-        A file with ``[estimator]`` and ``[detector]``, as ``trocar calibrate`` writes it.
+        A file with ``[estimator]`` and ``[detector]``, such as ``calibrated.toml`` of ``trocar calibrate``.
     name
-        What to call the recording.
+        Name of the recording.
     **settings
-        Keys of estimator, detector, sensor and recording, as in ``**{"detector.threshold": 0.02}``; they count before those of
-        the file.
+        Keys of estimator, detector, sensor and recording, as in ``**{"detector.threshold": 0.02}``; they have priority over the
+        file.
 
     Raises
     ------
     ValueError, TypeError
-        For samples that are no recording, naming the sample, and for settings out of range.
+        For invalid samples (the message names the sample) and for invalid settings.
     """
     changes = _changes(contact_m, ruptures_s, settings)
     columns, alarms, report, text = _core.detect(
@@ -151,10 +151,10 @@ def _changes(contact_m: float | None, ruptures_s: Sequence[float], settings: dic
 
 
 def record(seed: int = 1) -> dict[str, NDArray[np.float64]]:
-    """The in-vivo-like recording: a made insertion through two layers, which rupture at 5.52 s and 8.85 s.
+    """Returns the in-vivo-like recording: a synthetic insertion through two layers, which rupture at 5.52 s and 8.85 s.
 
     Columns ``time_s`` (s), ``position_m`` (m), ``velocity_m_per_s`` (m/s) and ``force_n`` (N), each float64 of the shape
-    ``(samples,)``, at 1 kHz. The seed is that of the measurement noise; the recording that is shipped has the seed 1.
+    ``(samples,)``, at 1 kHz. ``seed`` is the seed of the measurement noise; the shipped recording has seed 1.
     """
     heading, *lines = (line for line in _core.record(seed).splitlines() if not line.startswith("#"))
     table = np.array([line.split(",") for line in lines], dtype=np.float64)
@@ -162,17 +162,17 @@ def record(seed: int = 1) -> dict[str, NDArray[np.float64]]:
 
 
 class Detector:
-    """Estimator and detector on samples that come one by one, as on a rig; evenly spaced, ``interval_s`` apart.
+    """Estimator and detector for single samples, as on a rig. Samples are evenly spaced by ``interval_s``.
 
-    The same samples give the bits that :func:`detect` gives, as long as they have velocities.
+    The results are identical, bit for bit, to those of :func:`detect`, if the samples have velocities.
 
     Parameters
     ----------
     interval_s
         Time between two samples, in s.
     velocity
-        ``"measured"``: each sample has one; ``"filtered"``: it is estimated from the positions, whose steps are
-        ``sensor.position_resolution_m``, or 1 µm where that is not given.
+        ``"measured"``: each sample has a velocity; ``"filtered"``: it is estimated from the positions, with the resolution
+        ``sensor.position_resolution_m`` (default 1 µm).
     contact_m, settings_file, **settings
         As for :func:`detect`.
 
@@ -198,35 +198,35 @@ class Detector:
         self._core = _core.Detector(number("interval_s", interval_s), velocity == "filtered", changes, file)
 
     def step(self, position: float, velocity: float | None, force: float) -> _core.Step:
-        """Takes a sample: position in m, velocity in m/s (``None`` where it is filtered), force in N.
+        """Processes a sample: position in m, velocity in m/s (``None`` if it is filtered), force in N.
 
-        Gives what came of it: ``alarm`` (whether a rupture is announced), ``residual_n``, ``decision``, ``distance``,
+        Returns its results: ``alarm`` (whether the detector raises an alarm), ``residual_n``, ``decision``, ``distance``,
         ``stiffness_n_per_m``, ``damping_n_s_per_m``, ``predicted_force_n``, ``velocity_m_per_s``, ``depth_m``. A sample that is
-        not finite, or beyond 1e6 in SI units, raises ``ValueError`` and leaves the detector as it was.
+        not finite, or beyond 1e6 in SI units, raises ``ValueError`` and does not change the detector.
         """
         return self._core.step(position, velocity, force)
 
     def steps(
         self, position: ArrayLike, velocity: ArrayLike | None, force: ArrayLike
     ) -> tuple[dict[str, NDArray[np.float64]], NDArray[np.int64]]:
-        """Takes samples that have come together, arrays of the shape ``(samples,)``: all of them, or none where one is wrong.
+        """Processes several samples, arrays of the shape ``(samples,)``, or none of them if one is invalid.
 
-        Gives what :meth:`step` gives by columns, float64 of the shape ``(samples,)``, and which samples raise an alarm, int64 of
-        the shape ``(alarms,)``.
+        Returns the results of :meth:`step` as columns, float64 of the shape ``(samples,)``, and the indices of the samples with an
+        alarm, int64 of the shape ``(alarms,)``.
         """
         return self._core.steps(samples("position", position), velocities(velocity), samples("force", force))
 
     def reset(self) -> None:
-        """Forgets everything that it has seen."""
+        """Resets the detector to its initial state."""
         self._core.reset()
 
     @property
     def samples(self) -> int:
-        """How many samples it has taken."""
+        """Number of processed samples."""
         return self._core.samples
 
     def __repr__(self) -> str:
-        return f"Detector({self.samples} samples taken)"
+        return f"Detector({self.samples} samples)"
 
 
 class Calibration:
@@ -235,11 +235,11 @@ class Calibration:
     Attributes
     ----------
     report : dict
-        What ``calibration.json`` of the command line holds.
+        The content of ``calibration.json`` of the command line.
     settings : dict
         Keys with their values, for ``trocar.detect(..., **calibration.settings)``.
     toml : str
-        The same as ``[estimator]`` and ``[detector]`` to paste into a scenario.
+        The settings as ``[estimator]`` and ``[detector]`` tables for a scenario.
     """
 
     def __init__(self, report: dict[str, Any], text: str, toml: str) -> None:
@@ -285,22 +285,23 @@ def calibrate(
     name: str = "recording",
     **settings: Any,
 ) -> Calibration:
-    """Finds settings of estimator and detector from the beginning of a recording, for a wanted time between false alarms.
+    """Computes settings of estimator and detector from the beginning of a recording, for a requested time between false alarms.
 
     Parameters
     ----------
     time, position, velocity, force, contact_m, ruptures_s, name, **settings
-        As for :func:`detect`; a contact that is given is kept.
+        As for :func:`detect`; a given contact position is kept.
     first_s
-        How much of the recording is looked at, in s; 5 where it is not given.
+        Length of the analysed part, in s; the default is 5.
     quiet_s
-        A quiet segment, in s after the first sample, where it is not to be found.
+        The quiet segment, in s after the first sample; by default it is computed.
     false_alarm_s
-        Wanted time between false alarms, in s; 3600 where it is not given.
+        Requested mean time between false alarms, in s; the default is 3600.
     slowest_rupture_s, fastest_harmless_s
-        In what time the slowest rupture, and the fastest harmless change, take half of the force, in s; 0.03 and 0.5.
+        Times in which the force of the slowest rupture, and of the fastest harmless change, falls by half, in s; the defaults are
+        0.03 and 0.5.
     variance_ratio
-        The residual's variance after a rupture over the quiet one, above 1; 100.
+        Ratio of the variance of the residual at a rupture to its quiet variance, above 1; the default is 100.
     """
     report, text, toml = _core.calibrate(
         name,

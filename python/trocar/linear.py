@@ -1,4 +1,4 @@
-"""The linear loop: where it is stable, and its sides as matrices."""
+"""The linear loop: stability analysis, and state-space matrices of its sides."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
 
 
 class Stability:
-    """Where a loop is stable.
+    """The stability analysis of a loop.
 
     Attributes
     ----------
     report : dict
-        What ``stability.json`` of the command line holds: mode, margins, limits, sensitivities, ports, switching.
+        The content of ``stability.json`` of the command line: mode, margins, limits, sensitivities, ports, switching.
     x, y : array, float64, shapes (columns,) and (rows,)
-        The map's axes.
+        The axes of the map.
     stable : array, bool, shape (rows, columns)
-        Whether the loop is stable at each point of it.
+        Whether the loop is stable at each point of the map.
     boundary : array, float64, shape (pieces, 2, 2)
-        Pieces of the boundary: two points ``(x, y)`` each.
+        Segments of the boundary, two points ``(x, y)`` each.
     simulated : array, int8, shape (rows, columns), or None
-        What the engine did where it was asked: 1 decays, 0 grows, -1 undecided.
+        The verdicts of simulated runs: 1 decays, 0 grows, -1 undecided.
     """
 
     def __init__(self, report: dict[str, Any], text: str, columns: dict[str, NDArray[Any]]) -> None:
@@ -47,16 +47,16 @@ class Stability:
 
     @property
     def is_stable(self) -> bool:
-        """Whether the loop is stable as the scenario has it."""
+        """Whether the loop of the scenario is stable."""
         return bool(self.report["is_stable"])
 
     @property
     def largest_stable(self) -> dict[str, float | None]:
-        """The greatest stable value by parameter, in SI units; ``None`` where there is none within the search."""
+        """The maximum stable value of each parameter, in SI units; ``None`` without a limit within the search range."""
         return {limit["parameter"]: limit["largest_stable"] for limit in self.report["limits"]}
 
     def plot(self, **options: Any) -> Figure:
-        """The map with its boundary, drawn by matplotlib."""
+        """Draws the map with its boundary, with matplotlib."""
         from ._figures import stability_figure
 
         return stability_figure(self, **options)
@@ -72,7 +72,7 @@ class Stability:
             return "—" if value is None else f"{value:.6g}"
 
         rows = [(limit["parameter"], cell(limit["value"]), cell(limit["largest_stable"])) for limit in self.report["limits"]]
-        return table(["parameter", "here", "largest stable"], rows, caption=repr(self))
+        return table(["parameter", "value", "maximum stable"], rows, caption=repr(self))
 
 
 def stability(
@@ -83,18 +83,18 @@ def stability(
     tissue: tuple[float, float] = (50.0, 600.0),
     simulate: bool = False,
 ) -> Stability:
-    """Says where the loop is stable, from its matrices: dominant mode, margins, limits, and a map over two parameters.
+    """Analyses the stability of the loop from its matrices: dominant mode, margins, limits, and a map over two parameters.
 
     Parameters
     ----------
     scenario
         A scenario or a path.
     x, y
-        The map's axes, ``KEY=LOW:HIGH:COUNT`` with ``:log`` or ``:linear`` at the end where the usual spacing is not wanted.
+        The axes of the map, ``KEY=LOW:HIGH:COUNT``; append ``:log`` or ``:linear`` to choose the spacing.
     tissue
-        Stiffnesses in N/m between which the tissue may be anything while events switch.
+        Range of the tissue stiffness in N/m, which can change at any tick, in the analysis of events.
     simulate
-        Whether the engine is run at every point too.
+        Whether to simulate every point of the map too.
     """
     report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate)
     return Stability(report, text, columns)
@@ -106,11 +106,11 @@ class StateSpace:
     Attributes
     ----------
     A, B, C, D : array, float64
-        Of the shapes (states, states), (states, inputs), (outputs, states) and (outputs, inputs).
+        Matrices of the shapes (states, states), (states, inputs), (outputs, states) and (outputs, inputs).
     inputs, outputs, states : list of str
-        What the signals are, with their units.
+        Names of the signals, with their units.
     name : str
-        Which side it is.
+        Name of the side.
     """
 
     def __init__(self, core: _core.StateSpace) -> None:
@@ -120,17 +120,17 @@ class StateSpace:
         self.name = core.name
 
     def poles(self) -> NDArray[np.complex128]:
-        """The poles, in 1/s; shape (states,)."""
+        """Returns the poles, in 1/s; shape (states,)."""
         return np.array([complex(real, imaginary) for real, imaginary in self._core.poles()], dtype=np.complex128)
 
     def step_response(
         self, input: int = 0, tick_s: float = 1e-3, samples: int = 1000
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input from rest."""
+        """Returns times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input from rest."""
         return self._core.step_response(input, tick_s, samples)
 
     def to_control(self) -> control.StateSpace:
-        """The same for python-control, with names."""
+        """Returns the system as a ``control.StateSpace`` with signal names."""
         import control
 
         return control.StateSpace(
@@ -142,8 +142,8 @@ class StateSpace:
 
 
 def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["master", "slave"]) -> StateSpace:
-    """A side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35), or the
-    slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"`` the machines without controllers.
+    """Returns one side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35),
+    or the slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"``, the plants without controllers.
 
     >>> import trocar
     >>> trocar.state_space("builtin:classical.toml", "slave").A.shape

@@ -1,4 +1,4 @@
-"""Running scenarios."""
+"""Runs of scenarios."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """A scenario that was run.
+    """The result of a run.
 
-    ``run["slave_position_m"]`` is a column of the trace. Every column has the shape ``(ticks,)``, a value per tick, and is
-    float64, but for ``mode``, which is uint8. :func:`trocar.trace_columns` lists them with units and meanings.
+    ``run["slave_position_m"]`` is a column of the trace. Every column has the shape ``(ticks,)`` and is
+    float64, except ``mode``, which is uint8. :func:`trocar.trace_columns` lists them with units and meanings.
 
-    Some estimators have one column more, ``friction_n`` (N) or ``power``. A run that diverged ends early: that is a result,
-    in ``run.metrics["outcome"]``.
+    Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early, which
+    ``run.metrics["outcome"]`` shows.
     """
 
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
@@ -38,37 +38,37 @@ class Run:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What ``summary.json`` of the command line holds. Undefined values are ``None``."""
+        """The content of ``summary.json`` of the command line. Undefined values are ``None``."""
         return self._core.summary()
 
     @property
     def metrics(self) -> dict[str, Any]:
-        """Every metric, in SI units; the names carry the unit. Undefined values are ``None``."""
+        """All metrics, in SI units; names end with the unit. Undefined values are ``None``."""
         return dict(self.summary["metrics"])
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """The augmented events, in time order."""
+        """The events, in order of time."""
         return list(self.summary["metrics"]["events"])
 
     @property
     def ruptures(self) -> list[dict[str, Any]]:
-        """The ruptures with what became of each, in time order."""
+        """The ruptures with their metrics, in order of time."""
         return list(self.summary["metrics"]["ruptures"])
 
     @property
     def alarms_s(self) -> NDArray[np.float64]:
-        """When alarms were taken, in s; shape (alarms,)."""
+        """The times of the alarms, in s; shape (alarms,)."""
         return np.array([alarm["time_s"] for alarm in self.summary["metrics"]["alarms"]], dtype=np.float64)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The trace as a pandas DataFrame, a column each, indexed by ``time_s``."""
+        """Returns the trace as a pandas DataFrame, indexed by ``time_s``."""
         import pandas
 
         return pandas.DataFrame(self.traces).set_index("time_s")
 
     def plot(self, **options: Any) -> Figure:
-        """Positions, forces and decision over time, drawn by matplotlib; ``options`` go to ``matplotlib.pyplot.subplots``."""
+        """Draws positions, forces and decision over time. ``options`` are passed to ``matplotlib.pyplot.subplots``."""
         from ._figures import run_figure
 
         return run_figure(self, **options)
@@ -85,7 +85,7 @@ class Run:
 
 
 def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
-    """Runs a scenario, given as such or as a path, for its trace and its metrics. The same scenario gives the same bits.
+    """Runs a scenario, given as such or as a path. The same scenario gives identical results, bit for bit.
 
     >>> import trocar
     >>> run = trocar.run("builtin:augmented.toml")

@@ -1,4 +1,4 @@
-"""Scenarios: what is simulated."""
+"""Scenarios."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ._settings import document, settings
 
 
 class Scenario:
-    """A scenario that can be run: validated, with every default filled in. It does not change.
+    """A validated, immutable scenario with all defaults.
 
-    Made by :meth:`load`, :meth:`from_dict` or :meth:`from_toml`; ``trocar.keys()`` lists every key with its meaning, and
-    ``trocar.shipped()`` the scenarios that are there already. Quantities are in SI units (m, m/s, N, s).
+    Create it with :meth:`load`, :meth:`from_dict` or :meth:`from_toml`. ``trocar.keys()`` lists every key with its meaning, and
+    ``trocar.shipped()`` lists the shipped scenarios. Quantities are in SI units (m, m/s, N, s).
 
     >>> import trocar
     >>> trocar.Scenario.load("builtin:augmented.toml").replace(**{"scaling.force": 0.8})["scaling.force"]
@@ -26,7 +26,7 @@ class Scenario:
     _core: CoreScenario
 
     def __init__(self) -> None:
-        raise TypeError("scenarios are made by Scenario.load, Scenario.from_dict or Scenario.from_toml")
+        raise TypeError("create a scenario with Scenario.load, Scenario.from_dict or Scenario.from_toml")
 
     @classmethod
     def _of(cls, core: CoreScenario) -> Scenario:
@@ -35,41 +35,41 @@ class Scenario:
         return scenario
 
     def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError("a scenario does not change; replace() gives another one")
+        raise AttributeError("a scenario is immutable; replace() returns a changed copy")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], **changes: Any) -> Scenario:
-        """Loads a file, or a shipped scenario as ``"builtin:classical.toml"``.
+        """Loads a file, or a shipped scenario such as ``"builtin:classical.toml"``.
 
         Parameters
         ----------
         path
-            The file. Paths in it are relative to it.
+            The file. Paths in it are relative to its folder.
         **changes
             Keys to change, as in ``**{"scaling.force": 2.0}``.
 
         Raises
         ------
         ScenarioError
-            A ``ValueError`` with the text that the command line prints, and its place as attributes.
+            A ``ValueError`` with the text of the command line, and its position as attributes.
         """
         return cls._of(_core.Scenario.load(os.fspath(path), settings(changes)))
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], name: str = "scenario") -> Scenario:
-        """A scenario of nested or dotted keys, as in ``{"base": "builtin:classical.toml", "scaling": {"force": 2.0}}``.
+        """Returns a scenario of nested or dotted keys, as in ``{"base": "builtin:classical.toml", "scaling": {"force": 2.0}}``.
 
-        Paths are relative to the working directory. Errors point into the TOML text that the values make.
+        Paths are relative to the working directory. Positions of errors refer to the TOML text of the values.
         """
         return cls.from_toml(document(values), name)
 
     @classmethod
     def from_toml(cls, text: str, name: str = "scenario") -> Scenario:
-        """A scenario of a TOML text, as a file would hold it. Paths are relative to the working directory."""
+        """Returns the scenario of a TOML text. Paths are relative to the working directory."""
         return cls._of(_core.Scenario.from_text(name, text, []))
 
     def replace(self, **changes: Any) -> Scenario:
-        """The same scenario with other values of some keys, as ``--set`` changes them: what follows from them follows.
+        """Returns the scenario with other values of some keys, as with ``--set``. Dependent defaults change accordingly.
 
         >>> import trocar
         >>> scenario = trocar.Scenario.load("builtin:classical.toml")
@@ -79,15 +79,15 @@ class Scenario:
         return type(self)._of(self._core.replace(settings(changes)))
 
     def to_toml(self) -> str:
-        """The scenario with every default written out; loading it gives the same scenario."""
+        """Returns the scenario as TOML with all defaults. Loading it gives the same scenario."""
         return self._core.to_toml()
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as nested dictionaries."""
+        """Returns the scenario as nested dictionaries, with all defaults."""
         return self._core.to_dict()
 
     def __getitem__(self, key: str) -> Any:
-        """The value of a dotted key, as in ``scenario["scaling.force"]``; a section gives a dictionary."""
+        """Returns the value of a dotted key, as in ``scenario["scaling.force"]``, or a section as a dictionary."""
         found: Any = self.to_dict()
         for part in key.split("."):
             if not isinstance(found, dict) or part not in found:
@@ -97,12 +97,12 @@ class Scenario:
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the scenario."""
         return self._core.name
 
     @property
     def seed(self) -> int:
-        """The seed of its noise."""
+        """Seed of the noise."""
         return self._core.seed
 
     @property
@@ -112,17 +112,17 @@ class Scenario:
 
     @property
     def ticks(self) -> int:
-        """How many ticks a run has."""
+        """Number of ticks of a run."""
         return self._core.ticks
 
     @property
     def duration_s(self) -> float:
-        """How long a run is, in s."""
+        """Duration of a run, in s."""
         return self._core.ticks * self._core.tick_s
 
     @property
     def rupture_times_s(self) -> list[float]:
-        """When layers rupture in truth, in s, where that is known beforehand."""
+        """Times of the true ruptures, in s, as far as they are known before a run."""
         return self._core.rupture_times_s
 
     def __eq__(self, other: object) -> bool:
@@ -135,7 +135,7 @@ class Scenario:
         return f"Scenario({self.name!r}, {self.ticks} ticks of {self.tick_s} s)"
 
     def __reduce__(self) -> tuple[object, ...]:
-        # What it was made of: files that it names are read again where it is unpickled.
+        # The source of the scenario: its files are read again when it is unpickled.
         return (_restored, self._core.origin())
 
 
@@ -146,5 +146,5 @@ def _restored(path: str | None, name: str, text: str | None, changes: list[str])
 
 
 def scenario_of(given: Scenario | str | os.PathLike[str]) -> Scenario:
-    """A scenario as it is, or loaded from its path."""
+    """Returns a scenario, or loads it from its path."""
     return given if isinstance(given, Scenario) else Scenario.load(given)

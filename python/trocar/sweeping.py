@@ -1,4 +1,4 @@
-"""Sweeps: a scenario run many times over, on one machine or on many."""
+"""Sweeps: many runs of a scenario with varied keys, on one machine or on many."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _OUTCOMES = np.array(["completed", "diverged", "failed"])
 
 @dataclass(frozen=True)
 class Range:
-    """An axis from one value to another: evenly spaced, or by equal factors where ``log``.
+    """An axis from one value to another: evenly spaced, or logarithmic if ``log``.
 
-    ``points`` counts for a grid only; designs that spread points over the ranges have their own number.
+    ``points`` applies to a grid only; other designs have their own number of points.
     """
 
     start: float
@@ -44,7 +44,7 @@ class Range:
 
 
 class Sweep:
-    """What came out of a sweep, a row per case.
+    """The result of a sweep, a row per case.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Sweep:
         Each of the shape ``(cases,)``: ``case`` (int64), a column per axis by its key, ``seed`` (int64), ``outcome``
         (``"completed"``, ``"diverged"`` or ``"failed"``), and the metrics, float64 in SI units, NaN where undefined.
     hash : str
-        The SHA-256 of everything that the rows depend on, as in ``manifest.json`` of the command line.
+        The SHA-256 of all inputs of the sweep, as in ``manifest.json`` of the command line.
     """
 
     def __init__(self, columns: dict[str, Any], hash: str) -> None:
@@ -68,7 +68,7 @@ class Sweep:
         return len(self.columns["case"])
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The columns as a pandas DataFrame, indexed by ``case``."""
+        """Returns the columns as a pandas DataFrame, indexed by ``case``."""
         import pandas
 
         return pandas.DataFrame(self.columns).set_index("case")
@@ -84,7 +84,7 @@ class Sweep:
                 defined = column[np.isfinite(column)]
                 count, numbers = len(defined), np.quantile(defined, [0, 0.5, 1]) if len(defined) else []
                 rows.append((name, str(count), *(f"{number:.4g}" for number in numbers), *([] if count else ["—"] * 3)))
-        return table(["column", "defined", "least", "median", "greatest"], rows, caption=f"{len(self)} cases")
+        return table(["column", "defined", "min", "median", "max"], rows, caption=f"{len(self)} cases")
 
 
 def sweep(
@@ -102,30 +102,30 @@ def sweep(
     client: Any = None,
     shards: int | None = None,
 ) -> Sweep:
-    """Runs a scenario many times over, with keys that vary. Case *i* is the same on any number of threads and machines.
+    """Runs a scenario many times with varied keys. The results do not depend on the number of threads and machines.
 
     Parameters
     ----------
     base
-        The scenario; without ``axes``, the path of a sweep file, which says everything.
+        The scenario; without ``axes``, the path of a sweep file.
     axes
-        Keys that vary: a list of values each, or a :class:`Range`.
+        The varied keys, each with a list of values or a :class:`Range`.
     set
-        Keys that all cases share.
+        Keys of all cases.
     seeds, first_seed
-        How many seeds of noise each point has, and the first of them; one, the scenario's own.
+        Number of noise seeds per point, and the first seed; the defaults are 1 and the seed of the scenario.
     metrics
-        What to keep of each case: names as in ``trocar.metric_names()``; a useful set where it is not given.
+        Metrics of each case, by the names of ``trocar.metric_names()``; the default is a selection.
     design, points, design_seed
-        How points are chosen: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``; these have so
-        many points, by this seed.
+        The design: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All but the grid
+        need ``points`` and can have a ``design_seed``.
     threads
-        How many threads on one machine; 0 is one per processor. With a client, how many each shard uses; 0 is one.
+        Number of threads on one machine; 0 is one per processor. With a client, the number of threads per shard; 0 is one.
     client
-        A ``dask.distributed.Client``: shards are mapped over its workers, those of a lost worker run again. The workers need
-        the same version of trocar, and files that the scenario names at the same paths.
+        A ``dask.distributed.Client``: its workers run the shards, and the shards of a lost worker run again. The workers need
+        the same version of trocar, and the files of the scenario at the same paths.
     shards
-        How many shards; eight per worker thread where it is not given.
+        Number of shards; the default is eight per worker thread.
 
     >>> import trocar
     >>> sweep = trocar.sweep("builtin:augmented.toml", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
@@ -135,7 +135,7 @@ def sweep(
     if axes is None:
         given = (set, first_seed, metrics, points, design_seed)
         if isinstance(base, Scenario) or any(one is not None for one in given) or seeds != 1 or design != "grid":
-            raise ValueError("without axes there is only the path of a sweep file, which says everything itself")
+            raise ValueError("without axes, base must be the path of a sweep file, without further arguments about the sweep")
         job = _Job(os.fspath(base), "", None, [])
     else:
         shared = dict(set or {})
@@ -143,9 +143,9 @@ def sweep(
         lines += _section("set", shared)
         lines += _section("axes", {key: _levels(one) for key, one in axes.items()})
         scenario = scenario_of(base)
-        # What the sweep says counts before what was changed in the scenario.
-        said = {*shared, *axes}
-        own = [setting for setting in scenario._core.origin()[3] if key_of(setting) not in said]
+        # Keys of the sweep have priority over changes of the scenario.
+        overridden = {*shared, *axes}
+        own = [setting for setting in scenario._core.origin()[3] if key_of(setting) not in overridden]
         job = _Job(None, "\n".join(lines) + "\n", scenario, own)
     if client is None:
         columns, hash, _, former_names = job.run("1/1", threads)
@@ -189,7 +189,7 @@ def _header(
 
 @dataclass(frozen=True)
 class _Job:
-    """Everything that a shard is computed from; goes to the workers."""
+    """The inputs of a shard, which are sent to the workers."""
 
     path: str | None
     text: str
@@ -206,7 +206,7 @@ def _over_workers(job: _Job, client: Any, shards: int | None, threads: int) -> S
         shards = 8 * max(1, sum(client.nthreads().values()))
     if shards < 1:
         raise ValueError(f"shards is {shards}, must be at least 1")
-    # A worker that dies under a shard takes the attempt with it; `retries` are for errors that are not the shard's own.
+    # The death of a worker counts as an attempt; `retries` are for errors that do not come from the shard.
     futures = client.map(job.run, [f"{shard}/{shards}" for shard in range(1, shards + 1)], [threads] * shards, pure=False, retries=2)
     try:
         parts = client.gather(futures)
@@ -217,8 +217,7 @@ def _over_workers(job: _Job, client: Any, shards: int | None, threads: int) -> S
     hashes = {hash for _, hash, _, _ in parts}
     if len(hashes) > 1:
         raise RuntimeError(
-            "the workers did not run the same sweep: they have other versions of trocar, or other content in the files that the "
-            "scenario names"
+            "the workers did not run the same sweep: their versions of trocar or the contents of the scenario's files differ"
         )
     columns = {name: np.concatenate([np.asarray(part[name]) for part, _, _, _ in parts if len(part["case"])]) for name in parts[0][0]}
     cases = parts[0][2]

@@ -1,4 +1,4 @@
-//! A calibration for people, for programs and as a table to paste.
+//! A calibration as text, as JSON, and as TOML tables for a scenario.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use super::number::{show, significant};
 use trocar_sim::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 use trocar_sim::metrics::Unit;
 
-/// The `[estimator]` and `[detector]` tables of a calibration.
+/// Returns the `[estimator]` and `[detector]` tables of a calibration as TOML.
 #[must_use]
 pub fn calibration_toml(calibration: &Calibration) -> String {
     let Candidate { contact_m, estimator, detector, .. } = calibration.settings();
@@ -37,22 +37,22 @@ pub fn calibration_toml(calibration: &Calibration) -> String {
     text
 }
 
-/// A calibration as tables: what was measured, the memories that were tried, and the settings.
+/// Returns a calibration as tables: the measured quantities, the candidate memories, and the chosen settings.
 #[must_use]
 pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     let settings = calibration.settings();
     let newton = |value| show(Some(value), Unit::Newton);
-    let mut table = Table::new(["measured on the first", &format!("{} s", significant(calibration.looked_at_s))]);
+    let mut table = Table::new(["measured in the first", &format!("{} s", significant(calibration.looked_at_s))]);
     table.row(["noise of the force, σ_n".to_owned(), newton(calibration.noise_std_n)]);
     let contact = match calibration.contact_rule {
-        ContactRule::Given => "contact, as given",
-        ContactRule::FirstForce => "contact, where force begins",
-        ContactRule::Extrapolated => "contact, drawn on from under load",
-        ContactRule::Lowest => "no contact found: 5 mm below the lowest position",
+        ContactRule::Given => "contact position, given",
+        ContactRule::FirstForce => "contact position, at the onset of force",
+        ContactRule::Extrapolated => "contact position, extrapolated from the loaded part",
+        ContactRule::Lowest => "contact position not found: 5 mm below the lowest position",
     };
     table.row([contact.to_owned(), show(Some(settings.contact_m), Unit::Metre)]);
     let ruptures: Vec<String> = calibration.ruptures_s.iter().map(|time| format!("{} s", significant(*time))).collect();
-    table.row(["ruptures in hindsight, left out".to_owned(), or_dash(ruptures.join(", "))]);
+    table.row(["ruptures, excluded".to_owned(), or_dash(ruptures.join(", "))]);
     let segment =
         calibration.quiet_segment_s.map(|(from, to)| format!("{} to {} s", significant(from), significant(to)));
     table.row(["longest quiet segment".to_owned(), or_dash(segment.unwrap_or_default())]);
@@ -63,33 +63,34 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     let mut text = format!("{name}\n\n{table}\n");
     if calibration.quiet_blocks == 0 {
         text.push_str(
-            "too little quiet contact: σ_0 is the noise's own, and may be too small; look at more (--first-s)\n\n",
+            "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a longer part \
+             of the recording (--first-s).\n\n",
         );
     }
     if calibration.whiteness.is_some_and(|test| test.ljung_box_p < 0.01 || test.jarque_bera_p < 0.01) {
         text.push_str(
-            "The quiet residual is not white and Gaussian, as the predicted interval assumes: take it for an order of\n\
-             magnitude. The threshold is at least twice the largest harmless excursion seen.\n\n",
+            "The predicted interval assumes a white Gaussian residual. The quiet residual is not, so the interval gives an\n\
+             order of magnitude only. The threshold is at least twice the largest harmless excursion.\n\n",
         );
     }
     let _ = writeln!(text, "{}", candidates_table(calibration));
     if settings.found_share.is_some_and(|share| share < 0.5) {
-        text.push_str("Warning: these settings find less than half of the slowest ruptures that were put in.\n\n");
+        text.push_str("Warning: these settings detect less than half of the slowest inserted ruptures.\n\n");
     }
     if settings.harmless_share.is_some_and(|share| share > 0.2) {
         text.push_str(
-            "Warning: these settings alarm at more than a fifth of the harmless changes that were put in.\n\n",
+            "Warning: these settings raise an alarm at more than a fifth of the inserted harmless changes.\n\n",
         );
     }
     let threshold = settings.detector.cusum.threshold;
-    let why = match 2.0 * settings.harmless_peak > settings.run_length_threshold {
+    let reason = match 2.0 * settings.harmless_peak > settings.run_length_threshold {
         true => format!("twice the largest harmless excursion, {} N²", significant(settings.harmless_peak)),
-        false => "from the wanted interval".to_owned(),
+        false => "from the requested interval".to_owned(),
     };
     let mut table = Table::new(["chosen", "value"]);
-    table.row(["threshold γ".to_owned(), format!("{} N², {why}", significant(threshold))]);
+    table.row(["threshold γ".to_owned(), format!("{} N², {reason}", significant(threshold))]);
     let interval = match calibration.quiet_blocks {
-        0 => "not known".to_owned(),
+        0 => "unknown".to_owned(),
         _ => duration(calibration.false_alarm_s),
     };
     table.row(["predicted interval between false alarms".to_owned(), interval]);
@@ -102,7 +103,7 @@ fn or_dash(text: String) -> String {
     if text.is_empty() { "—".into() } else { text }
 }
 
-/// Seconds as people say them.
+/// Returns a duration in seconds, in hours, or as "over a year".
 fn duration(seconds: f64) -> String {
     let hours = seconds / 3600.0;
     match hours {
@@ -113,9 +114,9 @@ fn duration(seconds: f64) -> String {
 }
 
 fn whiteness_rows(table: &mut Table, whiteness: &Whiteness) {
-    table.row(["  correlation with the next sample".to_owned(), significant(whiteness.lag_one_correlation)]);
-    table.row([format!("  white? Ljung-Box, {LAGS} lags"), probability(whiteness.ljung_box_p)]);
-    table.row(["  Gaussian? Jarque-Bera".to_owned(), probability(whiteness.jarque_bera_p)]);
+    table.row(["  lag-one correlation".to_owned(), significant(whiteness.lag_one_correlation)]);
+    table.row([format!("  whiteness: Ljung-Box, {LAGS} lags"), probability(whiteness.ljung_box_p)]);
+    table.row(["  normality: Jarque-Bera".to_owned(), probability(whiteness.jarque_bera_p)]);
 }
 
 fn probability(p: f64) -> String {
@@ -123,7 +124,7 @@ fn probability(p: f64) -> String {
 }
 
 fn candidates_table(calibration: &Calibration) -> Table {
-    let mut table = Table::new(["memory, corrections", "threshold", "found", "delay", "harmless alarms", ""]);
+    let mut table = Table::new(["memory (updates)", "threshold", "detected", "delay", "harmless alarms", ""]);
     let share = |share: Option<f64>| {
         share.map_or_else(
             || "—".to_owned(),
@@ -143,7 +144,7 @@ fn candidates_table(calibration: &Calibration) -> Table {
     table
 }
 
-/// What `calibration.json` holds.
+/// Returns the content of `calibration.json`.
 #[must_use]
 pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
     let candidate = |candidate: &Candidate| {
@@ -202,7 +203,7 @@ pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
     })
 }
 
-/// Predicted beside simulated run lengths.
+/// Returns a table of predicted and simulated run lengths.
 #[must_use]
 pub fn run_lengths_text(lengths: &[RunLength]) -> String {
     let heading = ["distance", "ν / σ_0²", "γ / σ_0²", "predicted", "simulated", "alarms", "simulated / predicted"];

@@ -1,4 +1,4 @@
-//! What a detection in one recording found, as text and as CSV.
+//! The detection in one recording, as text and as CSV.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -9,7 +9,7 @@ use super::tables::{quoted, shortest};
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
 use trocar_sim::metrics::Unit;
 
-/// What a detection found, in words and tables.
+/// Returns the result of a detection as text with tables.
 #[must_use]
 pub fn detection_text(name: &str, report: &DetectionReport) -> String {
     let mut text = format!(
@@ -24,7 +24,7 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
     }
     if !report.touched {
         text.push_str(
-            "the needle never went below the contact: give it with --contact-m, or turn the position's sign\n\n",
+            "The needle never passes the contact position. Set it with --contact-m, or change the sign of the position.\n\n",
         );
     }
     let _ = writeln!(text, "{}", phases_table(&report.phases));
@@ -44,7 +44,7 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
     text
 }
 
-/// The residual's statistics.
+/// Returns the statistics of the residual as a table.
 pub(super) fn residual_table(report: &DetectionReport) -> Table {
     let mut table = Table::new(["residual", "value"]);
     let newton = |value| show(Some(value), Unit::Newton);
@@ -52,11 +52,11 @@ pub(super) fn residual_table(report: &DetectionReport) -> Table {
     table.row(["standard deviation".to_owned(), newton(report.residual.std_n)]);
     table.row(["robust standard deviation".to_owned(), newton(report.residual.robust_std_n)]);
     table.row(["mean magnitude".to_owned(), newton(report.residual.mean_absolute_n)]);
-    table.row(["greatest magnitude".to_owned(), newton(report.residual.max_absolute_n)]);
+    table.row(["maximum magnitude".to_owned(), newton(report.residual.max_absolute_n)]);
     table
 }
 
-/// The events of recordings in the order of time: alarms with the rupture that they announce, and ruptures that none did.
+/// Returns the alarms, each with its matched rupture, and the missed ruptures of recordings, in order of time.
 pub(super) fn events_table(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
     let mut heading = vec!["alarm", "time", "position", "depth", "force", "residual", "rupture", "delay"];
     if recordings.iter().any(|(name, _)| name.is_some()) {
@@ -73,7 +73,7 @@ pub(super) fn events_table(recordings: &[(Option<&str>, &DetectionReport)]) -> T
     table
 }
 
-/// An alarm or a missed rupture, by its place among them.
+/// An alarm or a missed rupture, by its index.
 #[derive(Clone, Copy)]
 enum Event {
     Alarm(usize),
@@ -95,7 +95,7 @@ impl Event {
         }
     }
 
-    /// What it is: `found` or `missed` where there are labels, a false alarm or, without labels, just an alarm.
+    /// Returns `found`, `false` or `missed` in a labelled recording, and `alarm` in a recording without labels.
     fn name(self, report: &DetectionReport) -> &'static str {
         match self {
             Self::Missed(_) => "missed",
@@ -134,7 +134,7 @@ impl Event {
     }
 }
 
-/// The estimates phase by phase; a phase that never was has no row.
+/// Returns the estimates by phase. A phase without samples has no row.
 pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
     let mut table = Table::new(["phase", "duration", "mean |e|", "σ of e", "robust σ", "mean K", "mean B"]);
     let newton = |value| show(value, Unit::Newton);
@@ -154,7 +154,7 @@ pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
     table
 }
 
-/// The scores of one recording, one below the other.
+/// Returns the scores of one recording, one per row.
 pub(super) fn scores_table(scores: &Scores, window_s: f64) -> Table {
     let mut table =
         Table::new([format!("alarms within {} of a rupture", show(Some(window_s), Unit::Second)), "".into()]);
@@ -168,25 +168,24 @@ pub(super) fn scores_table(scores: &Scores, window_s: f64) -> Table {
     table
 }
 
-/// The median delay and its range in ms.
+/// Returns the median delay and its range in ms.
 pub(super) fn delays(scores: &Scores) -> String {
-    let (Some(median), Some(least), Some(greatest)) = (scores.median_delay_s, scores.min_delay_s, scores.max_delay_s)
-    else {
+    let (Some(median), Some(min), Some(max)) = (scores.median_delay_s, scores.min_delay_s, scores.max_delay_s) else {
         return "—".into();
     };
     let ms = |delay_s: f64| significant(1e3 * delay_s);
-    format!("{} [{}, {}] ms", ms(median), ms(least), ms(greatest))
+    format!("{} [{}, {}] ms", ms(median), ms(min), ms(max))
 }
 
 pub(super) fn rate(per_minute: Option<f64>) -> String {
     per_minute.map_or("—".into(), significant)
 }
 
-/// The first line of `events.csv`.
+/// The header of `events.csv`.
 pub const EVENT_COLUMNS: &str = "file,event,time_s,sample,position_m,depth_m,force_n,residual_n,rupture_s,kind,delay_s";
 
-/// The rows of `events.csv`: the alarms of a recording (`found`, `false`, or `alarm` where it has no labels) and the ruptures
-/// that none announced (`missed`), in order of time, SI units; empty where undefined.
+/// Returns the rows of `events.csv`: the alarms of a recording (`found`, `false`, or `alarm` without labels) and the missed
+/// ruptures (`missed`), in order of time, in SI units. An undefined value is an empty cell.
 #[must_use]
 pub fn event_rows(file: &str, report: &DetectionReport) -> String {
     let mut text = String::new();
@@ -214,10 +213,10 @@ pub fn event_rows(file: &str, report: &DetectionReport) -> String {
     text
 }
 
-/// `detection.csv`: the samples with their estimates and decisions.
+/// Writes `detection.csv`: the samples with their estimates and decisions.
 ///
 /// # Errors
-/// Those of the writer.
+/// Returns the errors of the writer.
 pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Result<()> {
     let columns: [(&str, &[f64]); 9] = [
         ("time_s", &detection.time_s),

@@ -1,4 +1,4 @@
-//! What detections in many recordings found, as text and as JSON.
+//! Detections in many recordings, as text and as JSON.
 
 use std::fmt::Write as _;
 
@@ -14,11 +14,11 @@ use trocar_sim::metrics::Unit;
 /// One recording among many.
 #[derive(Debug)]
 pub struct DetectionEntry {
-    /// The file as the user named it.
+    /// The path of the file as the user gave it.
     pub file: String,
-    /// The folder of its files, which is also its name in tables.
+    /// The folder of its output files, and its name in tables.
     pub name: String,
-    /// What was found, or why nothing could be.
+    /// The report and its JSON, or the error message.
     pub outcome: Result<(DetectionReport, Json), String>,
 }
 
@@ -28,7 +28,7 @@ impl DetectionEntry {
     }
 }
 
-/// The scores over all labelled recordings; none if there is none.
+/// Returns the scores over all labelled recordings, or `None` if no recording has labels.
 #[must_use]
 pub fn pooled_scores(entries: &[DetectionEntry]) -> Option<Scores> {
     let tallies: Vec<&Tally> = entries.iter().filter_map(|entry| entry.report()?.tally.as_ref()).collect();
@@ -45,8 +45,8 @@ pub(super) fn pooled_phases(entries: &[DetectionEntry]) -> Vec<PhaseStatistics> 
     Phase::ALL.map(of).to_vec()
 }
 
-/// What was found in many recordings: the events, a row per recording and a total, the scores where there are labels, the
-/// estimates by phase. A recording that could not be read has a row without numbers.
+/// Returns the result as text: the events, a row per recording and a total, the scores of labelled recordings, and the
+/// estimates by phase. A recording that cannot be read has a row without numbers.
 #[must_use]
 pub fn detections_text(entries: &[DetectionEntry]) -> String {
     let reports: Vec<_> =
@@ -63,7 +63,7 @@ pub fn detections_text(entries: &[DetectionEntry]) -> String {
         reports.iter().filter(|(_, report)| !report.touched).filter_map(|(name, _)| *name).collect();
     if !untouched.is_empty() {
         let names = untouched.join(", ");
-        let _ = writeln!(text, "the needle never went below the contact in {names}: give it with --contact-m\n");
+        let _ = writeln!(text, "The needle never passes the contact position in {names}. Set it with --contact-m.\n");
     }
     if !reports.is_empty() {
         let _ = write!(text, "{}", phases_table(&pooled_phases(entries)));
@@ -112,7 +112,7 @@ pub(super) fn recordings_table(entries: &[DetectionEntry]) -> Table {
     table
 }
 
-/// The scores of the labelled recordings and of all of them; none if there is none.
+/// Returns the scores of each labelled recording and of all of them, or `None` if no recording has labels.
 pub(super) fn scores_table(entries: &[DetectionEntry]) -> Option<Table> {
     let total = pooled_scores(entries)?;
     let window_s = entries.iter().find_map(DetectionEntry::report).map(|report| report.window_s);
@@ -154,8 +154,8 @@ pub(super) fn scores_table(entries: &[DetectionEntry]) -> Option<Table> {
     Some(table)
 }
 
-/// `detections.json`: every recording's `detection.json` with the file's name, or the file's name and its error; and all of
-/// them pooled.
+/// Returns `detections.json`: for each recording its path and its `detection.json` or its error; then the pooled scores and
+/// phases.
 #[must_use]
 pub fn detections_json(entries: &[DetectionEntry]) -> String {
     let one = |entry: &DetectionEntry| {

@@ -1,16 +1,16 @@
-//! Errors for people: the message, the line underlined, the remedy.
+//! Error messages with the underlined line of the scenario and the remedy.
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use trocar_sim::scenario::ScenarioError;
 
-/// A scenario's error with its line underlined, styled for a terminal.
+/// Returns a scenario's error with its line underlined, styled for a terminal.
 #[must_use]
 pub fn scenario_error(error: &ScenarioError) -> String {
     let mut group =
         Level::ERROR.primary_title(error.message.as_str()).elements(Vec::<annotate_snippets::Element<'_>>::new());
     if let Some(place) = &error.place {
-        let span = visible(&place.text, place.span.clone());
+        let span = clamped(&place.text, place.span.clone());
         let snippet = Snippet::source(&*place.text).path(&*place.file).annotation(AnnotationKind::Primary.span(span));
         group = group.element(snippet);
     }
@@ -20,8 +20,8 @@ pub fn scenario_error(error: &ScenarioError) -> String {
     Renderer::styled().render(&[group])
 }
 
-/// A span that lies within the text and on character boundaries.
-fn visible(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
+/// Returns the span clamped to the text and to character boundaries.
+fn clamped(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
     let inside = |mut at: usize| {
         at = at.min(text.len());
         while !text.is_char_boundary(at) {
@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn a_span_outside_of_the_text_is_cut_to_it() {
+    fn a_span_beyond_the_text_is_clamped() {
         let place = Place { file: "a.toml".into(), text: "µ".into(), span: 1..90 };
         assert!(scenario_error(&ScenarioError::new("no").at(Some(place))).contains("no"));
     }

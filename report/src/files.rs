@@ -1,24 +1,25 @@
-//! Writing files so that none is ever half there.
+//! Writes files atomically: a reader finds either the old or the new content.
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// How the temporary names begin.
+/// Prefix of temporary file names.
 const TEMPORARY: &str = ".trocar-";
 
 /// A file or folder that cannot be written.
 #[derive(Debug, Error)]
-#[error("{path} cannot be written: {source}; give another place", path = path.display())]
+#[error("cannot write {path}: {source}; choose another folder", path = path.display())]
 pub struct OutputError {
-    /// What was to be written.
+    /// The path of the file or folder.
     pub path: PathBuf,
-    /// Why it was not.
+    /// The cause.
     pub source: std::io::Error,
 }
 
-/// Writes a file to a temporary name beside it, then renames: what is there is either the old or the new, whole.
+/// Writes a file under a temporary name in the same folder, then renames it. The file always has either its old or its new
+/// content.
 ///
 /// # Errors
 /// [`OutputError`] with the path.
@@ -26,7 +27,7 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
     stream_file(path, |file| file.write_all(content))
 }
 
-/// [`write_file`] for content that is written piece by piece and need not fit into memory.
+/// Writes a file as [`write_file`], from content that is produced piece by piece and need not fit into memory.
 ///
 /// # Errors
 /// [`OutputError`] with the path.
@@ -52,41 +53,41 @@ pub fn stream_file(
     Ok(())
 }
 
-/// A folder that files are written into.
+/// An output folder.
 #[derive(Debug, Clone)]
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// The folder at a path; it is made when the first file is written.
+    /// Returns the folder at a path. The first file that is written creates it.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self(path.into())
     }
 
-    /// A folder within this one.
+    /// Returns a folder within this one.
     #[must_use]
     pub fn folder(&self, name: &str) -> Self {
         Self(self.0.join(name))
     }
 
-    /// Its path.
+    /// Returns its path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.0
     }
 
-    /// Removes what a program that was killed while it wrote has left under temporary names. Whoever else writes into the folder
-    /// at that moment is told that the file cannot be written.
+    /// Removes temporary files that a killed process left. Another process that writes into the folder at the same time gets an
+    /// error.
     pub fn remove_leftovers(&self) {
         for entry in std::fs::read_dir(&self.0).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
-                // It is of no use and does no harm.
+                // A temporary file that cannot be removed does no harm.
                 let _ = std::fs::remove_file(entry.path());
             }
         }
     }
 
-    /// Writes a file into it.
+    /// Writes a file into the folder.
     ///
     /// # Errors
     /// As [`write_file`].
@@ -94,7 +95,7 @@ impl Folder {
         write_file(&self.0.join(name), content)
     }
 
-    /// Writes a file into it piece by piece.
+    /// Writes a file into the folder piece by piece.
     ///
     /// # Errors
     /// As [`write_file`].
@@ -112,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_replaced_whole_and_nothing_else_is_left() {
+    fn a_file_is_replaced_and_no_temporary_file_remains() {
         let folder = tempfile::tempdir().expect("a folder");
         let deep = Folder::new(folder.path()).folder("a").folder("b");
         deep.write("x.csv", b"one").expect("written");
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_writer_has_left_is_removed_and_nothing_else() {
+    fn only_the_leftovers_of_a_killed_process_are_removed() {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = Folder::new(folder.path());
         folder.write("x.csv", b"one").expect("written");
@@ -135,9 +136,9 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_is_no_folder_is_named() {
+    fn a_path_that_is_not_a_folder_is_an_error() {
         let file = tempfile::NamedTempFile::new().expect("a file");
         let error = Folder::new(file.path()).write("x", b"").expect_err("not a folder");
-        assert!(error.to_string().contains("another place"), "{error}");
+        assert!(error.to_string().contains("another folder"), "{error}");
     }
 }

@@ -1,4 +1,4 @@
-//! The JSON files. An undefined value is `null`, never 0.
+//! The JSON files. An undefined value is `null`.
 
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -8,7 +8,7 @@ use trocar_sim::detect::{DetectionReport, ExtraParameterEstimate};
 use trocar_sim::run::Run;
 use trocar_sim::scenario::Values;
 
-/// `summary.json` of a run: every metric, the events, the seed and the version.
+/// Returns `summary.json` of a run: every metric, the events, the seed and the version.
 #[must_use]
 pub fn summary_json(run: &Run) -> String {
     render(&summary(run))
@@ -22,14 +22,14 @@ fn summary(run: &Run) -> Json {
         "tick_s": run.scenario.grid.tick_s(),
         "metrics": run.metrics,
     });
-    if let (Json::Object(all), Some(further)) = (&mut all, ExtraParameterEstimate::of(&run.trace.extra_parameter)) {
-        all.insert("further_estimate".into(), json!(further));
+    if let (Json::Object(all), Some(estimate)) = (&mut all, ExtraParameterEstimate::of(&run.trace.extra_parameter)) {
+        all.insert("further_estimate".into(), json!(estimate));
     }
     all
 }
 
-/// `comparison.json`: the summaries, the table, the detection in noise, for the shipped pair the paper's facts, and the
-/// spread over seeds where one was asked for.
+/// Returns `comparison.json`: the summaries, the table, the detection in noise, the paper's facts for the shipped pair, and
+/// the study over seeds, if any.
 #[must_use]
 pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
     let mut all = json!({
@@ -45,7 +45,7 @@ pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: O
     render(&all)
 }
 
-/// What `detection.json` holds: the alarms, the statistics of the estimates, the scores and the settings.
+/// Returns the content of `detection.json`: the alarms, the statistics of the estimates, the scores and the settings.
 #[must_use]
 pub fn detection_object(name: &str, report: &DetectionReport, values: &Values) -> Json {
     let settings: serde_json::Map<String, Json> = ["estimator", "detector"]
@@ -63,13 +63,13 @@ pub fn detection_object(name: &str, report: &DetectionReport, values: &Values) -
     all
 }
 
-/// A value as the JSON files hold it.
+/// Returns a value in the format of the JSON files.
 #[must_use]
 pub fn to_json(value: &Json) -> String {
     render(value)
 }
 
-/// Indented, with a final line end.
+/// Returns indented JSON with a final line feed.
 pub(super) fn render(value: &impl Serialize) -> String {
     // Maps with text keys and numbers do not fail to serialise.
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();

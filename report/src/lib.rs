@@ -1,4 +1,4 @@
-//! What a run leaves for people and programs to read: tables, CSV, JSON, figures, errors. Only this floor draws or prints.
+//! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
 mod calibration;
 mod detection;

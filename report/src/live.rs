@@ -1,19 +1,20 @@
-//! What a live stream came to, in words.
+//! The summary of a live stream, as text.
 
 use super::number::{show, significant};
 use trocar_sim::detect::LiveSummary;
 use trocar_sim::metrics::Unit;
 
-/// The summary of a live stream of so many `rows` below its header, `malformed` ones among them, and how it `ended`.
+/// Returns the summary of a live stream. `rows` counts the rows below the header, `malformed` those that cannot be read, and
+/// `ended` names the cause of the end.
 #[must_use]
 pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) -> String {
     let plural = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let seconds = |value: f64| format!("{} s", significant(value));
     let newton = |value| show(value, Unit::Newton);
-    let apart = summary.interval_s.map_or(String::new(), |s| format!(" {} apart", show(Some(s), Unit::Second)));
+    let interval = summary.interval_s.map_or(String::new(), |s| format!(" {} apart", show(Some(s), Unit::Second)));
     format!(
-        "{}{apart} over {} ({} in contact), {}; ended by {ended}\nresidual: mean |e| {}, σ {}, greatest {}\n{}: {malformed} \
-         malformed and {} not later skipped, {} interpolated, {} uneven, {}",
+        "{}{interval} over {} ({} in contact), {}; ended by {ended}\nresidual: mean |e| {}, σ {}, maximum {}\n{}: {malformed} \
+         malformed and {} out of order skipped, {} interpolated, {} uneven, {}",
         plural(summary.samples, "sample"),
         seconds(summary.duration_s),
         seconds(summary.contact_s),

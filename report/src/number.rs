@@ -1,8 +1,8 @@
-//! Numbers for people, in the units in which they are read.
+//! Numbers with units, as tables show them.
 
 use trocar_sim::metrics::Unit;
 
-/// What a quantity is multiplied by to be read, and the unit in which it then is.
+/// Returns the factor from SI to the displayed unit, and the displayed unit.
 #[must_use]
 pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
     match unit {
@@ -17,7 +17,7 @@ pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
     }
 }
 
-/// A value with its unit, as a table shows it; `—` where it is undefined.
+/// Returns a value with its unit, or `—` if it is undefined.
 #[must_use]
 pub(super) fn show(value: Option<f64>, unit: Unit) -> String {
     let (factor, name) = readable(unit);
@@ -29,7 +29,8 @@ pub(super) fn show(value: Option<f64>, unit: Unit) -> String {
     }
 }
 
-/// Four significant digits, at most four decimals; in powers of ten where that shows nothing.
+/// Returns a number with four significant digits and at most four decimals. Very small and very large numbers have a power of
+/// ten.
 #[must_use]
 pub(super) fn significant(value: f64) -> String {
     let magnitude = value.abs();
@@ -38,10 +39,10 @@ pub(super) fn significant(value: f64) -> String {
     } else if !(5e-5..1e6).contains(&magnitude) {
         format!("{value:.1e}")
     } else {
-        // The exponent after rounding: 99.996 has three whole digits.
+        // The exponent after rounding: 99.996 has three integer digits.
         let scientific = format!("{magnitude:.3e}");
-        let whole_digits = scientific.rsplit('e').next().and_then(|e| e.parse::<i32>().ok()).unwrap_or(0) + 1;
-        let decimals = (4 - whole_digits).clamp(0, 4) as usize;
+        let integer_digits = scientific.rsplit('e').next().and_then(|e| e.parse::<i32>().ok()).unwrap_or(0) + 1;
+        let decimals = (4 - integer_digits).clamp(0, 4) as usize;
         format!("{value:.decimals$}")
     }
 }
@@ -51,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn four_digits_are_shown() {
+    fn four_significant_digits_are_shown() {
         let shown = [9.0, 0.0, 123.456, 0.0123456, -5.6732, 1e-12, 15361.0, 99.995].map(significant);
         assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "100.0"]);
         assert_eq!(show(None, Unit::Metre), "—");

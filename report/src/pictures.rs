@@ -1,4 +1,4 @@
-//! Which figures a run, a comparison and a detection leave, and their files.
+//! The figures of a run, a comparison and a detection, and their files.
 
 use rayon::prelude::*;
 use thiserror::Error;
@@ -8,7 +8,7 @@ use super::{Folder, OutputError};
 use trocar_sim::detect::{Detection, DetectionReport, Phase};
 use trocar_sim::run::Run;
 
-/// Why the figures of a run are not there.
+/// The error of drawing or writing figures.
 #[derive(Debug, Error)]
 pub enum PictureError {
     /// A figure could not be drawn.
@@ -32,14 +32,14 @@ pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure) -> Result<(), O
     folder.write(&format!("{name}.png"), &figure.png)
 }
 
-/// A run's columns and times, as figures borrow them.
-struct Borrowed<'a> {
+/// A run and the times of its ruptures and alarms.
+struct DrawnRun<'a> {
     run: &'a Run,
     ruptures_s: Vec<f64>,
     alarms_s: Vec<f64>,
 }
 
-impl<'a> Borrowed<'a> {
+impl<'a> DrawnRun<'a> {
     fn of(run: &'a Run) -> Self {
         Self {
             run,
@@ -74,7 +74,7 @@ impl<'a> Borrowed<'a> {
             residual_n: &trace.residual_n,
             stiffness_n_per_m: &trace.stiffness_n_per_m,
             damping_n_s_per_m: &trace.damping_n_s_per_m,
-            extra_parameter: lent(&trace.extra_parameter),
+            extra_parameter: as_slice(&trace.extra_parameter),
             decision: &trace.decision,
             threshold: detector.cusum.threshold,
             decision_unit: shown_unit(detector.distance.kind.unit()),
@@ -84,8 +84,8 @@ impl<'a> Borrowed<'a> {
     }
 }
 
-fn lent<'a>(further: &'a Option<(&'static str, Vec<f64>)>) -> Option<(&'static str, &'a [f64])> {
-    further.as_ref().map(|(name, column)| (*name, column.as_slice()))
+fn as_slice<'a>(named: &'a Option<(&'static str, Vec<f64>)>) -> Option<(&'static str, &'a [f64])> {
+    named.as_ref().map(|(name, column)| (*name, column.as_slice()))
 }
 
 fn shown_unit(unit: &'static str) -> &'static str {
@@ -101,8 +101,8 @@ fn estimation_jobs<'a>(view: EstimationView<'a>) -> Vec<Job<'a>> {
     ]
 }
 
-/// A run's figures: `teleoperation`, `estimation`, `parameters`, `decision`, `residual`. A run that ended before its
-/// first tick has none.
+/// Writes a run's figures: `teleoperation`, `estimation`, `parameters`, `decision`, `residual`. A run without ticks has no
+/// figures.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -110,24 +110,24 @@ pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
     if run.trace.is_empty() {
         return Ok(());
     }
-    let borrowed = Borrowed::of(run);
+    let borrowed = DrawnRun::of(run);
     let mut jobs = estimation_jobs(borrowed.estimation());
     let view = borrowed.view();
-    let whole = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
-    jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], whole))));
+    let range = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
+    jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], range))));
     draw(folder, jobs)
 }
 
-/// A comparison's figures: `comparison`, the runs below one another, and `overlay`, the runs over one another.
+/// Writes a comparison's figures: `comparison` with one row of axes per run, and `overlay` with all runs in the same axes.
 ///
 /// # Errors
 /// [`PictureError`].
 pub fn comparison_pictures(folder: &Folder, runs: &[Run]) -> Result<(), PictureError> {
-    let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(Borrowed::of).collect();
+    let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(DrawnRun::of).collect();
     if borrowed.is_empty() {
         return Ok(());
     }
-    let views: Vec<_> = borrowed.iter().map(Borrowed::view).collect();
+    let views: Vec<_> = borrowed.iter().map(DrawnRun::view).collect();
     let views = &views;
     draw(
         folder,
@@ -138,7 +138,7 @@ pub fn comparison_pictures(folder: &Folder, runs: &[Run]) -> Result<(), PictureE
     )
 }
 
-/// A detection's figures: `estimation`, `parameters`, `decision`, `residual`.
+/// Writes a detection's figures: `estimation`, `parameters`, `decision`, `residual`.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -159,7 +159,7 @@ pub fn detection_pictures(
             residual_n: &detection.residual_n,
             stiffness_n_per_m: &detection.stiffness_n_per_m,
             damping_n_s_per_m: &detection.damping_n_s_per_m,
-            extra_parameter: lent(&detection.extra_parameter),
+            extra_parameter: as_slice(&detection.extra_parameter),
             decision: &detection.decision,
             threshold,
             decision_unit: shown_unit(unit),
@@ -169,8 +169,8 @@ pub fn detection_pictures(
     )
 }
 
-/// What a person with many recordings looks at first: `timeline`, a row per recording with its phases, ruptures and alarms (of
-/// the first [`MAX_ROWS`](figures::MAX_ROWS)); and `delays`, how late the alarms came, where any was matched to a label.
+/// Writes the figures of many recordings: `timeline`, a row per recording with its phases, ruptures and alarms (of the first
+/// [`MAX_ROWS`](figures::MAX_ROWS)), and `delays`, the distribution of the detection delays, if any alarm matches a label.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -201,11 +201,11 @@ fn timeline_row<'a>(name: &'a str, report: &DetectionReport) -> TimelineRow<'a> 
         Phase::Withdrawal => Some(Shade::Withdrawal),
     };
     let at = |sample: usize| sample as f64 * report.interval_s;
-    let stretches = report.stretches.iter();
+    let intervals = report.intervals.iter();
     TimelineRow {
         name,
         duration_s: report.duration_s,
-        shades: stretches.filter_map(|s| Some((at(s.samples.start), at(s.samples.end), shade(s.phase)?))).collect(),
+        shades: intervals.filter_map(|s| Some((at(s.samples.start), at(s.samples.end), shade(s.phase)?))).collect(),
         rupture_times_s: report.labelled_ruptures_s.iter().map(|time| time - report.start_s).collect(),
         alarm_times_s: report.alarms.iter().map(|alarm| alarm.time_s - report.start_s).collect(),
     }

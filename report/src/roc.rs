@@ -1,4 +1,4 @@
-//! Operating characteristics in words, tables, CSV, JSON and a figure.
+//! Operating characteristics as text, CSV, JSON and a figure.
 
 use std::fmt::Write as _;
 
@@ -12,17 +12,17 @@ use super::{Folder, Table};
 use trocar_sim::metrics::Unit;
 use trocar_sim::roc::{Characteristics, Condition, Curve, Point};
 
-/// The share of ruptures at which false alarms are compared.
+/// Share of detected ruptures at which false-alarm rates are compared.
 const STATED_DETECTION: f64 = 0.995;
 
-/// The false alarms an hour at which detections are compared.
+/// False alarms per hour at which detections are compared.
 const STATED_FALSE_ALARMS_PER_HOUR: f64 = 1.0;
 
-/// The tables: the detectors as they are set, at the stated operating points, and condition by condition.
+/// Returns the tables: each detector at its own threshold, at the stated operating points, and by condition.
 #[must_use]
 pub fn roc_text(roc: &Characteristics) -> String {
     let mut text = heading(roc);
-    text.push_str("\nat their own thresholds\n");
+    text.push_str("\nat the detector's own threshold\n");
     let mut table = Table::new(["detector", "threshold", "detected in time", "each", "delay", "late", "false alarms"]);
     for curve in &roc.all {
         let Some(point) = curve.at_own_threshold() else { continue };
@@ -37,26 +37,30 @@ pub fn roc_text(roc: &Characteristics) -> String {
             rate(point),
         ]);
     }
-    let _ = write!(text, "{table}\nat the threshold that suits best\n");
-    let detection = format!("false alarms at {} % detected", 100.0 * STATED_DETECTION);
+    let _ = write!(text, "{table}\nat the best threshold\n");
+    let detection = format!("false-alarm rate at {} % detected", 100.0 * STATED_DETECTION);
     let mut table =
-        Table::new(["detector", &detection, "delay", "detected at 1 false alarm/h", "delay", "at most detected"]);
+        Table::new(["detector", &detection, "delay", "detected at 1 false alarm/h", "delay", "maximum detected"]);
     for curve in &roc.all {
         let at_detection = curve.at_detection(STATED_DETECTION);
         let at_rate = curve.at_false_alarms_per_hour(STATED_FALSE_ALARMS_PER_HOUR);
-        let most = curve.points.iter().max_by_key(|point| point.detected);
+        let best = curve.points.iter().max_by_key(|point| point.detected);
         table.row([
             curve.detector.to_owned(),
             at_detection.map_or("never reached".into(), rate),
             at_detection.map_or("—".into(), delay),
             at_rate.map_or("—".into(), detected),
             at_rate.map_or("—".into(), delay),
-            most.and_then(|point| point.detection).map_or("—".into(), percent),
+            best.and_then(|point| point.detection).map_or("—".into(), percent),
         ]);
     }
     let _ = write!(text, "{table}");
     if roc.conditions.len() > 1 {
-        let _ = write!(text, "\ndetected in time and false alarms at their own thresholds\n{}", by_condition(roc));
+        let _ = write!(
+            text,
+            "\ndetected in time, and false-alarm rate, at the detector's own threshold\n{}",
+            by_condition(roc)
+        );
     }
     text
 }
@@ -70,7 +74,7 @@ fn heading(roc: &Characteristics) -> String {
         String::new()
     };
     format!(
-        "{stopped}{} cases in {} condition{}: {ruptures} ruptures, {} h without; in time is within {} ms\n",
+        "{stopped}{} cases in {} condition{}: {ruptures} ruptures, {} h without ruptures; in time: within {} ms\n",
         roc.cases,
         roc.conditions.len(),
         if roc.conditions.len() == 1 { "" } else { "s" },
@@ -92,7 +96,7 @@ fn by_condition(roc: &Characteristics) -> Table {
     table
 }
 
-/// A condition in a few words.
+/// Returns the name of a condition.
 fn named(condition: &Condition) -> String {
     let mut name = format!("{} + {} N", condition.signal, condition.noise_std_n);
     let parts = [
@@ -133,12 +137,12 @@ fn delay(point: &Point) -> String {
     format!("{} [{}, {}] ms", ms(median), ms(low), ms(high))
 }
 
-/// As many digits as a rate is known to.
+/// Returns a rate without meaningless digits.
 fn short(rate: f64) -> String {
     if rate >= 100.0 { format!("{rate:.0}") } else { format!("{rate:.2}") }
 }
 
-/// False alarms an hour; a bound where none was seen.
+/// Returns the false alarms per hour, or their upper bound without a false alarm.
 fn short_rate(point: &Point) -> String {
     match (point.false_alarms_per_minute, point.false_alarms_per_minute_interval) {
         (Some(rate), _) => format!("{}/h", short(60.0 * rate)),
@@ -147,7 +151,7 @@ fn short_rate(point: &Point) -> String {
     }
 }
 
-/// False alarms an hour with their interval; a bound where none was seen.
+/// Returns the false alarms per hour with their interval, or their upper bound without a false alarm.
 fn rate(point: &Point) -> String {
     let Some((low, high)) = point.false_alarms_per_minute_interval else { return "—".into() };
     match point.false_alarms_per_minute {
@@ -156,7 +160,8 @@ fn rate(point: &Point) -> String {
     }
 }
 
-/// `roc.csv`: a row per condition, detector and threshold, those of all conditions together first; empty where undefined.
+/// Returns `roc.csv`: a row per condition, detector and threshold, first over all conditions. An undefined value is an empty
+/// cell.
 #[must_use]
 pub fn roc_csv(roc: &Characteristics) -> String {
     let mut text = "signal,noise_std_n,drop_n,sharpness_s,depth_m,detector,unit,threshold,drift,cases,clean_cases,ruptures,\
@@ -177,9 +182,9 @@ fn rows(text: &mut String, condition: &str, curves: &[Curve]) {
     for curve in curves {
         for point in &curve.points {
             let (low, high) = point.detection_interval.unzip();
-            let (least, most) = point.false_alarms_per_minute_interval.unzip();
+            let (rate_low, rate_high) = point.false_alarms_per_minute_interval.unzip();
             let detection = [point.detection, low, high, point.delay_median_s, point.delay_5_s, point.delay_95_s];
-            let wrong = [point.false_alarms_per_minute, least, most];
+            let rates = [point.false_alarms_per_minute, rate_low, rate_high];
             let join = |values: &[Option<f64>]| {
                 let cells: Vec<String> = values.iter().map(|value| value.map_or(String::new(), shortest)).collect();
                 cells.join(",")
@@ -199,13 +204,13 @@ fn rows(text: &mut String, condition: &str, curves: &[Curve]) {
                 join(&detection),
                 point.false_alarms,
                 shortest(point.hours),
-                join(&wrong),
+                join(&rates),
             );
         }
     }
 }
 
-/// `roc.json`: everything that came out, with what was asked.
+/// Returns `roc.json`: the settings and the characteristics.
 #[must_use]
 pub fn roc_json(roc: &Characteristics, seeds: u64) -> String {
     super::json::render(&json!({
@@ -216,7 +221,7 @@ pub fn roc_json(roc: &Characteristics, seeds: u64) -> String {
     }))
 }
 
-/// The figure `roc`: what each detector can do at best with at most so many false alarms, over all conditions together.
+/// Writes the figure `roc`: for each detector the best detection and delay against the false-alarm rate, over all conditions.
 ///
 /// # Errors
 /// [`PictureError`].

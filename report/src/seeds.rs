@@ -8,8 +8,8 @@ use super::tables::shortest;
 use trocar_sim::compare::{SeedStudy, Spread};
 use trocar_sim::metrics::Unit;
 
-/// The metrics that a person compares first; the files hold all of them.
-const FIRST: [&str; 7] = [
+/// The metrics in the terminal's table. The files hold all metrics.
+const SHOWN: [&str; 7] = [
     "slave_overshoot_m",
     "slave_travel_m",
     "felt_contrast",
@@ -19,8 +19,8 @@ const FIRST: [&str; 7] = [
     "tissue_energy_j",
 ];
 
-/// The study's first metrics: for each scenario the median and the middle 95 % of the seeds; then the second's ratio to the
-/// first, seed by seed.
+/// Returns the main metrics: for each scenario the median and the central 95 % interval over the seeds, and for a pair the
+/// ratio of the second scenario to the first, seed by seed.
 #[must_use]
 pub(super) fn seeds_table(study: &SeedStudy) -> Table {
     let mut heading = vec![format!("{} seeds: median [2.5 %, 97.5 %]", study.seeds)];
@@ -30,7 +30,7 @@ pub(super) fn seeds_table(study: &SeedStudy) -> Table {
         heading.push("second / first".into());
     }
     let mut table = Table::new(heading);
-    for row in study.rows.iter().filter(|row| FIRST.contains(&row.name)) {
+    for row in study.rows.iter().filter(|row| SHOWN.contains(&row.name)) {
         let mut cells = vec![row.label.clone()];
         cells.extend(row.spreads.iter().map(|spread| of_unit(spread.as_ref(), row.unit, study.seeds)));
         if is_pair {
@@ -41,7 +41,7 @@ pub(super) fn seeds_table(study: &SeedStudy) -> Table {
     table
 }
 
-/// The table, and a remark where the seeds change nothing.
+/// Returns the table, with a note if no metric depends on the seed.
 #[must_use]
 pub fn seeds_text(study: &SeedStudy) -> String {
     let table = seeds_table(study);
@@ -49,11 +49,11 @@ pub fn seeds_text(study: &SeedStudy) -> String {
     if study.rows.iter().flat_map(|row| &row.spreads).flatten().any(varies) {
         table.to_string()
     } else {
-        format!("{table}the seeds change nothing: no noise, tremor or reaction time here depends on them\n")
+        format!("{table}No metric depends on the seed: the scenarios have no random noise, tremor or reaction time.\n")
     }
 }
 
-/// The median and the interval in one unit, and in how many seeds there was a value at all, where not in every one.
+/// Returns the median and the interval in one unit, and the number of seeds with a value unless every seed has one.
 fn of_unit(spread: Option<&Spread>, unit: Unit, seeds: u64) -> String {
     let Some(spread) = spread else { return "—".into() };
     let (factor, name) = readable(unit);
@@ -67,7 +67,7 @@ fn of_ratio(ratio: &Spread) -> String {
     format!("{} [{}, {}]", significant(ratio.median), significant(ratio.low), significant(ratio.high))
 }
 
-/// `seeds.csv`: a row per metric and scenario, SI units; empty where no seed defines the metric.
+/// Returns `seeds.csv`: a row per metric and scenario, in SI units. A metric that no seed defines has empty cells.
 #[must_use]
 pub fn seeds_csv(study: &SeedStudy) -> String {
     let mut text = "metric,unit,scenario,defined,median,low_2.5,high_97.5,median_low,median_high".to_owned();

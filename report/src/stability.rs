@@ -1,4 +1,4 @@
-//! Stability in JSON, CSV and figures.
+//! A stability analysis as JSON, CSV and figures.
 
 use std::fmt::Write as _;
 
@@ -9,10 +9,10 @@ use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView}
 use super::pictures::{Job, PictureError, draw};
 use super::tables::shortest;
 use trocar_sim::lti::Complex64;
-use trocar_sim::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, gives_nothing};
+use trocar_sim::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, is_passive_impedance};
 use trocar_sim::stability_check::{Check, StabilityStudy, Verdict};
 
-/// A verdict in a word.
+/// Returns the word for a verdict.
 pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Decays => "decays",
@@ -21,11 +21,11 @@ pub(super) fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// `stability.json`: everything but the points of map and ports, which the CSV files hold. What is undefined is `null`; a
-/// limit that was not reached within the search is `null` too, with `is_beyond_search`.
+/// Returns `stability.json`: everything except the points of the map and the ports, which the CSV files hold. An undefined
+/// value is `null`. A limit beyond the search range is `null` too, and `is_beyond_search` is true.
 #[must_use]
 pub fn stability_json(study: &StabilityStudy) -> String {
-    let StabilityStudy { name, left_out, analysis, map, switching, check } = study;
+    let StabilityStudy { name, unmodelled, analysis, map, switching, check } = study;
     let Analysis { settings, mode, margins, limits, sensitivities, ports, sampled } = analysis;
     let limit = |limit: &Limit| {
         let largest = limit.largest();
@@ -68,7 +68,7 @@ pub fn stability_json(study: &StabilityStudy) -> String {
     super::json::render(&json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "scenario": name,
-        "left_out": left_out,
+        "unmodelled": unmodelled,
         "stiffness_n_per_m": settings.stiffness_n_per_m,
         "damping_n_s_per_m": settings.damping_n_s_per_m,
         "is_stable": analysis.is_stable(),
@@ -92,9 +92,9 @@ pub fn stability_json(study: &StabilityStudy) -> String {
         "ports": {
             "is_absolutely_stable": all(ports, |point| point.is_absolutely_stable),
             "is_passive": all(ports, |point| point.is_passive),
-            "hand_port_is_passive_in_free_motion": all(ports, |point| gives_nothing(point.hybrid.h[0][0])),
-            "hand_port_is_passive_in_tissue": all(ports, |point| gives_nothing(point.transmitted)),
-            "needle_port_is_passive": all(ports, |point| gives_nothing(point.hybrid.h[1][1])),
+            "hand_port_is_passive_in_free_motion": all(ports, |point| is_passive_impedance(point.hybrid.h[0][0])),
+            "hand_port_is_passive_in_tissue": all(ports, |point| is_passive_impedance(point.transmitted)),
+            "needle_port_is_passive": all(ports, |point| is_passive_impedance(point.hybrid.h[1][1])),
         },
         "sampled_data": sampled.map(|bound| json!({
             "min_damping_n_s_per_m": bound.min_damping_n_s_per_m,
@@ -107,12 +107,12 @@ pub fn stability_json(study: &StabilityStudy) -> String {
     }))
 }
 
-/// Whether something holds at every frequency; `None` without any.
+/// Returns whether a condition holds at every frequency, or `None` without frequencies.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
 }
 
-/// `sensitivities.csv`: the percentage by which each limit changes with a per cent of each parameter.
+/// Returns `sensitivities.csv`: the relative change of each limit per relative change of each parameter.
 #[must_use]
 pub fn sensitivities_csv(analysis: &Analysis) -> String {
     let mut text = "limit,parameter,relative_sensitivity\n".to_owned();
@@ -123,7 +123,7 @@ pub fn sensitivities_csv(analysis: &Analysis) -> String {
     text
 }
 
-/// `stability_map.csv`: a row per point, with the run's verdict where there was one.
+/// Returns `stability_map.csv`: a row per point, with the verdict of its simulated run, if any.
 #[must_use]
 pub fn map_csv(map: &StabilityMap, check: Option<&Check>) -> String {
     let (x, y) = (map.x.parameter.key(), map.y.parameter.key());
@@ -142,7 +142,7 @@ pub fn map_csv(map: &StabilityMap, check: Option<&Check>) -> String {
     text
 }
 
-/// `stability_boundary.csv`: the two ends of each piece of the boundary.
+/// Returns `stability_boundary.csv`: the two ends of each segment of the boundary.
 #[must_use]
 pub fn boundary_csv(map: &StabilityMap) -> String {
     let (x, y) = (map.x.parameter.key(), map.y.parameter.key());
@@ -154,7 +154,7 @@ pub fn boundary_csv(map: &StabilityMap) -> String {
     text
 }
 
-/// `ports.csv`: the two-port at each frequency.
+/// Returns `ports.csv`: the two-port at each frequency.
 #[must_use]
 pub fn ports_csv(analysis: &Analysis) -> String {
     let mut text = "frequency_hz,h11_re,h11_im,h12_re,h12_im,h21_re,h21_im,h22_re,h22_im,llewellyn,absolutely_stable,\
@@ -182,7 +182,7 @@ pub fn ports_csv(analysis: &Analysis) -> String {
     text
 }
 
-/// The figures `stability` (the map) and `ports`, the latter where there is a two-port.
+/// Writes the figures `stability` (the map) and, if there is a two-port, `ports`.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -197,12 +197,12 @@ pub fn stability_pictures(folder: &Folder, study: &StabilityStudy) -> Result<(),
 fn map_figure(study: &StabilityStudy) -> Result<Figure, FigureError> {
     let StabilityStudy { analysis, map, check, .. } = study;
     let values = |axis: &Axis| -> Vec<f64> { (0..axis.count).map(|index| axis.value(index)).collect() };
-    let (across, upwards) = (values(&map.x), values(&map.y));
+    let (x_values, y_values) = (values(&map.x), values(&map.y));
     let view = |axis: &Axis, values| MapAxisView {
         caption: axis.parameter.caption(),
         values,
         is_logarithmic: axis.spacing == Spacing::Logarithmic,
-        here: analysis.settings.get(axis.parameter),
+        scenario_value: analysis.settings.get(axis.parameter),
     };
     let grew: Vec<Option<bool>> = check.as_ref().map_or(vec![], |check| {
         let grew = |verdict: &Option<Verdict>| match verdict {
@@ -213,8 +213,8 @@ fn map_figure(study: &StabilityStudy) -> Result<Figure, FigureError> {
         check.simulated.iter().map(grew).collect()
     });
     figures::stability_map(&MapView {
-        x: view(&map.x, &across),
-        y: view(&map.y, &upwards),
+        x: view(&map.x, &x_values),
+        y: view(&map.y, &y_values),
         stable: &map.stable,
         boundary: &map.boundary,
         grew: &grew,

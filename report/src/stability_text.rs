@@ -1,26 +1,26 @@
-//! Stability in words and tables.
+//! A stability analysis as text.
 
 use std::fmt::Write as _;
 
 use super::Table;
 use super::number::significant;
 use super::stability::{all, word};
-use trocar_sim::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, gives_nothing};
+use trocar_sim::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
-/// Frequencies in Hz at which impedances are printed.
+/// Frequencies (Hz) of the printed impedances.
 const SHOWN_HZ: [f64; 4] = [0.5, 1.0, 5.0, 10.0];
 
-/// How many disagreements are printed.
+/// Maximum number of printed disagreements.
 const SHOWN_DISAGREEMENTS: usize = 20;
 
-/// How many parameters are listed for each limit.
+/// Maximum number of listed parameters per limit.
 const SHOWN_SENSITIVITIES: usize = 3;
 
-/// The tables.
+/// Returns the analysis as text with tables.
 #[must_use]
 pub fn stability_text(study: &StabilityStudy) -> String {
-    let StabilityStudy { name, left_out, analysis, map, switching, check } = study;
+    let StabilityStudy { name, unmodelled, analysis, map, switching, check } = study;
     let settings = &analysis.settings;
     let mut text = format!(
         "{name}: {} in permanent contact with {} N/m and {} N·s/m\n",
@@ -28,11 +28,11 @@ pub fn stability_text(study: &StabilityStudy) -> String {
         significant(settings.stiffness_n_per_m),
         significant(settings.damping_n_s_per_m),
     );
-    if !left_out.is_empty() {
-        let _ = writeln!(text, "not in the linear loop: {}", left_out.join("; "));
+    if !unmodelled.is_empty() {
+        let _ = writeln!(text, "not in the linear model: {}", unmodelled.join("; "));
     }
     let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
-    let _ = write!(text, "\n{}\n{}{}", port_table(analysis), each_port(analysis), sampled(analysis));
+    let _ = write!(text, "\n{}\n{}{}", port_table(analysis), port_passivity(analysis), sampled(analysis));
     let _ = write!(text, "\n{}\n", super::switching_text(switching));
     let stable = 100.0 * map.stable_share();
     let _ = writeln!(
@@ -49,10 +49,10 @@ pub fn stability_text(study: &StabilityStudy) -> String {
     text
 }
 
-/// A line of the loop's table: what, its value, where; and what it means, in a sentence.
+/// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.
 pub(super) type LoopLine = ([String; 3], &'static str);
 
-/// What is said of the loop.
+/// Returns the rows of the loop's table.
 pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
     let (mode, margins) = (&analysis.mode, &analysis.margins);
     let shown = |value: Option<f64>, factor: f64, unit: &str| {
@@ -62,7 +62,7 @@ pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
     vec![
         (
             ["spectral radius".into(), format!("{:.6}", mode.spectral_radius), String::new()],
-            "The magnitude of the slowest pole per tick; below 1 motions die out.",
+            "The magnitude of the slowest pole per tick; below 1 the motion decays.",
         ),
         (
             [
@@ -70,15 +70,15 @@ pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
                 significant(mode.damping_ratio),
                 format!("{} Hz", significant(mode.frequency_hz)),
             ],
-            "How fast the slowest motion dies out, of its frequency; below 0 it grows.",
+            "The damping ratio of the slowest mode; below 0 the mode grows.",
         ),
         (
             ["dominant mode: growth".into(), format!("{} 1/s", significant(mode.growth_per_s)), String::new()],
-            "The rate at which the slowest motion grows; below 0 it dies out.",
+            "The growth rate of the slowest mode; below 0 the mode decays.",
         ),
         (
             ["gain margin".into(), shown(margins.gain, 1.0, " times"), hertz(margins.gain_frequency_hz)],
-            "The factor by which the loop's gain may change before motions no longer die out.",
+            "The factor by which the gain of the loop can change before the loop becomes unstable.",
         ),
         (
             [
@@ -86,11 +86,11 @@ pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
                 shown(margins.phase_rad.map(f64::to_degrees), 1.0, "°"),
                 hertz(margins.phase_frequency_hz),
             ],
-            "The phase that the loop may lose before motions no longer die out.",
+            "The phase lag that can be added before the loop becomes unstable.",
         ),
         (
-            ["delay margin, around the loop".into(), shown(margins.delay_s, 1e3, " ms"), String::new()],
-            "The delay around the loop that may be added before motions no longer die out.",
+            ["delay margin (round trip)".into(), shown(margins.delay_s, 1e3, " ms"), String::new()],
+            "The round-trip delay that can be added before the loop becomes unstable.",
         ),
     ]
 }
@@ -104,7 +104,7 @@ fn loop_table(analysis: &Analysis) -> Table {
 }
 
 pub(super) fn limit_table(analysis: &Analysis) -> Table {
-    let mut table = Table::new(["parameter", "now", "largest stable", "moved most by (% per %)"]);
+    let mut table = Table::new(["parameter", "value", "maximum stable", "most sensitive to (% per %)"]);
     for limit in &analysis.limits {
         let mut strongest: Vec<(Parameter, f64)> = analysis
             .sensitivities
@@ -134,15 +134,8 @@ fn largest(limit: &Limit) -> String {
 }
 
 pub(super) fn port_table(analysis: &Analysis) -> Table {
-    let mut table = Table::new([
-        "ports",
-        "|felt free|",
-        "|felt in tissue|",
-        "|tissue, scaled|",
-        "η",
-        "any hand and tissue",
-        "passive",
-    ]);
+    let mut table =
+        Table::new(["ports", "|Z| in free motion", "|Z| in tissue", "|Z| ideal", "η", "absolutely stable", "passive"]);
     for shown_hz in SHOWN_HZ {
         let distance = |point: &&PortPoint| (point.frequency_hz / shown_hz).ln().abs();
         let Some(point) = analysis.ports.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else { continue };
@@ -164,13 +157,13 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
         String::new(),
         String::new(),
         String::new(),
-        answer(all(&analysis.ports, |point| point.is_absolutely_stable)),
-        answer(all(&analysis.ports, |point| point.is_passive)),
+        yes_or_no(all(&analysis.ports, |point| point.is_absolutely_stable)),
+        yes_or_no(all(&analysis.ports, |point| point.is_passive)),
     ]);
     table
 }
 
-fn answer(holds: Option<bool>) -> String {
+fn yes_or_no(holds: Option<bool>) -> String {
     match holds {
         Some(true) => "yes",
         Some(false) => "no",
@@ -179,34 +172,36 @@ fn answer(holds: Option<bool>) -> String {
     .into()
 }
 
-/// Whether each port, the other one as it is, gives no power away at any frequency.
-pub(super) fn each_port(analysis: &Analysis) -> String {
+/// Returns a line that says whether each port is passive at every frequency, with the other port terminated as in the scenario.
+pub(super) fn port_passivity(analysis: &Analysis) -> String {
     let ports = &analysis.ports;
     format!(
-        "passive at the hand in free motion: {}, in the tissue: {}; at the needle with the hand still: {}\n",
-        answer(all(ports, |point| gives_nothing(point.hybrid.h[0][0]))),
-        answer(all(ports, |point| gives_nothing(point.transmitted))),
-        answer(all(ports, |point| gives_nothing(point.hybrid.h[1][1]))),
+        "hand port passive in free motion: {}, in tissue: {}; needle port passive with a fixed hand: {}\n",
+        yes_or_no(all(ports, |point| is_passive_impedance(point.hybrid.h[0][0]))),
+        yes_or_no(all(ports, |point| is_passive_impedance(point.transmitted))),
+        yes_or_no(all(ports, |point| is_passive_impedance(point.hybrid.h[1][1]))),
     )
 }
 
+/// Returns a line about the sampled-data passivity condition.
 pub(super) fn sampled(analysis: &Analysis) -> String {
     let Some(bound) = analysis.sampled else {
-        return "sampled-data passivity: the condition does not apply (it takes a force of the sampled position alone)\n".into();
+        return "sampled-data passivity: the condition does not apply (it needs a force that depends on the sampled position only)\n".into();
     };
     format!(
-        "sampled-data passivity: takes {} N·s/m at the master, which has {}: {}\n",
+        "sampled-data passivity: needs {} N·s/m at the master, which has {}: {}\n",
         significant(bound.min_damping_n_s_per_m),
         significant(bound.damping_n_s_per_m),
         if bound.is_passive() { "passive" } else { "not passive" },
     )
 }
 
+/// Returns the comparison of the map with simulated runs, with a table of the disagreements.
 pub(super) fn checked(map: &StabilityMap, check: &Check) -> String {
     let runs = check.simulated.iter().flatten().count();
-    let apart = check.disagreements.iter().filter(|d| !d.is_near_boundary).count();
+    let disagreeing = check.disagreements.iter().filter(|d| !d.is_near_boundary).count();
     let mut text = format!(
-        "engine: {runs} runs, {} of them not within 0.5 % of the boundary; of these {apart} disagree{}\n",
+        "simulation: {runs} runs, {} of them farther than 0.5 % from the boundary; {disagreeing} of these disagree{}\n",
         check.judged,
         check.agreement().map_or(String::new(), |share| format!(", {:.3} % agree", 100.0 * share)),
     );
@@ -214,7 +209,7 @@ pub(super) fn checked(map: &StabilityMap, check: &Check) -> String {
         return text;
     }
     let mut table =
-        Table::new([map.x.parameter.key(), map.y.parameter.key(), "matrices", "engine", "near the boundary"]);
+        Table::new([map.x.parameter.key(), map.y.parameter.key(), "analysis", "simulation", "near the boundary"]);
     for d in check.disagreements.iter().take(SHOWN_DISAGREEMENTS) {
         table.row([
             significant(d.x),

@@ -1,4 +1,4 @@
-//! The switching in words, tables, JSON, CSV and a figure.
+//! The stability under switching, as text, JSON, CSV and a figure.
 
 use std::fmt::Write as _;
 
@@ -20,18 +20,18 @@ fn policy(reengage: Reengage) -> &'static str {
     }
 }
 
-/// A number of ticks in s.
+/// Returns a number of ticks in s.
 pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
-    // Without the last digits of the product, which a tick of 0.001 s has.
+    // Rounded, because the product of a tick of 0.001 s has rounding errors in its last digits.
     (ticks as f64 * switching.settings.of_loop.tick_s * 1e12).round() / 1e12
 }
 
-/// A number of ticks in ms, in words.
+/// Returns a number of ticks as text in ms.
 fn milliseconds(switching: &Switching, ticks: u64) -> String {
     format!("{} ms", significant(1e3 * seconds(switching, ticks)))
 }
 
-/// What is said of the switching, or why nothing is.
+/// Returns the analysis of the switching as text, or the reason why there is none.
 #[must_use]
 pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
     match switching {
@@ -40,7 +40,7 @@ pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
     }
 }
 
-/// What is said of the switching, a line each.
+/// Returns the findings, one per line.
 pub(super) fn switching_lines(switching: &Switching) -> String {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -58,14 +58,14 @@ pub(super) fn switching_lines(switching: &Switching) -> String {
         None => {
             let _ = writeln!(
                 text,
-                "certificate: none with up to {LONGEST_DWELL_S} s of teleoperation between events; \
-                 that says nothing against them"
+                "certificate: none found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
+                 this does not show instability"
             );
         }
         Some(found) => {
             let _ = writeln!(
                 text,
-                "certificate: motions die out whatever the events, with {} of teleoperation between them; margin {:.1e}, {} \
+                "certificate: the motion decays under any sequence of events with {} of teleoperation between them; margin {:.1e}, {} \
                  conditions verified",
                 ms(found.dwell_ticks),
                 found.margin,
@@ -75,40 +75,40 @@ pub(super) fn switching_lines(switching: &Switching) -> String {
     }
     let _ = writeln!(
         text,
-        "the supervisor sees to {}: {}",
+        "the supervisor enforces {}: {}",
         ms(phases.refractory),
         match (&switching.certificate, switching.is_certified()) {
             (_, true) => "certified".to_owned(),
             (Some(found), false) =>
-                format!("refused, augmentation.refractory_s would have to be {}", seconds(switching, found.dwell_ticks)),
+                format!("not certified, augmentation.refractory_s must be {}", seconds(switching, found.dwell_ticks)),
             (None, false) => "not certified".to_owned(),
         }
     );
     let certified = switching.certificate.as_ref().map(|found| found.contraction.sqrt());
     let _ = writeln!(
         text,
-        "growth per event at {}: {} in the worst sequence found, at most {} in those tried{}",
+        "growth per event at {}: {} in the worst sequence found, at most {} in all enumerated sequences{}",
         ms(switching.dwell_ticks),
         significant(switching.growth.lower),
         significant(switching.growth.upper),
         certified.map_or(String::new(), |certified| format!(", at most {certified:.6} by the certificate")),
     );
     let _ = match switching.growing_dwell_ticks {
-        None => writeln!(text, "no sequence that grows was found, down to one tick between events"),
-        Some(ticks) => writeln!(text, "sequences that grow were found with {} between events", ms(ticks)),
+        None => writeln!(text, "no growing sequence found, down to one tick between events"),
+        Some(ticks) => writeln!(text, "growing sequences found with {} between events", ms(ticks)),
     };
     if switching.shown.lower >= 1.0 {
         let _ = writeln!(
             text,
-            "with what the supervisor sees to, motions grow {} times from one event to the next: worst_events.toml",
+            "with the enforced time, the motion grows {} times from one event to the next: see worst_events.toml",
             significant(switching.shown.lower),
         );
     }
     if let Some(reach) = &switching.reach {
         let _ = writeln!(
             text,
-            "a hand let go 1 mm away takes the needle at most {} mm, whatever happens then (found: {} mm), and is fed back at \
-             most {} N",
+            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events (worst found: {} mm), and the \
+             feedback force is at most {} N",
             significant(reach.slave_bound),
             significant(reach.slave_found),
             significant(1e-3 * reach.force_bound_n_per_m),
@@ -119,12 +119,12 @@ pub(super) fn switching_lines(switching: &Switching) -> String {
 
 pub(super) fn event_table(events: &[EventBound]) -> Table {
     let mut table = Table::new([
-        format!("released {} mm behind the hand", significant(1e3 * GAP_M)).as_str(),
+        format!("released {} mm from the hand", significant(1e3 * GAP_M)).as_str(),
         "reference jumps",
-        "needle moves",
-        "at most at",
-        "felt at most",
-        "in one tick",
+        "needle motion",
+        "max speed",
+        "max feedback force",
+        "max step per tick",
     ]);
     let millimetres =
         |metres: f64| if metres < 1e-9 { "0 mm".into() } else { format!("{} mm", significant(1e3 * metres)) };
@@ -142,11 +142,11 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
     table
 }
 
-/// The part `switching` of `stability.json`.
+/// Returns the part `switching` of `stability.json`.
 pub(super) fn switching_object(switching: &Result<Switching, &'static str>) -> Json {
     let switching = match switching {
         Ok(switching) => switching,
-        Err(reason) => return json!({ "left_out": reason }),
+        Err(reason) => return json!({ "unmodelled": reason }),
     };
     let s = |ticks| seconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -201,7 +201,7 @@ pub(super) fn switching_object(switching: &Result<Switching, &'static str>) -> J
     })
 }
 
-/// `switching.csv`: each dwell that was looked at.
+/// Returns `switching.csv`: a row per analysed dwell time.
 #[must_use]
 pub fn switching_csv(switching: &Switching) -> String {
     let mut text = "dwell_s,margin,certified_growth,found_growth,enumerated_growth\n".to_owned();
@@ -219,7 +219,7 @@ pub fn switching_csv(switching: &Switching) -> String {
     text
 }
 
-/// `released.csv`: the end of one event, by policy.
+/// Returns `released.csv`: the end of one event, by re-engagement policy.
 #[must_use]
 pub fn released_csv(switching: &Switching) -> String {
     let mut text =
@@ -233,7 +233,7 @@ pub fn released_csv(switching: &Switching) -> String {
     text
 }
 
-/// The figure `switching`.
+/// Writes the figure `switching`.
 ///
 /// # Errors
 /// [`PictureError`].

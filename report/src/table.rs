@@ -1,8 +1,8 @@
-//! Text in columns.
+//! Text tables.
 
 use std::fmt;
 
-/// A table: a heading, then rows; the first column flush left, the others flush right.
+/// A table with a heading. The first column is flush left, the others are flush right.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
     rows: Vec<Vec<String>>,
@@ -10,26 +10,26 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table with a heading.
+    /// Returns a table with a heading and no rows.
     #[must_use]
     pub fn new<S: Into<String>>(heading: impl IntoIterator<Item = S>) -> Self {
         Self { rows: vec![heading.into_iter().map(Into::into).collect()], flush_left: false }
     }
 
-    /// The same table with every column flush left.
+    /// Returns the same table with every column flush left.
     #[must_use]
     pub fn flush_left(mut self) -> Self {
         self.flush_left = true;
         self
     }
 
-    /// The heading and the rows, cell by cell.
+    /// Returns the cells of the heading and of the rows.
     #[must_use]
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
     }
 
-    /// Whether every column is flush left.
+    /// Returns whether every column is flush left.
     #[must_use]
     pub fn is_flush_left(&self) -> bool {
         self.flush_left

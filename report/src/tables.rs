@@ -1,4 +1,4 @@
-//! Tables for the terminal, and the CSV files.
+//! Tables for the terminal, and CSV files.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -10,18 +10,18 @@ use trocar_sim::engine::{COLUMNS, ColumnValues, Trace};
 use trocar_sim::metrics::{Outcome, Unit};
 use trocar_sim::run::Run;
 
-/// A run's outcome in words.
+/// Returns a run's outcome as text.
 pub(super) fn outcome(run: &Run) -> String {
     match run.metrics.outcome {
         Outcome::Completed => {
-            let lasted = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
-            format!("{}: completed, {} s in {} ticks", run.scenario.name, significant(lasted), run.metrics.ticks)
+            let duration_s = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
+            format!("{}: completed, {} s in {} ticks", run.scenario.name, significant(duration_s), run.metrics.ticks)
         }
         Outcome::Diverged { time_s } => format!("{}: diverged at {time_s} s", run.scenario.name),
     }
 }
 
-/// What a run was worth: its outcome, its metrics and its events.
+/// Returns a run's outcome, metrics and alarms as text.
 #[must_use]
 pub fn run_text(run: &Run) -> String {
     let mut text = outcome(run);
@@ -41,12 +41,12 @@ fn alarms_line(run: &Run) -> String {
         .metrics
         .alarms
         .iter()
-        .map(|alarm| format!("{:.3} s{}", alarm.time_s, if alarm.matched { "" } else { " (no labelled rupture)" }))
+        .map(|alarm| format!("{:.3} s{}", alarm.time_s, if alarm.matched { "" } else { " (false alarm)" }))
         .collect();
     if alarms.is_empty() { "alarms: none\n".into() } else { format!("alarms: {}\n", alarms.join(", ")) }
 }
 
-/// The comparison's table, with what the second scenario changes where there are two.
+/// Returns the comparison's table. A pair has a column with the change from the first scenario to the second.
 #[must_use]
 pub fn comparison_text(comparison: &Comparison) -> String {
     let mut text = String::new();
@@ -70,7 +70,7 @@ pub fn comparison_text(comparison: &Comparison) -> String {
     text
 }
 
-/// A line of the comparison's table: the metric, its values, and of a pair the change.
+/// Returns a row of the comparison's table: the metric, its values, and for a pair the change.
 #[must_use]
 pub fn row_cells(row: &Row) -> Vec<String> {
     let mut cells = vec![row.label.clone()];
@@ -81,7 +81,8 @@ pub fn row_cells(row: &Row) -> Vec<String> {
     cells
 }
 
-/// From the first to the second value, in per cent; nothing for counts, or where there is nothing to relate to.
+/// Returns the change from the first to the second value in per cent; empty for counts, undefined values and a first value
+/// of about 0.
 pub(super) fn change(values: &[Option<f64>], unit: Unit) -> String {
     let (&[Some(first), Some(second)], false) = (values, unit == Unit::Count) else { return String::new() };
     let percent = 100.0 * (second - first) / first.abs();
@@ -91,22 +92,22 @@ pub(super) fn change(values: &[Option<f64>], unit: Unit) -> String {
     format!("{percent:+.1} %")
 }
 
-/// The paper's facts beside ours.
+/// Returns the paper's statements with the results of this comparison, as text.
 #[must_use]
 pub fn facts_text(facts: &[Fact]) -> String {
     facts_table(facts).to_string()
 }
 
-/// The paper's facts beside ours, cell by cell.
+/// Returns the paper's statements with the results of this comparison.
 pub(super) fn facts_table(facts: &[Fact]) -> Table {
-    let mut table = Table::new(["rupture one, unless it says more", "paper", "asked", "here", ""]).flush_left();
+    let mut table = Table::new(["statement (rupture 1 unless stated)", "paper", "required", "result", ""]).flush_left();
     for fact in facts {
         table.row([fact.what, fact.paper, fact.asked, &fact.ours, if fact.holds { "✓" } else { "✗" }]);
     }
     table
 }
 
-/// `comparison.csv`: a row per metric, a column per scenario, SI units; empty where undefined.
+/// Returns `comparison.csv`: a row per metric, a column per scenario, in SI units. An undefined value is an empty cell.
 #[must_use]
 pub fn comparison_csv(comparison: &Comparison) -> String {
     let table = comparison.table();
@@ -118,18 +119,21 @@ pub fn comparison_csv(comparison: &Comparison) -> String {
     text
 }
 
+/// Returns a CSV cell, quoted if necessary.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
+/// Returns the shortest decimal form that reads back to the same value.
 pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// `trace.csv`: the columns of [`COLUMNS`], then what the estimator estimates besides, floats in the shortest form that reads back the same.
+/// Writes `trace.csv`: the columns of [`COLUMNS`], then the estimator's extra parameter, if any. Floats have the shortest form
+/// that reads back to the same value.
 ///
 /// # Errors
-/// Those of the writer.
+/// Returns the errors of the writer.
 pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
     let extra = trace.extra_parameter.as_ref();
     writeln!(out, "{}{}", COLUMNS.join(","), extra.map_or(String::new(), |(name, _)| format!(",{name}")))?;

@@ -1,4 +1,4 @@
-//! A small chart for the terminal: what the slave does around the first rupture.
+//! A small chart for the terminal: the slave's position around the first rupture.
 
 use std::fmt::Write as _;
 
@@ -7,17 +7,17 @@ use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape, TickDisplay, Tick
 
 use trocar_sim::run::Run;
 
-/// Width and height in dots, two by four to a character.
+/// Width and height in dots. A character has two by four dots.
 const DOTS: (u32, u32) = (140, 36);
 
-/// What is shown before and after the first rupture, in s.
+/// Time shown before and after the first rupture, in s.
 const AROUND_S: (f64, f64) = (0.5, 1.5);
 
-/// A chart each of up to this many runs.
+/// Maximum number of runs with a chart.
 const MAX_RUNS: usize = 4;
 
-/// One chart a run, below each other on the same axes: the slave's position around the first rupture of any of them, or over
-/// all of the time where nothing ruptures. With colours as ANSI codes; none where there is nothing to draw.
+/// Returns one chart per run on the same axes, with ANSI colours: the slave's position around the first rupture of all runs, or
+/// over the whole time without a rupture. Returns `None` without samples.
 #[must_use]
 pub fn runs_chart(runs: &[Run]) -> Option<String> {
     let runs: Vec<&Run> = runs.iter().filter(|run| run.trace.len() > 1).take(MAX_RUNS).collect();
@@ -30,7 +30,7 @@ pub fn runs_chart(runs: &[Run]) -> Option<String> {
         runs.iter().map(|run| (&*run.scenario.name, line(run, from_s, to_s))).collect();
     let positions = || lines.iter().flat_map(|(_, points)| points.iter().map(|(_, y)| *y));
     let (low, high) = (positions().reduce(f32::min)?, positions().reduce(f32::max)?);
-    // A needle that stands still is a line, not a division by nothing.
+    // A needle at rest has a range of its own, so that nothing divides by 0.
     let (low, high) = if high - low < 1e-3 { (low - 0.5, high + 0.5) } else { (low, high) };
     let mut text = String::new();
     for (index, (name, points)) in lines.iter().enumerate() {
@@ -53,10 +53,10 @@ pub fn runs_chart(runs: &[Run]) -> Option<String> {
     Some(text)
 }
 
-/// One per chart: told apart by their titles, and by these where there are colours.
+/// The colour of each chart.
 const COLOURS: [AnsiColor; MAX_RUNS] = [AnsiColor::Blue, AnsiColor::Yellow, AnsiColor::Cyan, AnsiColor::Magenta];
 
-/// The slave's position in mm over a stretch of time: what is no number, or far beyond an insertion, is left out.
+/// Returns the slave's position in mm in a time interval, without NaN and without implausible values.
 fn line(run: &Run, from_s: f64, to_s: f64) -> Vec<(f32, f32)> {
     let trace = &run.trace;
     let points = trace.time_s.iter().zip(&trace.slave_position_m);
@@ -75,12 +75,12 @@ mod tests {
     }
 
     #[test]
-    fn a_lurch_is_seen_and_a_freeze_is_flat() {
+    fn an_overshoot_is_steep_and_a_frozen_slave_is_flat() {
         let text = runs_chart(&[shipped("classical.toml"), shipped("augmented.toml")]).expect("drawn");
         let text = anstream::adapter::strip_str(&text).to_string();
         let charts: Vec<&str> = text.split("slave position around rupture 1").collect();
         assert_eq!(charts.len(), 3);
-        // The row in which the line is 0.4 s after the rupture, while the augmented slave is frozen; a second is 35 columns.
+        // The row of the line 0.4 s after the rupture, while the augmented slave is frozen; 35 columns are one second.
         let row = |chart: &str| {
             let has_dots = |line: &&str| line.chars().nth(31).is_some_and(|c| ('\u{2801}'..='\u{28ff}').contains(&c));
             chart.lines().skip(1).position(|line| has_dots(&line)).expect("a line")

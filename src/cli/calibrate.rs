@@ -12,40 +12,40 @@ use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength
 use trocar_sim::detect::{Detection, DetectionReport, detect};
 use trocar_sim::scenario::{DetectionSpec, Values};
 
-/// Find settings of estimator and detector from the beginning of a recording.
+/// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
 #[command(after_long_help = MORE)]
 pub(super) struct CalibrateArgs {
-    /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file whose [recording] to use
+    /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file with a [recording]
     #[arg(value_name = "RECORDING", required_unless_present = "run_lengths")]
     recording: Option<String>,
     #[command(flatten)]
     columns: ColumnArgs,
-    /// Where the tissue begins, in m [default: found]
+    /// Contact position, in m [default: computed]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     contact_m: Option<f64>,
-    /// A true rupture, in s after the first sample, to be left out of what is quiet (repeatable)
+    /// A true rupture, in s after the first sample, excluded from the quiet part (repeatable)
     #[arg(long = "rupture-s", value_name = "S")]
     ruptures_s: Vec<f64>,
-    /// How much of the recording to look at, from its beginning, in s
+    /// Length of the analysed part, from the beginning of the recording, in s
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().first_s, allow_negative_numbers = true)]
     first_s: f64,
-    /// The quiet segment, in s after the first sample, as in 1.5,4 [default: found]
+    /// The quiet segment, in s after the first sample, as in 1.5,4 [default: computed]
     #[arg(long, value_name = "FROM,TO", value_parser = segment, allow_hyphen_values = true)]
     quiet_s: Option<(f64, f64)>,
-    /// Wanted time between false alarms, in s; 2 to 1e10 samples
+    /// Requested mean time between false alarms, in s; 2 to 1e10 samples
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().false_alarm_s, allow_negative_numbers = true)]
     false_alarm_s: f64,
-    /// Time in which the slowest rupture takes half of the force, in s
+    /// Time in which the force of the slowest rupture falls by half, in s
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().slowest_rupture_s, allow_negative_numbers = true)]
     slowest_rupture_s: f64,
-    /// Time in which the fastest harmless change takes half of the force, in s
+    /// Time in which the force of the fastest harmless change falls by half, in s
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().fastest_harmless_s, allow_negative_numbers = true)]
     fastest_harmless_s: f64,
-    /// Variance of a rupture's residual over the quiet one's; the drift follows from it
+    /// Ratio of the variance of the residual at a rupture to its quiet variance; determines the drift
     #[arg(long, value_name = "RATIO", default_value_t = CalibrationRequest::default().variance_ratio, allow_negative_numbers = true)]
     variance_ratio: f64,
-    /// Instead of a calibration, print predicted beside simulated run lengths from 1e3 to 1e7 samples
+    /// Print predicted and simulated run lengths from 1e3 to 1e7 samples, instead of a calibration
     #[arg(long, conflicts_with = "recording")]
     run_lengths: bool,
     #[command(flatten)]
@@ -55,28 +55,29 @@ pub(super) struct CalibrateArgs {
 }
 
 const MORE: &str = "\
-How it is done:
-  noise      second differences of the force; the dead zone is twice it
-  contact    where the force rises out of its noise, or where the line through force and position has none
-  quiet      blocks of 0.1 s in contact without a rupture; nine tenths of them are no louder than sigma_0
-  drift      where the likelihood ratio of eq. 23 changes sign, for a variance grown a hundredfold (--variance-ratio)
-  threshold  average run length to a false alarm (Page's integral equation) as wanted, and at least twice the largest
-             harmless excursion that the segment shows
-  memory     slow ruptures and fast harmless changes are put into the recording; the memory that best tells them apart
+Method:
+  noise      from second differences of the force; the dead zone is twice the noise
+  contact    position at which the force rises above its noise, or at which a line through force and position is zero
+  quiet      blocks of 0.1 s in contact without a rupture; sigma_0 is the 90 % quantile of their standard deviations
+  drift      residual at which the likelihood ratio of eq. 23 changes sign, for a variance 100 times larger
+  (--variance-ratio)
+             threshold  from the requested average run length to a false alarm (Page's integral equation), and at least twice the
+  largest harmless excursion in the segment
+  memory     slow ruptures and fast harmless changes are inserted into the recording; the memory that separates them best
 
-Files, in a folder of the recording's name in --out: calibrated.toml, which `trocar detect` and --settings take;
-calibration.json; figures of the whole recording with these settings.
+Files, in a folder with the name of the recording in --out: calibrated.toml, an input of `trocar detect` and of its
+--settings; calibration.json; figures of the whole recording with these settings.
 
 Examples:
   trocar calibrate force.csv --time t_s --position x_mm:1e-3 --force f_n
   trocar detect out/force/calibrated.toml
   trocar detect others/ --settings out/force/calibrated.toml --time t_s --position x_mm:1e-3 --force f_n";
 
-/// Run lengths that are checked, and how many runs each.
+/// The checked run lengths, and the number of runs of each.
 const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 2048), (1e7, 1024)];
 
 fn segment(text: &str) -> Result<(f64, f64), String> {
-    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("{part:?} is no number"));
+    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("{part:?} is not a number"));
     let (from, to) = text.split_once(',').ok_or("must be two times in s, as in 1.5,4")?;
     Ok((number(from)?, number(to)?))
 }
@@ -120,7 +121,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     }
 }
 
-/// What the settings find in the whole recording.
+/// Returns the alarms in the whole recording with the calibrated settings.
 fn alarms_text(report: &DetectionReport) -> String {
     let times: Vec<String> = report.alarms.iter().map(|alarm| format!("{:.4} s", alarm.time_s)).collect();
     match times.len() {
@@ -137,10 +138,10 @@ fn write(
     (spec, detection, report): (&DetectionSpec, &Detection, &DetectionReport),
 ) -> Result<(), CliError> {
     let name = values.name();
-    let own = values.sections_toml(["", "recording", "recording.columns", "recording.scale", "sensor"]);
+    let inputs = values.sections_toml(["", "recording", "recording.columns", "recording.scale", "sensor"]);
     let looked_at_s = calibration.looked_at_s;
     let heading = format!("# Calibrated on the first {looked_at_s:.3} s by trocar {}.\n", env!("CARGO_PKG_VERSION"));
-    folder.write("calibrated.toml", format!("{heading}{own}\n{}", calibration_toml(calibration)).as_bytes())?;
+    folder.write("calibrated.toml", format!("{heading}{inputs}\n{}", calibration_toml(calibration)).as_bytes())?;
     folder.write("calibration.json", to_json(&calibration_object(name, calibration)).as_bytes())?;
     let detector = &spec.settings.detector;
     let scale = (detector.cusum.threshold, detector.distance.kind.unit());
@@ -151,16 +152,17 @@ fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {
     let request = CalibrationRequest { variance_ratio: args.variance_ratio, ..CalibrationRequest::default() };
     request.validate()?;
     let drift = request.drift();
-    let wanted = || [Tails::Both, Tails::Lower].into_iter().flat_map(|tails| RUN_LENGTHS.map(|length| (tails, length)));
+    let lengths =
+        || [Tails::Both, Tails::Lower].into_iter().flat_map(|tails| RUN_LENGTHS.map(|length| (tails, length)));
     let bar = progress::bar(
-        wanted().map(|(_, (length, alarms))| (length * alarms as f64 / 1e6) as usize).sum(),
+        lengths().map(|(_, (length, alarms))| (length * alarms as f64 / 1e6) as usize).sum(),
         args.output.quiet,
     );
     bar.set_message("simulating, million samples");
     let check = |(tails, (length, alarms)): (Tails, (f64, u64))| {
         RunLength::check(tails, drift, length, alarms, || bar.inc((length * 32.0 / 1e6) as u64))
     };
-    let lengths: Vec<RunLength> = wanted().map(check).collect();
+    let lengths: Vec<RunLength> = lengths().map(check).collect();
     bar.finish_and_clear();
     if args.output.quiet { Ok(()) } else { terminal::print(&run_lengths_text(&lengths)) }
 }

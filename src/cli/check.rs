@@ -13,10 +13,10 @@ pub(super) struct CheckArgs {
     scenarios: Vec<String>,
     #[command(flatten)]
     changes: ScenarioArgs,
-    /// Print the resolved scenario, every default written out
+    /// Print the resolved scenario, including all defaults
     #[arg(long)]
     resolved: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(long, short)]
     quiet: bool,
 }
@@ -27,7 +27,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
             terminal::print(&scenario.echo())?;
         } else if !args.quiet {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
-            terminal::print(&format!("{}: good, {ticks} ticks of {tick_s} s\n", scenario.name))?;
+            terminal::print(&format!("{}: valid, {ticks} ticks of {tick_s} s\n", scenario.name))?;
         }
     }
     Ok(())

@@ -12,20 +12,20 @@ use trocar_report::{
 use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_sim::scenario::Scenario;
 
-/// The pair that is compared when none is named.
+/// The default pair.
 const PAPER_PAIR: [&str; 2] = ["builtin:classical.toml", "builtin:augmented.toml"];
 
 /// Compare scenarios.
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
-    /// Scenario files; with none, the paper's pair: builtin:classical.toml and builtin:augmented.toml
+    /// Scenario files [default: builtin:classical.toml and builtin:augmented.toml, the pair of the paper]
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
-    /// Also run every scenario with N seeds, from its own on: medians, and the middle 95 % of the seeds
+    /// Also run every scenario with N seeds, starting at its own seed, and print medians and central 95 % intervals
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MAX_SEEDS))]
     seeds: Option<u64>,
-    /// Also write report.html into DIR: one page to hand on, which needs nothing but itself, with the scenarios, the metrics and
-    /// what they mean, the events, and charts of all runs to zoom into
+    /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning, the events, and
+    /// interactive charts of all runs
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -48,7 +48,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
         folder.write("seeds.csv", seeds_csv(study).as_bytes())?;
     }
     if args.report {
-        let line = (is_paper_pair && !names_files(args)).then(|| own_line(args));
+        let line = (is_paper_pair && !names_files(args)).then(|| command(args));
         let html = comparison_html(&comparison, facts.as_deref(), study.as_ref(), line)?;
         folder.write(report::FILE, html.as_bytes())?;
     }
@@ -59,11 +59,11 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     } else {
         terminal::draw(|| runs_chart(&comparison.runs))?;
         terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))?;
-        if args.report { report::say(&folder) } else { Ok(()) }
+        if args.report { report::print_path(&folder) } else { Ok(()) }
     }
 }
 
-/// Whether a setting names a file, which lies on this machine alone.
+/// Returns whether a setting names a file of this machine.
 fn names_files(args: &CompareArgs) -> bool {
     args.changes
         .settings
@@ -71,8 +71,8 @@ fn names_files(args: &CompareArgs) -> bool {
         .any(|setting| setting.trim_start().starts_with("recording.") || setting.contains("file"))
 }
 
-/// The command that compares the shipped pair again.
-fn own_line(args: &CompareArgs) -> String {
+/// Returns the command that reproduces the comparison of the shipped pair.
+fn command(args: &CompareArgs) -> String {
     let seeds = args.seeds.map(|seeds| ["--seeds".to_owned(), seeds.to_string()]);
     let flags = report::set_flags(&args.changes.settings).chain(seeds.into_iter().flatten());
     command_line(["compare".to_owned()].into_iter().chain(flags).chain(["--report".to_owned()]))
@@ -107,9 +107,9 @@ fn text(args: &CompareArgs, comparison: &Comparison, facts: Option<&[Fact]>, stu
     if let Some(facts) = facts {
         text.push_str(&format!("\n{}", facts_text(facts)));
     } else if args.scenarios.is_empty() {
-        text.push_str("\nthe paper's facts are not shown: they need two ruptures and an event\n");
+        text.push_str("\nThe comparison with the paper is omitted: it needs two ruptures and an event.\n");
     }
     let out = args.output.out.display();
-    text.push_str(&format!("\nfigures: {out}/comparison.png, {out}/overlay.png; everything else: {out}\n"));
+    text.push_str(&format!("\nfigures: {out}/comparison.png, {out}/overlay.png; all files: {out}\n"));
     text
 }

@@ -25,51 +25,51 @@ use trocar_sim::metrics::RUPTURE_WINDOW_S;
 use trocar_sim::scenario::{Source, Values};
 use warnings::Warnings;
 
-/// Samples from standard input.
+/// The argument for samples from standard input.
 const STREAM: &str = "-";
 
-/// What `--settings` takes from a file.
+/// The sections of a file for `--settings`.
 const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 
 /// Run the estimator and the detector on recordings or on a live stream.
 #[derive(Debug, Args)]
 #[command(after_long_help = help::MORE)]
 pub(super) struct DetectArgs {
-    /// CSV recordings, folders of them, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files whose [recording]
-    /// to use; or - for a live stream on standard input
+    /// CSV recordings, folders with CSV recordings, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files with a
+    /// [recording]; or - for a live stream on standard input
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<String>,
     #[command(flatten)]
     columns: ColumnArgs,
-    /// Where the tissue begins, in m [default: 0]
+    /// Contact position, in m [default: 0]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     contact_m: Option<f64>,
-    /// A true rupture, in s after the first sample, to judge the alarms of a single recording by (repeatable)
+    /// A true rupture of a single recording, in s after the first sample, for scores (repeatable)
     #[arg(long = "rupture-s", value_name = "S", conflicts_with = "labels")]
     ruptures_s: Vec<f64>,
     /// True ruptures of many recordings: CSV with the columns file,time_s[,kind]
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
-    /// How late an alarm may be and still announce a rupture, in s
+    /// Maximum delay of an alarm that matches a rupture, in s
     #[arg(long, value_name = "S", default_value_t = RUPTURE_WINDOW_S, allow_negative_numbers = true)]
     window_s: f64,
-    /// Draw no figures, which take most of the time of many recordings
+    /// Draw no figures, which need most of the time with many recordings
     #[arg(long)]
     no_figures: bool,
-    /// Live stream: time between two samples, in s [default: that between the first two]
+    /// Live stream: time between two samples, in s [default: the time between the first two samples]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     interval_s: Option<f64>,
     /// Live stream: also print every Nth sample with its estimates
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
-    /// Take [estimator] and [detector] from a file, as from calibrated.toml of `trocar calibrate`; flags and --set come before it
+    /// Read [estimator] and [detector] from a file such as calibrated.toml of `trocar calibrate`; flags and --set have priority
     #[arg(long = "settings", value_name = "FILE")]
     settings_file: Option<String>,
-    /// What that file says.
+    /// The settings of that file.
     #[arg(skip)]
     tuning: Vec<String>,
-    /// Also write report.html into each recording's folder, and of many recordings one of all into DIR: pages to hand on, which
-    /// need nothing but themselves, with tables, events, and charts to zoom into
+    /// Also write report.html into the folder of each recording, and a common one for many recordings into DIR: self-contained pages
+    /// with tables, events and interactive charts
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -91,12 +91,12 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
         if args.recordings.len() > 1 {
             return Err(DetectError::StreamAmongOthers.into());
         }
-        let not_for_streams = [
+        let recordings_only = [
             ("--labels", args.labels.is_some()),
             ("--rupture-s", !args.ruptures_s.is_empty()),
             ("--report", args.report),
         ];
-        for (flag, given) in not_for_streams {
+        for (flag, given) in recordings_only {
             if given {
                 return Err(DetectError::NotForStreams { flag }.into());
             }
@@ -111,22 +111,22 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     files::run(args)
 }
 
-/// What a file says of estimator and detector, as settings; refused if it says nothing of either.
+/// Returns the estimator and detector settings of a file. A file without either section is an error.
 fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
     let values = Values::load(&Source::parse(file), &[])?;
     let missing: Vec<&str> =
         TUNED_SECTIONS.into_iter().filter(|section| values.section_place(section).is_none()).collect();
     if missing.len() == TUNED_SECTIONS.len() {
-        return Err(DetectError::NothingTuned { file: file.to_owned() }.into());
+        return Err(DetectError::NoSettings { file: file.to_owned() }.into());
     }
     for section in missing {
-        warnings.note(&format!("warning: {file} has no [{section}]; its defaults are taken"));
+        warnings.note(&format!("warning: {file} has no [{section}]; defaults are used"));
     }
     Ok(values.written_settings(&TUNED_SECTIONS))
 }
 
 impl DetectArgs {
-    /// The flags as settings for a recording, or for none; those of --set come last and count.
+    /// Returns the flags as settings, for a recording if one is given. The settings of --set come last and have priority.
     fn settings(&self, recording: Option<&str>) -> Vec<String> {
         let flags = RecordedFlags {
             columns: &self.columns,
@@ -137,7 +137,7 @@ impl DetectArgs {
         flags.settings(recording, &self.tuning)
     }
 
-    /// The command that detects again in some recordings.
+    /// Returns the command that reproduces the detection in these recordings.
     fn line(&self, recordings: &[String]) -> String {
         let mut words = vec!["detect".to_owned()];
         words.extend(recordings.iter().map(|recording| report::shown(recording)));

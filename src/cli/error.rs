@@ -1,4 +1,4 @@
-//! What stops a command, and the exit code that says whose fault it was.
+//! Errors of commands, and their exit codes.
 
 use std::process::ExitCode;
 
@@ -17,88 +17,91 @@ use trocar_sim::stability::StabilityError;
 use trocar_sim::stability_check::CheckError;
 use trocar_sim::sweep::SweepError;
 
-/// Why a command ended early.
+/// The error of a command.
 #[derive(Debug, Error)]
 pub(super) enum CliError {
-    /// A scenario cannot be run as written.
+    /// A scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] InvalidValue),
     /// Two scenarios would write into the same folder.
-    #[error("two scenarios are named {name:?} and would write into the same folder: {}", two(first, second))]
+    #[error(
+        "two scenarios have the name {name:?} and would write into the same folder: {}",
+        same_name_remedy(first, second)
+    )]
     SameName {
         /// The name.
         name: String,
-        /// The file of one, as it was given.
+        /// The file of the first, as given.
         first: String,
-        /// That of the other.
+        /// The file of the second, as given.
         second: String,
     },
-    /// What varies the made insertion was given beside other signals.
-    #[error("--drop-n, --sharpness-s and --depth-m vary the made insertion; leave them or the other signals out")]
-    OnlyMade,
+    /// Flags of the synthetic insertion with other signals.
+    #[error("--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals")]
+    OnlySynthetic,
     /// Ctrl-C was pressed.
     #[error("interrupted: {}", .kept.as_deref().unwrap_or("nothing was written"))]
     Interrupted {
-        /// What there is all the same.
+        /// The results that are kept.
         kept: Option<String>,
     },
-    /// A file is there already.
-    #[error("{path} is there already; give another path, or --force to replace it")]
+    /// A file exists.
+    #[error("{path} already exists; give another path, or --force to replace it")]
     Exists {
         /// The file.
         path: String,
     },
-    /// A detection cannot be done as asked, or not all of it.
+    /// A detection failed, completely or in part.
     #[error(transparent)]
     Detect(#[from] DetectError),
-    /// A recording cannot be calibrated on.
+    /// A calibration failed.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// Signals cannot be judged together.
+    /// The signals cannot be evaluated together.
     #[error(transparent)]
     Roc(RocError),
-    /// A sweep cannot be done as asked, or not all of it.
+    /// A sweep failed, completely or in part.
     #[error(transparent)]
     Sweep(SweepError),
-    /// There is no such case.
-    #[error("there is no case {case}: the sweep has {cases}, from 0 on")]
+    /// The case does not exist.
+    #[error("the sweep has no case {case}: it has {cases} cases, numbered from 0")]
     NoCase {
-        /// What was asked for.
+        /// The requested case.
         case: u64,
-        /// How many there are.
+        /// Number of cases.
         cases: u64,
     },
-    /// An axis of a map that is none.
+    /// An axis of a map is invalid.
     #[error("{axis}: {reason}")]
     Axis {
-        /// As it was given.
+        /// The axis as given.
         axis: String,
-        /// What is wrong with it.
+        /// The problem.
         reason: String,
     },
-    /// A loop cannot be analysed.
+    /// A stability analysis failed.
     #[error(transparent)]
     Stability(#[from] StabilityError),
     /// The page cannot be served.
     #[error(transparent)]
     Explore(#[from] ExploreError),
-    /// The run failed.
+    /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A file could not be written.
+    /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A figure could not be made.
+    /// A figure cannot be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A report could not be made.
+    /// A report cannot be rendered.
     #[error(transparent)]
     Html(#[from] HtmlError),
-    /// Standard output could not be written.
-    #[error("standard output cannot be written: {0}")]
+    /// Standard output cannot be written.
+    #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
 }
 
@@ -138,18 +141,18 @@ impl From<CheckError> for CliError {
     }
 }
 
-/// Two files in the way of each other, and the remedy.
-fn two(first: &str, second: &str) -> String {
+/// Returns the two files of the same name, and the remedy.
+fn same_name_remedy(first: &str, second: &str) -> String {
     if first == second {
-        return format!("{first} is given twice; leave one out");
+        return format!("{first} is given twice; remove one");
     }
-    format!("{first} and {second}; write another name in one of them, or run them one by one, each with its own --out")
+    format!("{first} and {second}; change the name in one of them, or run them separately, each with its own --out")
 }
 
 impl CliError {
-    /// Says what is wrong on standard error; gives the exit code.
+    /// Prints the error on standard error, and returns the exit code.
     pub(super) fn report(&self) -> ExitCode {
-        self.show(None);
+        self.print(None);
         match self {
             Self::Interrupted { .. } => ExitCode::from(super::interrupt::EXIT_CODE),
             input if input.is_input() => ExitCode::from(2),
@@ -157,8 +160,8 @@ impl CliError {
         }
     }
 
-    /// Says what is wrong on standard error, and with which file if the message does not name it.
-    pub(super) fn show(&self, file: Option<&str>) {
+    /// Prints the error on standard error, with the file if the message does not name it.
+    pub(super) fn print(&self, file: Option<&str>) {
         let named = |message: String| match file {
             Some(file) if !message.contains(file) => format!("{file}: {message}"),
             _ => message,
@@ -175,12 +178,12 @@ impl CliError {
         }
     }
 
-    /// Whether what the user gave is at fault.
+    /// Returns whether the error comes from invalid input.
     pub(super) fn is_input(&self) -> bool {
         match self {
             Self::Scenario(_)
             | Self::Setting(_)
-            | Self::OnlyMade
+            | Self::OnlySynthetic
             | Self::SameName { .. }
             | Self::Roc(_)
             | Self::Axis { .. }

@@ -15,7 +15,7 @@ pub(super) struct InitArgs {
     /// File to write
     #[arg(value_name = "FILE", default_value = "scenario.toml")]
     file: PathBuf,
-    /// Replace the file if it is there
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
 }
@@ -27,5 +27,5 @@ pub(super) fn run(args: &InitArgs) -> Result<(), CliError> {
     let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
     write_file(&args.file, starter(&name).as_bytes())?;
     let file = args.file.display();
-    terminal::print(&format!("{file}: every key with its default; now: trocar run {file}\n"))
+    terminal::print(&format!("{file}: every key with its default; next: trocar run {file}\n"))
 }

@@ -17,7 +17,7 @@ pub(super) struct CompletionsArgs {
 /// Write the manual pages.
 #[derive(Debug, Args)]
 pub(super) struct ManArgs {
-    /// Folder for the pages of every command; without one the page of trocar is printed
+    /// Folder for the pages of all commands; without it, the page of trocar is printed
     #[arg(long, value_name = "DIR")]
     out: Option<std::path::PathBuf>,
 }

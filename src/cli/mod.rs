@@ -30,8 +30,9 @@ use trocar_sim::sweep::sweep_schema;
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
 ///
-/// A person pushes a master, a slave pushes a needle, tissue pushes back. When a layer ruptures the needle lurches: trocar
-/// detects the rupture, freezes the slave, exaggerates the felt force drop, and says in numbers what that buys.
+/// An operator moves a master, a slave drives a needle, and the tissue force is fed back to the operator. When a layer ruptures,
+/// the needle overshoots. trocar detects the rupture, freezes the slave, amplifies the drop of the felt force, and computes metrics
+/// of the result.
 #[derive(Debug, Parser)]
 #[command(name = "trocar", version, after_help = EXAMPLES, arg_required_else_help = true)]
 struct Cli {
@@ -41,107 +42,107 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
-  trocar compare                                      classical against augmented, on the shipped insertion
-  trocar init my.toml && trocar run my.toml           a scenario of your own
+  trocar compare                                      classical and augmented teleoperation, shipped scenarios
+  trocar init my.toml && trocar run my.toml           your own scenario
   trocar run builtin:augmented.toml --set augmentation.reengage=snap
-  trocar explore                                      the same in the browser, with sliders
+  trocar explore                                      interactive, in the browser
   trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n --contact-m 0.012
 
-Exit codes: 0 done, 1 the work failed, 2 the input is wrong, 130 interrupted by Ctrl-C.";
+Exit codes: 0 success, 1 failure, 2 invalid input, 130 interrupted by Ctrl-C.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run scenarios: metrics, trace, figures
     ///
-    /// Each scenario leaves trace.csv, summary.json, scenario.toml (every default written out; running it again gives the
-    /// same bytes) and figures in a folder of its name.
+    /// For each scenario, a folder with its name contains trace.csv, summary.json, scenario.toml and figures. scenario.toml has every
+    /// default; running it gives the same bytes.
     Run(run::RunArgs),
-    /// Compare scenarios; with none, the shipped pair: classical against augmented
+    /// Compare scenarios; without arguments, the shipped classical and augmented scenarios
     ///
-    /// Prints the metrics side by side, and for the shipped pair the paper's facts beside ours. Each scenario is also run
-    /// with 0.025 N of added noise, by its own detector and by the derivative that the paper compares with.
+    /// Prints the metrics side by side, and for the shipped pair the paper's statements with the results. Each scenario also runs
+    /// with 0.025 N of added noise, with its own detector and with the derivative detector of the paper.
     Compare(compare::CompareArgs),
-    /// Open a page to explore: both schemes, simulated anew at every move of a slider
+    /// Explore a scenario in the browser, with a new simulation at every change of a slider
     ///
-    /// Classical beside augmented in the browser: positions, forces, decision function and modes; sliders and switches for
-    /// every key; the metrics that `compare` prints; the stability map, to click into; the rupture to be heard; and the needle
-    /// to be pushed by hand, in real time. The state is in the page's address and goes into TOML, CSV and PNG.
+    /// The page shows classical and augmented teleoperation side by side: positions, forces, decision function and modes; sliders and
+    /// switches for every key; the metrics of `compare`; an interactive stability map; the rupture as sound; and an insertion by
+    /// hand in real time. The address of the page contains the state. The page exports TOML, CSV and PNG.
     ///
     ///   trocar explore                                   the shipped insertion
-    ///   trocar explore builtin:01_augmented.toml         through the skin
-    ///   trocar explore my.toml --port 8000 --no-open     a scenario of your own, the browser left alone
+    ///   trocar explore builtin:01_augmented.toml         insertion through the skin
+    ///   trocar explore my.toml --port 8000 --no-open     your own scenario, without opening a browser
     ///
-    /// The program serves the page itself, on this machine alone: other machines are let in by --bind only, and pages of other
-    /// sites never. Ctrl-C ends it.
+    /// The command serves the page on this machine only. Use --bind to serve other machines. The server rejects requests from pages
+    /// of other sites. Ctrl-C ends the server.
     #[command(verbatim_doc_comment)]
     Explore(explore::ExploreArgs),
-    /// Run the estimator and the detector on recordings of your own, or on a live stream
+    /// Run the estimator and the detector on recordings or on a live stream
     ///
-    /// A column is given by its name in the file's header, with a factor that turns it into SI after a colon: a lever's
-    /// angle becomes metres with xs_rad:0.075. A negative factor turns the sign: forces must be positive when they resist
-    /// insertion, positions must grow into the tissue. Uneven samples are resampled at their median interval.
+    /// A column is given by its name in the header of the file and, after a colon, an optional factor to SI units: xs_rad:0.075
+    /// converts the angle of a lever to metres. A negative factor changes the sign: forces must be positive when they resist
+    /// insertion, and positions must increase into the tissue. Unevenly spaced samples are resampled at their median interval.
     Detect(Box<detect::DetectArgs>),
-    /// Find settings of estimator and detector from the beginning of a recording
+    /// Compute settings of estimator and detector from the beginning of a recording
     ///
-    /// Measures the force's noise, finds where contact begins and what is quiet, tests whether the residual is white and
-    /// Gaussian, and gives the dead zone, the estimator's memory, and drift and threshold for a wanted interval between false
-    /// alarms, as [estimator] and [detector] tables to paste into a scenario.
+    /// Measures the noise of the force, finds the contact position and the quiet parts, and tests whether the residual is white and
+    /// Gaussian. The result is the dead zone, the memory of the estimator, and the drift and threshold for a requested interval
+    /// between false alarms, as [estimator] and [detector] tables for a scenario.
     Calibrate(Box<calibrate::CalibrateArgs>),
-    /// Judge the detectors: detection, delay and false alarms against the threshold
+    /// Compute operating characteristics of the detectors: detection, delay and false alarms by threshold
     ///
-    /// White noise of many seeds is added to a signal's force. The estimator runs over it once, and every detector at many
-    /// thresholds on what it leaves: the paper's squared residual, eq. 22, 23 and 26, the derivative baseline, a generalised
-    /// likelihood ratio and the Page-Hinkley test, each with the threshold and the drift that follow from the same hypotheses.
-    /// An alarm in time after a label is a detection; later within 0.5 s it is late; any other one is false. Intervals hold
-    /// 95 %. Ctrl-C ends early and keeps the cases that are done.
+    /// White noise of many seeds is added to the force of a signal. The estimator runs once per seed, and every detector runs on its
+    /// residual with many thresholds: the paper's squared residual, eq. 22, 23 and 26, the derivative baseline, a generalised
+    /// likelihood ratio and the Page-Hinkley test, each with the threshold and the drift from the same hypotheses. An alarm soon
+    /// enough after a label is a detection; a later alarm within 0.5 s is late; any other alarm is false. Intervals are 95 %
+    /// confidence intervals. Ctrl-C ends early and keeps the finished cases.
     ///
     ///   trocar roc                                            the shipped insertion in the paper's noise
-    ///   trocar roc --noise-std-n 0.01,0.025,0.05              less and more of it
+    ///   trocar roc --noise-std-n 0.01,0.025,0.05              several noise levels
     ///   trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045  smaller and sharper ruptures
     ///   trocar roc builtin:real_classical.toml                a real recording with its label
-    ///   trocar roc builtin:01_through_the_skin.toml           the loop closed over layers
+    ///   trocar roc builtin:01_through_the_skin.toml           a closed loop with layered tissue
     #[command(verbatim_doc_comment)]
     Roc(Box<roc::RocArgs>),
-    /// Say where the loop is stable: limits, margins, ports, and a map over two parameters
+    /// Analyse the stability of the loop: limits, margins, ports, and a map over two parameters
     ///
-    /// In permanent contact with a tissue f = K x + B v the loop is linear and repeats every tick. What is printed and drawn
-    /// follows from its matrices, delays of any length included, and not from runs: the dominant mode; the greatest stable
-    /// force scale, position scale, stiffness and delay, with the ranges where they are not one; gain, phase and delay margins;
-    /// by how much each limit moves with each parameter; and the teleoperator as a two-port between any hand and any tissue
-    /// (hybrid parameters, Llewellyn's parameter, passivity, transmitted impedance). K and B are tissue.stiffness_n_per_m and
-    /// tissue.damping_n_s_per_m, whatever the scenario's tissue is.
+    /// In permanent contact with a tissue f = K x + B v the loop is linear and time-invariant. The analysis uses its matrices,
+    /// including delays of any length, and no simulation. It computes the dominant mode; the maximum stable force scale, position
+    /// scale, stiffness and delay, with all stable ranges; gain, phase and delay margins; the sensitivity of each limit to each
+    /// parameter; and the two-port of the teleoperator (hybrid parameters, Llewellyn's parameter, passivity, transmitted impedance).
+    /// K and B are tissue.stiffness_n_per_m and tissue.damping_n_s_per_m for every kind of tissue.
     ///
-    ///   trocar stability builtin:classical.toml                        force scale by stiffness
-    ///   trocar stability my.toml --set tissue.stiffness_n_per_m=400    at another tissue
+    ///   trocar stability builtin:classical.toml                        force scale and stiffness
+    ///   trocar stability my.toml --set tissue.stiffness_n_per_m=400    another tissue
     ///   trocar stability my.toml --x channel.delay_s=0:0.1:100 --y scaling.force=0.1:10:100
     ///   trocar stability my.toml --x tissue.damping_n_s_per_m=0:50:100 --y tissue.stiffness_n_per_m=10:10000:100
-    ///   trocar stability my.toml --simulate                            and hold every verdict against the engine
+    ///   trocar stability my.toml --simulate                            compare every verdict with a simulation
     ///
-    /// An axis is KEY=LOW:HIGH:COUNT, spaced by ratios where HIGH is 50 times LOW or more (:log or :linear at the end say
-    /// otherwise); channel.delay_s is both delays at once. With tissue damping across and stiffness upwards the map is the
-    /// Z-width of Colgate and Brown (1994).
+    /// An axis is KEY=LOW:HIGH:COUNT. It is logarithmic if HIGH is at least 50 times LOW; append :log or :linear to choose.
+    /// channel.delay_s sets both delays. With tissue damping as x and stiffness as y, the map is the Z-width of Colgate and Brown
+    /// (1994).
     ///
-    /// Files, in a folder of the scenario's name: stability.json, sensitivities.csv, stability_map.csv and
-    /// stability_boundary.csv behind stability.png, ports.csv behind ports.png.
+    /// Files, in a folder with the name of the scenario: stability.json, sensitivities.csv, stability.png with stability_map.csv and
+    /// stability_boundary.csv, ports.png with ports.csv.
     #[command(verbatim_doc_comment)]
     Stability(Box<stability::StabilityArgs>),
-    /// Run a scenario many times over, with keys that vary: a row of metrics per case, statistics, figures
+    /// Run a scenario many times with varied keys: a row of metrics per case, statistics, figures
     ///
-    /// On all processors, in constant memory, in parts on many machines; whatever ends it, the same command continues.
+    /// A sweep uses all processors and constant memory, and can run in parts on many machines. After an interruption, the same command
+    /// continues it.
     Sweep(Box<sweep::SweepArgs>),
-    /// Write the in-vivo-like recording, or one of another seed
+    /// Write the in-vivo-like recording, or a variant with another seed
     ///
-    /// A made insertion through two layers with the facts that the paper states of its own: CSV with time_s, position_m,
-    /// velocity_m_per_s and force_n, 1 kHz, forces positive when they resist insertion. The same seed gives the same bytes;
-    /// seed 1 is the recording that is shipped.
+    /// A synthetic insertion through two layers with the properties that the paper states for its recording: CSV with time_s,
+    /// position_m, velocity_m_per_s and force_n, at 1 kHz, forces positive when they resist insertion. The same seed gives the same
+    /// bytes; seed 1 is the shipped recording.
     Record(record::RecordArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
-    /// List the shipped scenarios, each with its question
+    /// List the shipped scenarios, each with the question that it answers
     Scenarios,
     /// Print a JSON Schema of scenario files, for editors
     Schema {
-        /// Of sweep files instead
+        /// Print the schema of sweep files instead
         #[arg(long)]
         sweep: bool,
     },
@@ -154,7 +155,7 @@ enum Command {
     ///   trocar completions fish > ~/.config/fish/completions/trocar.fish
     #[command(verbatim_doc_comment)]
     Completions(manual::CompletionsArgs),
-    /// Print the manual page, or write those of every command
+    /// Print the manual page, or write the manual pages of all commands
     ///
     ///   trocar man | man -l -
     ///   trocar man --out ~/.local/share/man/man1
@@ -162,30 +163,30 @@ enum Command {
     Man(manual::ManArgs),
 }
 
-/// Where to write, and what to say.
+/// Options for files and printed output.
 #[derive(Debug, Args)]
 struct OutputArgs {
-    /// Folder for the files; one folder per scenario is made in it
+    /// Folder for the files; it contains one folder per scenario
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: std::path::PathBuf,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(long, short)]
     quiet: bool,
-    /// Print on standard output what the JSON files hold, instead of tables
+    /// Print the content of the JSON files on standard output, instead of tables
     #[arg(long)]
     json: bool,
 }
 
-/// Which scenarios, and what to change in them.
+/// Overrides of scenario keys.
 #[derive(Debug, Args)]
 struct ScenarioArgs {
-    /// Override a key in every scenario, as in --set scaling.force=2 (repeatable, the last one counts)
+    /// Override a key in every scenario, as in --set scaling.force=2 (repeatable; the last value applies)
     #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
     settings: Vec<String>,
 }
 
 impl ScenarioArgs {
-    /// Loads scenarios; all of them, before anything is run or written.
+    /// Loads all scenarios, before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
         let load = |path: &String| {
             Scenario::load(&Source::parse(path), &self.settings).map_err(|mut error| {
@@ -206,10 +207,10 @@ impl ScenarioArgs {
     }
 }
 
-/// Reads the command line, does what it says, and gives the exit code.
+/// Parses the command line, runs the command, and returns the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
-    let done = match Cli::parse().command {
+    let result = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Explore(args) => explore::run(&args),
@@ -227,7 +228,7 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => manual::completions(&args),
         Command::Man(args) => manual::man(&args),
     };
-    match done {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => error.report(),
     }

@@ -18,10 +18,10 @@ pub(super) struct RecordArgs {
     /// File to write, or - for standard output
     #[arg(long, value_name = "FILE", default_value = "in_vivo_like.csv")]
     out: PathBuf,
-    /// Replace the file if it is there
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(long, short)]
     quiet: bool,
 }

@@ -1,4 +1,4 @@
-//! A recording as the command line gives it: a file with flags that say what is in it, or the one that a scenario names.
+//! A recording on the command line: a file with flags for its columns, or a scenario with a recording.
 
 use clap::Args;
 
@@ -6,24 +6,24 @@ use super::ScenarioArgs;
 use trocar_sim::recording::Column;
 use trocar_sim::scenario::{ScenarioError, Source, Values};
 
-/// Which columns hold what.
+/// The columns of a recording.
 #[derive(Debug, Args)]
 pub(super) struct ColumnArgs {
     /// Column with the time in s [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR]")]
     time: Option<Column>,
-    /// Column with the needle's position in m [default: position_m]
+    /// Column with the position of the needle in m [default: position_m]
     #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
     position: Option<Column>,
-    /// Column with its velocity in m/s; estimated from the position when not given
+    /// Column with the velocity of the needle in m/s [default: estimated from the position]
     #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
     velocity: Option<Column>,
-    /// Column with the force on it in N [default: force_n]
+    /// Column with the force on the needle in N [default: force_n]
     #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
     force: Option<Column>,
 }
 
-/// What the flags of a command say of its recordings.
+/// The flags of a command about its recordings.
 pub(super) struct RecordedFlags<'a> {
     pub(super) columns: &'a ColumnArgs,
     pub(super) contact_m: Option<f64>,
@@ -32,7 +32,8 @@ pub(super) struct RecordedFlags<'a> {
 }
 
 impl RecordedFlags<'_> {
-    /// The flags as settings for a recording, or for none, over those of `tuning`; those of --set come last and count.
+    /// Returns the flags as settings, for a recording if one is given. They override those of `tuning`; those of --set come last and have
+    /// priority.
     pub(super) fn settings(&self, recording: Option<&str>, tuning: &[String]) -> Vec<String> {
         let mut settings: Vec<String> = recording.and_then(file_setting).into_iter().collect();
         settings.extend(tuning.iter().cloned());
@@ -49,7 +50,7 @@ impl RecordedFlags<'_> {
 }
 
 impl ColumnArgs {
-    /// The flags as they were given.
+    /// Returns the flags as given.
     pub(super) fn flags(&self) -> Vec<String> {
         let given = [
             ("--time", &self.time),
@@ -65,7 +66,7 @@ impl ColumnArgs {
         given.into_iter().filter_map(words).flatten().collect()
     }
 
-    /// The flags as settings.
+    /// Returns the flags as settings.
     fn settings(&self) -> Vec<String> {
         let mut settings = vec![];
         let columns = [
@@ -87,17 +88,17 @@ impl ColumnArgs {
     }
 }
 
-/// Whether a scenario file is meant, and not a recording.
+/// Returns whether a path is a scenario file, and not a recording.
 pub(super) fn is_scenario(given: &str) -> bool {
     given.ends_with(".toml")
 }
 
-/// The setting that names a recording; none for a scenario, which names its own.
+/// Returns the setting with the path of a recording, or `None` for a scenario, which names its own recording.
 pub(super) fn file_setting(given: &str) -> Option<String> {
     (!is_scenario(given)).then(|| format!("recording.file={}", quoted(given)))
 }
 
-/// The values of a scenario file, or those of the settings alone, which then name the recording.
+/// Returns the values of a scenario file, or for a recording the values of the settings, which name the recording.
 pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioError> {
     let source = Source::parse(given);
     if is_scenario(given) {
@@ -107,13 +108,13 @@ pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioE
     }
 }
 
-/// Without a scenario file, the place of an error is a flag, which the message names better than a made-up line.
+/// Returns the error without its place. Without a scenario file, the place of an error is a flag, which the message names.
 pub(super) fn of_flags(mut error: ScenarioError) -> ScenarioError {
     error.place = None;
     error
 }
 
-/// The same error, with its place if it stands in the scenario file that was given.
+/// Returns a function that keeps the place of an error for a scenario file, and removes it otherwise.
 pub(super) fn placed(given: &str) -> impl Fn(ScenarioError) -> ScenarioError {
     let is_scenario = is_scenario(given);
     move |error| if is_scenario { error } else { of_flags(error) }

@@ -1,28 +1,28 @@
-//! `--report`: what the commands that take it have in common.
+//! Common code of commands with `--report`.
 
 use super::error::CliError;
 use super::terminal;
 use trocar_report::Folder;
 
-/// The name of a page.
+/// The file name of a report.
 pub(super) const FILE: &str = "report.html";
 
-/// What a command line says of a file: shipped ones and relative paths as they are, of others the name alone, so that a page
-/// tells nothing of the machine.
+/// Returns the path of a file as a report shows it. An absolute path is reduced to its file name, so that a report contains no path
+/// of this machine.
 pub(super) fn shown(path: &str) -> String {
-    let path_here = std::path::Path::new(path);
-    match path_here.file_name() {
-        Some(name) if path_here.is_absolute() => name.to_string_lossy().into_owned(),
+    let parsed = std::path::Path::new(path);
+    match parsed.file_name() {
+        Some(name) if parsed.is_absolute() => name.to_string_lossy().into_owned(),
         _ => path.to_owned(),
     }
 }
 
-/// Settings as flags again.
+/// Returns settings as `--set` flags.
 pub(super) fn set_flags(settings: &[String]) -> impl Iterator<Item = String> + '_ {
     settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()])
 }
 
-/// Says where the page is.
-pub(super) fn say(folder: &Folder) -> Result<(), CliError> {
+/// Prints the path of the report.
+pub(super) fn print_path(folder: &Folder) -> Result<(), CliError> {
     terminal::print(&format!("report: {}\n", folder.path().join(FILE).display()))
 }

@@ -10,38 +10,38 @@ use trocar_sim::recording::InVivoLikeVariant;
 use trocar_sim::roc::{Signal, Study};
 use trocar_sim::scenario::{DetectionSpec, Scenario, Source, Values};
 
-/// The scenario whose recording is judged when none is named.
+/// The default scenario, whose recording is evaluated.
 const SHIPPED: &str = "builtin:classical.toml";
 
-/// Judge detectors over many noises.
+/// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]
 pub(super) struct RocArgs {
-    /// Scenario files, whose [recording] is judged, or whose closed loop where they have none; or CSV recordings. With none,
-    /// the shipped in-vivo-like insertion
+    /// CSV recordings, or scenario files: their [recording], or their closed loop if they have no recording [default: the shipped
+    /// in-vivo-like insertion]
     #[arg(value_name = "SCENARIO|RECORDING")]
     signals: Vec<String>,
-    /// How many seeds of noise each condition has; with more, rarer false alarms are seen
+    /// Number of noise seeds per condition; more seeds resolve lower false-alarm rates
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     seeds: u64,
-    /// Standard deviations of the white noise that is added to the force; 0.025 N are the paper's 6.25e-4 N²
+    /// Standard deviations of the added white noise, in N; 0.025 N is the paper's variance of 6.25e-4 N²
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.025", allow_negative_numbers = true, value_parser = noise)]
     noise_std_n: Vec<f64>,
-    /// Forces that each rupture of the made insertion releases; 1 N is hard to see, the shipped ones release 5.3 and 3.2 N
+    /// Force drops of the ruptures of the synthetic insertion, in N; 1 N is hard to detect, the shipped drops are 5.3 and 3.2 N
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = drop)]
     drop_n: Vec<f64>,
-    /// Time constants of the fall of force in the made insertion; the shorter, the sharper; 0.045 s are shipped
+    /// Time constants of the force drops of the synthetic insertion, in s; the shipped one is 0.045 s
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = sharpness)]
     sharpness_s: Vec<f64>,
-    /// Depths of the made insertion's first rupture; the way is scaled, the forces stay; 0.02705 m are shipped
+    /// Depths of the first rupture of the synthetic insertion, in m; positions are scaled, forces are not; the shipped one is 0.02705 m
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = depth)]
     depth_m: Vec<f64>,
-    /// Which detectors to judge, by their detector.distance; all when not given
+    /// Detectors, by their detector.distance [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DistanceKind::WORDS))]
     detectors: Vec<String>,
-    /// How many thresholds each has, from a hundredth to a hundred times its own
+    /// Number of thresholds per detector, from 0.01 to 100 times its own threshold
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
     thresholds: u64,
-    /// How late an alarm may be to count as a detection, in s
+    /// Maximum delay of an alarm that counts as a detection, in s
     #[arg(long, value_name = "S", default_value = "0.010", allow_negative_numbers = true, value_parser = within)]
     within_s: f64,
     #[command(flatten)]
@@ -62,7 +62,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     let cases = usize::try_from(args.seeds).unwrap_or(usize::MAX).saturating_mul(conditions);
     let bar = progress::rated_bar(cases, args.output.quiet);
     bar.set_message("cases");
-    let roc = study.run(interrupt::listen(), || bar.inc(1));
+    let roc = study.run(interrupt::stop_flag(), || bar.inc(1));
     bar.finish_and_clear();
     let roc = roc?;
     if roc.cases == 0 {
@@ -77,7 +77,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
         terminal::print(&json)?;
     } else if !args.output.quiet {
         let out = args.output.out.display();
-        terminal::print(&format!("{}\nfigure: {out}/roc.png; every point: {out}/roc.csv\n", roc_text(&roc)))?;
+        terminal::print(&format!("{}\nfigure: {out}/roc.png; all points: {out}/roc.csv\n", roc_text(&roc)))?;
     }
     if roc.cases < roc.cases_planned {
         let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path().display());
@@ -86,16 +86,16 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-/// The signals that were asked for; all of them are loaded before any is judged.
+/// Returns the requested signals. All of them are loaded before any of them is evaluated.
 fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
     let kinds: Vec<DistanceKind> = DistanceKind::ALL
         .into_iter()
-        .filter(|kind| args.detectors.is_empty() || args.detectors.iter().any(|wanted| wanted == kind.word()))
+        .filter(|kind| args.detectors.is_empty() || args.detectors.iter().any(|requested| requested == kind.word()))
         .collect();
     let varied = !(args.drop_n.is_empty() && args.sharpness_s.is_empty() && args.depth_m.is_empty());
     if !args.signals.is_empty() {
         if varied {
-            return Err(CliError::OnlyMade);
+            return Err(CliError::OnlySynthetic);
         }
         return args.signals.iter().map(|path| signal(path, &args.changes.settings, &kinds)).collect();
     }
@@ -115,7 +115,7 @@ fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
     Ok(signals)
 }
 
-/// A file's recording, or its closed loop where it has none.
+/// Returns the recording of a file, or its closed loop if it has no recording.
 fn signal(path: &str, settings: &[String], kinds: &[DistanceKind]) -> Result<Signal, CliError> {
     let settings: Vec<String> = recorded::file_setting(path).into_iter().chain(settings.iter().cloned()).collect();
     let mut values = recorded::load(path, &settings)?;
@@ -126,13 +126,13 @@ fn signal(path: &str, settings: &[String], kinds: &[DistanceKind]) -> Result<Sig
     Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?)
 }
 
-/// The values of a list, or one that stands for none.
+/// Returns the values of a list, or a single `None` for an empty list.
 fn optional(list: &[f64]) -> Vec<Option<f64>> {
     if list.is_empty() { vec![None] } else { list.iter().copied().map(Some).collect() }
 }
 
 fn between(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
-    let value: f64 = text.trim().parse().map_err(|_| format!("{text:?} is no number"))?;
+    let value: f64 = text.trim().parse().map_err(|_| format!("{text:?} is not a number"))?;
     if (low..=high).contains(&value) { Ok(value) } else { Err(format!("must be from {low} to {high} {unit}")) }
 }
 

@@ -12,11 +12,11 @@ use trocar_sim::run::{Run, run as run_scenario};
 /// Run scenarios.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// Scenario files, or shipped ones as builtin:classical.toml: `trocar scenarios` lists them
+    /// Scenario files, or shipped scenarios such as builtin:classical.toml (see `trocar scenarios`)
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<String>,
-    /// Also write report.html beside each trace.csv: one page to hand on, which needs nothing but itself, with the scenario,
-    /// the metrics and what they mean, the events, and charts to zoom into
+    /// Also write report.html in the folder of each trace.csv: one self-contained page with the scenario, the metrics and their
+    /// meaning, the events, and interactive charts
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
             terminal::draw(|| runs_chart(std::slice::from_ref(&run)))?;
             terminal::print(&format!("{}files: {}\n", run_text(&run), written.path().display()))?;
             if args.report {
-                report::say(&written)?;
+                report::print_path(&written)?;
             }
         }
     }
@@ -52,7 +52,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Writes a run's files into a folder of its name: trace, summary, resolved scenario, figures.
+/// Writes the files of a run into a folder with its name: trace, summary, resolved scenario, figures.
 pub(super) fn write_run(folder: &Folder, run: &Run) -> Result<(), CliError> {
     let folder = folder.folder(&run.scenario.name);
     let files = || -> Result<(), CliError> {

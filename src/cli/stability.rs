@@ -17,26 +17,25 @@ const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
 const DEFAULT_TISSUE: &str = "50:600";
 
-/// Say where the loop is stable.
+/// Analyse the stability of the loop.
 #[derive(Debug, Args)]
 pub(super) struct StabilityArgs {
-    /// A scenario file, or a shipped one as builtin:classical.toml
+    /// A scenario file, or a shipped scenario such as builtin:classical.toml
     #[arg(value_name = "SCENARIO", default_value = "builtin:classical.toml")]
     scenario: String,
-    /// What varies across the map
+    /// Horizontal axis of the map
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_X)]
     x: String,
-    /// What varies upwards
+    /// Vertical axis of the map
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_Y)]
     y: String,
-    /// Run the engine at every point of the map too, from equilibrium in the tissue, and list where it disagrees
+    /// Also simulate every point of the map, from equilibrium in the tissue, and list disagreements
     #[arg(long)]
     simulate: bool,
-    /// Stiffnesses (N/m) between which the tissue may be anything at any tick while events switch
+    /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events
     #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_TISSUE)]
     tissue: String,
-    /// Also write report.html beside the other files: one page to hand on, which needs nothing but itself, with the map, limits,
-    /// sensitivities, ports and events
+    /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -49,7 +48,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
     if x.parameter.varies_with(y.parameter) {
-        let reason = format!("varies what --x {} varies; name two parameters that differ", args.x);
+        let reason = format!("sets the same parameter as --x {}; choose two different parameters", args.x);
         return Err(CliError::Axis { axis: args.y.clone(), reason });
     }
     let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
@@ -57,7 +56,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if args.simulate {
         let bar = progress::rated_bar(study.map.stable.len(), args.output.quiet);
         bar.set_message("runs");
-        study.simulate(&scenario, interrupt::listen(), || bar.inc(1))?;
+        study.simulate(&scenario, interrupt::stop_flag(), || bar.inc(1))?;
         bar.finish_and_clear();
     }
     let StabilityStudy { analysis, map, switching, check, .. } = &study;
@@ -78,18 +77,18 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     }
     stability_pictures(&folder, &study)?;
     if args.report {
-        let page = StabilityPage { study: &study, toml: &scenario.echo(), line: &own_line(args, &scenario.name) };
+        let page = StabilityPage { study: &study, toml: &scenario.echo(), line: &command(args, &scenario.name) };
         folder.write(report::FILE, stability_html(&page)?.as_bytes())?;
     }
     if args.output.json {
         terminal::print(&json)?;
     } else if !args.output.quiet {
         let text = stability_text(&study);
-        let further = if switching.is_ok() { ", switching.png" } else { "" };
+        let switching_figure = if switching.is_ok() { ", switching.png" } else { "" };
         let files = folder.path().display();
-        terminal::print(&format!("{text}\nfigures: stability.png, ports.png{further}; files: {files}\n"))?;
+        terminal::print(&format!("{text}\nfigures: stability.png, ports.png{switching_figure}; files: {files}\n"))?;
         if args.report {
-            report::say(&folder)?;
+            report::print_path(&folder)?;
         }
     }
     if let Some(check) = check {
@@ -102,8 +101,8 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-/// The command that analyses a scenario again.
-fn own_line(args: &StabilityArgs, name: &str) -> String {
+/// Returns the command that reproduces the analysis.
+fn command(args: &StabilityArgs, name: &str) -> String {
     let mut words = vec!["stability".to_owned(), format!("{name}.toml")];
     for (flag, value, default) in
         [("--x", &args.x, DEFAULT_X), ("--y", &args.y, DEFAULT_Y), ("--tissue", &args.tissue, DEFAULT_TISSUE)]
@@ -116,7 +115,7 @@ fn own_line(args: &StabilityArgs, name: &str) -> String {
     command_line(words.into_iter().chain(["--report".to_owned()]))
 }
 
-/// A range of stiffnesses as written on the command line: `LOW:HIGH`.
+/// Parses a range of stiffnesses, `LOW:HIGH`.
 fn tissue(text: &str) -> Result<(f64, f64), CliError> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));

@@ -27,24 +27,24 @@ pub(super) struct SweepArgs {
     /// The sweep file
     #[arg(required = true, value_name = "FILE")]
     file: Option<String>,
-    /// Override a key of the base scenario, as in --set simulation.duration_s=3 (repeatable, the last one counts)
+    /// Override a key of the base scenario, as in --set simulation.duration_s=3 (repeatable; the last value applies)
     #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
     settings: Vec<String>,
-    /// Run the i-th of n parts only, as in 3/8; `trocar sweep merge` joins them
+    /// Run only the I-th of N parts, as in 3/8; `trocar sweep merge` joins the parts
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// How many threads; one per processor when not given
+    /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Run every case by itself; otherwise cases that differ in detector.threshold alone share the runs in which it changes nothing.
-    /// Slower, with the same bytes
+    /// Run every case separately. By default, cases that differ only in detector.threshold share a run if the threshold does not change
+    /// it. Slower, with identical results
     #[arg(long)]
     no_sharing: bool,
-    /// Print a case as a scenario file, and run nothing
+    /// Print a case as a scenario file, without running the sweep
     #[arg(long, value_name = "NUMBER")]
     case: Option<u64>,
-    /// Also write report.html beside summary.txt: one page to hand on, which needs nothing but itself, with the metrics and what
-    /// they mean, what matters, and the metrics in focus over the axes; of a sweep in shards, give it to `merge`
+    /// Also write report.html: one self-contained page with the metrics and their meaning, the influence of each axis, and the metrics
+    /// in focus over the axes; for a sweep in shards, use it with `merge`
     #[arg(long, conflicts_with = "shard")]
     report: bool,
     #[command(flatten)]
@@ -53,10 +53,10 @@ pub(super) struct SweepArgs {
 
 #[derive(Debug, Subcommand)]
 enum SweepCommand {
-    /// Verify the parts of a sweep that was run in shards, and join them
+    /// Verify and join the parts of a sharded sweep
     ///
-    /// The files are those of a run that was not sharded, byte for byte. Parts of another sweep, cases that are missing and
-    /// cases that are there twice are refused.
+    /// The files are identical, byte for byte, to those of a sweep without shards. Parts of another sweep, missing cases and
+    /// duplicate cases are errors.
     Merge(merge::MergeArgs),
 }
 
@@ -64,7 +64,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
     match (&args.command, &args.file) {
         (Some(SweepCommand::Merge(args)), _) => merge::run(args),
         (None, Some(file)) => sweep(args, file),
-        // The command line has one of the two.
+        // clap requires one of the two.
         (None, None) => Ok(()),
     }
 }
@@ -95,23 +95,24 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         part: (first, first + layout.part_cases()),
         is_complete: false,
     };
-    // What the page draws of single cases is not kept: a sweep that is done without it is run again, to the same bytes.
+    // The data of the page's charts are not kept: a complete sweep without a page runs again, to the same bytes.
     let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
         if shard.is_whole() {
-            // It was killed between its last two steps.
+            // The process was killed between its last two steps.
             drop_packs(&folder);
         }
-        return report(&folder, &args.output, "done already");
+        return report(&folder, &args.output, "already complete");
     }
     folder.write(SWEEP, plan.canonical().as_bytes())?;
     let part = Part::open(&folder.path().join(CASES), layout)?;
-    // From here on the folder is this process's.
+    // From here on this process owns the folder.
     folder.remove_leftovers();
     folder.write(MANIFEST, manifest_json(&manifest).as_bytes())?;
     let (done, all) = (run_part(args, &plan, &part)?, part.layout().part_cases());
     if done < all {
-        let kept = format!("{done} of {all} cases are kept in {}; the same command continues", folder.path().display());
+        let kept =
+            format!("{done} of {all} cases are kept in {}; run the same command to continue", folder.path().display());
         return Err(CliError::Interrupted { kept: Some(kept) });
     }
     if !shard.is_whole() {
@@ -128,12 +129,12 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Removes what the packs were kept in, once they are in the tables: of no use any more, and no harm.
+/// Removes the file of the packs, which the tables replace. A failure does no harm.
 fn drop_packs(folder: &Folder) {
     let _ = std::fs::remove_file(folder.path().join(CASES));
 }
 
-/// Runs what a part does not have yet; gives how many of its cases are done.
+/// Runs the missing cases of a part, and returns the number of complete cases.
 fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let all = usize::try_from(part.layout().part_cases()).unwrap_or(usize::MAX);
@@ -143,17 +144,17 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
         bar.set_position(done);
         bar.reset_eta();
     };
-    let watch = Progress { stop: interrupt::listen(), begun: &begun, done: &|cases| bar.inc(cases) };
+    let watch = Progress { stop: interrupt::stop_flag(), begun: &begun, done: &|cases| bar.inc(cases) };
     let done = execute(plan, part, Execution { threads, shares_runs: !args.no_sharing }, &watch);
     bar.finish_and_clear();
     Ok(done?)
 }
 
-/// Whether a folder holds a sweep that is done; refuses one that holds another.
+/// Returns whether a folder has this sweep and it is complete. Another sweep in the folder is an error.
 fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
-    let Ok(there) = std::fs::read_to_string(folder.path().join(SWEEP)) else { return Ok(false) };
-    if there != canonical {
-        let difference = trocar_sim::sweep::difference(&there, canonical);
+    let Ok(existing) = std::fs::read_to_string(folder.path().join(SWEEP)) else { return Ok(false) };
+    if existing != canonical {
+        let difference = trocar_sim::sweep::difference(&existing, canonical);
         return Err(SweepError::Changed { folder: folder.path().to_owned(), difference }.into());
     }
     Ok(read_manifest(folder.path()).is_some_and(|manifest| manifest.is_complete))
@@ -164,7 +165,7 @@ fn read_manifest(folder: &Path) -> Option<Manifest> {
 }
 
 fn manifest_json(manifest: &Manifest) -> String {
-    // Numbers and texts do not fail to serialise.
+    // Numbers and strings do not fail to serialise.
     let mut text = serde_json::to_string_pretty(manifest).unwrap_or_default();
     text.push('\n');
     text
@@ -177,7 +178,7 @@ fn shard_done(args: &SweepArgs, of_sweep: &Folder, manifest: &Manifest) -> Resul
     let (first, end) = manifest.part;
     let folder: PathBuf = of_sweep.path().join("shard-*");
     let text = format!(
-        "{} of {} cases done; when all are: trocar sweep merge {}\n",
+        "{} of {} cases complete; after all shards: trocar sweep merge {}\n",
         end - first,
         manifest.cases,
         folder.display()

@@ -1,15 +1,15 @@
-//! The files of the page, carried in the binary; those that reports have too are theirs.
+//! The files of the page, embedded in the binary. Some files are shared with reports.
 
 use trocar_report::html::assets as shared;
 
 /// One file of the page.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asset {
-    /// Where the page finds it.
+    /// Its path on the server.
     pub path: &'static str,
     /// Its media type.
     pub media: &'static str,
-    /// Its bytes.
+    /// Its content.
     pub content: &'static str,
 }
 
@@ -19,7 +19,7 @@ const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 const TEXT: &str = "text/plain; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
-/// All of them.
+/// All files.
 pub(super) const ASSETS: &[Asset] = &[
     Asset { path: "/", media: HTML, content: include_str!("assets/index.html") },
     Asset { path: "/explore.css", media: CSS, content: include_str!("assets/explore.css") },

@@ -1,8 +1,7 @@
-//! Accepting connections, a bounded number of them, each for a bounded time.
+//! Accepts a limited number of connections, each for a limited time.
 //!
-//! A connection carries one request and is then closed, unless it has become a page's WebSocket, which is counted elsewhere.
-//! When too many are open, the oldest one goes: a client that opens connections and says nothing takes its own places, not
-//! those of the one that comes and asks.
+//! A connection carries one request and is then closed, unless it becomes the WebSocket of a page, which has its own limit. If too
+//! many connections are open, the oldest one is closed, so that idle connections cannot block new ones.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -26,7 +25,7 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(_) => {
-                // Out of descriptors, or the peer has gone again: others may come in a moment.
+                // No free descriptor, or the peer closed the connection. Try again after a short time.
                 sleep(std::time::Duration::from_millis(20)).await;
                 continue;
             }
@@ -44,13 +43,13 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
         open.push_back(tokio::spawn(async move {
             let mut server = http1::Builder::new();
             server.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(16 << 10);
-            // Whatever a client does wrong ends its connection and nothing else.
+            // An error of a client ends only its own connection.
             let _ = timeout(REQUEST, server.serve_connection(TokioIo::new(stream), service).with_upgrades()).await;
         }));
     }
 }
 
-/// A response with a body of text.
+/// Returns a response with a text body.
 pub(super) fn text(status: u16, media: &'static str, body: &'static str) -> Response<Body> {
     let mut response = Response::new(Body::from(body));
     *response.status_mut() = axum::http::StatusCode::from_u16(status).unwrap_or_default();
@@ -62,7 +61,7 @@ pub(super) fn text(status: u16, media: &'static str, body: &'static str) -> Resp
     response
 }
 
-/// What every response says: nothing but the page's own files, in no frame, kept by nobody, and that was it.
+/// Headers of every response: only the page's own files, no frames, no caching, close the connection.
 const HEADERS: &[(&str, &str)] = &[
     (
         "content-security-policy",
@@ -78,12 +77,12 @@ const HEADERS: &[(&str, &str)] = &[
     ("x-frame-options", "DENY"),
 ];
 
-/// The `Host` of a request.
+/// Returns the `Host` of a request, or an empty text.
 pub(super) fn host<T>(request: &Request<T>) -> &str {
     header(request, "host").unwrap_or_default()
 }
 
-/// A header of a request, where it is text.
+/// Returns a header of a request, or `None` if it is missing or not text.
 pub(super) fn header<'a, T>(request: &'a Request<T>, name: &str) -> Option<&'a str> {
     request.headers().get(name).and_then(|value| value.to_str().ok())
 }

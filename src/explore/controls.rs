@@ -1,4 +1,4 @@
-//! What a page needs to draw its controls: every key that it may set, with meaning, range and value.
+//! The data of a page's controls: every key that a page can set, with meaning, range and value.
 
 use serde_json::{Value as Json, json};
 
@@ -8,7 +8,7 @@ use super::state::{Catalogue, SCHEME, State, StateError};
 use trocar_sim::scenario::{KEYS, Key, Kind};
 use trocar_sim::stability::Parameter;
 
-/// The first thing that a page is told: scenarios, keys, and the parameters of a map.
+/// Returns the first message to a page: scenarios, keys, and the parameters of a map.
 pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> Answer {
     let scenarios: Vec<Json> =
         catalogue.entries().map(|(name, question)| json!({ "name": name, "question": question })).collect();
@@ -19,7 +19,7 @@ pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> Answer {
         "version": env!("CARGO_PKG_VERSION"),
         "first": first,
         "scenarios": scenarios,
-        "keys": KEYS.iter().filter(is_for_pages).map(told).collect::<Vec<_>>(),
+        "keys": KEYS.iter().filter(is_for_pages).map(description).collect::<Vec<_>>(),
         "axes": axes,
     }))
 }
@@ -28,10 +28,10 @@ fn is_for_pages(key: &&Key) -> bool {
     !matches!(key.kind, Kind::File | Kind::Text) && key.path != SCHEME && key.path != "simulation.engine"
 }
 
-fn told(key: &Key) -> Json {
+fn description(key: &Key) -> Json {
     let kind = match key.kind {
         Kind::Number(range) => json!({ "type": "number", "low": range.low().0, "high": range.high() }),
-        Kind::Whole(least) => json!({ "type": "whole", "low": least }),
+        Kind::Whole(min) => json!({ "type": "whole", "low": min }),
         Kind::Sign => json!({ "type": "choice", "choices": [1, -1] }),
         Kind::Numbers => json!({ "type": "numbers" }),
         Kind::Flag => json!({ "type": "flag" }),
@@ -41,7 +41,7 @@ fn told(key: &Key) -> Json {
     json!({ "path": key.path, "kind": kind, "meaning": key.meaning, "must": key.kind.to_string() })
 }
 
-/// The values of a scenario's keys, and how far its person goes.
+/// Returns the values of a scenario's keys.
 ///
 /// # Errors
 /// [`StateError`].

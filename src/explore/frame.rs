@@ -1,8 +1,8 @@
-//! Both runs as a page gets them: what is said of them as JSON, and their lines as numbers.
+//! The binary message with both runs: a description as JSON, and the lines as numbers.
 //!
-//! A frame is the length of its JSON in bytes (32 bits, little endian), the JSON, blanks up to a multiple of four bytes, and
-//! the lines one after another, 32-bit floats, little endian, each of `points` points: the times in s, then for each run the
-//! columns that `columns` names, positions in mm, forces in N.
+//! A frame consists of the length of its JSON in bytes (32 bits, little endian), the JSON, spaces up to a multiple of four bytes, and
+//! the lines as 32-bit floats, little endian, with `points` points each: the times in s, then for each run the columns in
+//! `columns`, with positions in mm and forces in N.
 
 use std::time::Instant;
 
@@ -18,10 +18,10 @@ use trocar_sim::engine::Trace;
 use trocar_sim::metrics::Outcome;
 use trocar_sim::run::Run;
 
-/// A column of a run as the page gets it: its name, its factor into the page's unit, and its values.
+/// A column of a frame: its name, its factor to the unit of the page, and its values.
 type Column = (&'static str, f64, fn(&Trace) -> &[f64]);
 
-/// The columns besides the mode.
+/// The columns of a run, without the mode.
 const COLUMNS: [Column; 8] = [
     ("desired_position_mm", 1e3, |trace| &trace.desired_position_m),
     ("master_position_mm", 1e3, |trace| &trace.master_position_m),
@@ -33,7 +33,7 @@ const COLUMNS: [Column; 8] = [
     ("decision", 1.0, |trace| &trace.decision),
 ];
 
-/// The frame that shows a pair, with how it stands in noise where that was looked at.
+/// Returns the frame of a pair, with the noise checks if they are available.
 pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Instant) -> Vec<u8> {
     let [classical, _] = &pair.runs;
     let grid = classical.scenario.grid;
@@ -59,7 +59,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
         "points": window.len(),
         "columns": columns,
         "whole_s": [0.0, grid.time_s(length.saturating_sub(1) as u64)],
-        "runs": pair.runs.iter().map(told).collect::<Vec<_>>(),
+        "runs": pair.runs.iter().map(description).collect::<Vec<_>>(),
         "table": table,
         "server_ms": 1e3 * began.elapsed().as_secs_f64(),
     });
@@ -80,8 +80,8 @@ fn packed(header: &Json, points: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// What is said of one run: its events, its modes, its detector's threshold.
-fn told(run: &Run) -> Json {
+/// Returns the description of a run: events, modes, threshold of the detector.
+fn description(run: &Run) -> Json {
     let detector = &run.scenario.detector;
     json!({
         "name": run.scenario.name,
@@ -97,22 +97,22 @@ fn told(run: &Run) -> Json {
     })
 }
 
-/// The stretches that are not teleoperation: from and to in s, and the mode.
+/// Returns the intervals that are not teleoperation: start and end in s, and the mode.
 fn modes(trace: &Trace) -> Vec<(f64, f64, u8)> {
-    let mut stretches: Vec<(f64, f64, u8)> = vec![];
+    let mut intervals: Vec<(f64, f64, u8)> = vec![];
     let mut last = 0;
     for (&time_s, &mode) in trace.time_s.iter().zip(&trace.mode) {
-        match stretches.last_mut() {
-            Some(stretch) if mode == last && mode != 0 => stretch.1 = time_s,
-            _ if mode != 0 => stretches.push((time_s, time_s, mode)),
+        match intervals.last_mut() {
+            Some(interval) if mode == last && mode != 0 => interval.1 = time_s,
+            _ if mode != 0 => intervals.push((time_s, time_s, mode)),
             _ => {}
         }
         last = mode;
     }
-    stretches
+    intervals
 }
 
-/// The table that `compare` prints: a line per metric, with the change.
+/// Returns the table of `compare`: a row per metric, with the change.
 pub(super) fn table(runs: &[Run; 2], noise: &[NoiseCheck]) -> Json {
     let metrics: Vec<_> = runs.iter().map(|run| &run.metrics).collect();
     let lines = rows(&metrics, noise).into_iter().map(|row| json!({ "cells": row_cells(&row), "values": row.values }));

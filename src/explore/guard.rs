@@ -1,29 +1,29 @@
-//! Who may talk to the page's server: pages that it served, and nobody else's.
+//! The server accepts requests from its own pages only.
 //!
-//! A browser sends along which page a request comes from (`Origin`) and which name it was addressed to (`Host`). A page of
-//! another site has another origin; one that has made its own name point here (DNS rebinding) has another host. So a host
-//! must be an address or `localhost`, with the server's port, and a WebSocket's origin must be that very host.
+//! A browser sends the page of a request (`Origin`) and the host name of the request (`Host`). A page of another site has another
+//! origin; a page with DNS rebinding has another host. So a host must be an IP address or `localhost` with the port of the server,
+//! and the origin of a WebSocket must be the same host.
 
 use std::net::{IpAddr, SocketAddr};
 
-/// Tells a page that was served here from any other.
+/// Checks that a request comes from a page of this server.
 #[derive(Debug, Clone, Copy)]
 pub struct Guard {
     bound: SocketAddr,
 }
 
 impl Guard {
-    /// The guard of a server bound to an address.
+    /// Returns the guard of a server with this address.
     #[must_use]
     pub fn new(bound: SocketAddr) -> Self {
         Self { bound }
     }
 
-    /// Whether a request was addressed to this server, by its `Host`.
+    /// Returns whether the `Host` of a request is this server.
     #[must_use]
     pub fn admits_host(&self, host: &str) -> bool {
         let (name, port) = match host.rsplit_once(':') {
-            // The colons of an address in brackets are its own.
+            // Colons inside brackets belong to an IPv6 address.
             Some((name, port)) if !port.ends_with(']') => (name, Some(port)),
             _ => (host, None),
         };
@@ -45,7 +45,7 @@ impl Guard {
         }
     }
 
-    /// Whether a WebSocket was opened by a page of this server: its `Origin` is the `Host` that it was addressed to.
+    /// Returns whether a page of this server opened a WebSocket: its `Origin` is its `Host`.
     #[must_use]
     pub fn admits_origin(&self, origin: Option<&str>, host: &str) -> bool {
         let site = origin.and_then(|origin| origin.strip_prefix("http://"));
@@ -62,23 +62,23 @@ mod tests {
     }
 
     #[test]
-    fn a_host_is_this_servers_address_and_port() {
-        let own = guard("127.0.0.1:8417");
+    fn a_host_is_the_address_and_port_of_the_server() {
+        let local = guard("127.0.0.1:8417");
         for host in ["127.0.0.1:8417", "localhost:8417", "LocalHost:8417", "[::1]:8417", "127.0.0.2:8417"] {
-            assert!(own.admits_host(host), "{host}");
+            assert!(local.admits_host(host), "{host}");
         }
         let others =
             ["evil.example:8417", "127.0.0.1", "127.0.0.1:80", "localhost.evil.example:8417", "10.0.0.1:8417", "", ":"];
         for host in others.into_iter().chain(["[::1]", "127.0.0.1:8417:8417", "127.0.0.1:08417x", "2130706433:8417"]) {
-            assert!(!own.admits_host(host), "{host}");
+            assert!(!local.admits_host(host), "{host}");
         }
-        assert!(guard("0.0.0.0:8417").admits_host("10.0.0.1:8417"), "told to listen to others");
-        assert!(!guard("0.0.0.0:8417").admits_host("evil.example:8417"), "a name can be made to point anywhere");
+        assert!(guard("0.0.0.0:8417").admits_host("10.0.0.1:8417"), "bound to all addresses");
+        assert!(!guard("0.0.0.0:8417").admits_host("evil.example:8417"), "a name can point to any address");
         assert!(guard("127.0.0.1:80").admits_host("localhost"));
     }
 
     #[test]
-    fn an_origin_is_the_host_itself() {
+    fn an_origin_is_the_host() {
         let own = guard("127.0.0.1:8417");
         assert!(own.admits_origin(Some("http://127.0.0.1:8417"), "127.0.0.1:8417"));
         for origin in ["https://127.0.0.1:8417", "http://localhost:8417", "http://evil.example", "null", ""] {

@@ -1,47 +1,47 @@
-//! How much a page may ask for, so that no client can stall another one or the machine.
+//! Limits of a page, so that no client can block another client or the machine.
 
 use std::time::Duration;
 
-/// Pages that are open at a time.
+/// Maximum number of open pages.
 pub const MAX_SESSIONS: usize = 16;
 
-/// Connections that have not become a page yet; beyond, the oldest one goes.
+/// Maximum number of connections that are not yet a page. Beyond it, the oldest one is closed.
 pub const MAX_WAITING: usize = 128;
 
-/// How long a request's head may take to arrive.
+/// Time limit for the head of a request.
 pub const HEAD: Duration = Duration::from_secs(3);
 
-/// How long one request may take from the first byte to the last.
+/// Time limit for a whole request.
 pub const REQUEST: Duration = Duration::from_secs(10);
 
-/// Bytes of one message of a page; a state has a few hundred.
+/// Maximum size of a message from a page. A state has a few hundred bytes.
 pub const MAX_MESSAGE_BYTES: usize = 16 << 10;
 
-/// Messages of a page in one go, and how many more each second.
+/// Maximum burst of messages from a page, and messages per second.
 pub const MESSAGES: (f64, f64) = (600.0, 300.0);
 
-/// How long a page may take to read what it asked for.
+/// Time limit for a page to read an answer.
 pub const STALLED: Duration = Duration::from_secs(5);
 
-/// How often a page is asked whether it is there, and how long it may be silent.
+/// Interval of pings to a page.
 pub const PING: Duration = Duration::from_secs(10);
-/// See [`PING`].
+/// Maximum time without a message or a pong from a page.
 pub const SILENT: Duration = Duration::from_secs(35);
 
-/// Ticks of a run that a page may ask for: at 1 kHz two minutes.
+/// Maximum number of ticks of a run, which are two minutes at 1 kHz.
 pub const MAX_TICKS: u64 = 120_000;
 
-/// Insertions by hand of a page that have been ended and have not gone yet.
+/// Maximum number of stopped insertions of a page whose threads still run.
 pub const MAX_ENDING: usize = 8;
 
-/// Points of a line on the page.
+/// Maximum number of points of a line.
 pub const MAX_POINTS: usize = 4000;
 
-/// Points of a stability map along either axis.
+/// Number of points of a stability map along each axis.
 pub const MAP_POINTS: usize = 48;
 
-/// How many keys a page may change.
+/// Maximum number of changed keys.
 pub const MAX_KEYS: usize = 64;
 
-/// How many numbers a list may have that a page gives.
+/// Maximum length of a list of numbers from a page.
 pub const MAX_NUMBERS: usize = 64;

@@ -1,4 +1,4 @@
-//! The stability map of a page: the loop in permanent contact, over any two parameters, around where the page is.
+//! The stability map of a page: the loop in permanent contact over any two parameters, around the values of the page.
 
 use serde_json::json;
 
@@ -8,10 +8,10 @@ use super::protocol::{Answer, MapRequest};
 use super::state::StateError;
 use trocar_sim::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, map};
 
-/// How far an axis reaches, either way, from a value that is not 0.
-const REACH: f64 = 12.0;
+/// Ratio of the ends of an axis to a value that is not 0.
+const SPAN_RATIO: f64 = 12.0;
 
-/// Maps a state.
+/// Returns the stability map of a state.
 ///
 /// # Errors
 /// [`StateError`].
@@ -24,10 +24,10 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Answ
     if x.varies_with(y) {
         return Err(axes());
     }
-    let (across, upwards) = (axis(x, settings.get(x)), axis(y, settings.get(y)));
-    let map = map(&settings, across, upwards)?;
+    let (x_axis, y_axis) = (axis(x, settings.get(x)), axis(y, settings.get(y)));
+    let map = map(&settings, x_axis, y_axis)?;
     let mode = ClosedLoop::new(&settings)?.dominant_mode()?;
-    let told = |axis: &Axis| {
+    let axis_json = |axis: &Axis| {
         json!({
             "key": axis.parameter.key(),
             "name": axis.parameter.caption(),
@@ -42,22 +42,22 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Answ
     Ok(Answer::json(&json!({
         "type": "mapped",
         "id": request.id,
-        "x": told(&map.x),
-        "y": told(&map.y),
+        "x": axis_json(&map.x),
+        "y": axis_json(&map.y),
         "stable": rows.collect::<String>(),
         "boundary": map.boundary,
         "spectral_radius": mode.spectral_radius,
         "frequency_hz": mode.frequency_hz,
         "damping_ratio": mode.damping_ratio,
-        "left_out": LoopSettings::left_out(&scenario),
+        "unmodelled": LoopSettings::unmodelled(&scenario),
     })))
 }
 
-/// An axis around a value.
+/// Returns an axis around a value.
 fn axis(parameter: Parameter, value: f64) -> Axis {
     let value = value.abs();
     let (low, high, spacing) = if value > 0.0 && value.is_finite() {
-        (value / REACH, value * REACH, Spacing::Logarithmic)
+        (value / SPAN_RATIO, value * SPAN_RATIO, Spacing::Logarithmic)
     } else if matches!(parameter, Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay) {
         (0.0, 0.05, Spacing::Linear)
     } else {
@@ -69,7 +69,7 @@ fn axis(parameter: Parameter, value: f64) -> Axis {
         };
         (0.0, high, Spacing::Linear)
     };
-    // What has no tick, no mass or no arm is no loop; a delay is held in a state a tick.
+    // Upper limits: a long tick gives no loop, and a delay adds a state per tick.
     let high = match parameter {
         Parameter::Tick => high.min(0.02),
         Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => high.min(0.25),

@@ -1,8 +1,8 @@
-//! A page to explore: classical beside augmented, simulated anew at every move of a slider.
+//! The page of `trocar explore`: classical and augmented teleoperation, with a new simulation at every change of a slider.
 //!
-//! The program serves the page itself, assets and all, on the loopback interface. One WebSocket a page carries everything:
-//! a state (a scenario and the keys that differ) goes in, both runs come back. What a page may ask for is in [`state`], who
-//! may ask in [`guard`], and how much in [`limits`].
+//! The command serves the page and its files on the loopback interface. A page has one WebSocket: it sends a state (a scenario and the
+//! changed keys) and receives both runs. [`state`] checks requests, [`guard`] checks the origin of requests, and [`limits`] has the
+//! limits.
 
 mod assets;
 mod connections;

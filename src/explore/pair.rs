@@ -5,18 +5,18 @@ use trocar_sim::compare::{NoiseCheck, check_in_noise};
 use trocar_sim::run::{Run, RunError, run};
 use trocar_sim::scenario::{Key, Place, Scenario, Template, Value, find_key};
 
-/// What the two are called.
+/// The names of the two schemes.
 pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
 
 /// Both runs.
 #[derive(Debug, Clone)]
 pub struct Pair {
-    /// Classical, augmented.
+    /// The classical and the augmented run.
     pub runs: [Run; 2],
 }
 
 impl Pair {
-    /// How both stand in noise: what `compare` adds to its table.
+    /// Returns the noise checks of both runs, which `compare` adds to its table.
     ///
     /// # Errors
     /// [`RunError`].
@@ -25,44 +25,43 @@ impl Pair {
     }
 }
 
-/// Makes pairs of a catalogue's scenarios. It keeps the last scenario with its recording, so that moving a slider reads no
-/// file again.
+/// Runs pairs of a catalogue's scenarios. It caches the last scenario with its recording, so that a change of a slider reads no file.
 #[derive(Debug)]
 pub struct PairMaker {
     catalogue: Catalogue,
-    kept: Option<Kept>,
+    cached: Option<Cached>,
 }
 
 #[derive(Debug)]
-struct Kept {
+struct Cached {
     scenario: String,
     paths: Vec<&'static str>,
     template: Template,
 }
 
 impl PairMaker {
-    /// A maker for a catalogue.
+    /// Returns a maker for a catalogue.
     #[must_use]
     pub fn new(catalogue: Catalogue) -> Self {
-        Self { catalogue, kept: None }
+        Self { catalogue, cached: None }
     }
 
-    /// Both scenarios of a state, as they are run: their [`Scenario::values`] are the first state's.
+    /// Returns both scenarios of a state, to be run. Their [`Scenario::values`] are those of the first cached state.
     ///
     /// # Errors
     /// [`StateError`].
     pub fn scenarios(&mut self, state: &State) -> Result<[Scenario; 2], StateError> {
         let (template, values, seed) = self.template(state)?;
         let mut factory = template.factory();
-        let mut cast = |enabled: bool| -> Result<Scenario, StateError> {
+        let mut build = |enabled: bool| -> Result<Scenario, StateError> {
             let mut scenario = factory.build(&scheme(&values, enabled), seed)?;
             SCHEMES[usize::from(enabled)].clone_into(&mut scenario.name);
             bounded(scenario)
         };
-        Ok([cast(false)?, cast(true)?])
+        Ok([build(false)?, build(true)?])
     }
 
-    /// Both scenarios of a state as a file would give them, to be written out.
+    /// Returns a scenario of a state with its own values, to be written to a file.
     ///
     /// # Errors
     /// [`StateError`].
@@ -71,7 +70,7 @@ impl PairMaker {
         bounded(template.whole(&scheme(&values, enabled), seed)?)
     }
 
-    /// Runs both.
+    /// Runs both scenarios of a state.
     ///
     /// # Errors
     /// [`StateError`].
@@ -82,36 +81,36 @@ impl PairMaker {
             let augmented = run(augmented);
             (other.join(), augmented)
         });
-        // A thread that panicked is this one's panic.
+        // A panic of the thread continues in this thread.
         let classical = classical.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         Ok(Pair { runs: [classical?, augmented?] })
     }
 
-    /// The template for a state, the values of its open keys but for the scheme's, and the seed.
+    /// Returns the template for a state, the values of its open keys without the scheme's, and the seed.
     fn template(&mut self, state: &State) -> Result<(&Template, Vec<Value>, u64), StateError> {
         let source = self.catalogue.source(&state.scenario)?;
         let mut given = state.values()?;
         let seed = given.iter().position(|(key, _)| key.path == "simulation.seed").map(|at| given.remove(at).1);
         let paths: Vec<&'static str> = given.iter().map(|(key, _)| key.path).collect();
-        let is_kept = |kept: &Kept| kept.scenario == state.scenario && kept.paths == paths;
-        if !self.kept.as_ref().is_some_and(is_kept) {
+        let is_current = |cached: &Cached| cached.scenario == state.scenario && cached.paths == paths;
+        if !self.cached.as_ref().is_some_and(is_current) {
             let place = || Place { file: "the page".into(), text: "".into(), span: 0..0 };
             let scheme = find_key(SCHEME).map(|key| (key, Value::Flag(true)));
             let all = scheme.into_iter().chain(given.iter().cloned());
             let open: Vec<(&'static Key, Value, Place)> = all.map(|(key, value)| (key, value, place())).collect();
             let template = Template::new(&source, vec![], &[], &open)?;
-            self.kept = Some(Kept { scenario: state.scenario.clone(), paths, template });
+            self.cached = Some(Cached { scenario: state.scenario.clone(), paths, template });
         }
-        let Some(kept) = &self.kept else { return Err(StateError::Scenario(state.scenario.clone())) };
+        let Some(cached) = &self.cached else { return Err(StateError::Scenario(state.scenario.clone())) };
         let seed = match seed {
             Some(Value::Whole(seed)) => seed,
-            _ => kept.template.first().seed,
+            _ => cached.template.first().seed,
         };
-        Ok((&kept.template, given.into_iter().map(|(_, value)| value).collect(), seed))
+        Ok((&cached.template, given.into_iter().map(|(_, value)| value).collect(), seed))
     }
 }
 
-/// The values of the open keys, the scheme's first.
+/// Returns the values of the open keys, the scheme's first.
 fn scheme(values: &[Value], enabled: bool) -> Vec<Value> {
     std::iter::once(Value::Flag(enabled)).chain(values.iter().cloned()).collect()
 }

@@ -1,18 +1,18 @@
-//! What a page and its server say to each other.
+//! The messages between a page and its server.
 
 use serde::Deserialize;
 
 use super::state::State;
 
-/// What a page asks for; `id` comes back with the answer.
+/// A request of a page. The answer has the same `id`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum Request {
-    /// The scenario's own values, for the controls.
+    /// The values of a scenario, for the controls.
     Open {
-        /// Of the request.
+        /// Id of the request.
         id: u32,
-        /// Its name in the catalogue.
+        /// Name of the scenario in the catalogue.
         scenario: String,
     },
     /// Both runs of a state.
@@ -21,38 +21,38 @@ pub(super) enum Request {
     Map(MapRequest),
     /// A file of a state.
     Export(Export),
-    /// An insertion by hand begins.
+    /// Starts an insertion by hand.
     Push {
-        /// Of the request.
+        /// Id of the request.
         id: u32,
-        /// What is pushed into.
+        /// The state of the page.
         state: State,
-        /// Classical or augmented.
+        /// Whether the run is augmented.
         augmented: bool,
     },
-    /// Where the hand aims at, in m.
+    /// The desired position of the hand.
     Aim {
         /// Desired position in m.
         m: f64,
     },
-    /// The insertion by hand ends.
+    /// Stops the insertion by hand.
     Stop {},
 }
 
-/// Both runs of a state are to be shown.
+/// A request for both runs of a state.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Show {
     pub id: u32,
     pub state: State,
-    /// How many points a line has at most.
+    /// Maximum number of points of a line.
     pub points: usize,
-    /// From and to, in s; all of it where there is none.
+    /// Time window in s; `None` for the whole run.
     #[serde(default)]
     pub window_s: Option<(f64, f64)>,
 }
 
-/// A stability map.
+/// A request for a stability map.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MapRequest {
@@ -62,17 +62,17 @@ pub(super) struct MapRequest {
     pub y: String,
 }
 
-/// Which file is wanted.
+/// The format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum File {
     /// The resolved scenario.
     Toml,
-    /// Every signal at every tick.
+    /// All signals at every tick.
     Csv,
 }
 
-/// A file of one run of a state.
+/// A request for a file of one run of a state.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Export {
@@ -82,7 +82,7 @@ pub(super) struct Export {
     pub file: File,
 }
 
-/// What goes to a page.
+/// A message to a page.
 #[derive(Debug, Clone)]
 pub(super) enum Answer {
     /// JSON.
@@ -92,12 +92,12 @@ pub(super) enum Answer {
 }
 
 impl Answer {
-    /// A JSON object.
+    /// Returns a message with a JSON object.
     pub(super) fn json(value: &serde_json::Value) -> Self {
         Self::Text(value.to_string())
     }
 
-    /// What was asked for cannot be had, and why.
+    /// Returns the refusal of a request, with its reason.
     pub(super) fn refused(id: u32, reason: &dyn std::fmt::Display) -> Self {
         Self::json(&serde_json::json!({ "type": "refused", "id": id, "message": reason.to_string() }))
     }

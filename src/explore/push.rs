@@ -1,7 +1,7 @@
-//! An insertion by hand: the pointer is the master's aim, the engine runs in real time.
+//! An insertion by hand: the pointer gives the desired position of the master, and the engine runs in real time.
 //!
-//! The engine is the one of every other run, tick for tick. What is special is its person, who aims where the pointer is
-//! ([`Hand`]), and its observer, which waits for each tick's time and sends what happened to the page 60 times a second.
+//! The engine is the same as for every other run. Its operator is a [`Hand`] with the desired position of the pointer. Its observer
+//! waits for the time of each tick and sends the signals to the page 60 times per second.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,22 +22,22 @@ use trocar_sim::operator::Hand;
 use trocar_sim::run::observe;
 use trocar_sim::scenario::{OperatorSpec, Scenario};
 
-/// How often the page hears.
+/// Interval of messages to the page.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// How far behind its time the engine may be before it lets that time go.
-const LATE: Duration = Duration::from_millis(100);
+/// Maximum lag of the engine behind real time. A larger lag is not caught up.
+const MAX_LAG: Duration = Duration::from_millis(100);
 
-/// How long it sleeps at most until it looks whether it shall end: a tick may be long.
-const NAP: Duration = Duration::from_millis(50);
+/// Maximum sleep between two checks of the stop flag, because a tick can be long.
+const MAX_SLEEP: Duration = Duration::from_millis(50);
 
-/// How far beyond the scenario's own way the hand may go, as a share of it.
-const BEYOND: f64 = 0.15;
+/// How far the hand can go beyond the travel of the scenario's operator, as a share of that travel.
+const EXTRA_TRAVEL: f64 = 0.15;
 
-/// Longest insertion by hand, in s.
-const LONGEST_S: f64 = 60.0;
+/// Maximum duration of an insertion by hand, in s.
+const MAX_DURATION_S: f64 = 60.0;
 
-/// An insertion that a page drives.
+/// An insertion by hand.
 #[derive(Debug)]
 pub(super) struct Push {
     hand: Arc<Hand>,
@@ -46,10 +46,10 @@ pub(super) struct Push {
 }
 
 impl Push {
-    /// Begins one.
+    /// Starts an insertion by hand.
     ///
     /// # Errors
-    /// Where the system has no thread left.
+    /// [`StateError`] for an invalid state, or if no thread can be started.
     pub(super) fn begin(
         id: u32,
         (state, augmented): (&State, bool),
@@ -57,19 +57,19 @@ impl Push {
         (answers, permit): (Sender<Answer>, Arc<OwnedSemaphorePermit>),
     ) -> Result<Self, StateError> {
         let scenario = by_hand(state, augmented, maker)?;
-        let (from_m, to_m) = way(&scenario);
-        let range_m = (from_m, to_m + BEYOND * (to_m - from_m));
+        let (from_m, to_m) = travel(&scenario);
+        let range_m = (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m));
         let hand = Arc::new(Hand::new(from_m));
         let stop = Arc::new(AtomicBool::new(false));
         let pacer = Pacer::new(id, &scenario, hand.clone(), stop.clone(), answers.clone());
-        let told = json!({
+        let start = json!({
             "type": "pushing", "id": id, "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
             "tick_s": scenario.grid.tick_s(), "longest_s": scenario.grid.time_s(scenario.grid.ticks()),
         });
         let thread_hand = hand.clone();
         let started = std::thread::Builder::new().name("trocar push".into()).spawn(move || {
             let _permit = permit;
-            if answers.blocking_send(Answer::json(&told)).is_err() {
+            if answers.blocking_send(Answer::json(&start)).is_err() {
                 return;
             }
             let mut pacer = pacer;
@@ -98,7 +98,7 @@ impl Push {
         }
     }
 
-    /// The pointer has moved: aims at a position in m, which is kept within the way.
+    /// Sets the desired position in m, clamped to the allowed range.
     pub(super) fn aim(&self, position_m: f64) {
         if position_m.is_finite() {
             self.hand.aim(position_m.clamp(self.range_m.0, self.range_m.1));
@@ -112,8 +112,8 @@ impl Drop for Push {
     }
 }
 
-/// The scenario of a state, to be pushed by hand: nobody trembles or reacts but the person at the page, and a recorded force
-/// answers by depth, as the hand goes its own way.
+/// Returns the scenario of a state for an insertion by hand. A recorded force is a function of depth, because the hand does not
+/// follow the recording.
 fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scenario, StateError> {
     let mut state = state.clone();
     let plain = maker.written(&state, augmented)?;
@@ -122,16 +122,16 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
         set("tissue.index", "depth".into());
     }
     let duration_s = plain.grid.time_s(plain.grid.ticks());
-    // A finer tick makes it shorter: an insertion has as many ticks as any other run of a page.
-    let longest_s = LONGEST_S.min((MAX_TICKS - 1) as f64 * plain.grid.tick_s());
+    // The limit of ticks applies here too, so a shorter tick gives a shorter insertion.
+    let longest_s = MAX_DURATION_S.min((MAX_TICKS - 1) as f64 * plain.grid.tick_s());
     if duration_s < longest_s && plain.values().get("recording.file").is_none() {
         set("simulation.duration_s", longest_s.into());
     }
     bounded(maker.written(&state, augmented)?)
 }
 
-/// From where to where the scenario's own person goes, in m.
-fn way(scenario: &Scenario) -> (f64, f64) {
+/// Returns the first and the deepest position of the scenario's operator, in m.
+fn travel(scenario: &Scenario) -> (f64, f64) {
     match &scenario.operator {
         OperatorSpec::Recording(positions) => {
             let start = positions.first().copied().unwrap_or(0.0);
@@ -142,7 +142,7 @@ fn way(scenario: &Scenario) -> (f64, f64) {
     }
 }
 
-/// Waits for each tick's time and tells the page.
+/// Waits for the time of each tick and sends the signals to the page.
 struct Pacer {
     id: u32,
     hand: Arc<Hand>,
@@ -151,14 +151,14 @@ struct Pacer {
     tick: Duration,
     tick_s: f64,
     began: Instant,
-    told: Instant,
-    /// What has happened since the page heard last: a row a tick.
+    last_sent: Instant,
+    /// The rows since the last message, one per tick.
     rows: Vec<[f32; COLUMNS.len()]>,
     events: Vec<(f64, &'static str)>,
-    gone: bool,
+    is_closed: bool,
 }
 
-/// What the page hears of each tick.
+/// The columns of a row.
 const COLUMNS: [&str; 7] = [
     "time_s",
     "desired_position_mm",
@@ -175,25 +175,37 @@ impl Pacer {
         let now = Instant::now();
         let tick = Duration::from_secs_f64(tick_s);
         let rows = Vec::with_capacity((4.0 * FRAME.as_secs_f64() / tick_s) as usize + 8);
-        Self { id, hand, stop, answers, tick, tick_s, began: now, told: now, rows, events: vec![], gone: false }
+        Self {
+            id,
+            hand,
+            stop,
+            answers,
+            tick,
+            tick_s,
+            began: now,
+            last_sent: now,
+            rows,
+            events: vec![],
+            is_closed: false,
+        }
     }
 
     fn start(&mut self) {
         self.began = Instant::now();
-        self.told = self.began;
+        self.last_sent = self.began;
     }
 
-    fn tell(&mut self) {
-        let told =
+    fn send(&mut self) {
+        let message =
             json!({ "type": "moved", "id": self.id, "columns": COLUMNS, "rows": self.rows, "events": self.events });
-        match self.answers.try_send(Answer::json(&told)) {
+        match self.answers.try_send(Answer::json(&message)) {
             Ok(()) => {
                 self.rows.clear();
                 self.events.clear();
             }
-            // A page that does not keep up gets the rest with the next frame, or, late beyond measure, not at all.
+            // A slow page gets these rows with the next message. A page that is too slow is closed.
             Err(TrySendError::Full(_)) if self.rows.len() < 4096 => {}
-            Err(_) => self.gone = true,
+            Err(_) => self.is_closed = true,
         }
     }
 }
@@ -219,24 +231,24 @@ impl Observer<f64> for Pacer {
         self.hand.step(self.tick_s);
         let due = self.began + self.tick.mul_f64((s.tick + 1) as f64);
         let now = Instant::now();
-        if now + self.tick > self.told + FRAME {
-            self.tell();
-            self.told = now;
+        if now + self.tick > self.last_sent + FRAME {
+            self.send();
+            self.last_sent = now;
         }
         match due.checked_duration_since(now) {
             Some(mut early) => {
                 while !early.is_zero() && !self.is_done() {
-                    let nap = early.min(NAP);
-                    std::thread::sleep(nap);
-                    early -= nap;
+                    let sleep = early.min(MAX_SLEEP);
+                    std::thread::sleep(sleep);
+                    early -= sleep;
                 }
             }
-            None if now - due > LATE => self.began += now - due,
+            None if now - due > MAX_LAG => self.began += now - due,
             None => {}
         }
     }
 
     fn is_done(&self) -> bool {
-        self.gone || self.stop.load(Ordering::Relaxed)
+        self.is_closed || self.stop.load(Ordering::Relaxed)
     }
 }

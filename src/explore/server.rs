@@ -1,4 +1,4 @@
-//! The page's server.
+//! The server of the page.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -20,45 +20,45 @@ use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS};
 use super::session;
 use super::state::Catalogue;
 
-/// Where to serve what.
+/// Options of the server.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The address to bind to.
+    /// The address of the server.
     pub address: IpAddr,
-    /// The port; 0 lets the system choose.
+    /// The port; 0 for any free port.
     pub port: u16,
     /// The scenarios.
     pub catalogue: Catalogue,
-    /// The scenario that is shown first, by its name in the catalogue.
+    /// The name of the first scenario in the catalogue.
     pub first: String,
 }
 
-/// Why there is no page.
+/// The error of the server.
 #[derive(Debug, Error)]
 pub enum ExploreError {
-    /// The address cannot be bound to.
-    #[error("{address} cannot be served on: {source}; give another --port, or --port 0 for any that is free")]
+    /// The address is not available.
+    #[error("cannot serve on {address}: {source}; give another --port, or --port 0 for any free port")]
     Bind {
         /// The address.
         address: SocketAddr,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// The system gives no threads or events to a server.
-    #[error("the page cannot be served: {0}")]
+    /// The system has no threads or events for a server.
+    #[error("cannot serve the page: {0}")]
     System(std::io::Error),
 }
 
-/// What every request is answered from.
+/// The state of the server.
 #[derive(Debug)]
-struct RunWorker {
+struct ServerState {
     guard: Guard,
     catalogue: Catalogue,
     first: String,
     sessions: Arc<Semaphore>,
 }
 
-/// Serves the page until Ctrl-C or SIGTERM; `ready` is told the address once it is there.
+/// Serves the page until Ctrl-C or SIGTERM. `ready` is called with the address of the server.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -69,13 +69,13 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr)) -> Result<(), Exp
         let address = SocketAddr::new(options.address, options.port);
         let listener = TcpListener::bind(address).await.map_err(|source| ExploreError::Bind { address, source })?;
         let bound = listener.local_addr().map_err(ExploreError::System)?;
-        let desk = Arc::new(RunWorker {
+        let state = Arc::new(ServerState {
             guard: Guard::new(bound),
             catalogue: options.catalogue,
             first: options.first,
             sessions: Arc::new(Semaphore::new(MAX_SESSIONS)),
         });
-        let router = Router::new().fallback(move |request: Request<Body>| answer(desk.clone(), request));
+        let router = Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request));
         let stopped = stopped().map_err(ExploreError::System)?;
         ready(bound);
         tokio::select! {
@@ -83,12 +83,12 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr)) -> Result<(), Exp
             () = stopped => Ok(()),
         }
     });
-    // Pages' threads end with the program; none of them holds anything that could be lost.
+    // The threads of pages end with the process; they have no data to save.
     runtime.shutdown_background();
     outcome
 }
 
-/// Resolves at Ctrl-C or SIGTERM, which are listened to from now on.
+/// Installs handlers of Ctrl-C and SIGTERM, and returns a future that completes at one of them.
 fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     #[cfg(unix)]
     {
@@ -103,48 +103,48 @@ fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     }
     #[cfg(not(unix))]
     Ok(async {
-        // Where nothing can listen, Ctrl-C ends the program as ever.
+        // Without a handler, Ctrl-C ends the process.
         if tokio::signal::ctrl_c().await.is_err() {
             std::future::pending::<()>().await;
         }
     })
 }
 
-/// What is said where there is nothing to give.
+/// Returns an error response.
 fn refusal(status: u16, reason: &'static str) -> Response<Body> {
     text(status, "text/plain; charset=utf-8", reason)
 }
 
-async fn answer(desk: Arc<RunWorker>, request: Request<Body>) -> Response<Body> {
-    if !desk.guard.admits_host(host(&request)) {
-        return refusal(421, "This server is addressed by its address or as localhost.\n");
+async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Body> {
+    if !state.guard.admits_host(host(&request)) {
+        return refusal(421, "Use the address of this server or localhost.\n");
     }
     if request.method() != Method::GET {
         return refusal(405, "GET only.\n");
     }
     if request.uri().path() == "/link" {
-        return link(&desk, request).await;
+        return link(&state, request).await;
     }
     match ASSETS.iter().find(|asset| asset.path == request.uri().path()) {
         Some(asset) => text(200, asset.media, asset.content),
-        None => refusal(404, "There is nothing here.\n"),
+        None => refusal(404, "Not found.\n"),
     }
 }
 
-/// A page's WebSocket.
-async fn link(desk: &RunWorker, request: Request<Body>) -> Response<Body> {
-    if !desk.guard.admits_origin(header(&request, "origin"), host(&request)) {
-        return refusal(403, "Only pages of this server may talk to it.\n");
+/// Opens the WebSocket of a page.
+async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
+    if !state.guard.admits_origin(header(&request, "origin"), host(&request)) {
+        return refusal(403, "The server accepts requests from its own pages only.\n");
     }
     let (mut parts, _) = request.into_parts();
     let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {
         Ok(upgrade) => upgrade,
         Err(refused) => return refused.into_response(),
     };
-    let Ok(permit) = desk.sessions.clone().try_acquire_owned() else {
+    let Ok(permit) = state.sessions.clone().try_acquire_owned() else {
         return refusal(503, "Too many pages are open; close one.\n");
     };
-    let (catalogue, first) = (desk.catalogue.clone(), desk.first.clone());
+    let (catalogue, first) = (state.catalogue.clone(), state.first.clone());
     upgrade
         .max_message_size(MAX_MESSAGE_BYTES)
         .max_frame_size(MAX_MESSAGE_BYTES)

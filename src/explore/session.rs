@@ -1,4 +1,4 @@
-//! One page: its WebSocket, its wishes, its answers.
+//! One page: its WebSocket, its requests, its answers.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,26 +16,26 @@ use super::push::Push;
 use super::state::Catalogue;
 use super::worker::{Job, Mailbox, WorkerContext, start};
 
-/// Answers that may wait for a page to read them.
+/// Maximum number of queued answers.
 const MAX_ANSWERS: usize = 4;
 
-/// Allows a number of messages at once, and some more each second.
+/// A token bucket: allows a burst of messages and a rate.
 struct Allowance {
     left: f64,
-    at: Instant,
+    updated: Instant,
 }
 
 impl Allowance {
     fn take(&mut self, now: Instant) -> bool {
-        let (most, per_s) = MESSAGES;
-        self.left = (self.left + per_s * now.duration_since(self.at).as_secs_f64()).min(most);
-        self.at = now;
+        let (burst, per_s) = MESSAGES;
+        self.left = (self.left + per_s * now.duration_since(self.updated).as_secs_f64()).min(burst);
+        self.updated = now;
         self.left -= 1.0;
         self.left >= 0.0
     }
 }
 
-/// A page, as long as it is open.
+/// An open page.
 struct Session {
     mailbox: Arc<Mailbox>,
     answers: Sender<Answer>,
@@ -50,55 +50,55 @@ impl Drop for Session {
     }
 }
 
-/// Serves a page until it goes, breaks the rules, or stops reading.
+/// Serves a page until it closes, violates a limit, or stops reading.
 pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: String, permit: OwnedSemaphorePermit) {
     let (answers, mut answered) = mpsc::channel(MAX_ANSWERS);
     let permit = Arc::new(permit);
     let mailbox = Arc::new(Mailbox::default());
-    let office = WorkerContext {
+    let context = WorkerContext {
         mailbox: mailbox.clone(),
         catalogue: catalogue.clone(),
         answers: answers.clone(),
         permit: permit.clone(),
     };
-    if start(office).is_err() {
+    if start(context).is_err() {
         mailbox.end();
-        return close(&mut socket, close_code::AGAIN, "the machine has no thread left").await;
+        return close(&mut socket, close_code::AGAIN, "no thread is available").await;
     }
     let mut session = Session { mailbox, answers, permit, maker: PairMaker::new(catalogue.clone()), push: None };
     if !sent(&mut socket, message(greeting(&catalogue, &first))).await {
         return;
     }
-    let mut allowance = Allowance { left: MESSAGES.0, at: Instant::now() };
-    let mut heard = Instant::now();
+    let mut allowance = Allowance { left: MESSAGES.0, updated: Instant::now() };
+    let mut last_received = Instant::now();
     let mut ping = interval(PING);
     loop {
         tokio::select! {
             answer = answered.recv() => {
-                // The session itself holds a sender, so there is always one.
+                // The session has a sender, so the channel is open.
                 let Some(answer) = answer else { return };
                 if !sent(&mut socket, message(answer)).await {
                     return;
                 }
             }
             _ = ping.tick() => {
-                if heard.elapsed() > SILENT || !sent(&mut socket, Message::Ping("".into())).await {
+                if last_received.elapsed() > SILENT || !sent(&mut socket, Message::Ping("".into())).await {
                     return;
                 }
             }
             received = socket.recv() => {
-                heard = Instant::now();
+                last_received = Instant::now();
                 let text = match received {
                     Some(Ok(Message::Text(text))) => text,
                     Some(Ok(Message::Ping(_) | Message::Pong(_))) => {
-                        if allowance.take(heard) { continue }
+                        if allowance.take(last_received) { continue }
                         return close(&mut socket, close_code::POLICY, "too many messages").await;
                     }
                     Some(Ok(Message::Binary(_))) => return close(&mut socket, close_code::UNSUPPORTED, "text only").await,
-                    // Gone, or a message that is none or too large.
+                    // The page is closed, or the message is invalid or too large.
                     Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 };
-                if !allowance.take(heard) {
+                if !allowance.take(last_received) {
                     return close(&mut socket, close_code::POLICY, "too many messages").await;
                 }
                 match serde_json::from_str(&text) {
@@ -109,7 +109,7 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
                             return;
                         }
                     }
-                    Err(_) => return close(&mut socket, close_code::POLICY, "not a message of this page").await,
+                    Err(_) => return close(&mut socket, close_code::POLICY, "invalid message").await,
                 }
             }
         }
@@ -117,7 +117,7 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
 }
 
 impl Session {
-    /// Passes a wish on; gives what is answered at once.
+    /// Handles a request. Returns an immediate answer, if any.
     fn take(&mut self, request: Request) -> Option<Answer> {
         match request {
             Request::Show(show) => self.mailbox.show(show),
@@ -126,12 +126,12 @@ impl Session {
             Request::Export(export) => return self.job(export.id, Job::Export(export)),
             Request::Push { id, state, augmented } => {
                 self.push = None;
-                // The page itself and its two threads hold a permit each, and so does each insertion until it is gone.
+                // The page, its two threads and each running insertion hold a permit.
                 if Arc::strong_count(&self.permit) > 3 + MAX_ENDING {
-                    return Some(Answer::refused(id, &"too many wishes at once"));
+                    return Some(Answer::refused(id, &"too many requests at once"));
                 }
                 let (maker, answers, permit) = (&mut self.maker, self.answers.clone(), self.permit.clone());
-                // Reading a recording takes some milliseconds, which other pages need not wait for.
+                // Reading a recording takes some milliseconds and must not block other pages.
                 let begun =
                     tokio::task::block_in_place(|| Push::begin(id, (&state, augmented), maker, (answers, permit)));
                 match begun {
@@ -150,7 +150,7 @@ impl Session {
     }
 
     fn job(&mut self, id: u32, job: Job) -> Option<Answer> {
-        let too_many = |_| Answer::refused(id, &"too many wishes at once");
+        let too_many = |_| Answer::refused(id, &"too many requests at once");
         self.mailbox.job(job).err().map(too_many)
     }
 }
@@ -162,7 +162,7 @@ fn message(answer: Answer) -> Message {
     }
 }
 
-/// Sends; a page that does not read in time is no page.
+/// Sends a message. Returns false if the page does not read it in time.
 async fn sent(socket: &mut WebSocket, message: Message) -> bool {
     matches!(timeout(STALLED, socket.send(message)).await, Ok(Ok(())))
 }
@@ -180,10 +180,10 @@ mod tests {
     #[test]
     fn an_allowance_lets_a_burst_pass_and_then_a_rate() {
         let start = Instant::now();
-        let mut allowance = Allowance { left: MESSAGES.0, at: start };
+        let mut allowance = Allowance { left: MESSAGES.0, updated: start };
         let passed = (0..10_000).filter(|_| allowance.take(start)).count();
         assert_eq!(passed as f64, MESSAGES.0);
-        let mut allowance = Allowance { left: 0.0, at: start };
+        let mut allowance = Allowance { left: 0.0, updated: start };
         let passed = (1..=10_000).filter(|k| allowance.take(start + Duration::from_millis(10 * k))).count();
         assert_eq!(passed, 10_000, "100 a second are fewer than are allowed");
     }

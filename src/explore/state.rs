@@ -1,4 +1,4 @@
-//! What a page shows: a scenario, and the keys in which it differs.
+//! The state of a page: a scenario and the changed keys.
 
 use std::collections::BTreeMap;
 
@@ -12,70 +12,70 @@ use trocar_sim::scenario::{
 };
 use trocar_sim::stability::StabilityError;
 
-/// The key in which the two runs of a page differ.
+/// The key that differs between the two runs of a page.
 pub(super) const SCHEME: &str = "augmentation.enabled";
 
 /// A scenario by its name in the catalogue, with keys and their values as JSON.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
-    /// The name.
+    /// Name of the scenario.
     pub scenario: String,
-    /// What differs from it.
+    /// The changed keys and their values.
     #[serde(default)]
     pub set: BTreeMap<String, serde_json::Value>,
 }
 
-/// Why a page is not shown what it asked for.
+/// The refusal of a request.
 #[derive(Debug, Error)]
 pub enum StateError {
-    /// There is no such scenario.
-    #[error("there is no scenario {0:?} on this page")]
+    /// The scenario does not exist.
+    #[error("this page has no scenario {0:?}")]
     Scenario(String),
-    /// There is no such key.
+    /// The key does not exist.
     #[error("there is no key {path:?}{}", .nearest.map(|near| format!("; did you mean {near}?")).unwrap_or_default())]
     Key {
-        /// What was asked for.
+        /// The requested key.
         path: String,
-        /// What may have been meant.
+        /// The most similar key.
         nearest: Option<&'static str>,
     },
-    /// The key is not for pages.
+    /// The key cannot be set from a page.
     #[error("{0} cannot be set from the page: {1}")]
     NotForPages(&'static str, &'static str),
-    /// The value is none that the key may have.
+    /// The value is invalid.
     #[error("{key} must be {must}")]
     Value {
         /// The key.
         key: &'static str,
-        /// What it must be.
+        /// The required value.
         must: String,
     },
     /// Too many keys.
-    #[error("{0} keys are changed, at most {MAX_KEYS}")]
+    #[error("{0} keys are changed; the maximum is {MAX_KEYS}")]
     Keys(usize),
-    /// Too long a run.
-    #[error("{0} ticks, at most {MAX_TICKS} on the page; shorten the run or lengthen the tick")]
+    /// The run is too long.
+    #[error("the run has {0} ticks; the maximum on this page is {MAX_TICKS}; shorten the run or lengthen the tick")]
     Ticks(u64),
-    /// The scenario cannot be run like this.
+    /// The scenario is invalid.
     #[error(transparent)]
     Refused(#[from] ScenarioError),
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// There is no map.
+    /// The stability analysis failed.
     #[error(transparent)]
     Stability(#[from] StabilityError),
-    /// The system has no thread left.
-    #[error("the insertion cannot be run: {0}")]
+    /// No thread is available.
+    #[error("cannot start the insertion: {0}")]
     Thread(std::io::Error),
-    /// Two axes of a map that are one, or none that a map can have.
-    #[error("no map over {0} and {1}: its axes are two parameters, neither of them a part of the other")]
+    /// The axes of a map are invalid.
+    #[error("no map over {0} and {1}: the axes must be two independent parameters")]
     Axes(String, String),
 }
 
 impl State {
-    /// The keys with their values, each one that a page may set.
+    /// Returns the changed keys and their checked values.
     ///
     /// # Errors
     /// [`StateError`].
@@ -92,10 +92,10 @@ fn accept(path: &str, value: &serde_json::Value) -> Result<(&'static Key, Value)
         return Err(StateError::Key { path: path.chars().take(80).collect(), nearest: nearest_key(path) });
     };
     match key.kind {
-        Kind::File | Kind::Text => return Err(StateError::NotForPages(key.path, "pages name no files")),
-        _ if key.path == SCHEME => return Err(StateError::NotForPages(key.path, "the page runs both schemes")),
+        Kind::File | Kind::Text => return Err(StateError::NotForPages(key.path, "a page cannot name files")),
+        _ if key.path == SCHEME => return Err(StateError::NotForPages(key.path, "the page always runs both schemes")),
         _ if key.path == "simulation.engine" => {
-            return Err(StateError::NotForPages(key.path, "the other engine is a check, for the command line"));
+            return Err(StateError::NotForPages(key.path, "use the command line for the reference engine"));
         }
         _ => {}
     }
@@ -106,33 +106,33 @@ fn accept(path: &str, value: &serde_json::Value) -> Result<(&'static Key, Value)
     Ok((key, value))
 }
 
-/// A run that is not too long for a page.
+/// Returns the scenario, or an error if its run is too long for a page.
 pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
     let ticks = scenario.grid.ticks();
     if ticks > MAX_TICKS { Err(StateError::Ticks(ticks)) } else { Ok(scenario) }
 }
 
-/// The scenarios of a page: the user's own, if one was named, and those that are shipped.
+/// The scenarios of a page: the user's scenario, if any, and the shipped scenarios.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
     own: Option<(String, Source)>,
 }
 
 impl Catalogue {
-    /// The catalogue with a scenario that the user named on the command line, which is shown first.
+    /// Returns the catalogue with the scenario of the command line, if any, as the first.
     #[must_use]
     pub fn new(own: Option<&str>) -> Self {
         let is_shipped = |text: &str| shipped_questions().any(|(name, _)| text == format!("builtin:{name}"));
         Self { own: own.filter(|text| !is_shipped(text)).map(|text| (text.to_owned(), Source::parse(text))) }
     }
 
-    /// Names and questions.
+    /// Returns names and questions.
     pub fn entries(&self) -> impl Iterator<Item = (String, String)> {
-        let own = self.own.iter().map(|(name, _)| (name.clone(), "named on the command line".to_owned()));
+        let own = self.own.iter().map(|(name, _)| (name.clone(), "from the command line".to_owned()));
         own.chain(shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question.to_owned())))
     }
 
-    /// Where a scenario of the catalogue comes from: no other file is ever read for a page.
+    /// Returns the source of a scenario in the catalogue. A page cannot read any other file.
     ///
     /// # Errors
     /// [`StateError::Scenario`].
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_names_no_file_and_no_key_that_is_not_one() {
+    fn a_page_cannot_name_files_or_unknown_keys() {
         for key in ["recording.file", "channel.delays_file", "name"] {
             assert!(refused(key, "/etc/passwd".into()).contains("cannot be set"), "{key}");
         }
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_catalogue_holds_no_file_that_was_not_named() {
+    fn a_catalogue_has_only_given_files() {
         let catalogue = Catalogue::new(Some("mine.toml"));
         assert!(catalogue.source("mine.toml").is_ok() && catalogue.source("builtin:classical.toml").is_ok());
         for name in ["other.toml", "/etc/passwd", "builtin:in_vivo_like.csv", "builtin:../Cargo.toml", ""] {

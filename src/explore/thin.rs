@@ -1,68 +1,67 @@
-//! Lines with no more points than a picture shows.
+//! Reduces lines to the number of visible points.
 //!
-//! All lines of a page share their times, as its charts do: a stretch of ticks becomes two points, and each line puts its
-//! least and its greatest value there in the order in which they come. So no peak is lost, and none moves by more than a
-//! stretch.
+//! All lines have the same times. An interval of ticks becomes two points, and each line has its minimum and maximum of the interval
+//! there, in their order. No peak is lost, and no peak moves by more than an interval.
 
 use std::ops::Range;
 
-/// Which ticks are shown, and in stretches of how many.
+/// The displayed ticks, and the number of ticks per interval.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Window {
     ticks: Range<usize>,
-    stretch: usize,
+    interval: usize,
 }
 
 impl Window {
-    /// The window over some ticks in at most `points` points, at least 2.
+    /// Returns the window over some ticks with at most `points` points (at least 2).
     pub(super) fn new(ticks: Range<usize>, points: usize) -> Self {
         let count = ticks.len();
-        let stretch = if count <= points { 1 } else { count.div_ceil((points / 2).max(1)) };
-        Self { ticks, stretch }
+        let interval = if count <= points { 1 } else { count.div_ceil((points / 2).max(1)) };
+        Self { ticks, interval }
     }
 
-    /// How many points a line has.
+    /// Returns the number of points of a line.
     pub(super) fn len(&self) -> usize {
-        if self.stretch == 1 { self.ticks.len() } else { 2 * self.ticks.len().div_ceil(self.stretch) }
+        if self.interval == 1 { self.ticks.len() } else { 2 * self.ticks.len().div_ceil(self.interval) }
     }
 
-    fn stretches(&self) -> impl Iterator<Item = Range<usize>> + '_ {
-        self.ticks.clone().step_by(self.stretch).map(|start| start..(start + self.stretch).min(self.ticks.end))
+    fn intervals(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.ticks.clone().step_by(self.interval).map(|start| start..(start + self.interval).min(self.ticks.end))
     }
 
-    /// The ticks at which the points stand.
+    /// Returns the ticks of the points.
     pub(super) fn ticks(&self) -> Vec<usize> {
-        if self.stretch == 1 {
+        if self.interval == 1 {
             return self.ticks.clone().collect();
         }
-        self.stretches().flat_map(|range| [range.start, range.start + range.len() / 2]).collect()
+        self.intervals().flat_map(|range| [range.start, range.start + range.len() / 2]).collect()
     }
 
-    /// A line's points, multiplied by a factor, after its end not a number.
+    /// Appends the points of a line, multiplied by a factor. Points after the end of the line are NaN.
     pub(super) fn line(&self, values: impl Fn(usize) -> f64, length: usize, factor: f64, points: &mut Vec<f32>) {
         let at = |tick: usize| if tick < length { shown(factor * values(tick)) } else { f32::NAN };
-        if self.stretch == 1 {
+        if self.interval == 1 {
             points.extend(self.ticks.clone().map(at));
             return;
         }
-        for range in self.stretches() {
-            let (mut least, mut greatest) = ((0, f64::INFINITY), (0, f64::NEG_INFINITY));
+        for range in self.intervals() {
+            let (mut min, mut max) = ((0, f64::INFINITY), (0, f64::NEG_INFINITY));
             for tick in range.start..range.end.min(length) {
                 let value = values(tick);
-                if value < least.1 {
-                    least = (tick, value);
+                if value < min.1 {
+                    min = (tick, value);
                 }
-                if value > greatest.1 {
-                    greatest = (tick, value);
+                if value > max.1 {
+                    max = (tick, value);
                 }
             }
-            let pair = [shown(factor * least.1), shown(factor * greatest.1)];
-            points.extend(if least.0 <= greatest.0 { pair } else { [pair[1], pair[0]] });
+            let pair = [shown(factor * min.1), shown(factor * max.1)];
+            points.extend(if min.0 <= max.0 { pair } else { [pair[1], pair[0]] });
         }
     }
 }
 
-/// A value as the page gets it: nothing beyond what can be drawn.
+/// Returns a value for the page, or NaN if it is too large to be drawn.
 fn shown(value: f64) -> f32 {
     if value.abs() < 1e30 { value as f32 } else { f32::NAN }
 }
@@ -86,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_stretch_is_shown_as_it_is_and_what_is_not_there_is_a_gap() {
+    fn a_short_window_keeps_every_sample_and_missing_values_are_gaps() {
         let values = [1.0, f64::INFINITY, 3.0];
         let window = Window::new(0..5, 400);
         let mut line = vec![];

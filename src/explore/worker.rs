@@ -1,7 +1,7 @@
-//! The threads that compute for a page: one for runs, one for maps, so that neither waits for the other.
+//! The threads of a page: one for runs and one for maps, so that neither waits for the other.
 //!
-//! Of several states that a page sent while one was computed only the last counts: a page that moves a slider faster than
-//! the machine runs gets every frame that there is time for, and a hostile one gains nothing by asking often.
+//! If a page sends several states during a computation, only the last one is computed. So a slider can move faster than the machine
+//! computes, and a hostile page cannot cause more work.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -20,13 +20,13 @@ use trocar_report::write_trace_csv;
 use trocar_sim::compare::NoiseCheck;
 use trocar_sim::run::run;
 
-/// How many files and openings may wait; beyond, they are refused.
+/// Maximum number of queued jobs. Further jobs are refused.
 const MAX_JOBS: usize = 8;
 
-/// How long a page's controls must rest until its runs are looked at in noise.
-const REST: Duration = Duration::from_millis(600);
+/// Time without requests after which the noise checks start.
+const IDLE: Duration = Duration::from_millis(600);
 
-/// What is asked for besides the state to show.
+/// A request other than a state to show or a map.
 #[derive(Debug)]
 pub(super) enum Job {
     Open { id: u32, scenario: String },
@@ -34,23 +34,23 @@ pub(super) enum Job {
 }
 
 #[derive(Debug, Default)]
-struct Waiting {
+struct Queue {
     show: Option<Show>,
     map: Option<MapRequest>,
     jobs: VecDeque<Job>,
     ended: bool,
 }
 
-/// Where a page's wishes wait for its threads.
+/// The queued requests of a page.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
-    waiting: Mutex<Waiting>,
+    queue: Mutex<Queue>,
     changed: Condvar,
 }
 
 impl Mailbox {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn show(&self, show: Show) {
@@ -63,26 +63,26 @@ impl Mailbox {
         self.changed.notify_all();
     }
 
-    /// Gives the job back where too many wait already.
+    /// Queues a job. Returns the job if the queue is full.
     pub(super) fn job(&self, job: Job) -> Result<(), Job> {
-        let mut waiting = self.lock();
-        if waiting.jobs.len() >= MAX_JOBS {
+        let mut queue = self.lock();
+        if queue.jobs.len() >= MAX_JOBS {
             return Err(job);
         }
-        waiting.jobs.push_back(job);
-        drop(waiting);
+        queue.jobs.push_back(job);
+        drop(queue);
         self.changed.notify_all();
         Ok(())
     }
 
-    /// Ends the threads once they have finished what they are at.
+    /// Ends the threads after their current work.
     pub(super) fn end(&self) {
         self.lock().ended = true;
         self.changed.notify_all();
     }
 }
 
-/// What the threads of one page share. The permit is the page's: the next one comes in when the last thread has ended.
+/// The shared data of the threads of a page. The permit of the page is free after the last thread has ended.
 pub(super) struct WorkerContext {
     pub(super) mailbox: Arc<Mailbox>,
     pub(super) catalogue: Catalogue,
@@ -93,13 +93,13 @@ pub(super) struct WorkerContext {
 /// Starts the threads of a page.
 ///
 /// # Errors
-/// Where the system has no thread left.
-pub(super) fn start(office: WorkerContext) -> std::io::Result<()> {
-    let WorkerContext { mailbox, catalogue, answers, permit } = office;
+/// If no thread is available.
+pub(super) fn start(context: WorkerContext) -> std::io::Result<()> {
+    let WorkerContext { mailbox, catalogue, answers, permit } = context;
     let maps = (mailbox.clone(), PairMaker::new(catalogue.clone()), answers.clone(), permit.clone());
     std::thread::Builder::new().name("trocar map".into()).spawn(move || {
         let (mailbox, mut maker, answers, permit) = maps;
-        // One thread a map: the processors are for the runs.
+        // One thread for maps; the other processors are for runs.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         while let Some(request) = next_map(&mailbox) {
             let answer = match &pool {
@@ -113,9 +113,9 @@ pub(super) fn start(office: WorkerContext) -> std::io::Result<()> {
         drop(permit);
     })?;
     std::thread::Builder::new().name("trocar runs".into()).spawn(move || {
-        let mut desk = RunWorker { maker: PairMaker::new(catalogue), shown: None, noise: None };
-        while let Some(task) = next_task(&mailbox, desk.shown.is_some() && desk.noise.is_none()) {
-            if answers.blocking_send(desk.answer(task)).is_err() {
+        let mut worker = RunWorker { maker: PairMaker::new(catalogue), shown: None, noise: None };
+        while let Some(task) = next_task(&mailbox, worker.shown.is_some() && worker.noise.is_none()) {
+            if answers.blocking_send(worker.answer(task)).is_err() {
                 break;
             }
         }
@@ -129,52 +129,52 @@ fn or_refused(id: u32, answer: Result<Answer, StateError>) -> Answer {
 }
 
 fn next_map(mailbox: &Mailbox) -> Option<MapRequest> {
-    let mut waiting = mailbox.lock();
+    let mut queue = mailbox.lock();
     loop {
-        if waiting.ended {
+        if queue.ended {
             return None;
         }
-        if let Some(map) = waiting.map.take() {
+        if let Some(map) = queue.map.take() {
             return Some(map);
         }
-        waiting = mailbox.changed.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        queue = mailbox.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
     }
 }
 
 enum Task {
     Show(Show),
     Job(Job),
-    /// Nobody has asked for anything for a while.
-    Rest,
+    /// The page has sent no request for a while.
+    Idle,
 }
 
-fn next_task(mailbox: &Mailbox, wants_rest: bool) -> Option<Task> {
-    let mut waiting = mailbox.lock();
+fn next_task(mailbox: &Mailbox, checks_noise: bool) -> Option<Task> {
+    let mut queue = mailbox.lock();
     let since = Instant::now();
     loop {
-        if waiting.ended {
+        if queue.ended {
             return None;
         }
-        if let Some(job) = waiting.jobs.pop_front() {
+        if let Some(job) = queue.jobs.pop_front() {
             return Some(Task::Job(job));
         }
-        if let Some(show) = waiting.show.take() {
+        if let Some(show) = queue.show.take() {
             return Some(Task::Show(show));
         }
-        if !wants_rest {
-            waiting = mailbox.changed.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        if !checks_noise {
+            queue = mailbox.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
             continue;
         }
-        let Some(left) = REST.checked_sub(since.elapsed()) else { return Some(Task::Rest) };
-        waiting = mailbox.changed.wait_timeout(waiting, left).unwrap_or_else(PoisonError::into_inner).0;
+        let Some(left) = IDLE.checked_sub(since.elapsed()) else { return Some(Task::Idle) };
+        queue = mailbox.changed.wait_timeout(queue, left).unwrap_or_else(PoisonError::into_inner).0;
     }
 }
 
-/// The thread of the runs, with the pair that it showed last.
+/// The worker of the runs, with the last pair.
 struct RunWorker {
     maker: PairMaker,
     shown: Option<(Show, Pair)>,
-    /// What was seen of that pair in noise, once it was looked at.
+    /// The noise checks of that pair, once they are complete.
     noise: Option<Vec<NoiseCheck>>,
 }
 
@@ -190,9 +190,9 @@ impl RunWorker {
                 let id = export.id;
                 or_refused(id, self.export(&export))
             }
-            Task::Rest => {
+            Task::Idle => {
                 let Some((show, pair)) = &self.shown else { return Answer::json(&serde_json::Value::Null) };
-                // What fails once would fail again: it is not looked at anew.
+                // After a failure the noise checks are not repeated.
                 let noise = self.noise.insert(vec![]);
                 match pair.in_noise() {
                     Ok(seen) => {
@@ -223,24 +223,24 @@ impl RunWorker {
 
     fn export(&mut self, export: &Export) -> Result<Answer, StateError> {
         let scenario = self.maker.written(&export.state, export.augmented)?;
-        let (name, ending) = (scenario.name.clone(), if export.file == File::Toml { "toml" } else { "csv" });
+        let (name, extension) = (scenario.name.clone(), if export.file == File::Toml { "toml" } else { "csv" });
         let content = match export.file {
             File::Toml => scenario.echo(),
             File::Csv => {
                 let run = run(scenario)?;
                 let mut bytes = vec![];
-                // Writing to memory does not fail, and the numbers are text.
+                // Writing to memory does not fail, and the CSV text is ASCII.
                 let _ = write_trace_csv(&run.trace, &mut bytes);
                 String::from_utf8(bytes).unwrap_or_default()
             }
         };
         let scheme = SCHEMES[usize::from(export.augmented)];
-        // Both files of a scenario may lie in one folder.
+        // Both files of a scenario can be saved into the same folder.
         let name = if name.ends_with(scheme) { name } else { format!("{name}_{scheme}") };
         Ok(Answer::json(&serde_json::json!({
             "type": "file",
             "id": export.id,
-            "name": format!("{name}.{ending}"),
+            "name": format!("{name}.{extension}"),
             "content": content,
         })))
     }

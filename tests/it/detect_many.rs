@@ -232,7 +232,7 @@ fn flags_that_do_not_go_together_are_refused() {
     desk.refused(&detect(&["a/two.csv", "--rupture-s", "1", "--labels", "l.csv"]), &["--labels"]);
     desk.refused(&detect(&["a/two.csv", "--every", "3"]), &["--every is for a live stream"]);
     desk.refused(&detect(&["a/two.csv", "--interval-s", "0.001"]), &["--interval-s is for a live stream"]);
-    desk.refused(&detect(&["a/two.csv", "-"]), &["goes with no other recording"]);
+    desk.refused(&detect(&["a/two.csv", "-"]), &["cannot be combined with recordings"]);
     desk.refused(&detect(&["-", "--labels", "l.csv"]), &["--labels is for recordings"]);
     for bad in ["-0.1", "nan", "inf"] {
         desk.refused(&detect(&["a/two.csv", "--window-s", bad]), &["--window-s", "at least 0"]);

@@ -151,7 +151,7 @@ fn what_a_page_may_not_ask_for_is_refused_in_words() {
     let (_server, address) = explore(&[]);
     let mut page = Page::open(address);
     let refusals = [
-        ("builtin:01_augmented.toml", json!({ "recording.file": "/etc/passwd" }), "name no files"),
+        ("builtin:01_augmented.toml", json!({ "recording.file": "/etc/passwd" }), "cannot name files"),
         ("/etc/passwd", json!({}), "no scenario"),
         ("builtin:01_augmented.toml", json!({ "scaling.force": -1 }), "scaling.force must be"),
         ("builtin:01_augmented.toml", json!({ "scaling.forse": 1 }), "did you mean scaling.force"),

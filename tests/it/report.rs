@@ -359,7 +359,7 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
         map["boundary"].as_array().map(Vec::len),
         Some(desk.text("out/augmented/stability_boundary.csv").lines().count() - 1)
     );
-    assert!(unescaped(&html).contains("Certificate: motions die out whatever the events"));
+    assert!(unescaped(&html).contains("Certificate: the motion decays under any sequence of events"));
 }
 
 #[test]

@@ -307,7 +307,7 @@ fn killed_ten_times(name: &str) {
     }
     desk.good(&["sweep", &file, "--quiet"]);
     same(&desk, &undisturbed, &out);
-    assert!(desk.good(&["sweep", &file]).contains("done already"));
+    assert!(desk.good(&["sweep", &file]).contains("already complete"));
 }
 
 #[test]
@@ -394,7 +394,7 @@ fn a_changed_sweep_is_refused_with_the_difference() {
     desk.refused(&["sweep", "small.toml", "--set", "slave.velocity_gain=16"], &["- slave.velocity_gain = 15.0"]);
     // Notes are no change.
     desk.file("small.toml", format!("# a note\n{SMALL}"));
-    assert!(desk.good(&["sweep", "small.toml"]).contains("done already"));
+    assert!(desk.good(&["sweep", "small.toml"]).contains("already complete"));
 }
 
 #[test]

@@ -275,7 +275,7 @@ fn the_command_writes_what_it_says_of_the_switching() {
     let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];
     let command = ["stability", "builtin:augmented.toml", "--set", "augmentation.reengage=snap"];
     let printed = desk.good(&[&command[..], &small].concat());
-    for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: motions die out", "certified", "growth per event"] {
+    for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: the motion decays", "certified", "growth per event"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
     }
     let folder = desk.path("out/augmented");

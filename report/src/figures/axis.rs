@@ -1,30 +1,30 @@
-//! Axis limits and ticks: finite whatever the data, round numbers, few labels.
+//! Axis limits and ticks. Limits are finite for any data; ticks are few round numbers.
 
 use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-/// Tick marks a vertical axis may carry, about.
+/// Approximate maximum number of ticks of a vertical axis.
 pub(super) const Y_TICKS: usize = 5;
-/// Tick marks a time axis may carry, about.
+/// Approximate maximum number of ticks of a time axis.
 pub(super) const X_TICKS: usize = 6;
 
-/// Values beyond this are never taken into limits: sums of them could overflow.
-const LARGEST: f64 = 1e30;
+/// Values beyond this do not count for limits, because their sums could overflow.
+const MAX_MAGNITUDE: f64 = 1e30;
 
-/// One axis: limits, ticks, and how their labels are written.
+/// One axis: limits, ticks, and the format of the labels.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) ticks: Vec<f64>,
-    /// Where set, limits and ticks are powers of ten's exponents.
+    /// Whether the axis is logarithmic; limits and ticks are then exponents of ten.
     pub(super) log: bool,
     step: f64,
 }
 
 impl Axis {
-    /// An axis from exactly `low` to `high`, such as time.
+    /// Returns an axis with exactly these limits.
     pub(super) fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         let step = nice_step((high - low) / max_ticks.max(1) as f64);
@@ -34,20 +34,21 @@ impl Axis {
         Self { low, high, ticks, log: false, step }
     }
 
-    /// An axis with a little air around the data, more of it above, where detections are marked.
+    /// Returns an axis with a margin around the data. The upper margin is larger, for the marks of alarms.
     pub(super) fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
-        let air = 0.05 * (high - low);
-        Self::exact((low - air, high + 2.2 * air), max_ticks)
+        let margin = 0.05 * (high - low);
+        Self::exact((low - margin, high + 2.2 * margin), max_ticks)
     }
 
-    /// An axis from zero, for quantities that cannot be negative.
+    /// Returns an axis from 0, for quantities that cannot be negative.
     pub(super) fn from_zero(high: f64, max_ticks: usize) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         Self::exact((0.0, 1.14 * high), max_ticks)
     }
 
-    /// A logarithmic axis over `range`, both positive; one with less than three powers of ten has ticks at 2 and 5 of each too.
+    /// Returns a logarithmic axis over a positive `range`. An axis with less than three powers of ten has ticks at 2 and 5 times
+    /// them too.
     pub(super) fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
         let step = ((high - low) / 6.0).ceil().max(1.0);
@@ -61,12 +62,12 @@ impl Axis {
         Self { low, high, ticks, log: true, step }
     }
 
-    /// Where `value` lies on the axis, in the axis's own coordinate.
+    /// Returns `value` in the coordinate of the axis.
     pub(super) fn place(&self, value: f64) -> f64 {
         if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }
     }
 
-    /// The label of a tick, with a real minus sign.
+    /// Returns the label of a tick, with a typographic minus sign.
     pub(super) fn label(&self, tick: f64) -> String {
         if self.log {
             return self.power(tick);
@@ -76,7 +77,7 @@ impl Axis {
             return scientific(tick, self.step);
         }
         let decimals = (-self.step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
-        // 2.5 needs one more place than its magnitude says.
+        // A step such as 2.5 needs one more decimal than its magnitude gives.
         let scaled = self.step * 10_f64.powi(decimals as i32);
         let decimals = if (scaled - scaled.round()).abs() > 1e-6 { decimals + 1 } else { decimals };
         minus(&format!("{:.decimals$}", tick + 0.0))
@@ -84,7 +85,7 @@ impl Axis {
 }
 
 impl Axis {
-    /// The label of a logarithmic axis's tick: a power of ten, or where others are ticks too a plain number.
+    /// Returns the label of a tick of a logarithmic axis: a power of ten, or a plain number if the axis has other ticks too.
     fn power(&self, tick: f64) -> String {
         let is_power = |tick: f64| (tick - tick.round()).abs() < 1e-9;
         let exponent = (tick + 1e-9).floor();
@@ -126,17 +127,17 @@ impl ValueFormatter<f64> for Axis {
     }
 }
 
-/// The least and largest finite values.
+/// Returns the minimum and maximum of the finite values.
 pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
-    values.into_iter().filter(|v| v.abs() <= LARGEST).fold(None, |range, v| match range {
+    values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).fold(None, |range, v| match range {
         None => Some((v, v)),
         Some((low, high)) => Some((low.min(v), high.max(v))),
     })
 }
 
-/// The quantiles at `1 - level` and `level` of the finite values, so that a few wild ones do not set the axis.
+/// Returns the quantiles at `1 - level` and `level` of the finite values, so that a few outliers do not set the axis.
 pub(super) fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
-    let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= LARGEST).collect();
+    let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).collect();
     let last = kept.len().checked_sub(1)?;
     let high_rank = ((level * last as f64).ceil() as usize).min(last);
     let low_rank = last - high_rank;
@@ -145,7 +146,7 @@ pub(super) fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64)
     Some((low, high))
 }
 
-/// The smallest range that holds both.
+/// Returns the smallest range that contains both.
 pub(super) fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
     match (a, b) {
         (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
@@ -153,22 +154,22 @@ pub(super) fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64
     }
 }
 
-/// Finite, ordered, and wide enough to hold distinct numbers.
+/// Returns finite, ordered limits that are wide enough for distinct numbers.
 fn sane((low, high): (f64, f64)) -> (f64, f64) {
     if !(low.is_finite() && high.is_finite()) {
         return (0.0, 1.0);
     }
-    let (low, high) = (low.clamp(-LARGEST, LARGEST), high.clamp(-LARGEST, LARGEST));
+    let (low, high) = (low.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE), high.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE));
     let (low, high) = (low.min(high), low.max(high));
-    let least = 1e-9 * low.abs().max(high.abs()).max(1e-3);
-    if high - low > least {
+    let min_width = 1e-9 * low.abs().max(high.abs()).max(1e-3);
+    if high - low > min_width {
         return (low, high);
     }
     let half = if low == 0.0 { 0.5 } else { 0.1 * low.abs() + 1e-9 };
     (low - half, high + half)
 }
 
-/// The least of 1, 2, 2.5, 5, 10 times a power of ten that is not below `raw`.
+/// Returns the smallest of 1, 2, 2.5, 5, 10 times a power of ten that is not below `raw`.
 fn nice_step(raw: f64) -> f64 {
     let power = 10_f64.powi(raw.log10().floor() as i32);
     [1.0, 2.0, 2.5, 5.0].into_iter().map(|m| m * power).find(|&step| step >= raw * (1.0 - 1e-9)).unwrap_or(10.0 * power)
@@ -235,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_ignore_what_is_not_finite() {
+    fn limits_ignore_values_that_are_not_finite() {
         let wild = [f64::NAN, 1.0, f64::INFINITY, 1e300, -2.0, f64::NEG_INFINITY];
         assert_eq!(extent(wild), Some((-2.0, 1.0)));
         assert_eq!(extent([f64::NAN]), None);
@@ -247,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn no_range_breaks_an_axis() {
+    fn every_range_gives_a_valid_axis() {
         let odd = [0.0, -0.0, 1.0, 1e-320, 1e30, -1e300, f64::MAX, f64::NAN, f64::INFINITY];
         for low in odd {
             for high in odd {

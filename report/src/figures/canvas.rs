@@ -1,6 +1,6 @@
-//! A plotters backend that draws every shape twice, as SVG and on a bitmap, so that a figure is laid out once and both its files agree.
+//! A plotters backend that draws every shape as SVG and on a bitmap. A figure is laid out once, so its two files agree.
 //!
-//! The bitmap stands in for plotters' own, whose wide lines have ragged joints.
+//! The bitmap replaces the bitmap backend of plotters, whose wide lines have ragged joints.
 
 use std::io;
 
@@ -13,10 +13,10 @@ use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, R
 use super::style::{FIGURE_WIDTH, UNITS_PER_PIXEL};
 use super::{Figure, FigureError, fonts, glyphs};
 
-/// The area figures draw on.
+/// The area on which figures are drawn.
 pub(super) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
 
-/// The backend; its coordinates are drawing units.
+/// The backend. Coordinates are drawing units.
 pub(super) struct Canvas<'a> {
     svg: SVGBackend<'a>,
     pixmap: &'a mut Pixmap,
@@ -24,7 +24,7 @@ pub(super) struct Canvas<'a> {
 
 type Drawn = Result<(), DrawingErrorKind<io::Error>>;
 
-/// Runs `draw` on a blank page `height` pixels high.
+/// Runs `draw` on a blank page of the given height in pixels, and returns the figure.
 pub(super) fn render(
     height: i32,
     draw: impl FnOnce(&Area<'_>) -> Result<(), FigureError>,
@@ -48,7 +48,7 @@ pub(super) fn render(
     Ok(Figure { svg, png: png(&pixmap)? })
 }
 
-/// The image, which is opaque, as a PNG. Fast compression: lines on white compress well at any setting.
+/// Encodes the opaque image as PNG. Compression is fast, because lines on white compress well at any setting.
 fn png(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::with_capacity(1 << 17);
     let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
@@ -61,7 +61,7 @@ fn png(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     Ok(bytes)
 }
 
-/// From drawing units to pixels.
+/// Returns the transformation from drawing units to pixels.
 fn to_pixels() -> Transform {
     let scale = 1.0 / UNITS_PER_PIXEL as f32;
     Transform::from_scale(scale, scale)

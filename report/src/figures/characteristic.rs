@@ -1,4 +1,4 @@
-//! Detection probability and delay against false alarms, a line per detector.
+//! Detection probability and delay against the false-alarm rate, one line per detector.
 
 use super::axis::{Axis, Y_TICKS};
 use super::grid::{Grid, Row, Sample};
@@ -6,22 +6,23 @@ use super::panel::{Panel, Trace};
 use super::style::{RUNS, Stroke};
 use super::{Figure, FigureError};
 
-/// A detector's points, those with fewer false alarms first; all columns are equally long.
+/// A detector's points in order of the false-alarm rate. All columns have the same length.
 #[derive(Clone, Debug)]
 pub struct CharacteristicView<'a> {
-    /// The name its line carries.
+    /// Name of the line.
     pub name: &'a str,
-    /// False alarms a minute; 0 where none was seen, which is drawn on the left edge.
+    /// False alarms per minute. A rate of 0 is drawn on the left edge.
     pub false_alarms_per_minute: Vec<f64>,
-    /// Share of the ruptures that was detected, 0 to 1; NaN where undefined.
+    /// Share of detected ruptures, 0 to 1; NaN if undefined.
     pub detection: Vec<f64>,
-    /// Median delay in s; NaN where undefined.
+    /// Median delay in s; NaN if undefined.
     pub delay_median_s: Vec<f64>,
 }
 
-/// Share of ruptures detected (above) and median delay (below) against false alarms a minute, on a logarithmic axis.
+/// Draws the share of detected ruptures (above) and the median delay (below) against the false-alarm rate on a logarithmic
+/// axis.
 ///
-/// `min_per_minute` is the rate of a single false alarm in all that was listened to: the left edge is half of it.
+/// `min_per_minute` is the rate of a single false alarm in the whole observed time. The left edge is half of it.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without detectors or points, [`FigureError::Length`] for columns of unequal lengths.
@@ -42,7 +43,7 @@ pub fn characteristic(views: &[CharacteristicView<'_>], min_per_minute: f64) -> 
         .map(|view| {
             let places: Vec<f64> =
                 view.false_alarms_per_minute.iter().map(|rate| x_axis.place(rate.max(floor))).collect();
-            // Each place twice, where the step begins and ends, but for the first; the last step leads to the edge.
+            // Each step has its place at its start and at its end, except the first. The last step ends at the edge.
             places
                 .iter()
                 .skip(1)
@@ -54,14 +55,14 @@ pub fn characteristic(views: &[CharacteristicView<'_>], min_per_minute: f64) -> 
     let delays = views.iter().flat_map(|view| view.delay_median_s.iter().copied());
     let longest = delays.filter(|delay| delay.is_finite()).fold(0.0, f64::max);
     let panel = |y: Axis, y_caption, traces| Panel {
-        x_caption: "At most so many false alarms per minute (left edge: none seen)",
+        x_caption: "False-alarm rate (1/min; left edge: no false alarm)",
         traces,
         ..Panel::over_time(x_axis.clone(), y, y_caption)
     };
-    let found: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.detection)).collect();
-    let late: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.delay_median_s)).collect();
-    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", lines(&places, &found, 100.0));
-    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", lines(&places, &late, 1e3));
+    let detected: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.detection)).collect();
+    let delays: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.delay_median_s)).collect();
+    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", lines(&places, &detected, 100.0));
+    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", lines(&places, &delays, 1e3));
     let names = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
     Grid {
         legends: vec![names.collect()],
@@ -74,7 +75,7 @@ pub fn characteristic(views: &[CharacteristicView<'_>], min_per_minute: f64) -> 
     .draw()
 }
 
-/// A line for each detector, in their order, and again from the first.
+/// Returns a line style for each detector. The styles repeat after the last.
 fn strokes() -> impl Iterator<Item = Stroke> {
     RUNS.into_iter().cycle()
 }
@@ -82,12 +83,12 @@ fn strokes() -> impl Iterator<Item = Stroke> {
 fn lines<'a>(places: &'a [Vec<f64>], columns: &'a [Vec<f64>], scale: f64) -> Vec<Trace<'a>> {
     let line = |((x, y), stroke): ((&'a Vec<f64>, &'a Vec<f64>), Stroke)| Trace { x, y, scale, stroke };
     let mut traces: Vec<Trace<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
-    // Thin lines over wide ones show both where detectors agree.
+    // Thin lines are drawn over wide ones, so that both are visible where detectors agree.
     traces.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
     traces
 }
 
-/// The values of steps: each holds from its place to the next one.
+/// Returns each value twice, for the start and the end of its step.
 fn twice(values: &[f64]) -> Vec<f64> {
     values.iter().flat_map(|value| [*value; 2]).collect()
 }
@@ -118,12 +119,12 @@ mod tests {
             assert!(figure.svg.contains(&format!("\n{name}\n")), "{name}");
         }
         assert!(figure.svg.contains("Median delay (ms)"));
-        let unlike = |(index, line): (usize, &Stroke)| !RUNS[..index].contains(line);
-        assert!(RUNS.iter().enumerate().all(unlike));
+        let is_new = |(index, line): (usize, &Stroke)| !RUNS[..index].contains(line);
+        assert!(RUNS.iter().enumerate().all(is_new));
     }
 
     #[test]
-    fn nothing_to_draw_is_said() {
+    fn missing_or_ragged_data_is_an_error() {
         assert!(matches!(characteristic(&[], 1e-3), Err(FigureError::Empty { .. })));
         let short = CharacteristicView { detection: vec![1.0], ..view("a", 0.0) };
         assert!(matches!(characteristic(&[short], 1e-3), Err(FigureError::Length { .. })));

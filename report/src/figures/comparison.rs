@@ -1,4 +1,4 @@
-//! Forces and positions of runs, one row per run, as the paper's figures 15 and 16.
+//! Forces and positions of runs, one row per run, as in figures 15 and 16 of the paper.
 
 use super::axis::{Axis, X_TICKS};
 use super::grid::{Entry, Grid, Row, Sample};
@@ -7,16 +7,16 @@ use super::panel::{Events, Panel, Trace};
 use super::style::{HUMAN, MAIN, Stroke, UNDERLAY};
 use super::{Figure, FigureError, RunView, check_runs, events};
 
-/// Time ticks where two panels share the page's width.
+/// Maximum number of time ticks of a panel of half the page's width.
 const HALF_WIDTH_TICKS: usize = X_TICKS - 1;
 
-/// A signal, its line, its name in the legend.
+/// A signal, its line style, its name in the legend.
 type Line<'a> = (&'a [f64], Stroke, &'static str);
 
-/// Forces (left) and positions (right) of each run, in rows that share their axes so that they compare by eye.
+/// Draws the forces (left) and the positions (right) of each run. All rows have the same axes.
 ///
-/// `window` is the time shown, in seconds; without it, from 0.4 s before to 1.6 s after the first rupture, or the whole record where there is
-/// none.
+/// `window` is the displayed time in s. Its default is from 0.4 s before to 1.6 s after the first rupture, or the whole record
+/// without a rupture.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -31,8 +31,8 @@ pub fn comparison(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Fi
     }
     let force = shared(&forces, window);
     let position = shared(&positions, window);
-    let marked: Vec<Events> = runs.iter().map(events::of_run).collect();
-    let rows = runs.iter().zip(&marked).map(|(run, events)| {
+    let events: Vec<Events> = runs.iter().map(events::of_run).collect();
+    let rows = runs.iter().zip(&events).map(|(run, events)| {
         let panel = |y: &Axis, y_caption, traces| Panel {
             events: events.clone(),
             traces,
@@ -50,7 +50,7 @@ pub fn comparison(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Fi
     Grid {
         rows: rows.collect(),
         legends: vec![legend(&force_lines(&runs[0])), legend(&position_lines(&runs[0]))],
-        common: events::entries(&marked.iter().collect::<Vec<_>>(), window),
+        common: events::entries(&events.iter().collect::<Vec<_>>(), window),
     }
     .draw()
 }
@@ -58,8 +58,8 @@ pub fn comparison(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Fi
 fn force_lines<'a>(run: &RunView<'a>) -> [Line<'a>; 3] {
     [
         (run.tissue_force_n, UNDERLAY, "tissue"),
-        (run.feedback_force_n, MAIN, "fed back"),
-        (run.operator_force_n, HUMAN, "hand"),
+        (run.feedback_force_n, MAIN, "feedback"),
+        (run.operator_force_n, HUMAN, "operator"),
     ]
 }
 

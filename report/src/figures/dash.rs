@@ -1,13 +1,13 @@
-//! Dashes, cut along the line's length in pixels.
+//! Dashes along the length of a line in pixels.
 
 use tiny_skia::{Path, PathBuilder, PathSegment, StrokeDash};
 
 use super::thin::Point;
 
-/// Dashes one line may have; a noisy line, many times longer than its axes are wide, gets longer dashes instead of more.
+/// Maximum number of dashes of a line. A noisy line is much longer than its axes are wide; it has longer dashes, not more.
 const MAX_DASHES: f32 = 64.0;
 
-/// Cuts `lines` into the dashes of `pattern` (`on, off, …`); an empty pattern leaves them whole.
+/// Cuts `lines` into the dashes of `pattern` (`on, off, …`). An empty pattern gives solid lines.
 pub(super) fn dashed(lines: Vec<Vec<Point>>, pattern: &[f32]) -> Vec<Vec<Point>> {
     let length: f64 = lines.iter().flat_map(|line| line.windows(2)).map(|p| span(p[0], p[1])).sum();
     let period: f32 = pattern.iter().sum();

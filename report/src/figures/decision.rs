@@ -1,4 +1,4 @@
-//! The detector's decision function, and what it detected, as the paper's figure 13.
+//! The decision function of the detector and its alarms, as in figure 13 of the paper.
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
 use super::grid::{Grid, Row, Sample};
@@ -6,26 +6,27 @@ use super::panel::{Panel, Trace};
 use super::style::{ALONE, THRESHOLD};
 use super::{EstimationView, Figure, FigureError, events};
 
-/// A peak this many times the threshold would press the threshold onto the axis: the decision is drawn on a logarithmic axis instead.
+/// Maximum ratio of the peak to the threshold on a linear axis. With a higher peak the axis is logarithmic, because the threshold
+/// would lie on the bottom of a linear axis.
 const LARGEST_LINEAR_PEAK: f64 = 30.0;
-/// Lowest value of the logarithmic axis, in thresholds.
+/// Lower limit of the logarithmic axis, relative to the threshold.
 const LOG_FLOOR: f64 = 1e-2;
 
-/// The decision function against its threshold γ (above), the measured force with detections and true ruptures (below).
+/// Draws the decision function with its threshold γ (above) and the measured force with alarms and true ruptures (below).
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn decision(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
     view.check("decision")?;
     let (time, window) = view.time_axis(X_TICKS);
-    let marked = events::of_estimation(view);
+    let events = events::of_estimation(view);
     let caption = if view.decision_unit.is_empty() {
         String::from("Decision g")
     } else {
         format!("Decision g ({})", view.decision_unit)
     };
     let panel = |y, y_caption, values| Panel {
-        events: marked.clone(),
+        events: events.clone(),
         traces: vec![Trace { x: view.time_s, y: values, scale: 1.0, stroke: ALONE }],
         ..Panel::over_time(time.clone(), y, y_caption)
     };
@@ -39,7 +40,7 @@ pub fn decision(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
     let lower = panel(view.force_axis(), "Force (N)", view.measured_force_n);
     Grid {
         legends: vec![legend],
-        common: events::entries(&[&marked], window),
+        common: events::entries(&[&events], window),
         rows: vec![
             Row { title: None, height: 360.0, panels: vec![upper] },
             Row { title: None, height: 360.0, panels: vec![lower] },
@@ -58,7 +59,7 @@ fn decision_axis(view: &EstimationView<'_>) -> Axis {
     Axis::from_zero(peak.max(1.4 * threshold), Y_TICKS)
 }
 
-/// Three digits, without trailing zeros.
+/// Returns a number with three significant digits, without trailing zeros.
 pub(super) fn short(value: f64) -> String {
     let decimals = if value == 0.0 { 0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize };
     let text = format!("{value:.decimals$}");
@@ -70,7 +71,7 @@ mod tests {
     use super::short;
 
     #[test]
-    fn thresholds_read_well() {
+    fn thresholds_have_three_significant_digits() {
         assert_eq!(short(1.98e-2), "0.0198");
         assert_eq!(short(5.0), "5");
         assert_eq!(short(0.0), "0");

@@ -1,15 +1,15 @@
-//! Which instants and intervals a figure marks, and how its legend names them.
+//! The instants and intervals that a figure marks, and their legend.
 
 use super::grid::{Entry, Sample};
 use super::panel::Events;
 use super::style::shade;
 use super::{EstimationView, RunView};
 
-/// Time shown before and after the first rupture, in seconds.
-const BEFORE: f64 = 0.4;
-const AFTER: f64 = 1.6;
+/// Displayed time before and after the first rupture, in s.
+const BEFORE_S: f64 = 0.4;
+const AFTER_S: f64 = 1.6;
 
-/// The intervals of a run in which a mode is on, as shades.
+/// Returns the events of a run. The shades are the intervals in which the slave is frozen or re-engaging.
 pub(super) fn of_run(run: &RunView<'_>) -> Events {
     let mut shades = Vec::new();
     let mut start = 0;
@@ -25,18 +25,18 @@ pub(super) fn of_run(run: &RunView<'_>) -> Events {
     Events { shades, ruptures: run.rupture_times_s.to_vec(), alarms: run.alarm_times_s.to_vec() }
 }
 
-/// The events of an estimation: no modes.
+/// Returns the events of an estimation, which has no modes.
 pub(super) fn of_estimation(view: &EstimationView<'_>) -> Events {
     Events { shades: Vec::new(), ruptures: view.rupture_times_s.to_vec(), alarms: view.alarm_times_s.to_vec() }
 }
 
-/// The window asked for, or the one around the first rupture, or the whole record.
-pub(super) fn window(runs: &[RunView<'_>], asked: Option<(f64, f64)>) -> (f64, f64) {
+/// Returns the requested window, or the window around the first rupture, or the whole record.
+pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f64, f64) {
     let record = runs
         .iter()
         .fold(None, |all, run| super::axis::union(all, super::axis::extent(run.time_s.iter().copied())))
         .unwrap_or((0.0, 1.0));
-    if let Some((from, to)) = asked
+    if let Some((from, to)) = requested
         && from.is_finite()
         && to.is_finite()
         && from < to
@@ -49,14 +49,14 @@ pub(super) fn window(runs: &[RunView<'_>], asked: Option<(f64, f64)>) -> (f64, f
         .copied()
         .filter(|time| (record.0..=record.1).contains(time))
         .min_by(f64::total_cmp);
-    first.map_or(record, |time| ((time - BEFORE).max(record.0), (time + AFTER).min(record.1)))
+    first.map_or(record, |time| ((time - BEFORE_S).max(record.0), (time + AFTER_S).min(record.1)))
 }
 
-/// Legend entries for what `events` show inside `window`, and for nothing else.
+/// Returns legend entries for the kinds of events inside `window`.
 pub(super) fn entries(events: &[&Events], window: (f64, f64)) -> Vec<Entry> {
     let inside = |time: &f64| (window.0..=window.1).contains(time);
     let mut entries = Vec::new();
-    for (mode, name) in [(1, "augmentation"), (2, "re-engagement")] {
+    for (mode, name) in [(1, "frozen"), (2, "re-engaging")] {
         let Some(color) = shade(mode) else { continue };
         let shown = |s: &(f64, f64, _)| s.2 == color && s.0 < window.1 && s.1 > window.0;
         if events.iter().any(|e| e.shades.iter().any(shown)) {
@@ -67,7 +67,7 @@ pub(super) fn entries(events: &[&Events], window: (f64, f64)) -> Vec<Entry> {
         entries.push((Sample::Rupture, String::from("rupture")));
     }
     if events.iter().any(|e| e.alarms.iter().any(inside)) {
-        entries.push((Sample::Alarm, String::from("detection")));
+        entries.push((Sample::Alarm, String::from("alarm")));
     }
     entries
 }

@@ -1,6 +1,7 @@
-//! Text on the bitmap, laid out as an SVG viewer lays out what plotters writes.
+//! Text on the bitmap, with the layout that an SVG viewer gives the SVG text of plotters.
 //!
-//! Plotters' own bitmap text drops each glyph's left bearing and rounds its advance to whole pixels, which shows as uneven letters.
+//! The bitmap text of plotters ignores the left bearing of each glyph and rounds its advance to whole pixels, which gives uneven
+//! letter spacing.
 
 use ab_glyph::{Font, FontRef, OutlineCurve};
 use plotters_backend::text_anchor::{HPos, VPos};
@@ -12,10 +13,10 @@ use super::canvas::paint;
 use super::fonts::{PLOTTERS_SIZE_PER_EM, faces, units_per_em};
 use super::style::UNITS_PER_PIXEL;
 
-/// Height of DejaVu's x over its em, for the `ex` in plotters' SVG.
+/// Height of DejaVu's x relative to its em, for the `ex` in the SVG of plotters.
 const EX: f32 = 0.547;
 
-/// Draws `text` anchored at `at`, in `style`, both in drawing units.
+/// Draws `text` at the anchor `at` in `style`. Both are in drawing units.
 pub(super) fn draw<S: BackendTextStyle>(
     pixmap: &mut Pixmap,
     text: &str,
@@ -41,7 +42,7 @@ pub(super) fn draw<S: BackendTextStyle>(
     };
     let (left, top) = (at.0 as f32 / UNITS_PER_PIXEL as f32, at.1 as f32 / UNITS_PER_PIXEL as f32);
     let size = em / units_per_em(face);
-    // Letters that stand on whole pixels have crisp feet.
+    // A baseline on a whole pixel gives sharp letters.
     let placed = if matches!(style.transform(), FontTransform::Rotate270) {
         Transform::from_row(0.0, -size, -size, 0.0, (left + baseline).round(), top - x)
     } else {
@@ -53,7 +54,7 @@ pub(super) fn draw<S: BackendTextStyle>(
     Ok(())
 }
 
-/// The outlines of `text` set on one line from the origin, in the face's units, upwards positive.
+/// Returns the outlines of `text` on one line from the origin, in the units of the face, positive upwards.
 fn outline(text: &str, face: &FontRef<'_>) -> Option<Path> {
     let mut path = PathBuilder::new();
     let mut pen = 0.0;

@@ -1,4 +1,4 @@
-//! How panels and legends share a page: rows of panels, columns with one legend each, all axes of a column aligned.
+//! The layout of a figure: rows of panels, one legend per column, aligned axes in each column.
 
 use plotters::element::Rectangle;
 use plotters::style::{Color, RGBAColor};
@@ -18,7 +18,7 @@ const ENTRY_GAP: f64 = 30.0;
 const TITLE: f64 = 54.0;
 const GAP: f64 = 26.0;
 
-/// The sample a legend shows before its text.
+/// The sample before the text of a legend entry.
 #[derive(Clone)]
 pub(super) enum Sample {
     Line(Stroke),
@@ -28,10 +28,10 @@ pub(super) enum Sample {
     Rupture,
 }
 
-/// One line of a legend.
+/// One entry of a legend.
 pub(super) type Entry = (Sample, String);
 
-/// One row of panels, left to right.
+/// One row of panels, from left to right.
 pub(super) struct Row<'a> {
     pub(super) title: Option<&'a str>,
     /// Height of the axes, in pixels.
@@ -48,7 +48,7 @@ pub(super) struct Grid<'a> {
     pub(super) rows: Vec<Row<'a>>,
 }
 
-/// A legend laid out: each entry with its place, and the height of all.
+/// The layout of a legend: each entry with its position, and the total height.
 type Layout = (Vec<(f64, f64, Entry)>, f64);
 
 impl Grid<'_> {
@@ -57,19 +57,19 @@ impl Grid<'_> {
         let faces = faces()?;
         let columns = self.rows.iter().map(|row| row.panels.len()).max().unwrap_or(0).max(1);
         let page = f64::from(FIGURE_WIDTH);
-        let room = page - MARGIN - RIGHT_MARGIN - COLUMN_GAP * (columns - 1) as f64;
-        let column = room / columns as f64;
+        let available = page - MARGIN - RIGHT_MARGIN - COLUMN_GAP * (columns - 1) as f64;
+        let column = available / columns as f64;
         let lefts: Vec<f64> = (0..columns).map(|c| MARGIN + (column + COLUMN_GAP) * c as f64).collect();
-        let labels: Vec<f64> = (0..columns).map(|c| self.label_room(c, faces)).collect();
+        let labels: Vec<f64> = (0..columns).map(|c| self.label_width(c, faces)).collect();
 
         let mut legends = Vec::new();
         for (c, entries) in self.legends.iter().enumerate().take(columns) {
             legends.push((lefts[c] + labels[c], flow(entries, column - labels[c], faces)));
         }
-        let legend_height = legends.iter().fold(0.0_f64, |most, (_, layout)| most.max(layout.1));
+        let legend_height = legends.iter().fold(0.0_f64, |height, (_, layout)| height.max(layout.1));
         let common = flow(&self.common, page - RIGHT_MARGIN - MARGIN - labels[0], faces);
         let top = MARGIN + legend_height + common.1 + 6.0;
-        let body: f64 = self.rows.iter().map(|row| row.height + head(row)).sum();
+        let body: f64 = self.rows.iter().map(|row| row.height + head_height(row)).sum();
         let height = top + body + X_LABELS + MARGIN;
 
         canvas::render(height.ceil() as i32, |area| {
@@ -84,7 +84,7 @@ impl Grid<'_> {
                     let at = (units(lefts[0] + labels[0]), units(y + 24.0));
                     area.draw_text(&title, &style::title(), at)?;
                 }
-                y += head(row);
+                y += head_height(row);
                 let x_labelled = index + 1 == self.rows.len();
                 let below = if x_labelled { X_LABELS } else { 0.0 };
                 for (c, panel) in row.panels.iter().enumerate() {
@@ -99,8 +99,8 @@ impl Grid<'_> {
         })
     }
 
-    /// Room for the caption and the widest tick label of a column.
-    fn label_room(&self, column: usize, faces: &Faces) -> f64 {
+    /// Returns the width of the caption and the widest tick label of a column.
+    fn label_width(&self, column: usize, faces: &Faces) -> f64 {
         let panels = self.rows.iter().filter_map(|row| row.panels.get(column));
         let widest = panels
             .flat_map(|panel| panel.y.ticks.iter().map(|&tick| panel.y.label(tick)))
@@ -110,19 +110,19 @@ impl Grid<'_> {
     }
 }
 
-/// Height above a row's axes.
-fn head(row: &Row<'_>) -> f64 {
+/// Returns the height above a row's axes.
+fn head_height(row: &Row<'_>) -> f64 {
     if row.title.is_some() { TITLE + GAP } else { GAP }
 }
 
-/// Sets entries in lines at most `room` wide.
-fn flow(entries: &[Entry], room: f64, faces: &Faces) -> Layout {
+/// Lays out entries in lines of at most `max_width` pixels.
+fn flow(entries: &[Entry], max_width: f64, faces: &Faces) -> Layout {
     let (mut x, mut y) = (0.0, 0.0);
     let mut placed = Vec::new();
     for (sample, text) in entries {
-        let text = faces.fit(text, TEXT_EM, false, room - sample_width(sample));
+        let text = faces.fit(text, TEXT_EM, false, max_width - sample_width(sample));
         let width = sample_width(sample) + faces.width(&text, TEXT_EM, false);
-        if x > 0.0 && x + width > room {
+        if x > 0.0 && x + width > max_width {
             x = 0.0;
             y += LEGEND_LINE;
         }

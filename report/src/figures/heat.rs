@@ -1,4 +1,4 @@
-//! A quantity over two others, as colours.
+//! Heat maps: a quantity over two axes, as colours.
 
 use plotters::style::{Color, RGBAColor, RGBColor};
 
@@ -8,46 +8,46 @@ use super::panel::Panel;
 use super::{Figure, FigureError};
 use crate::number::significant;
 
-/// Colours from little to much, evenly spaced: five of viridis (van der Walt and Smith 2015), whose lightness rises evenly, so
-/// that they are told apart in grey and with the common forms of colour blindness.
+/// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. Their lightness rises evenly, so
+/// they differ in grey and for the common forms of colour blindness.
 const SCALE: [(u8, u8, u8); 5] =
     [(0x44, 0x01, 0x54), (0x3b, 0x52, 0x8b), (0x21, 0x91, 0x8c), (0x5e, 0xc9, 0x62), (0xfd, 0xe7, 0x25)];
 
-/// Colours that the legend shows.
+/// Number of colours in the legend.
 const STEPS: usize = 6;
 
 /// An axis of a heat map.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisView<'a> {
-    /// What it carries.
+    /// Name of the axis.
     pub name: &'a str,
-    /// Whether it is logarithmic; its numbers are then positive.
+    /// Whether the axis is logarithmic. Its values are then positive.
     pub log: bool,
 }
 
-/// Cells of a heat map.
+/// The cells of a heat map.
 #[derive(Clone, Debug)]
 pub struct HeatView<'a> {
-    /// What the colours mean, with the unit.
+    /// Quantity and unit of the colours.
     pub caption: &'a str,
-    /// To the right, and up.
+    /// The horizontal and the vertical axis.
     pub axes: [AxisView<'a>; 2],
-    /// The middles of the cells to the right, ascending.
+    /// Horizontal centres of the cells, ascending.
     pub x: Vec<f64>,
-    /// The middles of the cells upwards, ascending.
+    /// Vertical centres of the cells, ascending.
     pub y: Vec<f64>,
-    /// A number per cell, row by row; NaN where there is none, which stays white.
+    /// The value of each cell, row by row. A cell with NaN stays white.
     pub means: &'a [f64],
 }
 
-/// A rectangle per cell, its colour the number.
+/// Draws a heat map: a rectangle per cell, whose colour is the value.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without cells, [`FigureError::Length`] for another number of them than of middles.
+/// [`FigureError::Empty`] without cells, [`FigureError::Length`] if the number of values differs from the number of cells.
 pub fn heat_map(view: &HeatView<'_>) -> Result<Figure, FigureError> {
     super::check("heat map", view.caption, view.x.len() * view.y.len(), &[("means", view.means.len())])?;
-    let (least, most) = extent(view.means.iter().copied()).unwrap_or((0.0, 0.0));
-    let color = |value: f64| color(if most > least { (value - least) / (most - least) } else { 0.5 });
+    let (min, max) = extent(view.means.iter().copied()).unwrap_or((0.0, 0.0));
+    let color = |value: f64| color(if max > min { (value - min) / (max - min) } else { 0.5 });
     let [x_axis, y_axis] = &view.axes;
     let (x_edges, y_edges) = (edges(&view.x, x_axis.log), edges(&view.y, y_axis.log));
     let mut fills = vec![];
@@ -67,23 +67,23 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure, FigureError> {
         ..Panel::over_time(axis(&x_edges, x_axis.log, X_TICKS), axis(&y_edges, y_axis.log, Y_TICKS), y_axis.name)
     };
     let step = |k: usize| {
-        let value = least + (most - least) * k as f64 / (STEPS - 1) as f64;
-        (Sample::Shade(color(value)), told_apart(value, (most - least) / (STEPS - 1) as f64))
+        let value = min + (max - min) * k as f64 / (STEPS - 1) as f64;
+        (Sample::Shade(color(value)), distinct(value, (max - min) / (STEPS - 1) as f64))
     };
-    let steps: Vec<Entry> = if most > least { (0..STEPS).map(step).collect() } else { vec![step(0)] };
+    let steps: Vec<Entry> = if max > min { (0..STEPS).map(step).collect() } else { vec![step(0)] };
     let rows = vec![Row { title: Some(view.caption), height: 760.0, panels: vec![panel] }];
     Grid { legends: vec![steps], common: vec![], rows }.draw()
 }
 
-/// Where cells meet, half way between their middles, in the axis's own coordinate.
-fn edges(middles: &[f64], log: bool) -> Vec<f64> {
-    let middles: Vec<f64> = middles.iter().map(|middle| if log { middle.log10() } else { *middle }).collect();
-    let Some((&first, &last)) = middles.first().zip(middles.last()) else { return vec![] };
-    if middles.len() == 1 {
+/// Returns the edges of the cells, halfway between their centres, in the coordinate of the axis.
+fn edges(centres: &[f64], log: bool) -> Vec<f64> {
+    let centres: Vec<f64> = centres.iter().map(|centre| if log { centre.log10() } else { *centre }).collect();
+    let Some((&first, &last)) = centres.first().zip(centres.last()) else { return vec![] };
+    if centres.len() == 1 {
         let half = if first == 0.0 { 0.5 } else { 0.1 * first.abs() };
         return vec![first - half, first + half];
     }
-    let between = middles.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    let between = centres.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
     let mut edges: Vec<f64> = std::iter::once(0.0).chain(between).chain([0.0]).collect();
     let end = edges.len() - 1;
     edges[0] = 2.0 * first - edges[1];
@@ -91,8 +91,8 @@ fn edges(middles: &[f64], log: bool) -> Vec<f64> {
     edges
 }
 
-/// A number with the four digits that tables have, or as many decimals as tell it from one a `step` away.
-fn told_apart(value: f64, step: f64) -> String {
+/// Returns a number with four significant digits, or with enough decimals to differ from a number one `step` away.
+fn distinct(value: f64, step: f64) -> String {
     let decimals = -step.log10().floor();
     let plain = significant(value);
     let shown = plain.split_once('.').map_or(0, |(_, decimals)| decimals.len());
@@ -103,7 +103,7 @@ fn told_apart(value: f64, step: f64) -> String {
     }
 }
 
-/// The colour at a share of the scale.
+/// Returns the colour at a share of the scale, 0 to 1.
 fn color(share: f64) -> RGBAColor {
     let place = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let below = (place as usize).min(SCALE.len() - 2);
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_meet_half_way_and_have_the_colours_of_their_numbers() {
+    fn cells_meet_halfway_and_have_the_colours_of_their_values() {
         assert_eq!(edges(&[0.0, 1.0, 3.0], false), [-0.5, 0.5, 2.0, 4.0]);
         assert_eq!(edges(&[1.0, 100.0], true), [-1.0, 1.0, 3.0]);
         let figure = heat_map(&view(&[0.0, 1.0, 2.0, f64::NAN, 3.0, 4.0], &[1.0, 10.0])).expect("drawn");
@@ -135,13 +135,13 @@ mod tests {
 
     #[test]
     fn numbers_of_the_legend_differ() {
-        assert_eq!([101.20, 101.22, 101.24].map(|value| told_apart(value, 0.02)), ["101.20", "101.22", "101.24"]);
-        assert_eq!(told_apart(2.85, 0.85), "2.850");
-        assert_eq!(told_apart(1.0, 0.0), "1.000");
+        assert_eq!([101.20, 101.22, 101.24].map(|value| distinct(value, 0.02)), ["101.20", "101.22", "101.24"]);
+        assert_eq!(distinct(2.85, 0.85), "2.850");
+        assert_eq!(distinct(1.0, 0.0), "1.000");
     }
 
     #[test]
-    fn odd_numbers_draw_all_the_same() {
+    fn unusual_values_give_a_figure() {
         for means in [[f64::NAN; 3], [1.0; 3], [1e300, -1e300, f64::INFINITY]] {
             heat_map(&view(&means, &[1.0])).expect("drawn");
         }

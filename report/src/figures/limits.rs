@@ -1,9 +1,9 @@
-//! Limits that runs share, set by the runs that stayed within reason.
+//! Common axis limits of several runs. Diverged runs do not set the limits.
 
 use super::axis::{Axis, Y_TICKS, extent, quantile_extent, union};
 use super::{EstimationView, RunView};
 
-/// One signal of one run, with what no sound run exceeds.
+/// One signal of one run, with its plausible magnitude.
 pub(super) struct Signal<'a> {
     time_s: &'a [f64],
     values: &'a [f64],
@@ -12,32 +12,32 @@ pub(super) struct Signal<'a> {
     plausible: f64,
 }
 
-/// Newtons no needle insertion reaches.
+/// A force (N) that no needle insertion reaches.
 const PLAUSIBLE_FORCE_N: f64 = 1e3;
-/// Metres no needle travels.
+/// A distance (m) that no needle travels.
 const PLAUSIBLE_POSITION_M: f64 = 1.0;
 
 impl<'a> Signal<'a> {
-    /// A force, in newtons.
+    /// A force in N.
     pub(super) fn force(run: &RunView<'a>, values: &'a [f64]) -> Self {
         Self { time_s: run.time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
     }
 
-    /// The force an estimation was given.
+    /// The measured force of an estimation.
     pub(super) fn measured(view: &EstimationView<'a>) -> Self {
         let values = view.measured_force_n;
         Self { time_s: view.time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
     }
 
-    /// A position, shown in millimetres.
+    /// A position, displayed in mm.
     pub(super) fn position(run: &RunView<'a>, values: &'a [f64]) -> Self {
         Self { time_s: run.time_s, values, scale: 1e3, plausible: PLAUSIBLE_POSITION_M }
     }
 }
 
-/// An axis for all signals within `window`. Signals that diverge there leave the picture, unless all do.
+/// Returns an axis for all signals within `window`. Signals that diverge there do not set the limits, unless all of them do.
 pub(super) fn shared(signals: &[Signal<'_>], window: (f64, f64)) -> Axis {
-    let mut sound = None;
+    let mut plausible = None;
     let mut all = None;
     for signal in signals {
         let inside = || {
@@ -46,13 +46,13 @@ pub(super) fn shared(signals: &[Signal<'_>], window: (f64, f64)) -> Axis {
         };
         let scaled = |(low, high): (f64, f64)| (low * signal.scale, high * signal.scale);
         if inside().all(|v| v.abs() <= signal.plausible) {
-            sound = union(sound, extent(inside()).map(scaled));
+            plausible = union(plausible, extent(inside()).map(scaled));
         } else {
             let bounded = inside().filter(|v| v.abs() <= signal.plausible);
             all = union(all, quantile_extent(bounded, 0.95).map(scaled));
         }
     }
-    Axis::padded(sound.or(all).unwrap_or((0.0, 1.0)), Y_TICKS)
+    Axis::padded(plausible.or(all).unwrap_or((0.0, 1.0)), Y_TICKS)
 }
 
 #[cfg(test)]

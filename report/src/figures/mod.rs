@@ -1,8 +1,8 @@
 //! Figures of runs and of estimations, as SVG and as PNG.
 //!
-//! Callers lend their columns as [`RunView`] and [`EstimationView`]; each function returns a [`Figure`] with both files' bytes. The same input gives
-//! the same bytes on every machine: the typeface is bundled, and nothing is read from the system. Samples that are not finite leave gaps; records
-//! of any length are thinned to what two pixels can show.
+//! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`] with the bytes of both files. The
+//! same input gives the same bytes on every machine, because the typeface is bundled and no system font is read. Samples that are
+//! not finite leave gaps. Long records are reduced to the minimum and maximum of every two pixels.
 
 mod axis;
 mod canvas;
@@ -41,7 +41,7 @@ pub use overlay::overlay;
 pub use parameters::parameters;
 pub use ports::{PortsView, ports};
 pub use residual::residual_histogram;
-pub(super) use residual::{Spectrum, gaussian, spectrum};
+pub(super) use residual::{Histogram, gaussian, histogram};
 pub use stability::{MapAxisView, MapView, stability_map};
 pub use switching::{SwitchingView, switching};
 pub use timeline::{MAX_ROWS, Shade, TimelineRow, timeline};
@@ -52,10 +52,10 @@ use plotters::drawing::DrawingAreaErrorKind;
 use axis::{Axis, extent};
 use limits::{Signal, shared};
 
-/// One run's signals over time, borrowed column by column; all columns are equally long.
+/// One run's signals over time. All columns have the same length.
 #[derive(Clone, Copy, Debug)]
 pub struct RunView<'a> {
-    /// The name its row or its line carries.
+    /// Name of the row or the line.
     pub name: &'a str,
     /// Time, s, increasing.
     pub time_s: &'a [f64],
@@ -63,24 +63,24 @@ pub struct RunView<'a> {
     pub master_position_m: &'a [f64],
     /// Position of the slave, m.
     pub slave_position_m: &'a [f64],
-    /// Force of the hand on the master, N, positive when pushing in.
+    /// Force of the operator on the master, N, positive in the direction of insertion.
     pub operator_force_n: &'a [f64],
     /// Force of the tissue on the needle, N, positive when it resists insertion.
     pub tissue_force_n: &'a [f64],
-    /// Force fed back to the hand, N, positive when it resists insertion.
+    /// Feedback force, N, positive when it resists insertion.
     pub feedback_force_n: &'a [f64],
-    /// 0 teleoperation, 1 augmented, 2 re-engaging.
+    /// 0 teleoperation, 1 frozen, 2 re-engaging.
     pub mode: &'a [u8],
-    /// When membranes gave way, s.
+    /// Times of the ruptures, s.
     pub rupture_times_s: &'a [f64],
-    /// When ruptures were detected, s.
+    /// Times of the alarms, s.
     pub alarm_times_s: &'a [f64],
 }
 
-/// An estimation and a detection over time, borrowed column by column; all columns are equally long.
+/// An estimation and a detection over time. All columns have the same length.
 #[derive(Clone, Copy, Debug)]
 pub struct EstimationView<'a> {
-    /// What was estimated.
+    /// Name of the run or recording.
     pub name: &'a str,
     /// Time, s, increasing.
     pub time_s: &'a [f64],
@@ -92,21 +92,21 @@ pub struct EstimationView<'a> {
     pub stiffness_n_per_m: &'a [f64],
     /// Estimated damping, N·s/m.
     pub damping_n_s_per_m: &'a [f64],
-    /// What is estimated besides: the name of its column, and its values.
+    /// The column name and the values of the estimator's extra parameter, if any.
     pub extra_parameter: Option<(&'static str, &'a [f64])>,
     /// Decision function of the detector, in `decision_unit`.
     pub decision: &'a [f64],
     /// The decision function's threshold γ, in `decision_unit`.
     pub threshold: f64,
-    /// Unit of the decision function, such as `N²`; empty where it has none.
+    /// Unit of the decision function, such as `N²`; empty without a unit.
     pub decision_unit: &'a str,
-    /// When membranes gave way, s.
+    /// Times of the ruptures, s.
     pub rupture_times_s: &'a [f64],
-    /// When ruptures were detected, s.
+    /// Times of the alarms, s.
     pub alarm_times_s: &'a [f64],
 }
 
-/// A figure's two files.
+/// The two files of a figure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Figure {
     /// An SVG document.
@@ -115,35 +115,35 @@ pub struct Figure {
     pub png: Vec<u8>,
 }
 
-/// Why there is no figure.
+/// The error of drawing a figure.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
-    /// Nothing to draw.
+    /// The data are empty.
     #[error("the {figure} figure needs at least one run with at least one sample")]
     Empty {
-        /// Which figure.
+        /// Name of the figure.
         figure: &'static str,
     },
-    /// Columns of unequal lengths.
-    #[error("{name}: column {column} has {found} samples where time_s has {expected}")]
+    /// The columns have different lengths.
+    #[error("{name}: column {column} has {found} samples, but time_s has {expected}")]
     Length {
         /// Name of the run.
         name: String,
         /// The column that differs.
         column: &'static str,
-        /// Samples of `time_s`.
+        /// Number of samples of `time_s`.
         expected: usize,
-        /// Samples of the column.
+        /// Number of samples of the column.
         found: usize,
     },
-    /// The bundled typeface could not be read.
+    /// The bundled typeface cannot be read.
     #[error("the bundled typeface cannot be read")]
     Font,
     /// Drawing failed.
     #[error("the figure cannot be drawn")]
     Draw(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// The bitmap could not be encoded.
+    /// The bitmap cannot be encoded.
     #[error("the figure cannot be encoded as PNG")]
     Png(#[from] png::EncodingError),
 }
@@ -176,12 +176,12 @@ impl EstimationView<'_> {
             ("stiffness_n_per_m", self.stiffness_n_per_m.len()),
             ("damping_n_s_per_m", self.damping_n_s_per_m.len()),
             ("decision", self.decision.len()),
-            self.extra_parameter.map_or(("further", self.time_s.len()), |(name, column)| (name, column.len())),
+            self.extra_parameter.map_or(("extra_parameter", self.time_s.len()), |(name, column)| (name, column.len())),
         ];
         check(figure, self.name, self.time_s.len(), &columns)
     }
 
-    /// The whole record, as an axis and as a range.
+    /// Returns the whole record, as an axis and as a range.
     fn time_axis(&self, max_ticks: usize) -> (Axis, (f64, f64)) {
         let axis = Axis::exact(extent(self.time_s.iter().copied()).unwrap_or((0.0, 1.0)), max_ticks);
         let range = (axis.low, axis.high);

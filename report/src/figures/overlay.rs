@@ -1,4 +1,4 @@
-//! Runs in the same axes: what the needle does, and what the hand is given to feel.
+//! Slave position and feedback force of several runs in the same axes.
 
 use super::axis::{Axis, X_TICKS};
 use super::grid::{Grid, Row, Sample};
@@ -7,10 +7,10 @@ use super::panel::{Events, Panel, Trace};
 use super::style::{RUNS, Stroke};
 use super::{Figure, FigureError, RunView, check_runs, events};
 
-/// Slave position (above) and force fed back (below), all runs in the same axes.
+/// Draws the slave position (above) and the feedback force (below) of all runs in the same axes.
 ///
-/// `window` is the time shown, in seconds; without it, from 0.4 s before to 1.6 s after the first rupture, or the whole record where there is
-/// none.
+/// `window` is the displayed time in s. Its default is from 0.4 s before to 1.6 s after the first rupture, or the whole record
+/// without a rupture.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -30,13 +30,16 @@ pub fn overlay(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Figur
         ..Panel::over_time(Axis::exact(window, X_TICKS), y, y_caption)
     };
     let slave = styled().map(|(run, line)| trace(run.time_s, run.slave_position_m, 1e3, line)).collect();
-    let felt = styled().map(|(run, line)| trace(run.time_s, run.feedback_force_n, 1.0, line)).collect();
+    let feedback = styled().map(|(run, line)| trace(run.time_s, run.feedback_force_n, 1.0, line)).collect();
     let row = |panel| Row { title: None, height: 400.0, panels: vec![panel] };
     let names = styled().map(|(run, line)| (Sample::Line(*line), run.name.to_owned()));
     Grid {
         legends: vec![names.collect()],
         common: events::entries(&[&events], window),
-        rows: vec![row(panel(position, "Slave position (mm)", slave)), row(panel(force, "Force fed back (N)", felt))],
+        rows: vec![
+            row(panel(position, "Slave position (mm)", slave)),
+            row(panel(force, "Feedback force (N)", feedback)),
+        ],
     }
     .draw()
 }
@@ -45,13 +48,14 @@ fn trace<'a>(x: &'a [f64], y: &'a [f64], scale: f64, stroke: &Stroke) -> Trace<'
     Trace { x, y, scale, stroke: *stroke }
 }
 
-/// Dashes drawn over a solid line show both where runs coincide.
+/// Draws dashed lines last, so that both lines are visible where runs coincide.
 fn dashes_last(mut traces: Vec<Trace<'_>>) -> Vec<Trace<'_>> {
     traces.sort_by_key(|trace| !trace.stroke.dashes.is_empty());
     traces
 }
 
-/// All runs' events; the shades are the first augmented run's, since shades over shades would read as a third mode.
+/// Returns the events of all runs. The shades are those of the first augmented run, because overlapping shades would look like a
+/// third mode.
 fn merged(runs: &[RunView<'_>]) -> Events {
     let mut all = Events::default();
     for events in runs.iter().map(events::of_run) {

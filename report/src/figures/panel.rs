@@ -1,4 +1,4 @@
-//! One pair of axes and what is drawn in it.
+//! One pair of axes and its content.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ pub(super) struct Trace<'a> {
     pub(super) stroke: Stroke,
 }
 
-/// What happened when; drawn in every panel that shares the time axis.
+/// Events over time, drawn in every panel with the same time axis.
 #[derive(Clone, Default)]
 pub(super) struct Events {
     pub(super) shades: Vec<(f64, f64, RGBAColor)>,
@@ -33,7 +33,7 @@ pub(super) struct Events {
     pub(super) alarms: Vec<f64>,
 }
 
-/// A pair of axes with its content, back to front as listed.
+/// A pair of axes with its content, in drawing order.
 pub(super) struct Panel<'a> {
     pub(super) x: Axis,
     pub(super) y: Axis,
@@ -43,22 +43,22 @@ pub(super) struct Panel<'a> {
     /// Filled outlines, in axis coordinates.
     pub(super) fills: Vec<(Vec<Point>, RGBAColor)>,
     pub(super) traces: Vec<Trace<'a>>,
-    /// Lines that may go anywhere, in axis coordinates; one point is a dot.
+    /// Lines in axis coordinates; a line with one point is a dot.
     pub(super) curves: Vec<(Vec<Point>, Stroke)>,
     /// Horizontal lines.
     pub(super) levels: Vec<(f64, Stroke)>,
 }
 
-/// Where a panel stands in its figure, in pixels.
+/// The place of a panel in its figure, in pixels.
 pub(super) struct Place {
-    /// Room left of the vertical axis, for its labels and caption.
+    /// Width of the labels and the caption left of the vertical axis.
     pub(super) y_labels: f64,
-    /// Whether the horizontal axis is labelled here, rather than in a panel below.
+    /// Whether the horizontal axis of this panel has labels.
     pub(super) x_labelled: bool,
 }
 
 impl<'a> Panel<'a> {
-    /// Empty axes over time.
+    /// Returns empty axes over time.
     pub(super) fn over_time(time: Axis, y: Axis, y_caption: &'a str) -> Self {
         Self {
             x: time,
@@ -147,7 +147,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// The mark of a detection: a triangle hanging from `at`.
+/// Draws the mark of an alarm: a triangle below `at`.
 pub(super) fn alarm_mark(area: &Area<'_>, at: Point) -> Result<(), FigureError> {
     let (x, y) = at;
     let corners = [(x - 11.0, y), (x + 11.0, y), (x, y + 22.0)];
@@ -172,14 +172,14 @@ pub(super) fn stroke(area: &Area<'_>, lines: Vec<Vec<Point>>, stroke: &Stroke) -
     Ok(())
 }
 
-/// The samples of `x`, which increases, on `axis`, and one beyond either end for the lines that lead there.
+/// Returns the samples of the increasing column `x` on `axis`, and one beyond each end for the lines that cross the edges.
 fn shown(x: &[f64], axis: &Axis) -> Range<usize> {
     let end = (x.partition_point(|&x| x <= axis.high) + 1).min(x.len());
     let start = x[..end].partition_point(|&x| x < axis.low).saturating_sub(1);
     start..end
 }
 
-/// The pixel columns of the events inside the frame, each once.
+/// Returns the distinct pixel columns of the events inside the frame.
 fn distinct(times: &[f64], frame: &Frame) -> Vec<f64> {
     let mut columns: Vec<f64> = times
         .iter()

@@ -1,4 +1,4 @@
-//! The teleoperator as a two-port over frequency.
+//! The two-port of the teleoperator over frequency.
 
 use super::axis::{Axis, Y_TICKS, extent};
 use super::grid::{Grid, Row, Sample};
@@ -6,10 +6,10 @@ use super::panel::{Panel, Trace};
 use super::style::{RUNS, Stroke, THRESHOLD};
 use super::{Figure, FigureError};
 
-/// Llewellyn's parameter is drawn up to this; what is above is safe.
+/// Maximum displayed value of Llewellyn's parameter. Every higher value is absolutely stable.
 const MAX_LLEWELLYN: f64 = 3.0;
 
-/// Columns over frequency, all equally long.
+/// Columns over frequency, all of the same length.
 #[derive(Clone, Debug)]
 pub struct PortsView {
     /// Hz, increasing.
@@ -28,8 +28,8 @@ pub struct PortsView {
     pub free_cosine: Vec<f64>,
 }
 
-/// Impedances (above), Llewellyn's parameter with its threshold (middle), and how far the port of the hand is from giving
-/// power away (below).
+/// Draws the impedances (above), Llewellyn's parameter with its threshold (middle), and the real part of the hand's port relative
+/// to its magnitude (below), which is negative if the port is active.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without frequencies, [`FigureError::Length`] for columns of unequal lengths.
@@ -49,8 +49,8 @@ pub fn ports(view: &PortsView) -> Result<Figure, FigureError> {
     let x_axis = Axis::log10((low, high));
     let x: Vec<f64> = view.frequency_hz.iter().map(|frequency| x_axis.place(*frequency)).collect();
     let magnitudes = view.transmitted.iter().chain(&view.ideal).chain(&view.free).copied();
-    let (least, most) = extent(magnitudes.filter(|value| *value > 0.0)).unwrap_or((0.1, 10.0));
-    let impedance = Axis::log10((least.max(1e-6 * most) / 1.5, 1.5 * most));
+    let (min, max) = extent(magnitudes.filter(|value| *value > 0.0)).unwrap_or((0.1, 10.0));
+    let impedance = Axis::log10((min.max(1e-6 * max) / 1.5, 1.5 * max));
     let [transmitted, ideal, free] = [RUNS[1], RUNS[0], RUNS[2]];
     let line = |y, stroke| Trace { x: &x, y, scale: 1.0, stroke };
     let panel = |y: Axis, y_caption, traces, levels| Panel {
@@ -94,11 +94,11 @@ pub fn ports(view: &PortsView) -> Result<Figure, FigureError> {
         },
     ];
     let legend = vec![
-        (Sample::Line(transmitted), "felt in the tissue".to_owned()),
-        (Sample::Line(ideal), "the tissue, scaled".to_owned()),
-        (Sample::Line(free), "felt in free motion".to_owned()),
+        (Sample::Line(transmitted), "in tissue".to_owned()),
+        (Sample::Line(ideal), "ideal: the scaled tissue".to_owned()),
+        (Sample::Line(free), "in free motion".to_owned()),
         (Sample::Line(RUNS[3]), "Llewellyn's parameter".to_owned()),
-        (Sample::Line(THRESHOLD), "least for any hand and tissue, 1; for a passive port, 0".to_owned()),
+        (Sample::Line(THRESHOLD), "minimum: η = 1 for absolute stability, Re Z = 0 for passivity".to_owned()),
     ];
     Grid { legends: vec![legend], common: vec![], rows }.draw()
 }
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn impedances_and_the_threshold_are_there() {
+    fn impedances_and_the_threshold_are_drawn() {
         let column = |value: f64| vec![value, 2.0 * value, f64::INFINITY];
         let view = PortsView {
             frequency_hz: vec![0.1, 1.0, 10.0],

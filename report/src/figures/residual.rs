@@ -1,4 +1,4 @@
-//! How the prediction error is distributed, as the paper's figure 11.
+//! The distribution of the prediction error, as in figure 11 of the paper.
 
 use super::axis::{Axis, X_TICKS, extent};
 use super::grid::{Grid, Row, Sample};
@@ -8,19 +8,19 @@ use super::{EstimationView, Figure, FigureError};
 use plotters::style::{Color, RGBAColor};
 use trocar_sim::quantiles::robust_std;
 
-/// Half width of the figure in σ, at most.
-const WIDEST: f64 = 8.0;
+/// Maximum half width of the figure in σ.
+const MAX_HALF_WIDTH: f64 = 8.0;
 const BINS: usize = 96;
 
-/// Density of the prediction error e, on a logarithmic axis, against the zero-mean Gaussian whose standard deviation is 1.4826 times the median
-/// absolute deviation of e: ruptures widen the tails but hardly move that spread. Errors beyond 8 σ fall outside the picture; the density counts
-/// them.
+/// Draws the density of the prediction error e on a logarithmic axis, with the zero-mean Gaussian whose standard deviation is
+/// 1.4826 times the median absolute deviation of e. Ruptures widen the tails, but hardly change this standard deviation. Errors
+/// beyond 8 σ are outside the figure, but count in the density.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
     view.check("residual")?;
-    let (residuals, Spectrum { half, bin, densities, sigma }) = spectrum(view.residual_n);
+    let (residuals, Histogram { half, bin, densities, sigma }) = histogram(view.residual_n);
     let single = 1.0 / (residuals.len().max(1) as f64 * bin);
     let peak = densities.iter().copied().fold(single, f64::max);
     let y = Axis::log10((0.5 * single, 3.0 * peak));
@@ -49,32 +49,32 @@ pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureErr
     .draw()
 }
 
-/// How a prediction error is distributed: densities (1/N) in equal bins of a width (N) from `-half` to `half` (N), and the
-/// robust σ (N) where there is one.
-pub(crate) struct Spectrum {
+/// The distribution of a prediction error: densities (1/N) in bins of equal width `bin` (N) from `-half` to `half` (N), and the
+/// robust σ (N), if defined.
+pub(crate) struct Histogram {
     pub(crate) half: f64,
     pub(crate) bin: f64,
     pub(crate) densities: Vec<f64>,
     pub(crate) sigma: Option<f64>,
 }
 
-/// The finite errors (N), and how they are distributed.
-pub(crate) fn spectrum(residual_n: &[f64]) -> (Vec<f64>, Spectrum) {
+/// Returns the finite errors (N) and their distribution.
+pub(crate) fn histogram(residual_n: &[f64]) -> (Vec<f64>, Histogram) {
     let residuals: Vec<f64> = residual_n.iter().copied().filter(|e| e.is_finite()).collect();
     let sigma = robust_spread(&residuals);
     let (low, high) = extent(residuals.iter().copied()).unwrap_or((0.0, 0.0));
     let largest = low.abs().max(high.abs());
     let half = match sigma {
-        Some(sigma) => (1.05 * largest).clamp(4.0 * sigma, WIDEST * sigma),
+        Some(sigma) => (1.05 * largest).clamp(4.0 * sigma, MAX_HALF_WIDTH * sigma),
         None if largest > 0.0 => 1.2 * largest,
         None => 1.0,
     };
     let bin = 2.0 * half / BINS as f64;
     let densities = densities(&residuals, half, bin);
-    (residuals, Spectrum { half, bin, densities, sigma })
+    (residuals, Histogram { half, bin, densities, sigma })
 }
 
-/// 1.4826 times the median absolute deviation from the median; none where it is zero or has no meaning.
+/// Returns 1.4826 times the median absolute deviation from the median, or `None` if it is 0 or implausible.
 fn robust_spread(values: &[f64]) -> Option<f64> {
     robust_std(values).filter(|spread| *spread > 1e-12 && *spread < 1e12)
 }
@@ -89,7 +89,7 @@ fn densities(values: &[f64], half: f64, bin: f64) -> Vec<f64> {
     counts.into_iter().map(|count| count as f64 * each).collect()
 }
 
-/// The histogram's outline, standing on the axis.
+/// Returns the outline of the histogram from the lower limit of the axis.
 fn outline(densities: &[f64], half: f64, bin: f64, y: &Axis) -> Vec<(f64, f64)> {
     let floor = y.low;
     let mut points = vec![(-half, floor)];

@@ -1,4 +1,4 @@
-//! The map of stability over two parameters.
+//! The stability map over two parameters.
 
 use plotters::style::{Color, WHITE};
 
@@ -9,48 +9,49 @@ use super::style::{BLACK, BLUE, GREEN, SKY, Stroke, VERMILION};
 use super::thin::Point;
 use super::{Figure, FigureError};
 
-/// Where the loop turns unstable.
+/// The stability boundary.
 const BOUNDARY: Stroke = Stroke::solid(BLACK, 3.5);
-/// A run in which the motion died out, and one in which it grew.
+/// A run whose motion decays, and a run whose motion grows.
 const DECAYS: Stroke = Stroke::solid(BLUE, 5.0);
 const GROWS: Stroke = Stroke::solid(VERMILION, 7.0);
-/// A run that disagrees.
+/// A run that disagrees with the analysis.
 const DIFFERS: Stroke = Stroke::solid(BLACK, 11.0);
-/// The loop at hand.
-const HERE: Stroke = Stroke::solid(GREEN, 20.0);
+/// The scenario.
+const SCENARIO: Stroke = Stroke::solid(GREEN, 20.0);
 
-/// Runs are shown at about this many points of each axis.
-const SHOWN: usize = 28;
+/// Approximate number of runs drawn along each axis.
+const RUNS_PER_AXIS: usize = 28;
 
 /// An axis of the map.
 #[derive(Clone, Copy, Debug)]
 pub struct MapAxisView<'a> {
-    /// What it shows.
+    /// Name and unit of the axis.
     pub caption: &'a str,
     /// Its values, increasing.
     pub values: &'a [f64],
-    /// Whether it is drawn logarithmically; then every value is above 0.
+    /// Whether the axis is logarithmic. Every value is then above 0.
     pub is_logarithmic: bool,
-    /// The value of the loop at hand.
-    pub here: f64,
+    /// The value of the scenario.
+    pub scenario_value: f64,
 }
 
 /// Verdicts on a grid.
 #[derive(Clone, Debug)]
 pub struct MapView<'a> {
-    /// Across.
+    /// The horizontal axis.
     pub x: MapAxisView<'a>,
-    /// Upwards.
+    /// The vertical axis.
     pub y: MapAxisView<'a>,
-    /// Whether stable, row by row.
+    /// Whether each point is stable, row by row.
     pub stable: &'a [bool],
-    /// Pieces of the boundary.
+    /// Segments of the boundary.
     pub boundary: &'a [[(f64, f64); 2]],
-    /// Whether the engine's motion grew, row by row, where it was run; empty without.
+    /// Whether the simulated motion grew, row by row; `None` without a run at a point, empty without any run.
     pub grew: &'a [Option<bool>],
 }
 
-/// The map: what is stable is shaded, the boundary a line; runs are dots, those that disagree larger and black.
+/// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the analysis are
+/// larger and black.
 ///
 /// # Errors
 /// [`FigureError::Empty`] for a map without points.
@@ -61,7 +62,7 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
         return Err(FigureError::Empty { figure: "stability map" });
     }
     let (x_axis, y_axis) = (axis(x, X_TICKS), axis(y, Y_TICKS));
-    let (across, upwards) = (edges(x, &x_axis), edges(y, &y_axis));
+    let (x_edges, y_edges) = (edges(x, &x_axis), edges(y, &y_axis));
     let mut panel = Panel { x_caption: x.caption, ..Panel::over_time(x_axis.clone(), y_axis.clone(), y.caption) };
     for row in 0..rows {
         let verdicts = &view.stable[row * columns..(row + 1) * columns];
@@ -69,8 +70,8 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
         while column < columns {
             let length = verdicts[column..].iter().take_while(|stable| **stable == verdicts[column]).count();
             if verdicts[column] {
-                let (left, right) = (across[column], across[column + length]);
-                let (low, high) = (upwards[row], upwards[row + 1]);
+                let (left, right) = (x_edges[column], x_edges[column + length]);
+                let (low, high) = (y_edges[row], y_edges[row + 1]);
                 panel.fills.push((vec![(left, low), (right, low), (right, high), (left, high)], SKY.mix(0.38)));
             }
             column += length;
@@ -79,29 +80,29 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
     let place = |point: Point| (x_axis.place(point.0), y_axis.place(point.1));
     panel.curves.extend(view.boundary.iter().map(|piece| (piece.iter().copied().map(place).collect(), BOUNDARY)));
     panel.curves.extend(dots(view).map(|(point, stroke)| (vec![place(point)], stroke)));
-    let here = place((x.here, y.here));
-    panel.curves.push((vec![here], Stroke::solid(WHITE, 26.0)));
-    panel.curves.push((vec![here], HERE));
+    let scenario = place((x.scenario_value, y.scenario_value));
+    panel.curves.push((vec![scenario], Stroke::solid(WHITE, 26.0)));
+    panel.curves.push((vec![scenario], SCENARIO));
     let mut legend = vec![
         (Sample::Shade(SKY.mix(0.38)), "stable".to_owned()),
-        (Sample::Line(BOUNDARY), "boundary, from the matrices".to_owned()),
-        (Sample::Dot(HERE), "the scenario".to_owned()),
+        (Sample::Line(BOUNDARY), "boundary (analysis)".to_owned()),
+        (Sample::Dot(SCENARIO), "scenario".to_owned()),
     ];
     if view.grew.iter().any(Option::is_some) {
-        legend.push((Sample::Dot(DECAYS), "engine: dies out".to_owned()));
-        legend.push((Sample::Dot(GROWS), "engine: grows".to_owned()));
+        legend.push((Sample::Dot(DECAYS), "simulation: decays".to_owned()));
+        legend.push((Sample::Dot(GROWS), "simulation: grows".to_owned()));
     }
     if view.grew.iter().zip(view.stable).any(|(grew, stable)| *grew == Some(*stable)) {
-        legend.push((Sample::Dot(DIFFERS), "engine: disagrees".to_owned()));
+        legend.push((Sample::Dot(DIFFERS), "simulation: disagrees".to_owned()));
     }
     Grid { legends: vec![legend], common: vec![], rows: vec![Row { title: None, height: 820.0, panels: vec![panel] }] }
         .draw()
 }
 
-/// The runs that are shown: some of all, and all that disagree.
+/// Returns the displayed runs: an even selection, and all runs that disagree.
 fn dots<'a>(view: &'a MapView<'_>) -> impl Iterator<Item = (Point, Stroke)> + 'a {
     let (columns, rows) = (view.x.values.len(), view.y.values.len());
-    let (every_column, every_row) = (columns.div_ceil(SHOWN), rows.div_ceil(SHOWN));
+    let (every_column, every_row) = (columns.div_ceil(RUNS_PER_AXIS), rows.div_ceil(RUNS_PER_AXIS));
     view.grew.iter().enumerate().filter_map(move |(index, grew)| {
         let grew = (*grew)?;
         let (row, column) = (index / columns, index % columns);
@@ -119,7 +120,7 @@ fn axis(view: &MapAxisView<'_>, ticks: usize) -> Axis {
     if view.is_logarithmic { Axis::log10(range) } else { Axis::exact(range, ticks) }
 }
 
-/// The edges of the cells around the values, in axis coordinates.
+/// Returns the edges of the cells around the values, in axis coordinates.
 fn edges(view: &MapAxisView<'_>, axis: &Axis) -> Vec<f64> {
     let places: Vec<f64> = view.values.iter().map(|value| axis.place(*value)).collect();
     let inner = places.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
@@ -131,9 +132,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_stable_is_shaded_and_runs_are_dots() {
+    fn the_stable_region_is_shaded_and_runs_are_dots() {
         let values = [1.0, 10.0, 100.0];
-        let axis = |caption| MapAxisView { caption, values: &values, is_logarithmic: true, here: 1.0 };
+        let axis = |caption| MapAxisView { caption, values: &values, is_logarithmic: true, scenario_value: 1.0 };
         let stable = [true, true, true, true, false, false, true, false, false];
         let view = MapView {
             x: axis("Force scale"),
@@ -143,13 +144,13 @@ mod tests {
             grew: &[],
         };
         let plain = stability_map(&view).expect("a figure");
-        assert!(plain.svg.contains("Tissue stiffness (N/m)") && !plain.svg.contains("engine"));
+        assert!(plain.svg.contains("Tissue stiffness (N/m)") && !plain.svg.contains("simulation"));
         let grew: Vec<Option<bool>> = stable.iter().map(|stable| Some(!stable)).collect();
         let checked = stability_map(&MapView { grew: &grew, ..view.clone() }).expect("a figure");
-        assert!(checked.svg.contains("engine: grows") && !checked.svg.contains("engine: disagrees"));
+        assert!(checked.svg.contains("simulation: grows") && !checked.svg.contains("simulation: disagrees"));
         let differs: Vec<Option<bool>> = stable.iter().map(|stable| Some(*stable)).collect();
-        let apart = stability_map(&MapView { grew: &differs, ..view.clone() }).expect("a figure");
-        assert!(apart.svg.contains("engine: disagrees"));
+        let disagreeing = stability_map(&MapView { grew: &differs, ..view.clone() }).expect("a figure");
+        assert!(disagreeing.svg.contains("simulation: disagrees"));
         assert!(matches!(stability_map(&MapView { stable: &[], ..view }), Err(FigureError::Empty { .. })));
     }
 }

@@ -1,13 +1,13 @@
-//! Sizes, colours and line styles, in one place.
+//! Sizes, colours and line styles.
 //!
-//! Lengths are in pixels of a figure 1600 pixels wide. Colours are Okabe and Ito's, which the common forms of colour blindness tell apart; width
-//! and dashes tell the lines apart once more, for print without colour.
+//! Lengths are in pixels of a figure 1600 pixels wide. The colours are those of Okabe and Ito, which differ for the common forms of
+//! colour blindness. Lines also differ in width and dashes, for print without colour.
 
 use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
 
 use super::fonts::{FAMILY, PLOTTERS_SIZE_PER_EM};
 
-/// Drawing units per pixel: plotters places whole units, and quarters of a pixel keep slow curves smooth.
+/// Drawing units per pixel. Plotters has integer coordinates; quarters of a pixel keep slow curves smooth.
 pub(super) const UNITS_PER_PIXEL: i32 = 4;
 
 pub(super) const FIGURE_WIDTH: i32 = 1600;
@@ -24,12 +24,12 @@ pub(super) const BLUE: RGBColor = RGBColor(0x00, 0x72, 0xb2);
 pub(super) const VERMILION: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
 pub(super) const PURPLE: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
 
-/// Pixels to drawing units.
+/// Converts pixels to drawing units.
 pub(super) fn units(pixels: f64) -> i32 {
     (pixels * f64::from(UNITS_PER_PIXEL)).round() as i32
 }
 
-/// How a line is drawn: dashes are `(on, off, on, off …)` in pixels, empty for a solid line.
+/// The style of a line. Dashes are `(on, off, on, off …)` in pixels, empty for a solid line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stroke {
     pub(super) color: RGBColor,
@@ -47,22 +47,22 @@ impl Stroke {
     }
 }
 
-/// The wide pale line under a thin one that may hide it.
+/// A wide pale line below a thin one.
 pub(super) const UNDERLAY: Stroke = Stroke::solid(SKY, 8.0);
-/// The line the reader should look at.
+/// The main line.
 pub(super) const MAIN: Stroke = Stroke::solid(VERMILION, 3.25);
-/// The person's side.
+/// The line of the operator or the master.
 pub(super) const HUMAN: Stroke = Stroke { color: BLUE, width: 3.25, dashes: &[15.0, 10.0] };
-/// A line alone in its axes.
+/// The only line in its axes.
 pub(super) const ALONE: Stroke = Stroke::solid(BLUE, 2.75);
 /// A true rupture.
 pub(super) const RUPTURE: Stroke = Stroke { color: GREY, width: 2.0, dashes: &[7.0, 7.0] };
-/// A detection.
+/// An alarm.
 pub(super) const ALARM: Stroke = Stroke::solid(BLACK, 2.0);
 /// A threshold.
 pub(super) const THRESHOLD: Stroke = Stroke { color: VERMILION, width: 3.0, dashes: &[22.0, 9.0, 3.0, 9.0] };
 
-/// One style per run or detector where they share their axes.
+/// One style per run or detector in the same axes.
 pub(super) const RUNS: [Stroke; 8] = [
     Stroke { color: BLUE, width: 3.25, dashes: &[15.0, 10.0] },
     Stroke::solid(VERMILION, 3.75),
@@ -74,7 +74,7 @@ pub(super) const RUNS: [Stroke; 8] = [
     Stroke::solid(GREY, 5.0),
 ];
 
-/// The shade of an interval in a mode, none for plain teleoperation.
+/// Returns the shade of an interval in a mode, or `None` for teleoperation.
 pub(super) fn shade(mode: u8) -> Option<RGBAColor> {
     match mode {
         1 => Some(ORANGE.mix(0.34)),

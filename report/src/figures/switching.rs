@@ -1,4 +1,4 @@
-//! What events do to a motion, by how far they are apart.
+//! Growth of the motion per event, against the time between events.
 
 use super::axis::{Axis, extent};
 use super::grid::{Grid, Row, Sample};
@@ -6,23 +6,23 @@ use super::panel::{Panel, Trace};
 use super::style::{RUNS, THRESHOLD};
 use super::{Figure, FigureError};
 
-/// What has died out in one event is drawn down to here.
+/// Lower limit of the growth axis.
 const MIN_GROWTH: f64 = 1e-4;
 
-/// Columns over the teleoperation between two events, all equally long; what is not there is no number.
+/// Columns over the teleoperation between two events, all of the same length. A missing value is NaN.
 #[derive(Clone, Debug)]
 pub struct SwitchingView {
-    /// s, increasing.
+    /// Teleoperation between two events, s, increasing.
     pub dwell_s: Vec<f64>,
-    /// Growth per event by the certificate.
+    /// Certified upper bound of the growth per event.
     pub certified: Vec<f64>,
-    /// That of the worst sequence found.
+    /// Growth per event of the worst sequence found.
     pub found: Vec<f64>,
-    /// What no sequence of those tried exceeds.
+    /// Upper bound of the growth per event over all enumerated sequences.
     pub enumerated: Vec<f64>,
 }
 
-/// Growth per event over the teleoperation between two events; below 1 motions die out.
+/// Draws the growth per event against the teleoperation between two events. Below 1 the motion decays.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a dwell, [`FigureError::Length`] for columns of unequal lengths.
@@ -36,22 +36,22 @@ pub fn switching(view: &SwitchingView) -> Result<Figure, FigureError> {
     let x_axis = Axis::log10((low / 1.1, high * 1.1));
     let x: Vec<f64> = view.dwell_s.iter().map(|dwell| x_axis.place(*dwell)).collect();
     let all = view.certified.iter().chain(&view.found).chain(&view.enumerated).copied();
-    let (least, most) = extent(all.filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
-    let least = least.max(MIN_GROWTH);
+    let (min, max) = extent(all.filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
+    let min = min.max(MIN_GROWTH);
     let [certified, found, enumerated] = [RUNS[0], RUNS[1], RUNS[2]];
     let line = |y, stroke| Trace { x: &x, y, scale: 1.0, stroke };
     let panel = Panel {
         x_caption: "Teleoperation between events (s)",
         traces: vec![line(&view.certified, certified), line(&view.enumerated, enumerated), line(&view.found, found)],
         levels: vec![(1.0, THRESHOLD)],
-        ..Panel::over_time(x_axis, Axis::log10((least / 1.5, 1.5 * most.max(1.0))), "Growth per event")
+        ..Panel::over_time(x_axis, Axis::log10((min / 1.5, 1.5 * max.max(1.0))), "Growth per event")
     };
     let rows = vec![Row { title: None, height: 560.0, panels: vec![panel] }];
     let legend = vec![
-        (Sample::Line(certified), "at most, certified for any events and tissue".to_owned()),
-        (Sample::Line(found), "the worst sequence found".to_owned()),
-        (Sample::Line(enumerated), "at most, of the sequences tried".to_owned()),
-        (Sample::Line(THRESHOLD), "above 1 motions grow".to_owned()),
+        (Sample::Line(certified), "certified bound for any events and tissue".to_owned()),
+        (Sample::Line(found), "worst sequence found".to_owned()),
+        (Sample::Line(enumerated), "bound over the enumerated sequences".to_owned()),
+        (Sample::Line(THRESHOLD), "above 1 the motion grows".to_owned()),
     ];
     Grid { legends: vec![legend], common: vec![], rows }.draw()
 }

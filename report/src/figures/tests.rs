@@ -1,11 +1,11 @@
-//! Every figure on plausible, empty, short and broken records.
+//! Every figure with plausible, empty, short and invalid records.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
 
 use super::*;
 
-/// Columns of a needle insertion that a membrane's rupture at 5.52 s interrupts.
+/// Columns of a needle insertion with a rupture at 5.52 s.
 #[derive(Default)]
 struct Record {
     time: Vec<f64>,
@@ -26,7 +26,7 @@ struct Record {
 const RUPTURE_S: f64 = 5.52;
 const ALARM_S: f64 = 5.526;
 
-/// Noise enough for a picture: a sum of twelve uniform numbers.
+/// Returns approximately Gaussian noise: a sum of twelve uniform numbers.
 fn noise(seed: &mut u64) -> f64 {
     let mut sum = -6.0;
     for _ in 0..12 {
@@ -39,7 +39,7 @@ fn noise(seed: &mut u64) -> f64 {
 fn insertion(samples: usize, augmented: bool) -> Record {
     let mut record = Record { ruptures: vec![RUPTURE_S, 8.85], alarms: vec![ALARM_S, 8.857], ..Record::default() };
     let mut seed = 7;
-    let mut catching_up = 0.0;
+    let mut reference_gap = 0.0;
     for k in 0..samples {
         let t = k as f64 * 16.0 / samples as f64;
         let after = t - RUPTURE_S;
@@ -58,10 +58,10 @@ fn insertion(samples: usize, augmented: bool) -> Record {
         };
         let event = after - (ALARM_S - RUPTURE_S);
         let (mode, slave) = if augmented && (0.0..0.5).contains(&event) {
-            catching_up = master - 19.3;
+            reference_gap = master - 19.3;
             (1, 19.3)
         } else if augmented && (0.5..0.9).contains(&event) {
-            (2, master - catching_up * (0.9 - event) / 0.4)
+            (2, master - reference_gap * (0.9 - event) / 0.4)
         } else {
             (0, master - 0.25)
         };
@@ -117,7 +117,7 @@ impl Record {
         }
     }
 
-    /// A record whose columns all hold the same values.
+    /// Returns a record whose columns all have the same values.
     fn filled(values: &[f64]) -> Self {
         let column = || values.to_vec();
         Self {
@@ -138,7 +138,7 @@ impl Record {
     }
 }
 
-/// Every figure of a pair of records, with the name of its file.
+/// Returns every figure of a pair of records, with the name of its file and the drawing time in ms.
 fn all(a: &Record, b: &Record) -> Vec<(&'static str, Result<Figure, FigureError>, f64)> {
     let runs = [a.run("classical"), b.run("augmented")];
     let view = b.estimation();
@@ -176,7 +176,7 @@ fn figures_of_an_insertion_are_small_and_the_same_each_time() {
 }
 
 #[test]
-fn broken_records_still_give_figures() {
+fn invalid_records_give_figures() {
     let records: [&[f64]; 9] = [
         &[0.0],
         &[f64::NAN],
@@ -202,7 +202,7 @@ fn broken_records_still_give_figures() {
 }
 
 #[test]
-fn a_diverging_run_is_drawn_beside_a_sound_one() {
+fn a_diverging_run_is_drawn_beside_a_stable_one() {
     let sound = insertion(4000, true);
     let mut wild = insertion(4000, false);
     for k in 1400..4000 {
@@ -227,7 +227,7 @@ fn a_million_samples_make_small_figures() {
 }
 
 #[test]
-fn nothing_to_draw_is_an_error_that_says_so() {
+fn empty_data_is_an_error() {
     let none = Record::default();
     for (name, figure, _) in all(&none, &none) {
         assert!(matches!(figure, Err(FigureError::Empty { .. })), "{name}");
@@ -237,11 +237,11 @@ fn nothing_to_draw_is_an_error_that_says_so() {
     let record = Record::filled(&[1.0, 2.0]);
     let ragged = RunView { mode: &[0], ..record.run("ragged") };
     let error = overlay(&[ragged], None).expect_err("ragged columns");
-    assert_eq!(error.to_string(), "ragged: column mode has 1 samples where time_s has 2");
+    assert_eq!(error.to_string(), "ragged: column mode has 1 samples, but time_s has 2");
 }
 
 #[test]
-fn long_and_odd_names_are_safe() {
+fn long_and_unusual_names_are_safe() {
     let record = insertion(500, true);
     let name = "a <very> & long \"name\" with \u{0} control \u{7} characters, 漢字, ".repeat(20);
     let runs = [record.run(&name), record.run(""), record.run(&name)];
@@ -251,7 +251,7 @@ fn long_and_odd_names_are_safe() {
     }
 }
 
-/// Writes samples to look at: `TROCAR_FIGURES=dir cargo test --release figures::tests::samples -- --nocapture`.
+/// Writes sample figures to a folder: `TROCAR_FIGURES=dir cargo test --release figures::tests::samples -- --nocapture`.
 #[test]
 fn samples() {
     let Ok(folder) = std::env::var("TROCAR_FIGURES") else {

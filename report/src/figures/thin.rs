@@ -1,6 +1,6 @@
-//! From samples to what the eye can see of them: at most two points per two pixels of width, clipped to the axes, straight runs merged.
+//! Reduces samples to visible lines: at most two points per two pixels of width, clipped to the axes, with straight parts merged.
 
-/// The rectangle lines are drawn in: its size in pixels and the values at its edges.
+/// The rectangle in which lines are drawn: its size in pixels and the values at its edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) x: (f64, f64),
@@ -11,17 +11,17 @@ pub(super) struct Frame {
 
 pub(super) type Point = (f64, f64);
 
-/// Width of the columns of which a line keeps two points, in pixels; every line is wider.
+/// Width of a column in pixels; a line keeps two points per column. Every line is wider.
 const COLUMN: f64 = 2.0;
 /// Points closer than this to a straight line, in pixels, are merged into it.
 const TOLERANCE: f64 = 0.12;
-/// Points a merged run may hold; bounds the work.
-const LONGEST_RUN: usize = 48;
-/// Pixels beyond which positions are clamped, so that 1e300 stays a number worth computing with.
+/// Maximum number of points that are merged into a straight line. It bounds the work.
+const MAX_MERGED: usize = 48;
+/// Positions are clamped to this many pixels, so that values such as 1e300 do not overflow.
 const FAR: f64 = 1e6;
 
 impl Frame {
-    /// Pixels from the top left corner.
+    /// Returns the position in pixels from the top left corner.
     pub(super) fn pixel(&self, x: f64, y: f64) -> Point {
         let across = (x - self.x.0) / (self.x.1 - self.x.0) * self.width;
         let down = (self.y.1 - y) / (self.y.1 - self.y.0) * self.height;
@@ -29,7 +29,8 @@ impl Frame {
     }
 }
 
-/// The lines through `samples` (time and value, in axis coordinates), in pixels. A sample that is not finite breaks the line.
+/// Returns the lines through `samples` (time and value, in axis coordinates), in pixels. A sample that is not finite breaks the
+/// line.
 pub(super) fn polylines(samples: impl Iterator<Item = Point>, frame: &Frame) -> Vec<Vec<Point>> {
     let mut lines = Lines::default();
     let mut column: Option<Column> = None;
@@ -54,7 +55,7 @@ pub(super) fn polylines(samples: impl Iterator<Item = Point>, frame: &Frame) -> 
     lines.done
 }
 
-/// Consecutive samples in one column: the extremes, in the order they came.
+/// Consecutive samples in one column: the extremes, in their order.
 struct Column {
     index: i64,
     low: Point,
@@ -86,7 +87,7 @@ struct Lines {
     done: Vec<Vec<Point>>,
     open: Vec<Point>,
     pen: Option<Point>,
-    lone: bool,
+    is_single: bool,
 }
 
 impl Lines {
@@ -94,9 +95,9 @@ impl Lines {
         let Some(column) = column else { return };
         for at in column.points() {
             match self.pen {
-                None => self.lone = true,
+                None => self.is_single = true,
                 Some(from) if from != at => {
-                    self.lone = false;
+                    self.is_single = false;
                     self.segment(from, at, frame);
                 }
                 Some(_) => {}
@@ -120,15 +121,15 @@ impl Lines {
         }
     }
 
-    /// Ends the line; a sample alone between gaps becomes a point.
+    /// Ends the line. A single sample between gaps becomes a point.
     fn lift(&mut self, frame: &Frame) {
-        if let (Some(at), true) = (self.pen.take(), self.lone)
+        if let (Some(at), true) = (self.pen.take(), self.is_single)
             && (0.0..=frame.width).contains(&at.0)
             && (0.0..=frame.height).contains(&at.1)
         {
             self.done.push(vec![at]);
         }
-        self.lone = false;
+        self.is_single = false;
         self.close();
     }
 
@@ -140,19 +141,19 @@ impl Lines {
     }
 }
 
-/// The part of a segment inside the frame (Liang and Barsky).
+/// Returns the part of a segment inside the frame, or `None` (Liang and Barsky).
 fn clip(a: Point, b: Point, frame: &Frame) -> Option<(Point, Point)> {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for (slope, room) in [(-dx, a.0), (dx, frame.width - a.0), (-dy, a.1), (dy, frame.height - a.1)] {
+    for (slope, distance) in [(-dx, a.0), (dx, frame.width - a.0), (-dy, a.1), (dy, frame.height - a.1)] {
         if slope == 0.0 {
-            if room < 0.0 {
+            if distance < 0.0 {
                 return None;
             }
         } else if slope < 0.0 {
-            enter = enter.max(room / slope);
+            enter = enter.max(distance / slope);
         } else {
-            leave = leave.min(room / slope);
+            leave = leave.min(distance / slope);
         }
     }
     if enter > leave {
@@ -169,7 +170,7 @@ fn straightened(line: &[Point]) -> Vec<Point> {
     let mut anchor = 0;
     for end in 2..line.len() {
         let between = &line[anchor + 1..end];
-        if between.len() >= LONGEST_RUN || between.iter().any(|&p| distance(p, line[anchor], line[end]) > TOLERANCE) {
+        if between.len() >= MAX_MERGED || between.iter().any(|&p| distance(p, line[anchor], line[end]) > TOLERANCE) {
             anchor = end - 1;
             kept.push(line[anchor]);
         }
@@ -214,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_break_lines_and_lone_samples_stay() {
+    fn gaps_break_lines_and_single_samples_are_points() {
         let values = [0.0, f64::NAN, 0.5, f64::INFINITY, 0.0, 0.1, f64::NAN];
         let lines = polylines(values.into_iter().enumerate().map(|(k, v)| (k as f64, v)), &FRAME);
         let lengths: Vec<usize> = lines.iter().map(Vec::len).collect();

@@ -1,4 +1,4 @@
-//! Many detections over one time axis: what the needle did, when layers gave way, when alarms came.
+//! Many recordings over one time axis: phases of the needle, ruptures and alarms.
 
 use plotters::style::{Color, RGBAColor};
 
@@ -8,17 +8,17 @@ use super::panel::{Events, Panel};
 use super::style::{ORANGE, PURPLE, SKY};
 use super::{Figure, FigureError};
 
-/// Recordings that one figure can show; a page has an end.
+/// Maximum number of recordings in one figure.
 pub const MAX_ROWS: usize = 120;
 
-/// What a row shades.
+/// The phases that are shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shade {
     /// The needle goes in.
     Insertion,
-    /// It is held.
+    /// The needle is held.
     Hold,
-    /// It comes out.
+    /// The needle is withdrawn.
     Withdrawal,
 }
 
@@ -35,22 +35,22 @@ impl Shade {
     }
 }
 
-/// One recording's events, in s after its first sample.
+/// One recording's phases and events, in s after its first sample.
 #[derive(Clone, Debug)]
 pub struct TimelineRow<'a> {
-    /// The recording.
+    /// Name of the recording.
     pub name: &'a str,
-    /// How long it is, s.
+    /// Duration, s.
     pub duration_s: f64,
-    /// From when to when the needle did what, in order.
+    /// Start, end and phase of each interval, in order.
     pub shades: Vec<(f64, f64, Shade)>,
     /// Labelled ruptures, s.
     pub rupture_times_s: Vec<f64>,
-    /// Detections, s.
+    /// Alarms, s.
     pub alarm_times_s: Vec<f64>,
 }
 
-/// A row per recording, at most [`MAX_ROWS`] of them: phases shaded, labelled ruptures and detections marked.
+/// Draws a row per recording, at most [`MAX_ROWS`]: phases are shaded, labelled ruptures and alarms are marked.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a row.
@@ -73,7 +73,7 @@ pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure, FigureError> {
         common.push((Sample::Rupture, "labelled rupture".to_owned()));
     }
     if rows.iter().any(|row| !row.alarm_times_s.is_empty()) {
-        common.push((Sample::Alarm, "detection".to_owned()));
+        common.push((Sample::Alarm, "alarm".to_owned()));
     }
     let panel = |row: &TimelineRow<'_>| {
         let shades = row.shades.iter().map(|&(from, to, shade)| (from, to, shade.color())).collect();
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn every_recording_has_its_row_and_the_legend_names_what_is_there() {
         let figure = timeline(&[row("first", 2.0), row("second", 0.0), row("third", f64::NAN)]).expect("drawn");
-        for text in ["first", "second", "third", "insertion", "withdrawal", "labelled rupture", "detection"] {
+        for text in ["first", "second", "third", "insertion", "withdrawal", "labelled rupture", "alarm"] {
             assert!(figure.svg.contains(text), "{text}");
         }
         assert!(!figure.svg.contains("hold") && !figure.svg.contains("NaN"));

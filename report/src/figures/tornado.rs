@@ -1,4 +1,4 @@
-//! What matters for which metric, as bars.
+//! The influence of each axis on each metric, as bars.
 
 use plotters::style::{Color, RGBAColor};
 
@@ -9,10 +9,10 @@ use super::style::{BLUE, GREY, SKY, Stroke, VERMILION};
 use super::thin::Point;
 use super::{Figure, FigureError};
 
-/// Bars that one figure can show; a page has an end.
+/// Maximum number of bars in one figure.
 const MAX_BARS: usize = 100;
 
-/// A metric with what each axis does to it, the strongest first.
+/// A metric with the influence of each axis, the strongest first.
 #[derive(Clone, Debug)]
 pub struct TornadoView<'a> {
     /// The metric.
@@ -21,7 +21,7 @@ pub struct TornadoView<'a> {
     pub bars: Vec<(&'a str, Option<f64>, Option<f64>)>,
 }
 
-/// Two bars per metric and axis: the rank regression coefficient above, the first-order Sobol index below.
+/// Draws two bars per metric and axis: the rank regression coefficient above, the first-order Sobol index below.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a bar.
@@ -52,7 +52,7 @@ pub fn tornado(views: &[TornadoView<'_>]) -> Result<Figure, FigureError> {
         fills.extend(epsilon_squared.map(|index| (bar(index, 0.08, 0.5), SKY.to_rgba())));
         let middle = super::panel::Trace { x: &zero, y: &up, scale: 1.0, stroke: Stroke::solid(GREY, 2.0) };
         Panel {
-            x_caption: "Standardised rank regression coefficient; share of the variance",
+            x_caption: "Standardised rank regression coefficient; first-order Sobol index",
             fills,
             traces: vec![middle],
             ..Panel::over_time(share.clone(), blank.clone(), "")
@@ -67,8 +67,8 @@ pub fn tornado(views: &[TornadoView<'_>]) -> Result<Figure, FigureError> {
         })
         .collect();
     let common = vec![
-        (Sample::Shade(VERMILION.to_rgba()), "rank regression: rises with the axis".to_owned()),
-        (Sample::Shade(BLUE.to_rgba()), "falls with it".to_owned()),
+        (Sample::Shade(VERMILION.to_rgba()), "rank regression: increases with the axis".to_owned()),
+        (Sample::Shade(BLUE.to_rgba()), "decreases".to_owned()),
         (Sample::Shade(SKY.to_rgba()), "first-order Sobol index".to_owned()),
     ];
     Grid { legends: vec![], common, rows }.draw()

@@ -1,19 +1,19 @@
-//! The files that every page is made of, carried in the binary.
+//! The files of every page, embedded in the binary.
 
-/// Colours, type and spacing, light and dark.
+/// Colours, fonts and spacing, for the light and the dark theme.
 pub const THEME_CSS: &str = include_str!("assets/theme.css");
-/// Charts over time, drawn with uPlot.
+/// Charts, drawn with uPlot.
 pub const CHARTS_JS: &str = include_str!("assets/charts.js");
-/// uPlot, which draws the axes and curves.
+/// The plotting library uPlot.
 pub const UPLOT_JS: &str = include_str!("assets/uplot/uPlot.iife.min.js");
-/// Its style.
+/// The style of uPlot.
 pub const UPLOT_CSS: &str = include_str!("assets/uplot/uPlot.min.css");
-/// Its licence (MIT).
+/// The licence of uPlot (MIT).
 pub const UPLOT_LICENSE: &str = include_str!("assets/uplot/LICENSE");
 
 /// The template of a report.
 pub(super) const REPORT_HTML: &str = include_str!("assets/report.html");
-/// Its style.
+/// The style of a report.
 pub(super) const REPORT_CSS: &str = include_str!("assets/report.css");
-/// Its script.
+/// The script of a report.
 pub(super) const REPORT_JS: &str = include_str!("assets/report.js");

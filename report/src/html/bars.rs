@@ -1,4 +1,4 @@
-//! What a metric depends on, as bars in a table.
+//! The influence of the axes on a metric, as bars in a table.
 
 use serde::Serialize;
 
@@ -6,33 +6,33 @@ use crate::number::show;
 use trocar_sim::metrics::Unit;
 use trocar_sim::sweep::{Design, Findings};
 
-/// An axis's say in a metric, the bars in per cent of their places.
+/// The influence of an axis on a metric. Widths are in per cent of the width of the cell.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Influence {
-    /// Empty but for the metric's first axis.
+    /// The metric in the row of its first axis, otherwise empty.
     metric: String,
     axis: String,
     index: String,
     index_width: String,
     slope: String,
-    /// Where the bar of the slope begins, 50 being 0.
+    /// Start of the bar of the slope; 50 is a slope of 0.
     slope_from: String,
     slope_width: String,
     rises: bool,
-    /// R² of the ranks, with the metric.
+    /// R² of the rank regression in the row of the metric's first axis, otherwise empty.
     explained: String,
 }
 
-/// A row per metric in focus and axis, the strongest axis first.
+/// Returns a row per metric in focus and axis, the strongest axis first.
 pub(super) fn influences(design: &Design, findings: &Findings) -> Vec<Influence> {
     let per_cent = |share: f64| format!("{:.2}", 100.0 * share.clamp(0.0, 1.0));
     let of_metric = |influences: &trocar_sim::sweep::Influences| {
         let metric = design.columns[influences.column].label.clone();
         let explained = show(influences.rank_r_squared, Unit::Share);
-        let of_axis = |(place, influence): (usize, &trocar_sim::sweep::Influence)| {
+        let of_axis = |(index, influence): (usize, &trocar_sim::sweep::Influence)| {
             let slope = influence.rank_regression;
             let size = slope.map_or(0.0, |slope| 0.5 * slope.abs());
-            let only_first = |text: &String| if place == 0 { text.clone() } else { String::new() };
+            let only_first = |text: &String| if index == 0 { text.clone() } else { String::new() };
             Influence {
                 metric: only_first(&metric),
                 axis: influence.axis.to_owned(),

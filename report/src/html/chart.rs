@@ -1,10 +1,10 @@
-//! Interactive charts: what `assets/charts.js` takes, as data.
+//! The data of interactive charts, which `assets/charts.js` draws.
 
 use serde::Serialize;
 
 use super::digits::{Few, Fine};
 
-/// The order of colours where several runs or cases share a chart, by the theme's names.
+/// The colours of several runs or cases in one chart, by their names in the theme.
 pub(super) const COLOURS: [&str; 8] = ["blue", "vermilion", "green", "black", "purple", "orange", "sky", "grey"];
 
 /// An axis.
@@ -25,21 +25,21 @@ impl ChartAxis {
     }
 }
 
-/// A line, or points, and how they look.
+/// A line or points, and their style.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Series {
     pub(super) label: String,
     pub(super) colour: &'static str,
-    /// Pixels.
+    /// Width in pixels.
     pub(super) width: f64,
-    /// Pixels on, off, on, off …; empty for a solid line.
+    /// Dashes (on, off, on, off …) in pixels; empty for a solid line.
     pub(super) dash: &'static [u32],
     pub(super) show: bool,
-    /// Each value holds until the next one.
+    /// Whether each value holds until the next one.
     pub(super) stepped: bool,
-    /// Points instead of a line.
+    /// Whether the series is drawn as points.
     pub(super) scatter: bool,
-    /// Whether the line goes on over values that are not there.
+    /// Whether the line continues over missing values.
     pub(super) span: bool,
 }
 
@@ -62,7 +62,7 @@ impl Series {
     }
 }
 
-/// What is marked at an instant.
+/// The mark of an event.
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub(super) struct Mark {
     pub(super) at: Fine,
@@ -71,22 +71,22 @@ pub(super) struct Mark {
     pub(super) label: String,
 }
 
-/// An interval that is shaded.
+/// A shaded interval.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct ChartShade {
     pub(super) from: Fine,
     pub(super) to: Fine,
-    /// `augmented`, `reengaging`, `insertion`, `hold`, `withdrawal`.
+    /// `augmented` (frozen), `reengaging`, `insertion`, `hold` or `withdrawal`.
     pub(super) name: &'static str,
 }
 
-/// A level of the ordinate.
+/// A level of the vertical axis.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Level {
     pub(super) value: Few,
 }
 
-/// What is drawn besides lines.
+/// The shades, marks and thresholds of a chart.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Extras {
     pub(super) shades: Vec<ChartShade>,
@@ -94,7 +94,7 @@ pub(super) struct Extras {
     pub(super) thresholds: Vec<Level>,
 }
 
-/// Columns over an abscissa of their own.
+/// Columns over their own horizontal axis.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Columns {
     pub(super) x: Vec<Fine>,
@@ -107,27 +107,27 @@ impl Columns {
         Self { x: x.into_iter().map(Fine).collect(), y: y.into_iter().map(few).collect() }
     }
 
-    /// Some rows of columns, each multiplied by a factor.
+    /// Returns the selected rows of columns, multiplied by a factor.
     pub(super) fn rows(x: &[f64], columns: &[&[f64]], rows: &[usize], factor: f64) -> Self {
         let of = |column: &&[f64]| rows.iter().map(|row| factor * column[*row]).collect();
         Self::new(rows.iter().map(|row| x[*row]), columns.iter().map(of).collect())
     }
 }
 
-/// A chart. The series are those of the first columns, then those of the second, and so on.
+/// A chart. The series are in the order of the columns.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Chart {
     pub(super) title: String,
-    /// For those who do not see it.
+    /// Text alternative for screen readers.
     pub(super) alt: String,
     pub(super) height: u32,
     #[serde(rename = "markLabels")]
     pub(super) mark_labels: bool,
     pub(super) x: ChartAxis,
     pub(super) y: ChartAxis,
-    /// What the ordinate shows at least, where that is set.
+    /// Values that the vertical axis always includes.
     pub(super) includes: Vec<Few>,
-    /// What the ordinate shows, where that is fixed.
+    /// Fixed limits of the vertical axis, if any.
     pub(super) range: Option<[Few; 2]>,
     pub(super) series: Vec<Series>,
     pub(super) columns: Vec<Columns>,
@@ -151,7 +151,7 @@ impl Chart {
         }
     }
 
-    /// The same chart with a description of what it shows, from its title, its lines and how far they go.
+    /// Returns the same chart with a text alternative from its title, axes and lines.
     pub(super) fn described(mut self) -> Self {
         let names: Vec<&str> = self.series.iter().map(|series| series.label.as_str()).collect();
         let ends = |ends: (f64, f64), x: &Fine| (ends.0.min(x.0), ends.1.max(x.0));

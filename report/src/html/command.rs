@@ -1,6 +1,6 @@
-//! Command lines that people can paste.
+//! Command lines that a user can paste into a shell.
 
-/// `trocar` and its arguments, quoted where a shell would read them differently.
+/// Returns `trocar` and its arguments, quoted for a shell where necessary.
 #[must_use]
 pub fn command_line<S: AsRef<str>>(arguments: impl IntoIterator<Item = S>) -> String {
     arguments.into_iter().fold("trocar".to_owned(), |line, argument| format!("{line} {}", quoted(argument.as_ref())))
@@ -20,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shell_reads_back_what_was_meant() {
+    fn a_shell_reads_back_the_arguments() {
         let given = ["run", "it's here.toml", "--set", "a.b=[1, 2]", "", "$(reboot)", "plain.toml"];
         let line = command_line(given);
         assert_eq!(line, r"trocar run 'it'\''s here.toml' --set 'a.b=[1, 2]' '' '$(reboot)' plain.toml");

@@ -1,4 +1,4 @@
-//! The pages of a run and of runs side by side.
+//! The pages of a run and of a comparison.
 
 use super::command::command_line;
 use super::events::{self, Timeline};
@@ -11,17 +11,17 @@ use crate::tables::{change, facts_table, outcome};
 use trocar_sim::compare::{Comparison, Fact, SeedStudy};
 use trocar_sim::run::Run;
 
-/// How far a window around a rupture reaches, in s.
+/// Displayed time before and after a rupture, in s.
 const BEFORE_S: f64 = 0.2;
 const AFTER_S: f64 = 1.0;
 
-/// Scenarios that the heading names at most.
+/// Maximum number of scenarios in the heading.
 const MAX_NAMED: usize = 3;
 
-/// Ruptures that have a button at most.
+/// Maximum number of ruptures with a button.
 const MAX_WINDOWS: usize = 6;
 
-/// The page of a run.
+/// Returns the page of a run.
 ///
 /// # Errors
 /// [`HtmlError`].
@@ -46,7 +46,7 @@ pub fn run_html(run: &Run) -> Result<String, HtmlError> {
     page.render()
 }
 
-/// The page of a comparison; `line` is the command that repeats it where its scenarios are not all there is to it.
+/// Returns the page of a comparison. `line` is the command that reproduces it; without it, the command names the scenarios.
 ///
 /// # Errors
 /// [`HtmlError`].
@@ -62,18 +62,16 @@ pub fn comparison_html(
     let mut sections = vec![metrics(&names, &table.rows), events_section(&runs), charts_section(&runs)];
     if let Some(study) = study {
         let blocks = vec![
-            Block::text(
-                "For each scenario the median over the seeds of its noise and, in brackets, what holds the middle 95 % of them.",
-            ),
+            Block::text("For each scenario: the median over the seeds and, in brackets, the central 95 % interval."),
             Block::table(format!("Over {} seeds", study.seeds), &seeds_table(study)),
         ];
         sections.push(Section { id: "seeds", title: "Over many seeds", blocks });
     }
     if let Some(facts) = facts {
         let about = "Statements of the paper (Barbé, Bayle, de Mathelin and Gangi, In Vivo Model Estimation and Haptic \
-                     Characterization of Needle Insertions) beside what this comparison gives.";
-        let blocks = vec![Block::text(about), Block::table("The paper's facts", &facts_table(facts))];
-        sections.push(Section { id: "paper", title: "The paper beside it", blocks });
+                     Characterization of Needle Insertions) and the results of this comparison.";
+        let blocks = vec![Block::text(about), Block::table("Statements of the paper", &facts_table(facts))];
+        sections.push(Section { id: "paper", title: "Comparison with the paper", blocks });
     }
     let own = || {
         let files = names.iter().map(|name| format!("{name}.toml"));
@@ -84,12 +82,12 @@ pub fn comparison_html(
     sections.push(match line {
         Some(line) => Section {
             id: "again",
-            title: "The same again",
-            blocks: vec![Block::Command { line, note: "The scenarios are shipped with trocar.".into() }],
+            title: "Reproduce",
+            blocks: vec![Block::Command { line, note: "trocar includes these scenarios.".into() }],
         },
         None => reproduction(own(), &runs),
     });
-    let heading = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" against ") };
+    let heading = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" and ") };
     let page = Page {
         command: "trocar compare",
         heading,
@@ -100,11 +98,11 @@ pub fn comparison_html(
     page.render()
 }
 
-/// What was run and how it ended.
+/// Returns a sentence about a run: outcome, tick, seed and supervisor.
 fn about(run: &Run) -> String {
     let scenario = &run.scenario;
     format!(
-        "{}; one tick is {}, the seed {}, the supervisor {}.",
+        "{}; tick {}, seed {}, the supervisor {}.",
         outcome(run),
         show(Some(scenario.grid.tick_s()), trocar_sim::metrics::Unit::Second),
         scenario.seed,
@@ -128,19 +126,18 @@ fn metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
         Row { cells, meaning: row.meaning }
     };
     let rows = rows.iter().map(row).collect();
-    let table = Block::Table { caption: "Metrics and what they mean".into(), head, rows, is_text: false };
-    let note =
-        Block::text("A dash stands where there is no such number, as for the delay of a rupture that was missed.");
+    let table = Block::Table { caption: "Metrics and their meaning".into(), head, rows, is_text: false };
+    let note = Block::text("A dash marks an undefined value, such as the detection delay of a missed rupture.");
     Section { id: "metrics", title: "Metrics", blocks: vec![table, note] }
 }
 
 fn events_section(runs: &[&Run]) -> Section {
-    let lanes: Vec<_> = runs.iter().map(|run| events::happenings(run)).collect();
+    let lanes: Vec<_> = runs.iter().map(|run| events::of_run(run)).collect();
     let ends = runs.iter().filter_map(|run| run.trace.time_s.last().copied());
     let timeline = Timeline::of(&lanes, (0.0, ends.fold(0.0, f64::max)), events::RUN_KEY.to_vec());
     let table: Table = events::events_table(runs);
     let table = match table.rows() {
-        [_] => Block::text("Nothing ruptured, and no alarm was raised."),
+        [_] => Block::text("No rupture and no alarm."),
         _ => Block::table("Events in order of time", &table),
     };
     Section { id: "events", title: "Events", blocks: vec![Block::Timeline(timeline), table] }
@@ -162,8 +159,8 @@ fn charts_section(runs: &[&Run]) -> Section {
     let key = if signals::is_crowded(runs.len()) { &events::RUN_KEY[..1] } else { &events::RUN_KEY[..] };
     blocks.push(Block::Charts { name: "signals", windows, key: key.to_vec() });
     blocks.push(Block::text(
-        "Long records are thinned to the least and the greatest value of each short stretch, and nearly every sample around \
-         ruptures and alarms; trace.csv has every tick.",
+        "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures and alarms \
+         is kept. trace.csv has every tick.",
     ));
     Section { id: "signals", title: "Signals", blocks }
 }
@@ -174,9 +171,10 @@ fn drawn(runs: &[&Run]) -> Drawn {
     drawn
 }
 
-/// The scenarios as they are resolved.
+/// Returns the section with the resolved scenarios.
 pub(super) fn scenarios_section(runs: &[&Run]) -> Section {
-    let about = "Every key with its value, defaults written out; running it gives the same numbers to the last bit.";
+    let about =
+        "Every key with its value, including defaults. Running this scenario gives identical results, bit for bit.";
     let file = |run: &&Run| Block::File {
         name: format!("{}.toml", run.scenario.name),
         text: without_paths(&run.scenario.echo()),
@@ -186,13 +184,13 @@ pub(super) fn scenarios_section(runs: &[&Run]) -> Section {
 }
 
 fn reproduction(line: String, runs: &[&Run]) -> Section {
-    let own = runs.iter().any(|run| without_paths(&run.scenario.echo()) != run.scenario.echo());
-    let recordings = if own { ", and the recordings that they name lie beside them" } else { "" };
-    let note = format!("Where the scenarios above are saved under their names{recordings}.");
-    Section { id: "again", title: "The same again", blocks: vec![Block::Command { line, note }] }
+    let has_files = runs.iter().any(|run| without_paths(&run.scenario.echo()) != run.scenario.echo());
+    let recordings = if has_files { " and copy their recordings into the same folder" } else { "" };
+    let note = format!("Save the scenarios above under their names{recordings}, then run this command there.");
+    Section { id: "again", title: "Reproduce", blocks: vec![Block::Command { line, note }] }
 }
 
-/// A resolved scenario without what is of this machine alone: files by their names, without the folders.
+/// Returns a resolved scenario without the folders of its files, so that no path of this machine is in it.
 pub(super) fn without_paths(toml: &str) -> String {
     let line = |line: &str| {
         let file = ["file", "delays_file"].into_iter().find_map(|key| {

@@ -1,27 +1,27 @@
-//! The pages of detections, in one recording and in many.
+//! The pages of detections in one recording and in many.
 
 use super::chart::{Chart, ChartAxis, ChartShade, Columns, Extras, Mark, Series};
 use super::compared::without_paths;
 use super::digits::Fine;
-use super::events::{self, Happenings, Timeline};
+use super::events::{self, LaneEvents, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Section, Window};
-use super::signals::{bounded, decision_unit, further, stretches, thresholded};
+use super::signals::{bounded, decision_unit, extra_parameter_axis, intervals_per_run, thresholded};
 use super::thin::kept;
 use crate::DetectionEntry;
 use crate::detection::{events_table, phases_table, residual_table, scores_table};
 use crate::detections::{pooled_phases, recordings_table, scores_table as scores_of_many};
-use crate::figures::{self, Spectrum};
+use crate::figures::{self, Histogram};
 use crate::number::{show, significant};
 use trocar_sim::detect::{Detection, DetectionReport, Phase};
 use trocar_sim::metrics::Unit;
 
-/// Alarms and ruptures that have a button at most.
+/// Maximum number of alarms with a button.
 const MAX_WINDOWS: usize = 6;
 
-/// Recordings whose events are drawn at most.
+/// Maximum number of recordings on the timeline.
 const MAX_LANES: usize = 120;
 
-/// Points of a curve.
+/// Number of segments of the Gaussian's curve.
 const CURVE: i32 = 120;
 
 const KEY: [(&str, &str); 5] = [
@@ -37,19 +37,19 @@ const KEY: [(&str, &str); 5] = [
 pub struct DetectionPage<'a> {
     /// The recording's name.
     pub name: &'a str,
-    /// What was estimated and decided.
+    /// The estimates and decisions.
     pub detection: &'a Detection,
-    /// What that comes to.
+    /// The report about them.
     pub report: &'a DetectionReport,
-    /// The decision function's threshold, and its unit.
+    /// The threshold of the decision function, and its unit.
     pub scale: (f64, &'static str),
-    /// Its settings as TOML.
+    /// The settings as TOML.
     pub settings: &'a str,
-    /// The command that repeats it.
+    /// The command that reproduces it.
     pub line: &'a str,
 }
 
-/// The page of a detection.
+/// Returns the page of a detection.
 ///
 /// # Errors
 /// [`HtmlError`].
@@ -57,19 +57,19 @@ pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
     let report = page.report;
     let mut numbers = vec![
         Block::table("Estimates by phase", &phases_table(&report.phases)),
-        Block::table("Residual: measured less estimated force", &residual_table(report)),
+        Block::table("Residual: measured minus estimated force", &residual_table(report)),
     ];
     if let Some(scores) = &report.scores {
-        numbers.push(Block::table("Alarms held against the labels", &scores_table(scores, report.window_s)));
+        numbers.push(Block::table("Alarms compared with the labels", &scores_table(scores, report.window_s)));
     }
     numbers.push(Block::text(MEANINGS));
-    let happened = happenings(page.name, report, report.start_s);
+    let lane = lane_events(page.name, report, report.start_s);
     let (from_s, to_s) = (report.start_s, report.start_s + report.duration_s);
-    let mut events = vec![Block::Timeline(Timeline::of(&[happened], (from_s, to_s), KEY.to_vec()))];
+    let mut events = vec![Block::Timeline(Timeline::of(&[lane], (from_s, to_s), KEY.to_vec()))];
     events.push(if report.alarms.is_empty() && report.missed().next().is_none() {
-        Block::text("No alarm was raised.")
+        Block::text("No alarm.")
     } else {
-        Block::table("Alarms, and ruptures that none announced", &events_table(&[(None, report)]))
+        Block::table("Alarms and missed ruptures", &events_table(&[(None, report)]))
     });
     let mut drawn = Drawn::default();
     drawn.charts.insert("signals", charts(page));
@@ -77,21 +77,22 @@ pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
     let signals = vec![
         Block::Charts { name: "signals", windows: windows(report), key: KEY.to_vec() },
         Block::text(
-            "Long records are thinned to the least and the greatest value of each short stretch, and nearly every sample \
-             around ruptures and alarms; detection.csv has every sample.",
+            "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures and \
+             alarms is kept. detection.csv has every sample.",
         ),
     ];
     let residual = vec![Block::Charts { name: "residual", windows: vec![], key: vec![] }];
     let settings = Block::File { name: format!("{}.toml", page.name), text: without_paths(page.settings) };
     let touched = (!report.touched).then(|| {
-        "The needle never went below the contact: give it with --contact-m, or turn the position's sign.".to_owned()
+        "The needle never passes the contact position. Set it with --contact-m, or change the sign of the position."
+            .to_owned()
     });
     let samples = format!(
         "{} samples over {}, {} apart, {} of them in contact; {} alarm{}.",
         report.samples,
-        events::lasted(report.duration_s),
+        events::seconds(report.duration_s),
         show(Some(report.interval_s), Unit::Second),
-        events::lasted(report.contact_s),
+        events::seconds(report.contact_s),
         report.alarms.len(),
         if report.alarms.len() == 1 { "" } else { "s" },
     );
@@ -100,25 +101,25 @@ pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
         heading: page.name.to_owned(),
         lead: [samples].into_iter().chain(touched).collect(),
         sections: vec![
-            Section { id: "metrics", title: "Numbers", blocks: numbers },
+            Section { id: "metrics", title: "Results", blocks: numbers },
             Section { id: "events", title: "Events", blocks: events },
             Section { id: "signals", title: "Signals", blocks: signals },
-            Section { id: "residual", title: "How the residual is distributed", blocks: residual },
+            Section { id: "residual", title: "Distribution of the residual", blocks: residual },
             Section { id: "scenario", title: "Settings", blocks: vec![settings] },
-            again(page.line),
+            reproduction(page.line),
         ],
         drawn,
     }
     .render()
 }
 
-const MEANINGS: &str = "e, the residual, is the measured less the estimated force; σ its standard deviation, the robust σ 1.4826 \
-     times its median absolute deviation, which ruptures hardly move; K and B the estimated stiffness and damping. Free is \
-     before the contact, insertion, hold and withdrawal are told apart by the needle's mean speed. Precision is the share of \
-     alarms that announce a rupture, recall the share of ruptures that one announces, F1 their harmonic mean; a delay is that \
-     of an alarm after the rupture that it announces.";
+const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The robust σ is 1.4826 \
+     times its median absolute deviation, which ruptures hardly change. K and B are the estimated stiffness and damping. The \
+     phase is free without contact; the mean speed of the needle distinguishes insertion, hold and withdrawal. Precision is the \
+     share of alarms that match a rupture, recall is the share of ruptures with a matching alarm, and F1 is their harmonic mean. \
+     A delay is the time from a rupture to its alarm.";
 
-/// The page of detections in many recordings.
+/// Returns the page of detections in many recordings.
 ///
 /// # Errors
 /// [`HtmlError`].
@@ -127,21 +128,21 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
         entries.iter().filter_map(|entry| Some((entry.name.as_str(), entry.report()?))).collect();
     let mut numbers = vec![Block::table("Recordings", &recordings_table(entries))];
     if let Some(scores) = scores_of_many(entries) {
-        numbers.push(Block::table("Alarms held against the labels", &scores));
+        numbers.push(Block::table("Alarms compared with the labels", &scores));
     }
-    numbers.push(Block::table("Estimates by phase, all recordings together", &phases_table(&pooled_phases(entries))));
+    numbers.push(Block::table("Estimates by phase, all recordings", &phases_table(&pooled_phases(entries))));
     numbers.push(Block::text(MEANINGS));
-    let lanes: Vec<Happenings> =
-        reports.iter().take(MAX_LANES).map(|(name, report)| happenings(name, report, 0.0)).collect();
+    let lanes: Vec<LaneEvents> =
+        reports.iter().take(MAX_LANES).map(|(name, report)| lane_events(name, report, 0.0)).collect();
     let longest_s = reports.iter().map(|(_, report)| report.duration_s).fold(0.0, f64::max);
     let named: Vec<_> = reports.iter().map(|(name, report)| (Some(*name), *report)).collect();
     let mut events = vec![Block::Timeline(Timeline::of(&lanes, (0.0, longest_s), KEY.to_vec()))];
     if reports.len() > MAX_LANES {
-        events.push(Block::text(format!("The first {MAX_LANES} of {} recordings are drawn.", reports.len())));
+        events.push(Block::text(format!("The timeline shows the first {MAX_LANES} of {} recordings.", reports.len())));
     }
-    events.push(Block::table("Alarms, and ruptures that none announced", &events_table(&named)));
+    events.push(Block::table("Alarms and missed ruptures", &events_table(&named)));
     let mut sections = vec![
-        Section { id: "metrics", title: "Numbers", blocks: numbers },
+        Section { id: "metrics", title: "Results", blocks: numbers },
         Section { id: "events", title: "Events", blocks: events },
     ];
     let delays_s: Vec<f64> =
@@ -150,17 +151,17 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
     if let Some(delays) = delays(&delays_s) {
         drawn.charts.insert("delays", vec![delays]);
         let blocks = vec![Block::Charts { name: "delays", windows: vec![], key: vec![] }];
-        sections.push(Section { id: "delays", title: "How late the alarms came", blocks });
+        sections.push(Section { id: "delays", title: "Detection delays", blocks });
     }
     let failed = entries.len() - reports.len();
-    let unread = (failed > 0).then(|| format!("{failed} of {} recordings could not be read.", entries.len()));
-    sections.push(again(line));
+    let unreadable = (failed > 0).then(|| format!("{failed} of {} recordings cannot be read.", entries.len()));
+    sections.push(reproduction(line));
     Page {
         command: "trocar detect",
         heading: format!("{} recordings", reports.len()),
-        lead: ["Each recording has a page of its own in the folder of its name.".to_owned()]
+        lead: ["Each recording has its own page in the folder with its name.".to_owned()]
             .into_iter()
-            .chain(unread)
+            .chain(unreadable)
             .collect(),
         sections,
         drawn,
@@ -168,13 +169,13 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
     .render()
 }
 
-fn again(line: &str) -> Section {
-    let note = "Where the recordings lie.".to_owned();
-    Section { id: "again", title: "The same again", blocks: vec![Block::Command { line: line.to_owned(), note }] }
+fn reproduction(line: &str) -> Section {
+    let note = "Run this command in the folder of the recordings.".to_owned();
+    Section { id: "again", title: "Reproduce", blocks: vec![Block::Command { line: line.to_owned(), note }] }
 }
 
-/// What happened in a recording, in s from `start_s` on.
-fn happenings(name: &str, report: &DetectionReport, start_s: f64) -> Happenings {
+/// Returns the phases, ruptures and alarms of a recording. The first sample is at `start_s`.
+fn lane_events(name: &str, report: &DetectionReport, start_s: f64) -> LaneEvents {
     let at = |time_s: f64| Fine(start_s + time_s - report.start_s);
     let ruptures = report.labelled_ruptures_s.iter().enumerate().map(|(index, time_s)| Mark {
         at: at(*time_s),
@@ -182,19 +183,19 @@ fn happenings(name: &str, report: &DetectionReport, start_s: f64) -> Happenings 
         label: report.labelled_kinds[index].clone().unwrap_or_else(|| format!("rupture {}", index + 1)),
     });
     let alarms = report.alarms.iter().map(|alarm| Mark { at: at(alarm.time_s), kind: "alarm", label: "alarm".into() });
-    let shade = |stretch: &trocar_sim::detect::PhaseInterval| {
-        let name = match stretch.phase {
+    let shade = |interval: &trocar_sim::detect::PhaseInterval| {
+        let name = match interval.phase {
             Phase::Free => return None,
             Phase::Insertion => "insertion",
             Phase::Hold => "hold",
             Phase::Withdrawal => "withdrawal",
         };
         let of = |sample: usize| Fine(start_s + sample as f64 * report.interval_s);
-        Some(ChartShade { from: of(stretch.samples.start), to: of(stretch.samples.end), name })
+        Some(ChartShade { from: of(interval.samples.start), to: of(interval.samples.end), name })
     };
-    Happenings {
+    LaneEvents {
         name: name.to_owned(),
-        shades: report.stretches.iter().filter_map(shade).collect(),
+        shades: report.intervals.iter().filter_map(shade).collect(),
         marks: ruptures.chain(alarms).collect(),
     }
 }
@@ -207,14 +208,14 @@ fn windows(report: &DetectionReport) -> Vec<Window> {
 
 fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
     let detection = page.detection;
-    let happened = happenings(page.name, page.report, page.report.start_s);
-    let near = events::close(&happened.marks);
+    let events = lane_events(page.name, page.report, page.report.start_s);
+    let detailed = events::detailed_intervals(&events.marks);
     let unlabelled = |mark: Mark| if mark.kind == "alarm" { Mark { label: String::new(), ..mark } } else { mark };
-    let marks = happened.marks.into_iter().map(unlabelled).collect();
-    let extras = Extras { shades: happened.shades, marks, thresholds: vec![] };
+    let marks = events.marks.into_iter().map(unlabelled).collect();
+    let extras = Extras { shades: events.shades, marks, thresholds: vec![] };
     let chart = |title: &str, (label, unit): (&str, &'static str), lines: Vec<(Series, &[f64])>| {
         let (series, columns): (Vec<_>, Vec<_>) = lines.into_iter().unzip();
-        let rows = kept(&detection.time_s, &columns, &near, stretches(1));
+        let rows = kept(&detection.time_s, &columns, &detailed, intervals_per_run(1));
         let columns = vec![Columns::rows(&detection.time_s, &columns, &rows, 1.0)];
         let axes = (ChartAxis::new("time", "s"), ChartAxis::new(label, unit));
         Chart { series, columns, extras: extras.clone(), ..Chart::new(title, axes.0, axes.1) }
@@ -229,7 +230,7 @@ fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
     let mut charts = vec![
         Chart { mark_labels: true, height: 280, ..chart("Measured and estimated force", ("force", "N"), forces) },
         chart(
-            "Residual: measured less estimated force",
+            "Residual: measured minus estimated force",
             ("residual", "N"),
             vec![(line("residual"), &detection.residual_n)],
         ),
@@ -243,7 +244,7 @@ fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
         ),
     ];
     if let Some((name, column)) = &detection.extra_parameter {
-        let (title, y) = further(name);
+        let (title, y) = extra_parameter_axis(name);
         charts.push(bounded(chart(title, y, vec![(line(y.0), column)]), 0.995));
     }
     let y = ("decision", decision_unit(page.scale.1));
@@ -252,13 +253,13 @@ fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
     charts.into_iter().map(Chart::described).collect()
 }
 
-/// The density of the residual, against the Gaussian of its robust spread.
+/// Returns the density of the residual, with the Gaussian of its robust standard deviation.
 fn residual(residual_n: &[f64]) -> Chart {
-    let (residuals, Spectrum { half, bin, densities, sigma }) = figures::spectrum(residual_n);
-    let least = 0.5 / (residuals.len().max(1) as f64 * bin);
+    let (residuals, Histogram { half, bin, densities, sigma }) = figures::histogram(residual_n);
+    let min_density = 0.5 / (residuals.len().max(1) as f64 * bin);
     let left = (0..=densities.len()).map(|k| -half + bin * k as f64);
     let last = densities.last().copied();
-    // On a logarithmic ordinate nothing is drawn as what is below the least that there can be.
+    // A logarithmic axis cannot show a density of 0, so an empty bin has no value.
     let shown = densities.into_iter().chain(last).map(|density| if density > 0.0 { density } else { f64::NAN });
     let (x, y) = (ChartAxis::new("residual", "N"), ChartAxis::new("density", "1/N").log());
     let mut chart = Chart { height: 300, ..Chart::new("Density of the residual", x, y) };
@@ -267,18 +268,19 @@ fn residual(residual_n: &[f64]) -> Chart {
     chart.columns.push(Columns::new(left, vec![shown.collect()]));
     if let Some(sigma) = sigma {
         let at = |k: i32| -half + 2.0 * half * f64::from(k) / f64::from(CURVE);
-        let curve = (0..=CURVE).map(|k| figures::gaussian(at(k), sigma)).map(|p| if p < least { f64::NAN } else { p });
+        let curve =
+            (0..=CURVE).map(|k| figures::gaussian(at(k), sigma)).map(|p| if p < min_density { f64::NAN } else { p });
         chart.series.push(Series::line(format!("Gaussian, σ = {} N", significant(sigma)), "vermilion").dashed());
         chart.columns.push(Columns::new((0..=CURVE).map(at), vec![curve.collect()]));
     }
     chart.described()
 }
 
-/// How many alarms came how late; none without any.
+/// Returns the histogram of the delays, or `None` without a delay.
 fn delays(delays_s: &[f64]) -> Option<Chart> {
     let delays_ms: Vec<f64> = delays_s.iter().map(|delay| 1e3 * delay).collect();
-    let greatest = delays_ms.iter().copied().reduce(f64::max)?;
-    let (counts, bin) = figures::bins(&delays_ms, greatest);
+    let max_ms = delays_ms.iter().copied().reduce(f64::max)?;
+    let (counts, bin) = figures::bins(&delays_ms, max_ms);
     let ends = (0..=counts.len()).map(|k| bin * k as f64);
     let steps = counts.iter().chain(counts.last()).map(|count| *count as f64).collect();
     let (x, y) = (ChartAxis::new("delay", "ms"), ChartAxis::new("alarms", ""));

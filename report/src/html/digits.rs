@@ -1,18 +1,18 @@
-//! Numbers as a page's data hold them: few digits.
+//! Numbers with few digits, for the data of a page.
 
 use serde::{Serialize, Serializer};
 
-/// Significant digits of what is drawn: a hundredth of a pixel.
+/// Significant digits of drawn values, which give a hundredth of a pixel.
 const SHOWN: i32 = 5;
 
-/// Significant digits of time and the like: a millionth of a run.
+/// Significant digits of times and axis values, which give a millionth of a run.
 const EXACT: i32 = 9;
 
-/// A value in five significant digits; `null` where it is no number.
+/// A value with five significant digits; `null` if it is not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Few(pub(super) f64);
 
-/// A value in nine significant digits, for what others are told apart by.
+/// A value with nine significant digits, for times and axis values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fine(pub(super) f64);
 
@@ -36,7 +36,7 @@ fn short<S: Serializer>(value: f64, digits: i32, serializer: S) -> Result<S::Ok,
     }
 }
 
-/// The value with so many significant digits; none if it is no finite number.
+/// Returns the value with this many significant digits, or `None` if it is not finite.
 fn rounded(value: f64, digits: i32) -> Option<f64> {
     if !value.is_finite() {
         return None;
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_are_few_and_no_number_is_null() {
+    fn digits_are_few_and_non_finite_values_are_null() {
         let all = [0.1234567, -12345.678, 0.0, 1e-12, 3.0, f64::NAN, f64::INFINITY, 17.001];
         let text = serde_json::to_string(&all.map(Few)).expect("JSON");
         assert_eq!(text, "[0.12346,-12346,0,1e-12,3,null,null,17.001]");

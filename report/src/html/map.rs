@@ -1,4 +1,4 @@
-//! Two parameters over the plane: a number or a verdict for each cell, drawn by `assets/report.js`.
+//! Maps over two parameters: a value or a verdict for each cell, drawn by `assets/report.js`.
 
 use serde::Serialize;
 
@@ -8,16 +8,16 @@ use trocar_sim::stability::{Analysis, Axis, Spacing, StabilityMap};
 use trocar_sim::stability_check::Check;
 use trocar_sim::sweep::{Design, HeatMap};
 
-/// Cells to the right and upwards at most; of more, some are left out evenly.
+/// Maximum number of cells along each axis. Of more cells, an even selection is drawn.
 const MAX_CELLS: usize = 400;
 
-/// Pieces of a boundary at most, likewise.
+/// Maximum number of segments of a boundary. Of more segments, an even selection is drawn.
 const MAX_PIECES: usize = 8_000;
 
-/// Points at which the engine disagrees that are drawn at most.
+/// Maximum number of drawn points at which the simulation disagrees.
 const MAX_POINTS: usize = 500;
 
-/// An axis of a map: where its cells have their middles, ascending.
+/// An axis of a map. Values are the centres of the cells, ascending.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct MapAxis {
     label: String,
@@ -30,30 +30,30 @@ pub(super) struct MapAxis {
 pub(super) struct Map {
     title: String,
     alt: String,
-    /// Of the numbers.
+    /// Unit of the values.
     unit: &'static str,
     x: MapAxis,
     y: MapAxis,
-    /// A number per cell, row by row from below.
+    /// A value per cell, row by row from below.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cells: Vec<Few>,
-    /// Or a verdict per cell: a text per row, `1` for stable.
+    /// Or a verdict per cell: one text per row, `1` for stable.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     verdicts: Vec<String>,
     boundary: Vec<[Few; 4]>,
-    /// The scenario's own place.
+    /// The values of the scenario.
     here: Option<[Fine; 2]>,
-    /// Where a run says otherwise.
+    /// Points at which a simulated run disagrees.
     differing: Vec<[Few; 2]>,
 }
 
-/// Every how manieth of so many is kept, so that no more than `most` are.
-fn stride(count: usize, most: usize) -> usize {
-    count.div_ceil(most).max(1)
+/// Returns the step with which at most `max` of `count` items are selected.
+fn stride(count: usize, max: usize) -> usize {
+    count.div_ceil(max).max(1)
 }
 
 impl Map {
-    /// The stability map, and whether some of its points are left out.
+    /// Returns the stability map, and whether some of its points are omitted.
     pub(super) fn of_stability(analysis: &Analysis, map: &StabilityMap, check: Option<&Check>) -> (Self, bool) {
         let (every_column, every_row) = (stride(map.x.count, MAX_CELLS), stride(map.y.count, MAX_CELLS));
         let axis = |axis: &Axis, every: usize| MapAxis {
@@ -73,7 +73,7 @@ impl Map {
         let title = format!("{} by {}", map.x.parameter.caption(), map.y.parameter.caption());
         let drawn = Self {
             alt: format!(
-                "Map of {title}: {:.1} % of {} by {} points are stable; the scenario lies at {} and {}.",
+                "Map of {title}: {:.1} % of {} by {} points are stable; the scenario is at {} and {}.",
                 100.0 * map.stable_share(),
                 map.x.count,
                 map.y.count,
@@ -93,7 +93,7 @@ impl Map {
         (drawn, every_column > 1 || every_row > 1)
     }
 
-    /// The mean of a metric over the first two axes of a sweep.
+    /// Returns the mean of a metric over the first two axes of a sweep.
     pub(super) fn of_sweep(design: &Design, map: &HeatMap) -> Self {
         let column = &design.columns[map.column];
         let (factor, unit) = readable(column.unit);
@@ -105,11 +105,10 @@ impl Map {
         let y = map.cells.iter().step_by(map.x_count.max(1)).map(|cell| Fine(cell.y)).collect();
         let cells: Vec<f64> = map.cells.iter().map(|cell| factor * cell.mean.unwrap_or(f64::NAN)).collect();
         let defined = cells.iter().copied().filter(|value| value.is_finite());
-        let (least, most) = defined.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
+        let (min, max) = defined.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)));
         let [x_name, y_name] = [map.x_axis, map.y_axis].map(|index| design.axes[index].key.path);
         let shown = crate::number::significant;
-        let span =
-            if least <= most { format!("from {} to {}{unit}", shown(least), shown(most)) } else { "undefined".into() };
+        let span = if min <= max { format!("from {} to {}{unit}", shown(min), shown(max)) } else { "undefined".into() };
         Self {
             title: format!("{}, mean", column.name),
             alt: format!("Map of the mean of {} over {x_name} and {y_name}: {span}.", column.name),

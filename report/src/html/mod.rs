@@ -1,9 +1,9 @@
-//! `report.html`: what a command found, on one page that needs nothing but itself.
+//! `report.html`: the results of a command on one self-contained page.
 //!
-//! Pages are made of [`page::Section`]s; [`page::Page::render`] puts them into the template `assets/report.html` together
-//! with the style, the plotting library (uPlot, MIT), `assets/charts.js`, `assets/report.js`, and the numbers that these draw. A
-//! page loads nothing, holds no date and no path, and the same results give the same bytes. Whatever comes out of scenarios and
-//! recordings is escaped.
+//! A page consists of [`page::Section`]s. [`page::Page::render`] inserts them into the template `assets/report.html`, together with
+//! the style, the plotting library (uPlot, MIT), `assets/charts.js`, `assets/report.js` and the data of the charts. A page loads no
+//! other file and contains no date and no path. The same results give the same bytes. All text from scenarios and recordings is
+//! escaped.
 
 pub mod assets;
 mod bars;

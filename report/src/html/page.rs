@@ -1,4 +1,4 @@
-//! A page as sections of blocks, and its template.
+//! A page: sections of blocks, and the template.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,33 +19,33 @@ use crate::Table;
 const STYLE: [&str; 3] = [assets::UPLOT_CSS, assets::THEME_CSS, assets::REPORT_CSS];
 const SCRIPT: [&str; 3] = [assets::UPLOT_JS, assets::CHARTS_JS, assets::REPORT_JS];
 
-/// A page that could not be put together.
+/// The error of a page that cannot be rendered.
 #[derive(Debug, Error)]
-#[error("the report cannot be put together: {0}")]
+#[error("cannot render the report: {0}")]
 pub struct HtmlError(String);
 
 /// A page.
 #[derive(Clone, Debug)]
 pub(super) struct Page {
-    /// What was run, in a few words.
+    /// Name of the run.
     pub(super) heading: String,
-    /// The command that wrote it.
+    /// The command that writes the page.
     pub(super) command: &'static str,
-    /// What was run and how it ended, a paragraph each.
+    /// Introduction, one paragraph per text.
     pub(super) lead: Vec<String>,
     pub(super) sections: Vec<Section>,
-    /// What the page's places for charts and maps hold, by their names.
+    /// The data of charts and maps, by name.
     pub(super) drawn: Drawn,
 }
 
-/// What is drawn where.
+/// The data of charts and maps, by name.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Drawn {
     pub(super) charts: BTreeMap<&'static str, Vec<Chart>>,
     pub(super) maps: BTreeMap<String, Map>,
 }
 
-/// A part of a page under a heading.
+/// A section of a page.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Section {
     pub(super) id: &'static str,
@@ -53,14 +53,14 @@ pub(super) struct Section {
     pub(super) blocks: Vec<Block>,
 }
 
-/// A row of a table, with what it means where that is said.
+/// A row of a table, with its meaning or an empty text.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
     pub(super) cells: Vec<String>,
     pub(super) meaning: &'static str,
 }
 
-/// A part of the time that a button shows in all charts of a group.
+/// A time interval that a button shows in all charts of a group.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Window {
     pub(super) label: String,
@@ -68,7 +68,7 @@ pub(super) struct Window {
     pub(super) to: f64,
 }
 
-/// What stands in a section.
+/// A part of a section.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub(super) enum Block {
@@ -87,7 +87,7 @@ impl Block {
         Self::Text { text: text.into() }
     }
 
-    /// A table as the terminal shows it.
+    /// Returns a table of the terminal as a block.
     pub(super) fn table(caption: impl Into<String>, table: &Table) -> Self {
         let mut rows = table.rows().iter().cloned();
         let head = rows.next().unwrap_or_default();
@@ -100,7 +100,7 @@ impl Block {
     }
 }
 
-/// What the template is filled with.
+/// The variables of the template.
 #[derive(Serialize)]
 struct Context<'a> {
     title: String,
@@ -117,10 +117,10 @@ struct Context<'a> {
 }
 
 impl Page {
-    /// The page as HTML. The same page gives the same bytes.
+    /// Returns the page as HTML. The same page gives the same bytes.
     ///
     /// # Errors
-    /// [`HtmlError`] for a template that cannot be filled.
+    /// [`HtmlError`] if the template cannot be rendered.
     pub(super) fn render(&self) -> Result<String, HtmlError> {
         let failed = |error: &dyn std::fmt::Display| HtmlError(error.to_string());
         let mut environment = Environment::new();
@@ -133,7 +133,7 @@ impl Page {
             command: self.command,
             lead: &self.lead,
             sections: &self.sections,
-            data: harmless(&data),
+            data: escaped_json(&data),
             policy: policy(&script),
             style,
             script,
@@ -146,13 +146,13 @@ impl Page {
     }
 }
 
-/// JSON that stands in a `script` element: nothing in it ends that, or begins another or a comment.
-fn harmless(json: &str) -> String {
-    // Within JSON these characters stand in texts alone, where they may be written so.
+/// Returns JSON that is safe inside a `script` element: it contains no tag and no comment.
+fn escaped_json(json: &str) -> String {
+    // In JSON these characters occur only inside strings, where this escape is valid.
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 
-/// What the page may do: run the one script that it brings, by its hash, and be styled by itself.
+/// Returns the content security policy: only the embedded script, by its hash, and inline styles.
 fn policy(script: &str) -> String {
     let hash = base64(&Sha256::digest(script.as_bytes()));
     format!(
@@ -160,16 +160,16 @@ fn policy(script: &str) -> String {
     )
 }
 
-/// RFC 4648, with padding.
+/// Encodes bytes in Base64 with padding (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();
     for three in bytes.chunks(3) {
         let word = three.iter().fold(0_u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - three.len()));
-        for place in 0..4 {
-            let letter = LETTERS[(word >> (18 - 6 * place)) as usize & 63];
+        for index in 0..4 {
+            let letter = LETTERS[(word >> (18 - 6 * index)) as usize & 63];
             // Writing to a string does not fail.
-            let _ = write!(text, "{}", if place > three.len() { '=' } else { char::from(letter) });
+            let _ = write!(text, "{}", if index > three.len() { '=' } else { char::from(letter) });
         }
     }
     text
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_is_that_of_the_standard() {
+    fn base64_agrees_with_the_standard() {
         // The test vectors of RFC 4648, section 10.
         let vectors =
             [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("fooba", "Zm9vYmE=")];
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_a_text_holds_it_stays_a_text() {
+    fn every_text_is_escaped() {
         let evil = "</script><script>alert(1)</script><!-- & ' \" {{ heading }} {% raw %}";
         let mut chart = Chart::new(evil, Default::default(), Default::default());
         chart.alt = evil.to_owned();
@@ -212,16 +212,16 @@ mod tests {
             drawn,
         };
         let html = page.render().expect("rendered");
-        assert_eq!(html.matches("alert(1)").count(), 17, "everything is there");
+        assert_eq!(html.matches("alert(1)").count(), 17, "no text is missing");
         assert!(!html.contains("<script>alert") && !html.contains("<!-- &"));
-        // The data and the script, and nothing else, are script elements.
+        // Only the data and the script are script elements.
         assert_eq!(html.matches("<script").count(), 2);
         assert_eq!(html.matches("</script>").count(), 2);
-        assert!(html.contains("{{ heading }}"), "texts are no templates");
+        assert!(html.contains("{{ heading }}"), "texts are not templates");
     }
 
     #[test]
-    fn the_parts_of_the_script_end_no_element() {
+    fn scripts_and_styles_do_not_end_their_element() {
         for part in SCRIPT.iter().chain(&STYLE) {
             assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
         }

@@ -7,34 +7,34 @@ use super::map::Map;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section};
 use crate::Table;
 use crate::number::significant;
-use crate::stability_text::{checked, each_port, limit_table, loop_lines, port_table, sampled};
+use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled};
 use crate::switching::{event_table, seconds, switching_lines};
 use trocar_sim::stability::{Analysis, LIMITED, Parameter, PortPoint, StabilityMap, Switching};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
-/// What is above is safe.
+/// Maximum displayed value of Llewellyn's parameter. Every higher value is absolutely stable.
 const MAX_LLEWELLYN: f64 = 3.0;
 
-/// What has died out in one event is drawn down to here.
+/// Lower limit of the growth axis.
 const MIN_GROWTH: f64 = 1e-4;
 
-/// An analysis of a scenario's loop.
+/// The stability analysis of a scenario.
 #[derive(Clone, Copy, Debug)]
 pub struct StabilityPage<'a> {
-    /// What was found.
+    /// The results.
     pub study: &'a StabilityStudy,
-    /// The scenario, resolved.
+    /// The resolved scenario.
     pub toml: &'a str,
-    /// The command that repeats it.
+    /// The command that reproduces it.
     pub line: &'a str,
 }
 
-/// The page of a stability analysis.
+/// Returns the page of a stability analysis.
 ///
 /// # Errors
 /// [`HtmlError`].
 pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
-    let StabilityStudy { name, left_out, analysis, map, switching, check } = page.study;
+    let StabilityStudy { name, unmodelled, analysis, map, switching, check } = page.study;
     let check = check.as_ref();
     let mut drawn = Drawn::default();
     let (of_map, is_thinned) = Map::of_stability(analysis, map, check);
@@ -42,19 +42,19 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
     let mut shown = vec![Block::Map { name: "stability".into() }];
     let counted =
         format!("{} by {} points, {:.1} % of them stable", map.x.count, map.y.count, 100.0 * map.stable_share());
-    let thinned = if is_thinned { "; not all are drawn, stability_map.csv has them" } else { "" };
-    shown.push(Block::text(format!("{counted}{thinned}. The boundary is found on every edge between two points.")));
+    let thinned = if is_thinned { "; the map shows an even selection, stability_map.csv has all" } else { "" };
+    shown.push(Block::text(format!("{counted}{thinned}. The boundary is computed on every edge between two points.")));
     shown.extend(check.into_iter().flat_map(|check| checked_blocks(map, check)));
     let mut sections = vec![
-        Section { id: "metrics", title: "The loop", blocks: vec![loop_block(analysis)] },
-        Section { id: "map", title: "Where it is stable", blocks: shown },
-        Section { id: "limits", title: "Limits and what moves them", blocks: limits(analysis) },
+        Section { id: "metrics", title: "Closed loop", blocks: vec![loop_block(analysis)] },
+        Section { id: "map", title: "Stability map", blocks: shown },
+        Section { id: "limits", title: "Limits and sensitivities", blocks: limits(analysis) },
     ];
     if !analysis.ports.is_empty() {
         drawn.charts.insert("ports", port_charts(&analysis.ports));
-        let text = each_port(analysis);
+        let text = port_passivity(analysis);
         let blocks = vec![
-            Block::table("The teleoperator between any hand and any tissue", &port_table(analysis)),
+            Block::table("Two-port of the teleoperator", &port_table(analysis)),
             Block::text(sentence(&text)),
             Block::text(sentence(&sampled(analysis))),
             Block::Charts { name: "ports", windows: vec![], key: vec![] },
@@ -67,8 +67,7 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
             drawn.charts.insert("switching", vec![growth(switching)]);
             let mut blocks: Vec<Block> =
                 switching_lines(switching).lines().map(|line| Block::text(sentence(line))).collect();
-            blocks
-                .push(Block::table("The end of one event, by the way of re-engaging", &event_table(&switching.events)));
+            blocks.push(Block::table("The end of one event, by re-engagement policy", &event_table(&switching.events)));
             blocks.push(Block::Charts { name: "switching", windows: vec![], key: vec![] });
             blocks
         }
@@ -76,9 +75,9 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
     sections.push(Section { id: "events", title: "Events", blocks: events });
     let file = Block::File { name: format!("{name}.toml"), text: without_paths(page.toml) };
     sections.push(Section { id: "scenario", title: "Scenario", blocks: vec![file] });
-    let note = "Where the scenario above is saved under its name.".to_owned();
-    let again = vec![Block::Command { line: page.line.to_owned(), note }];
-    sections.push(Section { id: "again", title: "The same again", blocks: again });
+    let note = "Save the scenario above under its name, then run this command in the same folder.".to_owned();
+    let commands = vec![Block::Command { line: page.line.to_owned(), note }];
+    sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
     let settings = &analysis.settings;
     let verdict = format!(
         "{} in permanent contact with a tissue of {} N/m and {} N·s/m.",
@@ -86,18 +85,18 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
         significant(settings.stiffness_n_per_m),
         significant(settings.damping_n_s_per_m),
     );
-    let left_out = (!left_out.is_empty()).then(|| format!("Not in the linear loop: {}.", left_out.join("; ")));
+    let unmodelled = (!unmodelled.is_empty()).then(|| format!("Not in the linear model: {}.", unmodelled.join("; ")));
     Page {
         command: "trocar stability",
         heading: name.clone(),
-        lead: [verdict].into_iter().chain(left_out).collect(),
+        lead: [verdict].into_iter().chain(unmodelled).collect(),
         sections,
         drawn,
     }
     .render()
 }
 
-/// A line as a sentence.
+/// Returns a line as a sentence.
 fn sentence(line: &str) -> String {
     let line = line.trim();
     let mut letters = line.chars();
@@ -108,7 +107,7 @@ fn sentence(line: &str) -> String {
 fn loop_block(analysis: &Analysis) -> Block {
     let rows = loop_lines(analysis).into_iter().map(|(cells, meaning)| Row { cells: cells.to_vec(), meaning });
     let head = ["metric", "value", "at"].map(str::to_owned).to_vec();
-    Block::Table { caption: "The loop, and what its numbers mean".into(), head, rows: rows.collect(), is_text: false }
+    Block::Table { caption: "Properties of the closed loop".into(), head, rows: rows.collect(), is_text: false }
 }
 
 fn checked_blocks(map: &StabilityMap, check: &Check) -> Vec<Block> {
@@ -117,8 +116,8 @@ fn checked_blocks(map: &StabilityMap, check: &Check) -> Vec<Block> {
 }
 
 fn limits(analysis: &Analysis) -> Vec<Block> {
-    let about = "The largest value of each parameter, all others as they are, up to which motions die out; and by how many per \
-                 cent that limit moves where a parameter grows by one per cent.";
+    let about = "The maximum stable value of each parameter, with all other parameters of the scenario; and the change of that limit \
+                 in per cent if a parameter grows by one per cent.";
     let is_known = |limit: &Parameter| analysis.sensitivities.iter().any(|s| s.limit == *limit);
     let limited: Vec<Parameter> = LIMITED.into_iter().filter(is_known).collect();
     let mut heading = vec!["parameter".to_owned()];
@@ -137,7 +136,7 @@ fn limits(analysis: &Analysis) -> Vec<Block> {
     vec![
         Block::text(about),
         Block::table("Limits", &limit_table(analysis)),
-        Block::table("Sensitivities of the limits, in per cent per per cent", &table),
+        Block::table("Sensitivities of the limits (% per %)", &table),
     ]
 }
 
@@ -155,21 +154,21 @@ fn port_charts(ports: &[PortPoint]) -> Vec<Chart> {
         "Impedance",
         ChartAxis::new("impedance", "N·s/m").log(),
         vec![
-            (Series::line("felt in the tissue", "vermilion"), column(&|point| positive(point.transmitted.norm()))),
-            (Series::line("the tissue, scaled", "blue").dashed(), column(&|point| positive(point.ideal.norm()))),
-            (Series::line("felt in free motion", "green"), column(&|point| positive(point.hybrid.h[0][0].norm()))),
+            (Series::line("in tissue", "vermilion"), column(&|point| positive(point.transmitted.norm()))),
+            (Series::line("ideal: the scaled tissue", "blue").dashed(), column(&|point| positive(point.ideal.norm()))),
+            (Series::line("in free motion", "green"), column(&|point| positive(point.hybrid.h[0][0].norm()))),
         ],
     );
     let llewellyn = chart(
-        "Llewellyn's parameter: from 1 on stable between any hand and tissue",
+        "Llewellyn's parameter: absolutely stable from 1 on",
         ChartAxis::new("η", ""),
         vec![(Series::line("η", "black"), column(&|point| point.hybrid.llewellyn().clamp(-2.0, MAX_LLEWELLYN)))],
     );
     let cosine = chart(
-        "Real part of the impedance at the hand, of its size: below 0 the port gives power away",
+        "Real part of the hand's impedance relative to its magnitude: below 0 the port is active",
         ChartAxis::new("Re Z / |Z|", ""),
         vec![
-            (Series::line("in the tissue", "vermilion"), column(&|p| p.transmitted.re / p.transmitted.norm())),
+            (Series::line("in tissue", "vermilion"), column(&|p| p.transmitted.re / p.transmitted.norm())),
             (Series::line("in free motion", "green"), column(&|p| p.hybrid.h[0][0].re / p.hybrid.h[0][0].norm())),
         ],
     );
@@ -182,7 +181,7 @@ fn port_charts(ports: &[PortPoint]) -> Vec<Chart> {
     charts.map(Chart::described).to_vec()
 }
 
-/// Growth per event over the teleoperation between two events.
+/// Returns the growth per event over the teleoperation between two events.
 fn growth(switching: &Switching) -> Chart {
     let points = &switching.by_dwell;
     let positive = |value: f64| if value > 0.0 { value } else { f64::NAN };
@@ -192,12 +191,13 @@ fn growth(switching: &Switching) -> Chart {
         points.iter().map(|point| positive(point.growth.0)).collect(),
         points.iter().map(|point| positive(point.growth.1)).collect(),
     ];
-    let (across, up) = (ChartAxis::new("teleoperation between events", "s").log(), ChartAxis::new("growth", "").log());
-    let mut chart = Chart::new("Growth per event: above 1 motions grow", across, up);
+    let (x_axis, y_axis) =
+        (ChartAxis::new("teleoperation between events", "s").log(), ChartAxis::new("growth", "").log());
+    let mut chart = Chart::new("Growth per event: above 1 the motion grows", x_axis, y_axis);
     chart.series = vec![
-        Series::line("at most, certified", "blue"),
-        Series::line("the worst sequence found", "vermilion"),
-        Series::line("at most, of those tried", "green").dashed(),
+        Series::line("certified bound", "blue"),
+        Series::line("worst sequence found", "vermilion"),
+        Series::line("bound over the enumerated sequences", "green").dashed(),
     ];
     chart.columns = vec![Columns::new(x, columns)];
     chart.extras.thresholds = vec![Level { value: Few(1.0) }];

@@ -9,41 +9,41 @@ use crate::sweep::{SUMMARY_HEADING, heading, summary_row};
 use trocar_sim::scenario::Value;
 use trocar_sim::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
 
-/// Cases that are drawn at most.
+/// Maximum number of drawn cases.
 const MAX_CASES: u64 = 2_000;
 
-/// Charts of a metric over an axis at most.
+/// Maximum number of charts of a metric over an axis.
 const MAX_CHARTS: usize = 16;
 
-/// Classes of an axis without levels, or with more, over which medians are taken.
+/// Number of classes for medians over an axis that has no levels or too many.
 const CLASSES: usize = 20;
 
-/// A sweep of which every case is done.
+/// A complete sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepPage<'a> {
-    /// Which cases there are.
+    /// The design of the sweep.
     pub design: &'a Design,
-    /// What came of them.
+    /// The findings.
     pub findings: &'a Findings,
-    /// Some of them.
+    /// The drawn cases.
     pub cases: &'a DrawnCases,
-    /// Everything that the result depends on, as TOML.
+    /// All inputs of the sweep, as TOML.
     pub canonical: &'a str,
-    /// The command that repeats it.
+    /// The command that reproduces it.
     pub line: &'a str,
 }
 
-/// Some cases, which are drawn: the values of their axes, and the metrics in focus.
+/// The values of the axes and the metrics in focus, for the drawn cases.
 #[derive(Clone, Debug)]
 pub struct DrawnCases {
-    /// By axis and case.
+    /// Values by axis and case.
     axes: Vec<Vec<f64>>,
-    /// By metric in focus and case.
+    /// Values by metric in focus and case.
     metrics: Vec<Vec<f64>>,
     cases: u64,
 }
 
-/// The page of a sweep.
+/// Returns the page of a sweep.
 ///
 /// # Errors
 /// [`HtmlError`].
@@ -59,16 +59,15 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
     drawn.charts.insert("axes", charts(design, drawing));
     let mut sections = vec![metrics(design, findings)];
     if !design.axes.is_empty() {
-        let about = "The first-order Sobol index is the share of the metric's variance that the axis explains by itself; the \
-                     standardised rank regression coefficient says in which direction, its R² how far a line through the \
-                     ranks holds. What neither explains is noise, or axes acting together.";
+        let about = "The first-order Sobol index is the share of the metric's variance that the axis explains alone. The standardised \
+                     rank regression coefficient gives the direction of the influence, and R² the quality of the rank \
+                     regression. The remaining variance comes from noise and from interactions of axes.";
         let rows = influences(design, findings);
-        let blocks =
-            vec![Block::text(about), Block::Influences { caption: "What each metric depends on".into(), rows }];
-        sections.push(Section { id: "influences", title: "What matters", blocks });
+        let blocks = vec![Block::text(about), Block::Influences { caption: "Influence of each axis".into(), rows }];
+        sections.push(Section { id: "influences", title: "Influences", blocks });
     }
     if !maps.is_empty() {
-        sections.push(Section { id: "maps", title: "Over two axes", blocks: maps });
+        sections.push(Section { id: "maps", title: "Maps over two axes", blocks: maps });
     }
     if !drawn.charts["axes"].is_empty() {
         let shown = if drawing.cases < findings.cases {
@@ -76,17 +75,16 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
         } else {
             "Every case is drawn".to_owned()
         };
-        let about = format!(
-            "{shown}. The line leads through the medians of the cases drawn, at each level or class of the axis."
-        );
+        let about =
+            format!("{shown}. The line connects the medians of the drawn cases at each level or class of the axis.");
         let blocks = vec![Block::text(about), Block::Charts { name: "axes", windows: vec![], key: vec![] }];
-        sections.push(Section { id: "axes", title: "Over each axis", blocks });
+        sections.push(Section { id: "axes", title: "Metrics over each axis", blocks });
     }
     let file = Block::File { name: "sweep.toml".into(), text: page.canonical.to_owned() };
-    sections.push(Section { id: "scenario", title: "Everything it depends on", blocks: vec![file] });
-    let note = "Where the sweep's file lies. A single case is printed as a scenario by --case and its number.".into();
-    let again = vec![Block::Command { line: page.line.to_owned(), note }];
-    sections.push(Section { id: "again", title: "The same again", blocks: again });
+    sections.push(Section { id: "scenario", title: "Inputs", blocks: vec![file] });
+    let note = "Run this command in the folder of the sweep's file. --case N prints case N as a scenario.".into();
+    let commands = vec![Block::Command { line: page.line.to_owned(), note }];
+    sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
     let name = design.name.clone();
     let lead = heading(design, findings).lines().map(str::to_owned).collect();
     Page { command: "trocar sweep", heading: name, lead, sections, drawn }.render()
@@ -100,33 +98,33 @@ fn metrics(design: &Design, findings: &Findings) -> Section {
     let rows = findings.summaries.iter().zip(&design.columns).map(row).collect();
     let head = SUMMARY_HEADING.map(str::to_owned).to_vec();
     let table =
-        Block::Table { caption: "Metrics over all cases, and what they mean".into(), head, rows, is_text: false };
-    let note = "Intervals in brackets and after ± hold the median and the mean with 95 % confidence; “defined” counts the \
-                cases in which there is such a number.";
+        Block::Table { caption: "Metrics over all cases, and their meaning".into(), head, rows, is_text: false };
+    let note = "Intervals in brackets and after ± are 95 % confidence intervals of the median and the mean. “Defined” counts the \
+                cases in which the metric is defined.";
     Section { id: "metrics", title: "Metrics", blocks: vec![table, Block::text(note)] }
 }
 
 impl DrawnCases {
-    /// Reads the cases that are drawn: one of each equal part of all, at a place in it that is a little different each time, so that
-    /// no level of an axis is left out by the steps.
+    /// Reads the drawn cases. All cases are divided into equal parts, and one case is drawn from each part. Its position varies from
+    /// part to part, so that a regular step does not skip a level of an axis.
     ///
     /// # Errors
-    /// [`SweepError`] of the rows.
+    /// Returns the errors of the rows.
     pub fn of(design: &Design, rows: &Rows) -> Result<Self, SweepError> {
         let all = design.cases();
-        let most = all.min(MAX_CASES);
+        let parts = all.min(MAX_CASES);
         let of_part = |part: u64| {
-            let bound = |part: u64| (u128::from(part) * u128::from(all) / u128::from(most.max(1))) as u64;
+            let bound = |part: u64| (u128::from(part) * u128::from(all) / u128::from(parts.max(1))) as u64;
             let (start, end) = (bound(part), bound(part + 1));
-            // The digits of the golden ratio spread over the part.
+            // Multiples of the golden ratio are spread evenly over the part.
             start + (part.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) % (end - start).max(1)
         };
         let mut drawing =
-            Self { axes: vec![vec![]; design.axes.len()], metrics: vec![vec![]; design.focus.len()], cases: most };
+            Self { axes: vec![vec![]; design.axes.len()], metrics: vec![vec![]; design.focus.len()], cases: parts };
         let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
         let mut part = 0;
         rows.each(|case, _, metrics| {
-            if part >= most || case != of_part(part) {
+            if part >= parts || case != of_part(part) {
                 return Ok(());
             }
             part += 1;
@@ -143,7 +141,7 @@ impl DrawnCases {
     }
 }
 
-/// Where a value lies on its axis: a number at itself, a word at its place in the list, from 1.
+/// Returns the position of a value on its axis: a number itself, or the index of a word in the list, from 1.
 fn place(axis: &Axis, value: &Value) -> f64 {
     match (value, &axis.levels) {
         (Value::Number(number), _) => *number,
@@ -192,17 +190,17 @@ fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Chart
     chart.described()
 }
 
-/// The median of each class in its middle case, no number elsewhere. Cases are sorted by their abscissa; as many different
-/// abscissas as there may be classes are classes themselves.
+/// Returns the median of each class at its middle case, and NaN elsewhere. `cases` are sorted by x. If there are few distinct values
+/// of x, each of them is a class.
 fn medians(cases: &[(f64, f64)], log: bool) -> Vec<f64> {
     let mut medians = vec![f64::NAN; cases.len()];
     let Some((&(low, _), &(high, _))) = cases.first().zip(cases.last()) else { return medians };
-    let different = cases.chunk_by(|a, b| a.0 == b.0).count();
+    let distinct = cases.chunk_by(|a, b| a.0 == b.0).count();
     let scale = |x: f64| if log { x.ln() } else { x };
     let width = (scale(high) - scale(low)) / CLASSES as f64;
     let class = |x: f64| if width > 0.0 { (((scale(x) - scale(low)) / width) as usize).min(CLASSES - 1) } else { 0 };
     let is_same = |a: &(f64, f64), b: &(f64, f64)| {
-        if different <= 2 * CLASSES { a.0 == b.0 } else { class(a.0) == class(b.0) }
+        if distinct <= 2 * CLASSES { a.0 == b.0 } else { class(a.0) == class(b.0) }
     };
     let mut start = 0;
     for group in cases.chunk_by(is_same) {

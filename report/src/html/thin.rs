@@ -1,21 +1,21 @@
-//! Which of many samples a page keeps: in each stretch of time the least and the greatest of every column, and nearly every
-//! sample where something happens.
+//! Selects the samples of a page: the minimum and maximum of every column in each time interval, and nearly every sample around
+//! events.
 
-/// Rows of columns over time, ascending: the first and the last, and in each stretch those where a column has its least or its
-/// greatest value, or is no number. The time within `close` (s) is cut into about twice `stretches` of them, all the rest into
-/// `stretches`, so that about `6 * columns.len() * stretches` rows are kept at most.
-pub(super) fn kept(time_s: &[f64], columns: &[&[f64]], close: &[(f64, f64)], stretches: usize) -> Vec<usize> {
+/// Returns the kept rows in ascending order: the first and the last row, and in each interval the rows where a column has its
+/// minimum, its maximum or a value that is not finite. The time within `detailed` (s) is divided into about `2 * intervals`
+/// intervals, the rest into `intervals`, so that at most about `6 * columns.len() * intervals` rows are kept.
+pub(super) fn kept(time_s: &[f64], columns: &[&[f64]], detailed: &[(f64, f64)], intervals: usize) -> Vec<usize> {
     let rows = columns.iter().map(|column| column.len()).fold(time_s.len(), usize::min);
-    let is_close = |row: usize| close.iter().any(|(from, to)| (*from..=*to).contains(&time_s[row]));
-    let near = (0..rows).filter(|row| is_close(*row)).count();
-    let stretches = stretches.max(1);
-    let (fine, coarse) = (near.div_ceil(2 * stretches).max(1), (rows - near).div_ceil(stretches).max(1));
+    let is_detailed = |row: usize| detailed.iter().any(|(from, to)| (*from..=*to).contains(&time_s[row]));
+    let count = (0..rows).filter(|row| is_detailed(*row)).count();
+    let intervals = intervals.max(1);
+    let (fine, coarse) = (count.div_ceil(2 * intervals).max(1), (rows - count).div_ceil(intervals).max(1));
     let mut is_kept = vec![false; rows];
     let mut start = 0;
     while start < rows {
-        let here = is_close(start);
-        let most = (start + if here { fine } else { coarse }).min(rows);
-        let end = (start + 1..most).find(|row| is_close(*row) != here).unwrap_or(most);
+        let at_start = is_detailed(start);
+        let max_end = (start + if at_start { fine } else { coarse }).min(rows);
+        let end = (start + 1..max_end).find(|row| is_detailed(*row) != at_start).unwrap_or(max_end);
         for column in columns {
             for row in extremes(column, start, end).into_iter().flatten() {
                 is_kept[row] = true;
@@ -29,7 +29,7 @@ pub(super) fn kept(time_s: &[f64], columns: &[&[f64]], close: &[(f64, f64)], str
     (0..rows).filter(|row| is_kept[*row]).collect()
 }
 
-/// Where a column has its least and its greatest value between two rows, and where it first is no number.
+/// Returns the rows of the minimum, of the maximum and of the first value that is not finite, between two rows of a column.
 fn extremes(column: &[f64], start: usize, end: usize) -> [Option<usize>; 3] {
     let mut found = [None; 3];
     for row in start..end {
@@ -38,10 +38,10 @@ fn extremes(column: &[f64], start: usize, end: usize) -> [Option<usize>; 3] {
             found[2] = found[2].or(Some(row));
             continue;
         }
-        if found[0].is_none_or(|least: usize| value < column[least]) {
+        if found[0].is_none_or(|min: usize| value < column[min]) {
             found[0] = Some(row);
         }
-        if found[1].is_none_or(|greatest: usize| value > column[greatest]) {
+        if found[1].is_none_or(|max: usize| value > column[max]) {
             found[1] = Some(row);
         }
     }
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_close_keeps_every_sample_where_there_are_few() {
+    fn short_intervals_around_events_keep_every_sample() {
         let column: Vec<f64> = (0..10_000).map(|row| f64::from(row % 7)).collect();
         let kept = kept(&time(10_000), &[&column], &[(4.9995, 5.1005)], 200);
         assert!((5_000..=5_100).all(|row| kept.contains(&row)));
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_stay_gaps_and_nothing_is_nothing() {
+    fn gaps_remain_and_empty_columns_are_allowed() {
         let mut column = vec![1.0; 1_000];
         column[500] = f64::NAN;
         assert!(kept(&time(1_000), &[&column], &[], 10).contains(&500));

@@ -1,4 +1,4 @@
-//! What a sweep leaves: its rows, its findings, its figures.
+//! The output of a sweep: rows, findings and figures.
 
 mod pictures;
 mod tables;

@@ -1,4 +1,4 @@
-//! A sweep's figures, and the numbers behind each.
+//! A sweep's figures, each with its numbers as CSV.
 
 use super::text::{heat_map_csv, tornado_csv};
 use crate::figures::{self, AxisView, HeatView, TornadoView};
@@ -7,7 +7,7 @@ use crate::pictures::keep;
 use crate::{Folder, PictureError};
 use trocar_sim::sweep::{Design, Findings};
 
-/// Writes `tornado.svg`, `.png` and `.csv`, and for each metric in focus `heat_` and its name likewise.
+/// Writes `tornado.svg`, `.png` and `.csv`, and the same three files of a heat map `heat_METRIC` for each metric in focus.
 ///
 /// # Errors
 /// [`PictureError`].

@@ -1,4 +1,4 @@
-//! A sweep's rows as Parquet and as CSV: the number of the case, its values and its seed, how it ended, what is kept of it.
+//! A sweep's rows as Parquet and as CSV: case number, values of the axes, seed, outcome, metrics.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -15,13 +15,13 @@ use crate::tables::{quoted, shortest};
 use trocar_sim::scenario::Value;
 use trocar_sim::sweep::{AxisColumn, Design, Outcome, Rows, SweepError, text};
 
-/// Rows that are held in memory at once.
+/// Rows of a Parquet row group, which is held in memory.
 const GROUP_ROWS: usize = 1 << 16;
 
 /// A column of a group of rows.
 enum Column {
     Given(AxisColumn),
-    /// Numbers, NaN where there is none; whole ones if so.
+    /// Values, NaN if undefined; and whether the metric is a count.
     Metric(Vec<f64>, bool),
 }
 
@@ -40,7 +40,7 @@ impl Column {
     }
 }
 
-/// The names of all columns.
+/// Returns the names of all columns.
 fn names(design: &Design) -> Vec<String> {
     let axes = design.axes.iter().map(|axis| axis.key.path.to_owned());
     let metrics = design.columns.iter().map(|column| column.name.clone());
@@ -51,7 +51,7 @@ fn names(design: &Design) -> Vec<String> {
         .collect()
 }
 
-/// A sweep's columns, a group of rows at a time.
+/// The columns of a row group.
 struct Group<'a> {
     design: &'a Design,
     columns: Vec<Column>,
@@ -125,10 +125,10 @@ impl<'a> Group<'a> {
     }
 }
 
-/// The rows as Parquet. The same rows give the same bytes.
+/// Writes the rows as Parquet. The same rows give the same bytes.
 ///
 /// # Errors
-/// Those of the rows, as they are; those of the writer within [`io::Error`].
+/// Returns the errors of the rows unchanged, and [`SweepError::Io`] if writing fails.
 pub fn write_sweep_parquet(
     design: &Design,
     hash: &str,
@@ -140,11 +140,11 @@ pub fn write_sweep_parquet(
     let fields: Result<Vec<_>, _> = names(design).iter().zip(&group.columns).map(|(name, c)| c.field(name)).collect();
     let schema =
         fields.and_then(|fields| Type::group_type_builder("sweep").with_fields(fields).build()).map_err(failed)?;
-    let about = vec![KeyValue::new("trocar.sweep_sha256".to_owned(), hash.to_owned())];
+    let metadata = vec![KeyValue::new("trocar.sweep_sha256".to_owned(), hash.to_owned())];
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_created_by(format!("trocar {}", env!("CARGO_PKG_VERSION")))
-        .set_key_value_metadata(Some(about))
+        .set_key_value_metadata(Some(metadata))
         .build();
     let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties)).map_err(failed)?;
     let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
@@ -160,10 +160,10 @@ pub fn write_sweep_parquet(
     Ok(())
 }
 
-/// The rows as CSV, floats in the shortest form that reads back the same; empty where undefined.
+/// Writes the rows as CSV. Floats have the shortest form that reads back to the same value. An undefined value is an empty cell.
 ///
 /// # Errors
-/// Those of the rows, as they are; those of the writer within [`io::Error`].
+/// Returns the errors of the rows unchanged, and [`SweepError::Io`] if writing fails.
 pub fn write_sweep_csv(design: &Design, rows: &Rows, out: &mut dyn Write) -> Result<(), SweepError> {
     let failed = |source: io::Error| SweepError::Io { path: "cases.csv".into(), source };
     writeln!(out, "{}", names(design).join(",")).map_err(failed)?;

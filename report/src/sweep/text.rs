@@ -1,4 +1,4 @@
-//! A sweep's findings in words, CSV and JSON.
+//! A sweep's findings as text, CSV and JSON.
 
 use std::fmt::Write as _;
 
@@ -10,11 +10,11 @@ use crate::{Table, json};
 use trocar_sim::metrics::Unit;
 use trocar_sim::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
-/// What a metric's row tells.
+/// The heading of the table of metrics.
 pub(crate) const SUMMARY_HEADING: [&str; 6] =
-    ["metric", "defined", "median [95 %]", "5 % to 95 %", "least to greatest", "mean ± 95 %"];
+    ["metric", "defined", "median [95 %]", "5 % to 95 %", "min to max", "mean ± 95 %"];
 
-/// The tables: how each metric spreads, and what those in focus depend on.
+/// Returns the tables: the distribution of each metric, and the influence of each axis on the metrics in focus.
 #[must_use]
 pub fn sweep_text(design: &Design, findings: &Findings) -> String {
     let mut text = heading(design, findings);
@@ -24,18 +24,17 @@ pub fn sweep_text(design: &Design, findings: &Findings) -> String {
     }
     let _ = write!(text, "\n{table}");
     if !design.axes.is_empty() {
-        let mut table =
-            Table::new(["what matters for", "axis", "first-order Sobol index", "rank regression", "its R²"]);
+        let mut table = Table::new(["metric", "axis", "first-order Sobol index", "rank regression", "R²"]);
         for influences in &findings.influences {
             let metric = &design.columns[influences.column].label;
-            for (place, influence) in influences.of_axes.iter().enumerate() {
-                let of_first = |text: String| if place == 0 { text } else { String::new() };
+            for (index, influence) in influences.of_axes.iter().enumerate() {
+                let only_first = |text: String| if index == 0 { text } else { String::new() };
                 table.row([
-                    of_first(metric.clone()),
+                    only_first(metric.clone()),
                     influence.axis.to_owned(),
                     share(influence.epsilon_squared),
                     coefficient(influence.rank_regression),
-                    of_first(share(influences.rank_r_squared)),
+                    only_first(share(influences.rank_r_squared)),
                 ]);
             }
         }
@@ -107,7 +106,7 @@ fn coefficient(value: Option<f64>) -> String {
     value.map_or("—".into(), |value| format!("{value:+.3}"))
 }
 
-/// `summary.csv`: a row per metric, SI units; empty where undefined.
+/// Returns `summary.csv`: a row per metric, in SI units. An undefined value is an empty cell.
 #[must_use]
 pub fn sweep_summary_csv(findings: &Findings) -> String {
     let mut text = "metric,unit,defined,least,quantile_2_5,quantile_5,quantile_25,median,quantile_75,quantile_95,\
@@ -138,7 +137,7 @@ pub fn sweep_summary_csv(findings: &Findings) -> String {
     text
 }
 
-/// `tornado.csv`: what each metric in focus depends on; empty where undefined.
+/// Returns `tornado.csv`: the influence of each axis on each metric in focus. An undefined value is an empty cell.
 #[must_use]
 pub fn tornado_csv(design: &Design, findings: &Findings) -> String {
     let mut text = "metric,axis,first_order_sobol,rank_regression,rank_r_squared,ranked\n".to_owned();
@@ -153,7 +152,7 @@ pub fn tornado_csv(design: &Design, findings: &Findings) -> String {
     text
 }
 
-/// The cells of a heat map; empty where undefined.
+/// Returns the cells of a heat map as CSV. An undefined value is an empty cell.
 #[must_use]
 pub fn heat_map_csv(design: &Design, map: &HeatMap) -> String {
     let [x, y] = [map.x_axis, map.y_axis].map(|axis| design.axes[axis].key.path);
@@ -161,13 +160,13 @@ pub fn heat_map_csv(design: &Design, map: &HeatMap) -> String {
     let mut text = format!("{x},{y},defined,{name},mean_ci95_half_width\n");
     let cell = |value: Option<f64>| value.map_or(String::new(), shortest);
     for c in &map.cells {
-        let (mean, reach) = (cell(c.mean), cell(c.mean_ci95_half_width));
-        let _ = writeln!(text, "{},{},{},{mean},{reach}", shortest(c.x), shortest(c.y), c.defined);
+        let (mean, half_width) = (cell(c.mean), cell(c.mean_ci95_half_width));
+        let _ = writeln!(text, "{},{},{},{mean},{half_width}", shortest(c.x), shortest(c.y), c.defined);
     }
     text
 }
 
-/// `summary.json`: everything that came out but the rows.
+/// Returns `summary.json`: all findings except the rows.
 #[must_use]
 pub fn sweep_json(design: &Design, hash: &str, findings: &Findings) -> String {
     let named = |index: usize| design.columns[index].name.as_str();

@@ -34,7 +34,7 @@ impl Phase {
     }
 }
 
-/// A stretch of samples in one phase.
+/// A interval of samples in one phase.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PhaseInterval {
     /// Which phase.
@@ -47,7 +47,7 @@ pub struct PhaseInterval {
 ///
 /// At each sample the mean speed over the `window_s` around it, `v̄ = (p(t + w/2) - p(t - w/2)) / w`, is taken from the
 /// positions (over what there is of the window at either end). Below the contact the needle is free; in contact it goes in
-/// where `v̄ > moving_m_per_s`, comes out where `v̄ < -moving_m_per_s`, and holds between. A stretch shorter than
+/// where `v̄ > moving_m_per_s`, comes out where `v̄ < -moving_m_per_s`, and holds between. A interval shorter than
 /// `shortest_s` belongs to the one before it (the first to the one after it).
 ///
 /// The defaults are chosen here: a window of 0.1 s holds a whole period of a physiological tremor of 10 Hz, which then is
@@ -59,7 +59,7 @@ pub struct PhaseRule {
     pub window_s: f64,
     /// The mean speed in m/s, at least 0, above which the needle moves.
     pub moving_m_per_s: f64,
-    /// The shortest stretch of its own, in s, at least 0.
+    /// The shortest interval of its own, in s, at least 0.
     pub shortest_s: f64,
 }
 
@@ -70,19 +70,19 @@ impl Default for PhaseRule {
 }
 
 impl PhaseRule {
-    /// Splits evenly spaced positions (m, `interval_s` apart) into stretches that follow one another without a gap, from the
+    /// Splits evenly spaced positions (m, `interval_s` apart) into intervals that follow one another without a gap, from the
     /// first sample to the last; neighbours differ in phase. No samples have none. `contact_m` is where the tissue begins.
     #[must_use]
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
         let half = samples(0.5 * self.window_s).max(1);
         let shortest = samples(self.shortest_s);
-        let mut stretches: Vec<PhaseInterval> = vec![];
+        let mut intervals: Vec<PhaseInterval> = vec![];
         for sample in 0..position_m.len() {
             let phase = self.phase_at(position_m, sample, half, interval_s, contact_m);
-            extend(&mut stretches, phase, sample..sample + 1);
+            extend(&mut intervals, phase, sample..sample + 1);
         }
-        merge(&stretches, shortest)
+        merge(&intervals, shortest)
     }
 
     fn phase_at(&self, position_m: &[f64], sample: usize, half: usize, interval_s: f64, contact_m: f64) -> Phase {
@@ -104,28 +104,28 @@ impl PhaseRule {
     }
 }
 
-/// Lets the last stretch go on, or begins the next one.
-fn extend(stretches: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize>) {
-    match stretches.last_mut() {
+/// Lets the last interval go on, or begins the next one.
+fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize>) {
+    match intervals.last_mut() {
         Some(last) if last.phase == phase => last.samples.end = samples.end,
-        _ => stretches.push(PhaseInterval { phase, samples }),
+        _ => intervals.push(PhaseInterval { phase, samples }),
     }
 }
 
-/// The same samples without stretches shorter than `shortest` samples; where all are, the longest of them stands for all.
-fn merge(stretches: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
+/// The same samples without intervals shorter than `shortest` samples; where all are, the longest of them stands for all.
+fn merge(intervals: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
     let mut merged: Vec<PhaseInterval> = vec![];
-    for stretch in stretches {
-        if stretch.samples.len() >= shortest {
+    for interval in intervals {
+        if interval.samples.len() >= shortest {
             // What is short at the very beginning belongs to the first that is not.
-            let start = if merged.is_empty() { 0 } else { stretch.samples.start };
-            extend(&mut merged, stretch.phase, start..stretch.samples.end);
+            let start = if merged.is_empty() { 0 } else { interval.samples.start };
+            extend(&mut merged, interval.phase, start..interval.samples.end);
         } else if let Some(last) = merged.last_mut() {
-            last.samples.end = stretch.samples.end;
+            last.samples.end = interval.samples.end;
         }
     }
-    let longest = stretches.iter().rev().max_by_key(|stretch| stretch.samples.len());
-    if let (true, Some(longest), Some(last)) = (merged.is_empty(), longest, stretches.last()) {
+    let longest = intervals.iter().rev().max_by_key(|interval| interval.samples.len());
+    if let (true, Some(longest), Some(last)) = (merged.is_empty(), longest, intervals.last()) {
         merged.push(PhaseInterval { phase: longest.phase, samples: 0..last.samples.end });
     }
     merged
@@ -148,8 +148,8 @@ mod tests {
     }
 
     fn phases(position_m: &[f64]) -> Vec<(Phase, usize)> {
-        let stretches = PhaseRule::default().split(position_m, 1e-3, 0.0);
-        stretches.into_iter().map(|stretch| (stretch.phase, stretch.samples.start)).collect()
+        let intervals = PhaseRule::default().split(position_m, 1e-3, 0.0);
+        intervals.into_iter().map(|interval| (interval.phase, interval.samples.start)).collect()
     }
 
     #[test]
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn short_stretches_join_their_neighbour() {
+    fn short_intervals_join_their_neighbour() {
         let position_m = path(1e-3, &[(1000, 5e-3), (60, 0.0), (1000, 5e-3)]);
         assert_eq!(phases(&position_m), [(Phase::Insertion, 0)]);
         assert_eq!(phases(&[1e-3; 20]), [(Phase::Hold, 0)]);
@@ -184,22 +184,22 @@ mod tests {
 
     proptest! {
         #[test]
-        fn stretches_cover_every_sample_once(
+        fn intervals_cover_every_sample_once(
             pieces in prop::collection::vec((1_usize..400, -2e-2..2e-2), 1..12),
             start_m in -2e-2..2e-2,
             shortest_s in 0.0..0.3,
         ) {
             let position_m = path(start_m, &pieces);
             let rule = PhaseRule { shortest_s, ..PhaseRule::default() };
-            let stretches = rule.split(&position_m, 1e-3, 0.0);
+            let intervals = rule.split(&position_m, 1e-3, 0.0);
             let mut next = 0;
-            for stretch in &stretches {
-                prop_assert_eq!(stretch.samples.start, next);
-                prop_assert!(!stretch.samples.is_empty());
-                next = stretch.samples.end;
+            for interval in &intervals {
+                prop_assert_eq!(interval.samples.start, next);
+                prop_assert!(!interval.samples.is_empty());
+                next = interval.samples.end;
             }
             prop_assert_eq!(next, position_m.len());
-            prop_assert!(stretches.windows(2).all(|pair| pair[0].phase != pair[1].phase));
+            prop_assert!(intervals.windows(2).all(|pair| pair[0].phase != pair[1].phase));
         }
     }
 }

@@ -95,7 +95,7 @@ pub struct DetectionReport {
     pub phases: Vec<PhaseStatistics>,
     /// The phases, one after the other.
     #[serde(skip)]
-    pub stretches: Vec<PhaseInterval>,
+    pub intervals: Vec<PhaseInterval>,
     /// What the scores are of.
     #[serde(skip)]
     pub tally: Option<Tally>,
@@ -148,7 +148,7 @@ impl DetectionReport {
             contact_s,
         });
         let scores = tally.as_ref().map(Scores::of);
-        let stretches = PhaseRule::default().split(&detection.position_m, detection.interval_s, detection.contact_m);
+        let intervals = PhaseRule::default().split(&detection.position_m, detection.interval_s, detection.contact_m);
         Self {
             samples: detection.time_s.len(),
             interval_s: detection.interval_s,
@@ -164,8 +164,8 @@ impl DetectionReport {
             window_s,
             scores,
             residual: ResidualStatistics::of(&detection.residual_n),
-            phases: PhaseStatistics::all(detection, &stretches),
-            stretches,
+            phases: PhaseStatistics::all(detection, &intervals),
+            intervals,
             tally,
             further_estimate: ExtraParameterEstimate::of(&detection.extra_parameter),
         }

@@ -39,14 +39,15 @@ impl ResidualStatistics {
     }
 }
 
-/// The estimates of one phase, all its stretches taken together. What a phase that never was, or the needle outside of the
+/// The estimates of one phase, all its intervals taken together. What a phase that never was, or the needle outside of the
 /// tissue, does not define is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhaseStatistics {
     /// Which phase.
     pub phase: Phase,
-    /// In how many stretches.
-    pub stretches: usize,
+    /// Number of intervals.
+    #[serde(rename = "stretches")]
+    pub intervals: usize,
     /// In how many samples.
     pub samples: usize,
     /// How long it was in all, in s.
@@ -65,14 +66,14 @@ pub struct PhaseStatistics {
 
 impl PhaseStatistics {
     /// The statistics of every phase, in the order of [`Phase::ALL`].
-    pub(super) fn all(detection: &Detection, stretches: &[PhaseInterval]) -> Vec<Self> {
-        Phase::ALL.map(|phase| Self::of(detection, stretches, phase)).to_vec()
+    pub(super) fn all(detection: &Detection, intervals: &[PhaseInterval]) -> Vec<Self> {
+        Phase::ALL.map(|phase| Self::of(detection, intervals, phase)).to_vec()
     }
 
-    fn of(detection: &Detection, stretches: &[PhaseInterval], phase: Phase) -> Self {
-        let own: Vec<&PhaseInterval> = stretches.iter().filter(|stretch| stretch.phase == phase).collect();
+    fn of(detection: &Detection, intervals: &[PhaseInterval], phase: Phase) -> Self {
+        let own: Vec<&PhaseInterval> = intervals.iter().filter(|interval| interval.phase == phase).collect();
         let gather = |column: &[f64]| -> Vec<f64> {
-            own.iter().flat_map(|stretch| column[stretch.samples.clone()].iter().copied()).collect()
+            own.iter().flat_map(|interval| column[interval.samples.clone()].iter().copied()).collect()
         };
         let residual = gather(&detection.residual_n);
         let samples = residual.len();
@@ -81,7 +82,7 @@ impl PhaseStatistics {
         let mean = |column: &[f64]| learns.then(|| gather(column).iter().sum::<f64>() / samples as f64);
         Self {
             phase,
-            stretches: own.len(),
+            intervals: own.len(),
             samples,
             duration_s: samples as f64 * detection.interval_s,
             mean_absolute_n: statistics.map(|s| s.mean_absolute_n),
@@ -106,7 +107,7 @@ impl PhaseStatistics {
         };
         Self {
             phase,
-            stretches: own.iter().map(|s| s.stretches).sum(),
+            intervals: own.iter().map(|s| s.intervals).sum(),
             samples,
             duration_s: own.iter().map(|s| s.duration_s).sum(),
             mean_absolute_n: weighted(&|s| s.mean_absolute_n),
@@ -144,17 +145,17 @@ mod tests {
     }
 
     #[test]
-    fn a_phase_is_summed_over_its_stretches_and_nothing_else() {
-        let stretch = |phase, samples| PhaseInterval { phase, samples };
-        let stretches = [
-            stretch(Phase::Free, 0..1),
-            stretch(Phase::Insertion, 1..3),
-            stretch(Phase::Hold, 3..4),
-            stretch(Phase::Insertion, 4..6),
+    fn a_phase_is_summed_over_its_intervals_and_nothing_else() {
+        let interval = |phase, samples| PhaseInterval { phase, samples };
+        let intervals = [
+            interval(Phase::Free, 0..1),
+            interval(Phase::Insertion, 1..3),
+            interval(Phase::Hold, 3..4),
+            interval(Phase::Insertion, 4..6),
         ];
-        let all = PhaseStatistics::all(&detection(vec![9.0, 1.0, -1.0, 5.0, 3.0, -3.0]), &stretches);
+        let all = PhaseStatistics::all(&detection(vec![9.0, 1.0, -1.0, 5.0, 3.0, -3.0]), &intervals);
         let insertion = &all[1];
-        assert_eq!((insertion.stretches, insertion.samples, insertion.duration_s), (2, 4, 2.0));
+        assert_eq!((insertion.intervals, insertion.samples, insertion.duration_s), (2, 4, 2.0));
         assert_eq!((insertion.mean_absolute_n, insertion.std_n), (Some(2.0), Some(5.0_f64.sqrt())));
         assert_eq!((insertion.mean_stiffness_n_per_m, insertion.mean_damping_n_s_per_m), (Some(3.0), Some(2.0)));
         assert_eq!((all[0].mean_absolute_n, all[0].mean_stiffness_n_per_m), (Some(9.0), None), "nothing is learnt");
@@ -164,9 +165,9 @@ mod tests {
 
     #[test]
     fn pooling_weighs_by_samples() {
-        let stretches = |samples| [PhaseInterval { phase: Phase::Hold, samples }];
-        let one = PhaseStatistics::all(&detection(vec![1.0, -1.0]), &stretches(0..2));
-        let two = PhaseStatistics::all(&detection(vec![4.0, -4.0, 4.0, -4.0]), &stretches(0..4));
+        let intervals = |samples| [PhaseInterval { phase: Phase::Hold, samples }];
+        let one = PhaseStatistics::all(&detection(vec![1.0, -1.0]), &intervals(0..2));
+        let two = PhaseStatistics::all(&detection(vec![4.0, -4.0, 4.0, -4.0]), &intervals(0..4));
         let both = PhaseStatistics::pooled(Phase::Hold, one.iter().chain(&two));
         assert_eq!((both.samples, both.duration_s, both.mean_absolute_n), (6, 3.0, Some(3.0)));
         assert_eq!(both.std_n, Some((66.0_f64 / 6.0).sqrt()));

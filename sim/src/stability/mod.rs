@@ -44,7 +44,7 @@ pub use map::{Axis, Spacing, StabilityMap, is_near_boundary, map};
 pub use margins::Margins;
 pub use mode::Mode;
 pub use parameter::Parameter;
-pub use ports::{Hybrid, Ports, gives_nothing};
+pub use ports::{Hybrid, Ports, is_passive_impedance};
 pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use settings::LoopSettings;

@@ -10,7 +10,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Whether a port of this impedance or admittance gives no power away: its real part is at least 0, up to rounding.
 #[must_use]
-pub fn gives_nothing(immittance: Complex64) -> bool {
+pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
 }
 
@@ -48,7 +48,7 @@ impl Hybrid {
     #[must_use]
     pub fn is_absolutely_stable(&self) -> bool {
         let [[h11, _], [_, h22]] = self.h;
-        gives_nothing(h11) && gives_nothing(h22) && self.llewellyn() >= 1.0 - ROUNDING
+        is_passive_impedance(h11) && is_passive_impedance(h22) && self.llewellyn() >= 1.0 - ROUNDING
     }
 
     /// Whether the two-port takes no more power from one side than it gets from the other at this frequency: the Hermitian
@@ -60,7 +60,7 @@ impl Hybrid {
         let both = (h12 / force + h21.conj() / position).norm_sqr();
         let size = h12.norm_sqr() / (force * force) + h21.norm_sqr() / (position * position);
         let own = 4.0 * h11.re * h22.re / (force * position);
-        gives_nothing(h11) && gives_nothing(h22) && own - both >= -ROUNDING * (size + own.abs())
+        is_passive_impedance(h11) && is_passive_impedance(h22) && own - both >= -ROUNDING * (size + own.abs())
     }
 
     /// What the hand feels where the needle is in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in N·s/m.

@@ -68,7 +68,7 @@ impl LoopSettings {
 
     /// What of a scenario the linear loop leaves out, in words; empty where it is all there.
     #[must_use]
-    pub fn left_out(scenario: &Scenario) -> Vec<&'static str> {
+    pub fn unmodelled(scenario: &Scenario) -> Vec<&'static str> {
         let limits = &scenario.actuators;
         let limited = limits.master_force_n.is_some()
             || limits.slave_command.is_some()

@@ -15,7 +15,7 @@ pub struct StabilityStudy {
     /// The scenario's name.
     pub name: String,
     /// What of the scenario is not in the linear loop.
-    pub left_out: Vec<&'static str>,
+    pub unmodelled: Vec<&'static str>,
     /// The loop.
     pub analysis: Analysis,
     /// The map.
@@ -40,8 +40,8 @@ impl StabilityStudy {
             Ok(settings) => Ok(Switching::of(&settings)?),
             Err(reason) => Err(reason),
         };
-        let (name, left_out) = (scenario.name.clone(), LoopSettings::left_out(scenario));
-        Ok(Self { name, left_out, analysis, map, switching, check: None })
+        let (name, unmodelled) = (scenario.name.clone(), LoopSettings::unmodelled(scenario));
+        Ok(Self { name, unmodelled, analysis, map, switching, check: None })
     }
 
     /// Asks the engine at every point of the map; `done` is told of each run, those not begun when `stop` is set are left out.

@@ -1,139 +1,143 @@
-//! What stops a detection.
+//! Errors of `trocar detect`.
 
 use thiserror::Error;
 
 use trocar_sim::recording::RecordingError;
 
-/// Why a detection ended early, or ended with something left undone.
+/// An error of a detection.
 #[derive(Debug, Error)]
 pub(in crate::cli) enum DetectError {
-    /// A folder without a recording.
-    #[error("{path}: no *.csv file in this folder; name the recordings")]
+    /// A folder has no recording.
+    #[error("{path}: this folder has no *.csv file; name the recordings")]
     EmptyFolder {
         /// The folder.
         path: String,
     },
-    /// A folder that cannot be listed.
-    #[error("{path}: the folder cannot be read: {source}")]
+    /// A folder cannot be read.
+    #[error("{path}: cannot read the folder: {source}")]
     Folder {
         /// The folder.
         path: String,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// `--settings` with a file that has none.
+    /// The file of `--settings` has no settings.
     #[error(
-        "{file}: neither [estimator] nor [detector] in it; give a file that has them, as calibrated.toml of trocar calibrate"
+        "{file} has neither [estimator] nor [detector]; give a file that has them, such as calibrated.toml of trocar calibrate"
     )]
-    NothingTuned {
+    NoSettings {
         /// The file.
         file: String,
     },
     /// `--rupture-s` with several recordings.
-    #[error("--rupture-s labels a single recording, and there are {recordings}; give --labels FILE")]
+    #[error("--rupture-s labels a single recording, but there are {recordings}; use --labels FILE")]
     RupturesOfMany {
-        /// How many there are.
+        /// Number of recordings.
         recordings: usize,
     },
-    /// `-` beside recordings.
-    #[error("- reads a live stream from standard input; it goes with no other recording")]
+    /// `-` with other recordings.
+    #[error("- reads a live stream from standard input; it cannot be combined with recordings")]
     StreamAmongOthers,
-    /// A flag that only recordings know.
-    #[error("{flag} is for recordings, not for a live stream; store the stream and detect in the file")]
+    /// A flag for recordings with a live stream.
+    #[error("{flag} is for recordings, not for a live stream; write the stream to a file and detect in that file")]
     NotForStreams {
         /// The flag.
         flag: &'static str,
     },
-    /// A flag that only live streams know.
+    /// A flag for live streams with recordings.
     #[error("{flag} is for a live stream: trocar detect -")]
     OnlyForStreams {
         /// The flag.
         flag: &'static str,
     },
-    /// A file of labels that cannot be read, or a stream without the wanted columns.
+    /// A file of labels cannot be read, or a stream does not have the requested columns.
     #[error(transparent)]
     Table(#[from] RecordingError),
-    /// A label that cannot be used.
+    /// A label is invalid.
     #[error("{file} line {line}: {problem}")]
     Label {
         /// The file of labels.
         file: String,
         /// The line.
         line: u64,
-        /// What is wrong, and the remedy.
+        /// The problem and its remedy.
         problem: LabelProblem,
     },
-    /// Some recordings could not be used; each has been reported.
-    #[error("{failed} of {recordings} recordings failed, see above; the others are done")]
+    /// Some recordings failed. Their errors are already printed.
+    #[error("{failed} of {recordings} recordings failed, see above; the others are complete")]
     Some {
-        /// How many failed.
+        /// Number of failed recordings.
         failed: usize,
-        /// Of how many.
+        /// Number of recordings.
         recordings: usize,
-        /// Whether only their input was at fault.
+        /// Whether all failures come from invalid input.
         input_at_fault: bool,
     },
-    /// A live stream without a usable sample.
-    #[error("standard input: {rows} rows and no sample that could be used, two are needed; see --help for the columns")]
+    /// A live stream has too few valid samples.
+    #[error("standard input: {rows} rows without a usable sample, at least two are needed; see --help for the columns")]
     NoSample {
-        /// How many rows there were.
+        /// Number of rows.
         rows: u64,
     },
-    /// A live stream that broke.
-    #[error("standard input cannot be read: {0}")]
+    /// Standard input cannot be read.
+    #[error("cannot read standard input: {0}")]
     Stream(std::io::Error),
-    /// Ctrl-C could not be taken over.
-    #[error("signals cannot be handled: {0}")]
+    /// The signal handler cannot be installed.
+    #[error("cannot handle signals: {0}")]
     Signals(#[from] ctrlc::Error),
 }
 
-/// What is wrong with a label.
+/// The problem of a label.
 #[derive(Debug, Error)]
 pub(in crate::cli) enum LabelProblem {
-    /// Its recording is none of those given.
-    #[error("'{file}' is none of the recordings given; name it as on the command line, or leave its labels out")]
+    /// Its recording is not among the given recordings.
+    #[error("'{file}' is not one of the given recordings; name it as on the command line, or remove its labels")]
     Unknown {
-        /// The file as it was written.
+        /// The file as in the label.
         file: String,
     },
-    /// Its recording could be one of several.
-    #[error("'{file}' could be {first} or {second}; write it as on the command line")]
+    /// Its file name matches several recordings.
+    #[error("'{file}' matches {first} and {second}; name it as on the command line")]
     Ambiguous {
-        /// The file as it was written.
+        /// The file as in the label.
         file: String,
-        /// One that it could be.
+        /// A matching recording.
         first: String,
-        /// Another one.
+        /// Another matching recording.
         second: String,
     },
-    /// It lies before or after the recording.
-    #[error("a rupture at {time_s} s, must be within the recording, from {from_s} to {to_s} s in its own time")]
+    /// It is before or after the recording.
+    #[error(
+        "the rupture at {time_s} s is outside the recording, which lasts from {from_s} to {to_s} s in its own time"
+    )]
     Outside {
-        /// When.
+        /// Time of the rupture, s.
         time_s: f64,
-        /// The first sample's time.
+        /// Time of the first sample, s.
         from_s: f64,
-        /// The last one's.
+        /// Time of the last sample, s.
         to_s: f64,
     },
-    /// It is there already.
-    #[error("a rupture at {time_s} s again, as on line {first_line}; remove one")]
+    /// It is a duplicate.
+    #[error("the rupture at {time_s} s is already on line {first_line}; remove one")]
     Twice {
-        /// When.
+        /// Time of the rupture, s.
         time_s: f64,
-        /// Where it was first.
+        /// Line of the first one.
         first_line: u64,
     },
-    /// It says that there is no rupture, and another one that there is.
-    #[error("an empty time says that the recording has no rupture, but line {other_line} labels one; remove either")]
+    /// It contradicts another label.
+    #[error(
+        "an empty time means that the recording has no rupture, but line {other_line} labels one; remove one of the two"
+    )]
     Contradiction {
-        /// The other one.
+        /// Line of the other label.
         other_line: u64,
     },
 }
 
 impl DetectError {
-    /// Whether what the user gave is at fault.
+    /// Returns whether the error comes from invalid input.
     pub(in crate::cli) fn is_input(&self) -> bool {
         match self {
             Self::Some { input_at_fault, .. } => *input_at_fault,

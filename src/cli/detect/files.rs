@@ -1,4 +1,4 @@
-//! Detection in recordings, one or many.
+//! Detection in one or many recordings.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 
 use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
-use super::warnings::{Warnings, too_far_apart};
+use super::warnings::{Warnings, low_rate_warning};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
 use crate::cli::{progress, recorded, report as page, terminal};
@@ -19,11 +19,11 @@ use trocar_report::{
 use trocar_sim::detect::{Detection, DetectionReport, Label, detect};
 use trocar_sim::scenario::{DetectionSpec, Values};
 
-/// The sections of a scenario that a detection depends on.
+/// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
 
-/// What was found in one recording.
-struct Found {
+/// The result of one recording.
+struct Detected {
     report: DetectionReport,
     json: Json,
     warning: Option<String>,
@@ -31,7 +31,7 @@ struct Found {
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if is_collection(args) {
-        // A flag that is wrong is wrong once, not once for each recording.
+        // An invalid flag is reported once, not for each recording.
         Values::from_settings("recording", &args.settings(None)).map_err(recorded::of_flags)?;
     }
     let inputs = inputs(args)?;
@@ -44,28 +44,28 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if is_collection(args) {
         return many(args, &out, work);
     }
-    work.into_iter().try_for_each(|(input, labels)| alone(args, &out, input, labels))
+    work.into_iter().try_for_each(|(input, labels)| single(args, &out, input, labels))
 }
 
-/// Whether tables and JSON are those of many: a folder is many, whatever it holds.
+/// Returns whether the output has the format of many recordings. A folder is a collection, even with a single file.
 fn is_collection(args: &DetectArgs) -> bool {
     args.recordings.len() > 1 || args.recordings.iter().any(|recording| Path::new(recording).is_dir())
 }
 
-fn alone(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
+fn single(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
     let folder = folder_of(out, &input);
     let name = input.folder.clone();
     let given = input.given.clone();
-    let found = one(args, &folder, input, labels)?;
-    warn(args, &given, &found);
+    let detected = one(args, &folder, input, labels)?;
+    warn(args, &given, &detected);
     if args.output.json {
-        terminal::print(&to_json(&found.json))
+        terminal::print(&to_json(&detected.json))
     } else if args.output.quiet {
         Ok(())
     } else {
         let written = folder.path().display();
-        terminal::print(&format!("{}files: {written}\n", detection_text(&name, &found.report)))?;
-        if args.report { page::say(&folder) } else { Ok(()) }
+        terminal::print(&format!("{}files: {written}\n", detection_text(&name, &detected.report)))?;
+        if args.report { page::print_path(&folder) } else { Ok(()) }
     }
 }
 
@@ -74,24 +74,24 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     bar.set_message("detecting");
     let of = |(input, labels): (Input, Option<LabelRows>)| {
         let (file, name) = (input.given.clone(), input.folder.clone());
-        let found = one(args, &folder_of(out, &input), input, labels);
+        let detected = one(args, &folder_of(out, &input), input, labels);
         bar.inc(1);
-        (file, name, found)
+        (file, name, detected)
     };
-    // In the order given, whatever thread is first.
+    // The outcomes have the order of the arguments, independent of the threads.
     let outcomes: Vec<_> = work.into_par_iter().map(of).collect();
     bar.finish_and_clear();
 
     let (mut failed, mut input_at_fault) = (0, true);
     let mut entries = vec![];
-    for (file, name, found) in outcomes {
-        if let Ok(found) = &found {
-            warn(args, &file, found);
+    for (file, name, detected) in outcomes {
+        if let Ok(detected) = &detected {
+            warn(args, &file, detected);
         }
-        let outcome = found.map(|found| (found.report, found.json)).map_err(|error| {
+        let outcome = detected.map(|detected| (detected.report, detected.json)).map_err(|error| {
             failed += 1;
             input_at_fault &= error.is_input();
-            error.show(Some(&file));
+            error.print(Some(&file));
             error.to_string()
         });
         entries.push(DetectionEntry { file, name, outcome });
@@ -103,7 +103,7 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     } else if !args.output.quiet {
         terminal::print(&format!("{}files: {}\n", detections_text(&entries), out.path().display()))?;
         if args.report {
-            page::say(out)?;
+            page::print_path(out)?;
         }
     }
     if failed > 0 {
@@ -112,7 +112,7 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     Ok(())
 }
 
-/// The files of all recordings together.
+/// Writes the common files of all recordings.
 fn write_joint(args: &DetectArgs, out: &Folder, entries: &[DetectionEntry], json: &str) -> Result<(), CliError> {
     let reports: Vec<_> =
         entries.iter().filter_map(|entry| entry.outcome.as_ref().ok().map(|(report, _)| (entry, report))).collect();
@@ -132,12 +132,12 @@ fn write_joint(args: &DetectArgs, out: &Folder, entries: &[DetectionEntry], json
 
 fn folder_of(out: &Folder, input: &Input) -> Folder {
     let folder = out.folder(&input.folder);
-    // Beside the run of the same scenario, whose summary and figures stay.
+    // A separate folder keeps the summary and figures of a run of the same scenario.
     if input.is_scenario() { folder.folder("detection") } else { folder }
 }
 
 /// Detects in one recording and writes its files.
-fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Found, CliError> {
+fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Detected, CliError> {
     let Input { given, folder: name, values } = input;
     let mut values = values?;
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
@@ -146,18 +146,18 @@ fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRow
     let report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
     let json = detection_object(&name, &report, &values);
     write(args, folder, &given, &spec, (&values, &detection, &report), &json)?;
-    Ok(Found { report, json, warning: too_far_apart(detection.interval_s) })
+    Ok(Detected { report, json, warning: low_rate_warning(detection.interval_s) })
 }
 
-/// Says what is odd about a recording.
-fn warn(args: &DetectArgs, given: &str, found: &Found) {
-    if let Some(warning) = &found.warning {
+/// Prints the warning about a recording, if any.
+fn warn(args: &DetectArgs, given: &str, detected: &Detected) {
+    if let Some(warning) = &detected.warning {
         Warnings::new(args.output.quiet).note(&format!("warning: {given}: {warning}"));
     }
 }
 
-/// The labels of a recording: those of `--labels`; else those of its scenario or of `--rupture-s`; else those of the file
-/// beside it.
+/// Returns the labels of a recording: from `--labels`, or from its scenario or `--rupture-s`, or from the label file in the same
+/// folder.
 fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Result<Option<Vec<Label>>, CliError> {
     let time_s = spec.recording.recording.time_s();
     let from_s = time_s.first().copied().unwrap_or(0.0);

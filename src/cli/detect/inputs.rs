@@ -1,4 +1,4 @@
-//! Which recordings are meant, and the folders that they write into.
+//! The recordings of the arguments, and their output folders.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -8,32 +8,32 @@ use crate::cli::error::CliError;
 use crate::cli::recorded;
 use trocar_sim::scenario::{ScenarioError, Source, Values};
 
-/// The end of the name of a file of labels beside its recording.
+/// Suffix of a label file in the folder of its recording.
 pub(super) const SIDECAR_END: &str = ".labels.csv";
 
-/// What stands beside the recordings' folders.
-const TAKEN: [&str; 7] =
+/// File names in the output folder, which a recording's folder cannot have.
+const RESERVED: [&str; 7] =
     ["report.html", "detections.json", "events.csv", "timeline.svg", "timeline.png", "delays.svg", "delays.png"];
 
-/// A recording to be read.
+/// A recording.
 #[derive(Debug)]
 pub(super) struct Input {
-    /// As the user named it; of a folder, its path within that.
+    /// Its path as the user gave it, or its path within a given folder.
     pub(super) given: String,
-    /// The folder of its files, unlike that of any other.
+    /// The unique name of its output folder.
     pub(super) folder: String,
-    /// What is known of it before it is read.
+    /// Its settings.
     pub(super) values: Result<Values, ScenarioError>,
 }
 
 impl Input {
-    /// Whether it is the recording that a scenario file names.
+    /// Returns whether it is the recording of a scenario file.
     pub(super) fn is_scenario(&self) -> bool {
         recorded::is_scenario(&self.given)
     }
 }
 
-/// The recordings that the arguments name, in their order.
+/// Returns the recordings of the arguments, in their order.
 pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
     let mut given = vec![];
     for recording in &args.recordings {
@@ -57,7 +57,7 @@ pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
     Ok(given.into_iter().zip(folders).zip(values).map(one).collect())
 }
 
-/// The CSV files of a folder by name, but for those of labels.
+/// Returns the CSV files of a folder in order of their names, without label files.
 fn listed(folder: &str) -> Result<Vec<String>, CliError> {
     let refuse = |source| DetectError::Folder { path: folder.to_owned(), source };
     let mut found = vec![];
@@ -75,22 +75,22 @@ fn listed(folder: &str) -> Result<Vec<String>, CliError> {
     Ok(found)
 }
 
-/// The same names, the second `x` made `x-2` and so on, none in the way of another whatever the case of its letters.
+/// Returns unique names, ignoring case: the second `x` becomes `x-2`, and so on.
 fn distinct(names: &[String]) -> Vec<String> {
-    let wanted: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
-    let mut used: HashSet<String> = TAKEN.map(str::to_owned).into();
-    let mut free = |name: &String| {
+    let given: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    let mut used: HashSet<String> = RESERVED.map(str::to_owned).into();
+    let mut unique = |name: &String| {
         if used.insert(name.to_lowercase()) {
             return name.clone();
         }
         let mut next = (2_u64..).map(|number| format!("{name}-{number}"));
-        let own = next.find(|other| {
+        let unused = next.find(|other| {
             let other = other.to_lowercase();
-            !wanted.contains(&other) && used.insert(other)
+            !given.contains(&other) && used.insert(other)
         });
-        own.unwrap_or_else(|| name.clone())
+        unused.unwrap_or_else(|| name.clone())
     };
-    names.iter().map(&mut free).collect()
+    names.iter().map(&mut unique).collect()
 }
 
 #[cfg(test)]
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_that_collide_are_told_apart() {
+    fn equal_names_become_unique() {
         let names = ["x", "y", "x", "X", "x-2", "events.csv", "x"].map(str::to_owned);
         assert_eq!(distinct(&names), ["x", "y", "x-3", "X-4", "x-2", "events.csv-2", "x-5"]);
     }

@@ -1,4 +1,4 @@
-//! Labels from files, held against the recordings that they are of.
+//! Labels from files, assigned to recordings.
 
 use std::path::{Path, PathBuf};
 
@@ -8,41 +8,42 @@ use super::{DetectArgs, DetectError};
 use trocar_sim::detect::Label;
 use trocar_sim::recording::{LabelRow, Limits, open_labels};
 
-/// The rows that a file of labels has for one recording.
+/// The rows of a label file for one recording.
 #[derive(Debug, Clone)]
 pub(super) struct LabelRows {
     file: String,
     rows: Vec<LabelRow>,
 }
 
-/// For each recording its rows of `--labels`; none where that does not name it.
+/// Returns for each recording its rows of `--labels`, or `None` without a row.
 pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<LabelRows>>, DetectError> {
-    let mut own: Vec<Option<LabelRows>> = inputs.iter().map(|_| None).collect();
-    let Some(path) = &args.labels else { return Ok(own) };
+    let mut by_input: Vec<Option<LabelRows>> = inputs.iter().map(|_| None).collect();
+    let Some(path) = &args.labels else { return Ok(by_input) };
     let file = path.display().to_string();
-    let alone = inputs.len() == 1;
-    for row in open_labels(path, &Limits::default(), !alone)? {
+    let is_single = inputs.len() == 1;
+    for row in open_labels(path, &Limits::default(), !is_single)? {
         let refuse = |problem| DetectError::Label { file: file.clone(), line: row.line, problem };
-        // A single recording's labels need not name it.
+        // The labels of a single recording need not name it.
         let index = row.file.as_deref().map_or(Ok(0), |name| named(name, inputs).map_err(refuse))?;
-        let own = own[index].get_or_insert_with(|| LabelRows { file: file.clone(), rows: vec![] });
-        own.rows.push(row);
+        let labels = by_input[index].get_or_insert_with(|| LabelRows { file: file.clone(), rows: vec![] });
+        labels.rows.push(row);
     }
-    // A file without a row says of a single recording what an empty time does.
-    if alone && own[0].is_none() {
-        own[0] = Some(LabelRows { file, rows: vec![] });
+    // For a single recording, a file without rows means that it has no rupture.
+    if is_single && by_input[0].is_none() {
+        by_input[0] = Some(LabelRows { file, rows: vec![] });
     }
-    Ok(own)
+    Ok(by_input)
 }
 
-/// Which recording a name means: as on the command line, or by its last part if only one has that.
+/// Returns the index of the recording with a name: its path as on the command line, or its unique file name.
 fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
     let file = || name.to_owned();
     let last = |given: &str| Path::new(given).file_name().is_some_and(|own| own.to_string_lossy() == name);
     let builtin = |given: &str| given.strip_prefix("builtin:").is_some_and(|own| own == name);
     let exact: Vec<usize> = (0..inputs.len()).filter(|&index| inputs[index].given == name).collect();
-    let alike = || (0..inputs.len()).filter(|&i| last(&inputs[i].given) || builtin(&inputs[i].given)).collect();
-    let found: Vec<usize> = if exact.is_empty() { alike() } else { exact };
+    let same_file_name =
+        || (0..inputs.len()).filter(|&i| last(&inputs[i].given) || builtin(&inputs[i].given)).collect();
+    let found: Vec<usize> = if exact.is_empty() { same_file_name() } else { exact };
     match found.as_slice() {
         [] => Err(LabelProblem::Unknown { file: file() }),
         [index] => Ok(*index),
@@ -53,7 +54,7 @@ fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
     }
 }
 
-/// The rows of the file of labels beside a recording, if there is one.
+/// Returns the rows of the label file in the folder of a recording, if there is one.
 pub(super) fn beside(recording: &str) -> Result<Option<LabelRows>, DetectError> {
     let Some(path) = sidecar(recording).filter(|path| path.exists()) else { return Ok(None) };
     let rows = open_labels(&path, &Limits::default(), false)?;
@@ -66,7 +67,7 @@ fn sidecar(recording: &str) -> Option<PathBuf> {
 }
 
 impl LabelRows {
-    /// The labels in order of time, of a recording from `from_s` to `to_s` (s).
+    /// Returns the labels in order of time, for a recording from `from_s` to `to_s` (s).
     pub(super) fn labels(&self, from_s: f64, to_s: f64) -> Result<Vec<Label>, DetectError> {
         let refuse = |line, problem| Err(DetectError::Label { file: self.file.clone(), line, problem });
         let mut timed: Vec<(f64, &LabelRow)> = vec![];
@@ -80,7 +81,7 @@ impl LabelRows {
         if let (Some(none), Some((_, other))) = (self.rows.iter().find(|row| row.time_s.is_none()), timed.first()) {
             return refuse(none.line, LabelProblem::Contradiction { other_line: other.line });
         }
-        // Rows at the same time stay in the order of their lines.
+        // The sort is stable: equal times keep the order of their lines.
         timed.sort_by(|a, b| a.0.total_cmp(&b.0));
         if let Some(pair) = timed.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             let (time_s, first_line) = (pair[0].0, pair[0].1.line);

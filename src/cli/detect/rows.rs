@@ -1,4 +1,4 @@
-//! What a live stream says on standard output: a line per event, flushed at once.
+//! The output of a live stream: a line per event, flushed at once.
 
 use std::io::{self, Write};
 
@@ -9,16 +9,16 @@ use trocar_sim::detect::{LiveStep, LiveSummary};
 /// The columns of a row.
 const COLUMNS: &str = "event,time_s,sample,position_m,depth_m,velocity_m_per_s,force_n,residual_n,stiffness_n_per_m,damping_n_s_per_m,decision";
 
-/// How lines look.
+/// The format of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Format {
-    /// CSV rows below a header; the summary is for people, on standard error.
+    /// CSV rows below a header; the summary is text on standard error.
     Csv,
-    /// An object of JSON per line, the last one the summary.
+    /// A JSON object per line; the last one is the summary.
     Json,
 }
 
-/// Writes rows, each flushed before the next sample is read.
+/// Writes rows and flushes each of them before the next sample is read.
 pub(super) struct RowWriter<W> {
     out: W,
     format: Format,
@@ -27,7 +27,7 @@ pub(super) struct RowWriter<W> {
 }
 
 impl<W: Write> RowWriter<W> {
-    /// Writes the header where the format has one, so that a reader sees at once that the stream has begun.
+    /// Starts the output. The CSV header is written at once.
     pub(super) fn begin(out: W, format: Format) -> io::Result<Self> {
         let mut rows = Self { out, format, numbers: ryu::Buffer::new(), line: Vec::with_capacity(256) };
         if format == Format::Csv {
@@ -37,7 +37,7 @@ impl<W: Write> RowWriter<W> {
         Ok(rows)
     }
 
-    /// Writes a tick: an `alarm`, or a `sample` asked for.
+    /// Writes a tick: an `alarm` or a `sample`.
     pub(super) fn tick(&mut self, event: &str, tick: &LiveStep) -> io::Result<()> {
         let (estimate, reading) = (&tick.step.estimate, &tick.reading);
         let numbers = [
@@ -71,12 +71,12 @@ impl<W: Write> RowWriter<W> {
         self.end()
     }
 
-    /// Whether the summary is a row too.
+    /// Returns whether the format is JSON, in which the summary is a row too.
     pub(super) fn is_json(&self) -> bool {
         self.format == Format::Json
     }
 
-    /// Writes the summary where the format has one.
+    /// Writes the summary in the JSON format; does nothing in the CSV format.
     pub(super) fn summary(&mut self, summary: &LiveSummary, rows: u64, skipped: u64, ended: &str) -> io::Result<()> {
         if self.format == Format::Csv {
             return Ok(());

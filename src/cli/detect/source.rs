@@ -1,4 +1,4 @@
-//! Standard input and signals, whichever comes first.
+//! Reads standard input and waits for signals at the same time.
 
 use std::io::{self, ErrorKind, Read};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -7,21 +7,21 @@ use std::thread;
 use super::DetectError;
 use crate::cli::interrupt;
 
-/// Bytes read at once at most. A live rig's lines come one by one, each as soon as it was written.
+/// Maximum number of bytes per read. The lines of a live rig arrive one by one.
 const CHUNK_BYTES: usize = 64 << 10;
 
-/// Chunks on their way.
+/// Maximum number of queued chunks.
 const CHUNKS: usize = 2;
 
-/// What comes next.
+/// The next input.
 pub(super) enum Event<'a> {
     /// Bytes of the input.
     Bytes(&'a [u8]),
-    /// The input's end.
+    /// The end of the input.
     End,
-    /// Ctrl-C, or a request to end.
+    /// Ctrl-C or another termination signal.
     Stop,
-    /// The input broke.
+    /// The input cannot be read.
     Failed(io::Error),
 }
 
@@ -32,8 +32,7 @@ enum Message {
     Failed(io::Error),
 }
 
-/// Standard input, read by a thread of its own so that a signal can end the wait for it. A fixed number of buffers go to and
-/// fro.
+/// Standard input. A separate thread reads it, so that a signal can end the wait. The number of buffers is fixed.
 pub(super) struct Source {
     messages: Receiver<Message>,
     spare: SyncSender<Vec<u8>>,
@@ -41,25 +40,25 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Begins to read, and takes over SIGINT, SIGTERM and SIGHUP. A second signal ends the process at once.
+    /// Starts to read and installs a handler of SIGINT, SIGTERM and SIGHUP. A second signal ends the process at once.
     pub(super) fn open() -> Result<Self, DetectError> {
         let (sender, messages) = sync_channel(CHUNKS);
         let (spare, empty) = sync_channel(CHUNKS + 2);
         let stop = sender.clone();
         interrupt::on_first(move || {
             let stop = stop.clone();
-            // Not here: the queue may be full, and a second signal must come through.
+            // In its own thread, because the queue can be full and a second signal must be handled.
             thread::spawn(move || stop.send(Message::Stop));
         })?;
         thread::spawn(move || read(&sender, &empty));
         Ok(Self { messages, spare, current: vec![] })
     }
 
-    /// Waits for what comes next.
+    /// Waits for the next input.
     pub(super) fn next(&mut self) -> Event<'_> {
         let used = std::mem::take(&mut self.current);
         if !used.is_empty() {
-            // Without room the buffer is dropped, and the reader makes another.
+            // If the queue is full, the buffer is dropped and the reader allocates another one.
             let _ = self.spare.try_send(used);
         }
         match self.messages.recv() {
@@ -85,7 +84,7 @@ fn read(sender: &SyncSender<Message>, empty: &Receiver<Vec<u8>>) {
             Err(error) => Message::Failed(error),
         };
         let is_last = !matches!(message, Message::Bytes(..));
-        // Nobody listens once the command has ended.
+        // The receiver is closed after the end of the command.
         if sender.send(message).is_err() || is_last {
             return;
         }

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind};
 
 use super::rows::{Format, RowWriter};
 use super::source::{Event, Source};
-use super::warnings::{Warnings, too_far_apart};
+use super::warnings::{Warnings, low_rate_warning};
 use super::{DetectArgs, DetectError};
 use crate::cli::error::CliError;
 use crate::cli::recorded::of_flags;
@@ -13,10 +13,10 @@ use trocar_sim::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, Ve
 use trocar_sim::recording::{LiveLine, LiveTable, RecordingError};
 use trocar_sim::scenario::{DetectionSettings, Values, recording_columns};
 
-/// How a stream ends by itself.
+/// The cause of a regular end.
 const END: &str = "end of input";
 
-/// What messages call the stream.
+/// The name of the stream in messages.
 const NAME: &str = "standard input";
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
@@ -28,7 +28,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
         (Some(_), _) => VelocitySource::Measured,
         (None, step_m) if step_m > 0.0 => VelocitySource::Filtered { step_m },
         (None, _) => {
-            warnings.note("no --velocity: filtered from positions, whose steps are taken to be 1 µm; give the encoder's with --set sensor.position_resolution_m");
+            warnings.note("no --velocity: the velocity is estimated from positions with an assumed resolution of 1 µm; set the resolution of the encoder with --set sensor.position_resolution_m");
             VelocitySource::Filtered { step_m: ASSUMED_STEP_M }
         }
     };
@@ -40,7 +40,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     };
     let table = LiveTable::new(NAME, columns);
     let mut session =
-        Session { table, detector, rows, every: args.every, warnings, lines: 0, malformed: 0, is_rate_known: false };
+        Session { table, detector, rows, every: args.every, warnings, lines: 0, malformed: 0, is_rate_checked: false };
     let mut source = Source::open()?;
     let ended = loop {
         let outcome = match source.next() {
@@ -55,27 +55,27 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     };
     match ended {
         Ok(ended) => session.summarise(ended),
-        Err(Ended::Unread) => Ok(()),
-        // What was found so far is not lost with the stream.
+        Err(Ended::OutputClosed) => Ok(()),
+        // The results so far are printed, even if the stream fails.
         Err(Ended::Failed(error)) if session.lines > 0 => session.summarise("failure").and(Err(error)),
         Err(Ended::Failed(error)) => Err(error),
     }
 }
 
-/// Why nothing more is to be done.
+/// The reason why the stream ends early.
 enum Ended {
-    /// Nobody reads what is written.
-    Unread,
+    /// The reader of the output is closed.
+    OutputClosed,
     Failed(CliError),
 }
 
 impl From<io::Error> for Ended {
     fn from(error: io::Error) -> Self {
-        closed(error).map_or_else(Self::Failed, |()| Self::Unread)
+        closed(error).map_or_else(Self::Failed, |()| Self::OutputClosed)
     }
 }
 
-/// A reader that has gone away, as `head` does, is no error.
+/// Converts an output error. A closed reader, such as `head`, is not an error.
 fn closed(error: io::Error) -> Result<(), CliError> {
     if error.kind() == ErrorKind::BrokenPipe { Ok(()) } else { Err(CliError::Print(error)) }
 }
@@ -88,10 +88,10 @@ struct Session {
     warnings: Warnings,
     /// Rows below the header.
     lines: u64,
-    /// Of those, the ones that are no sample.
+    /// Number of rows that are not samples.
     malformed: u64,
-    /// Whether the interval has been looked at.
-    is_rate_known: bool,
+    /// Whether the interval has been checked.
+    is_rate_checked: bool,
 }
 
 impl Session {
@@ -102,7 +102,7 @@ impl Session {
         Ok(())
     }
 
-    /// Takes a last line that nothing ended.
+    /// Processes a last line without a line feed.
     fn finish(&mut self) -> Result<(), Ended> {
         self.table.finish().map_or(Ok(()), |line| self.line(line))
     }
@@ -116,7 +116,7 @@ impl Session {
             Err(error) => {
                 self.lines += 1;
                 self.malformed += 1;
-                // Without the remedy: nobody can correct a row that a rig has written.
+                // Without the remedy, because the rows of a live rig cannot be corrected.
                 self.warnings.warn(|| {
                     let error = error.to_string();
                     format!("{}; the row is skipped", error.split("; ").next().unwrap_or(&error))
@@ -135,23 +135,23 @@ impl Session {
                 written = rows.tick("sample", tick);
             }
         };
-        let odd = self.detector.take(&sample, emit).map_err(|error| Ended::Failed(error.into()))?;
-        if !self.is_rate_known
+        let anomaly = self.detector.take(&sample, emit).map_err(|error| Ended::Failed(error.into()))?;
+        if !self.is_rate_checked
             && let Some(interval_s) = self.detector.interval_s()
         {
-            self.is_rate_known = true;
-            if let Some(warning) = too_far_apart(interval_s) {
+            self.is_rate_checked = true;
+            if let Some(warning) = low_rate_warning(interval_s) {
                 self.warnings.note(&format!("warning: {NAME}: {warning}"));
             }
         }
-        if let Some(odd) = odd {
+        if let Some(anomaly) = anomaly {
             let line = self.table.lines();
-            self.warnings.warn(|| format!("{NAME} line {line}: {}", super::warnings::words(&odd)));
+            self.warnings.warn(|| format!("{NAME} line {line}: {}", super::warnings::text(&anomaly)));
         }
         Ok(written?)
     }
 
-    /// Says what was found; one that found nothing to look at failed.
+    /// Prints the summary. A stream without a sample is an error.
     fn summarise(&mut self, ended: &str) -> Result<(), CliError> {
         let summary: LiveSummary = self.detector.summary();
         let skipped = self.malformed + summary.not_later;

@@ -1,89 +1,89 @@
-//! Warnings on standard error that a bad stream cannot flood.
+//! Warnings on standard error, with a limited rate.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
 
 use trocar_sim::detect::TimestampAnomaly;
 
-/// Warnings a second at most.
+/// Maximum number of warnings per second.
 const MAX_PER_SECOND: u32 = 5;
 
-/// The lowest rate of samples that is not warned of, in Hz. Chosen here: the slowest rupture that `trocar calibrate` looks for
-/// unless told otherwise takes half of the force in 30 ms, which are three samples then.
+/// Minimum sampling rate without a warning, in Hz. With the defaults of `trocar calibrate`, the force of the slowest rupture falls
+/// by half in 30 ms, which are three samples at this rate.
 const MIN_RATE_HZ: f64 = 100.0;
 
-/// Writes warnings, a few each second; those between are counted.
+/// Prints a limited number of warnings per second, and counts the others.
 pub(super) struct Warnings {
     quiet: bool,
-    since: Option<Instant>,
-    shown: u32,
-    held_back: u64,
+    second_start: Option<Instant>,
+    printed: u32,
+    suppressed: u64,
 }
 
 impl Warnings {
     pub(super) fn new(quiet: bool) -> Self {
-        Self { quiet, since: None, shown: 0, held_back: 0 }
+        Self { quiet, second_start: None, printed: 0, suppressed: 0 }
     }
 
-    /// Says something that is not held back.
+    /// Prints a message without a rate limit.
     pub(super) fn note(&self, text: &str) {
         if !self.quiet {
-            // Nobody may listen there; the stream goes on.
+            // Standard error can be closed; the stream continues.
             let _ = writeln!(anstream::stderr(), "{text}");
         }
     }
 
-    /// Warns, unless there were many warnings in this second.
+    /// Prints a warning, unless this second has the maximum number of warnings.
     pub(super) fn warn(&mut self, text: impl FnOnce() -> String) {
         if self.quiet {
             return;
         }
         let now = Instant::now();
-        if self.since.is_none_or(|since| now.duration_since(since) >= Duration::from_secs(1)) {
-            self.since = Some(now);
-            self.shown = 0;
+        if self.second_start.is_none_or(|start| now.duration_since(start) >= Duration::from_secs(1)) {
+            self.second_start = Some(now);
+            self.printed = 0;
             self.flush();
         }
-        if self.shown < MAX_PER_SECOND {
-            self.shown += 1;
+        if self.printed < MAX_PER_SECOND {
+            self.printed += 1;
             self.note(&format!("warning: {}", text()));
         } else {
-            self.held_back += 1;
+            self.suppressed += 1;
         }
     }
 
-    /// Says how many warnings were held back, if any.
+    /// Prints the number of suppressed warnings, if any.
     pub(super) fn flush(&mut self) {
-        let held_back = std::mem::take(&mut self.held_back);
-        if held_back > 0 {
-            self.note(&format!("warning: {held_back} more like these"));
+        let suppressed = std::mem::take(&mut self.suppressed);
+        if suppressed > 0 {
+            self.note(&format!("warning: {suppressed} more warnings suppressed"));
         }
     }
 }
 
-/// What is to be said of samples `interval_s` (s) apart; nothing where they are close enough to show a rupture.
-pub(super) fn too_far_apart(interval_s: f64) -> Option<String> {
+/// Returns a warning if samples `interval_s` (s) apart are too far apart to show a rupture, otherwise `None`.
+pub(super) fn low_rate_warning(interval_s: f64) -> Option<String> {
     let rate_hz = 1.0 / interval_s;
-    // A rate that is right to 1 % is that rate.
+    // A tolerance of 1 % for the measured rate.
     (rate_hz < 0.99 * MIN_RATE_HZ).then(|| {
         format!(
-            "{rate_hz:.3} samples a second, below {MIN_RATE_HZ}: a rupture takes some 30 ms and falls between them, and \
-             estimator and detector count samples, with defaults for 0.5 to 2 ms"
+            "the sampling rate is {rate_hz:.3} Hz, below {MIN_RATE_HZ} Hz: a rupture lasts about 30 ms and can fall between two \
+             samples, and the defaults of estimator and detector are for intervals of 0.5 to 2 ms"
         )
     })
 }
 
-/// An oddity in words.
-pub(super) fn words(odd: &TimestampAnomaly) -> String {
-    match odd {
+/// Returns a timestamp anomaly as text.
+pub(super) fn text(anomaly: &TimestampAnomaly) -> String {
+    match anomaly {
         TimestampAnomaly::NotLater { last_s, time_s } => {
-            format!("time {time_s} s does not come after the last sample's, {last_s} s; the row is skipped")
+            format!("time {time_s} s is not after the time of the previous sample, {last_s} s; the row is skipped")
         }
         TimestampAnomaly::SetBack { last_s, time_s } => {
-            format!("the clock was set back from {last_s} s to {time_s} s; the detection begins anew")
+            format!("the clock was set back from {last_s} s to {time_s} s; the detection restarts")
         }
         TimestampAnomaly::Gap { last_s, time_s } => {
-            format!("no sample from {last_s} s to {time_s} s; the detection begins anew")
+            format!("no sample from {last_s} s to {time_s} s; the detection restarts")
         }
     }
 }

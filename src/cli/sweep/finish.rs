@@ -1,4 +1,4 @@
-//! Writing what a whole sweep leaves.
+//! Writes the files of a complete sweep.
 
 use std::io;
 
@@ -13,19 +13,19 @@ use trocar_report::{
 };
 use trocar_sim::sweep::{Design, Rows, SweepError, findings};
 
-/// A sweep of which every case is done.
+/// A complete sweep.
 pub(super) struct Whole<'a> {
     pub(super) design: &'a Design,
     pub(super) canonical: &'a str,
-    /// That of the whole, not complete yet.
+    /// The manifest of the whole sweep, not yet marked complete.
     pub(super) manifest: Manifest,
     pub(super) rows: Rows,
-    /// The command that repeats it, where there is to be a page.
+    /// The command that reproduces it, if a report is requested.
     pub(super) report: Option<String>,
 }
 
-/// Writes the tables, the findings and the figures, and says so. Nothing is lost if it does not get to its end: the manifest
-/// comes last.
+/// Writes the tables, the findings and the figures, and prints the summary. The manifest is written last, so that an interruption
+/// loses nothing.
 pub(super) fn finish(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), CliError> {
     write(folder, whole, output).map_err(kept)
 }
@@ -58,10 +58,10 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), C
     summary?;
     folder.write(MANIFEST, manifest_json(&Manifest { is_complete: true, ..manifest }).as_bytes())?;
     report(folder, output, "files")?;
-    if line.is_some() && !output.quiet && !output.json { page::say(folder) } else { Ok(()) }
+    if line.is_some() && !output.quiet && !output.json { page::print_path(folder) } else { Ok(()) }
 }
 
-/// Prints what a sweep that is done has left.
+/// Prints the summary of a complete sweep.
 pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Result<(), CliError> {
     if output.quiet && !output.json {
         return Ok(());
@@ -72,7 +72,7 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
     terminal::print(&format!("{text}{end}"))
 }
 
-/// What could not be written can be once there is room for it: every case is kept.
+/// Converts an output error to a sweep error, whose message says that all cases are kept.
 fn kept(error: CliError) -> CliError {
     match error {
         CliError::Output(OutputError { path, source })
@@ -83,7 +83,7 @@ fn kept(error: CliError) -> CliError {
     }
 }
 
-/// The error of a stream, which names its file itself.
+/// Returns the I/O error of a sweep error, because the caller adds the file name.
 fn plain(error: SweepError) -> io::Error {
     match error {
         SweepError::Io { source, .. } => source,

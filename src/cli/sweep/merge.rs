@@ -15,10 +15,10 @@ use trocar_sim::sweep::{Joined, SweepError, join};
 /// Join the parts of a sweep.
 #[derive(Debug, Args)]
 pub(super) struct MergeArgs {
-    /// Folders of shards, or folders that hold them
+    /// Folders of shards, or folders that contain them
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Also write report.html beside summary.txt, as `trocar sweep --report` does
+    /// Also write report.html, as `trocar sweep --report` does
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -48,7 +48,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
     finish(&folder, Whole { design: &design, canonical: &canonical, manifest, rows, report: line }, &args.output)
 }
 
-/// The folder itself where it is a shard's, else those of shards in it.
+/// Returns the folders of shards within a folder, or the folder itself.
 fn shards(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let is_shard = |path: &Path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();

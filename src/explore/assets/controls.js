@@ -1,4 +1,4 @@
-// The controls: a slider, a switch or a list for every key that the page may set, the ones people reach for first.
+// The controls: a slider, a switch or a list for every key that the page can set. Frequently used keys come first.
 "use strict";
 
 const trocarControls = (() => {
@@ -11,7 +11,7 @@ const trocarControls = (() => {
     "Re-engagement": ["augmentation.reengage", "augmentation.catch_up_speed_m_per_s", "augmentation.blend_s"],
     "Delay and noise": ["channel.forward_delay_s", "channel.backward_delay_s", "channel.jitter_s", "channel.loss", "sensor.force_noise_std_n", "simulation.seed"],
   };
-  /** Sliders whose range is known: from, to, and whether by ratios. */
+  /** Fixed ranges of sliders: from, to. */
   const RANGES = {
     "scaling.force": [0, 5],
     "scaling.position": [0.1, 4],
@@ -34,7 +34,7 @@ const trocarControls = (() => {
   const controls = new Map();
   let changed = () => {};
 
-  /** The slider of a number: its range, and the ways between a position and a value. */
+  /** Returns the conversions between position and value of a slider, or null without a range. */
   function scale(key, value) {
     const known = RANGES[key.path];
     if (known) {
@@ -58,13 +58,13 @@ const trocarControls = (() => {
     return made;
   }
 
-  /** One key's control. */
+  /** Returns the control of a key. */
   function control(key, base) {
     const box = element("div", { class: "control", "data-key": key.path });
     const id = `key-${key.path.replaceAll(".", "-")}`;
     const name = element("div", { class: "name" });
     name.append(element("label", { for: id }, key.path));
-    const back = element("button", { type: "button", title: `back to ${JSON.stringify(base ?? null)}`, "aria-label": `Reset ${key.path}` }, "reset");
+    const back = element("button", { type: "button", title: `reset to ${JSON.stringify(base ?? null)}`, "aria-label": `Reset ${key.path}` }, "reset");
     name.append(back);
     const inputs = element("div", { class: "inputs" });
     const meaning = element("p", { class: "meaning", id: `${id}-meaning` }, key.meaning);
@@ -77,7 +77,7 @@ const trocarControls = (() => {
     back.addEventListener("click", () => {
       made.show(made.base);
       give(made.base);
-      // The button hides itself: who is on the keyboard stays at this key.
+      // The button becomes hidden, so the focus moves to the control of this key.
       inputs.firstElementChild.focus();
     });
     if (key.kind.type === "flag") {
@@ -116,12 +116,12 @@ const trocarControls = (() => {
           give(value, performance.now());
         });
         slider.addEventListener("keydown", (event) => {
-          // A hundredth of the way a key, a tenth with Page Up and Page Down.
+          // An arrow key moves by 1 % of the range, Page Up and Page Down by 10 %.
           const by = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10 }[event.key];
           if (!by) return;
           event.preventDefault();
-          const least = whole ? STEPS / 50 : STEPS / 100;
-          slider.value = Number(slider.value) + by * least;
+          const step = whole ? STEPS / 50 : STEPS / 100;
+          slider.value = Number(slider.value) + by * step;
           slider.dispatchEvent(new Event("input", { bubbles: true }));
         });
         inputs.append(slider);
@@ -135,7 +135,7 @@ const trocarControls = (() => {
       made.show = (value) => {
         number.value = value ?? "";
         if (slider && typeof value === "number") {
-          // A value that the slider does not reach, as 0 by ratios, is at its end and not in its middle.
+          // A value beyond the range, such as 0 on a logarithmic slider, is at the end of the slider.
           slider.value = Math.min(STEPS, Math.max(0, sliding.at(value) || 0));
           slider.setAttribute("aria-valuetext", String(value));
         }
@@ -154,11 +154,11 @@ const trocarControls = (() => {
   }
 
   return {
-    /** Draws every control for a scenario with its own values; `onChange(path, time of the input)`. */
+    /** Draws every control with the values of a scenario. Changes call `onChange(path, time of the input)`. */
     draw(form, keys, values, onChange) {
       const open = new Set([...form.querySelectorAll("details[open]")].map((group) => group.dataset.group));
       const first = form.children.length === 0;
-      // Where the signals are below the controls, they are not to be far below.
+      // In a narrow window the signals are below the controls, so fewer groups are open.
       const narrow = window.matchMedia("(max-width: 60rem)").matches;
       form.replaceChildren();
       controls.clear();
@@ -166,18 +166,18 @@ const trocarControls = (() => {
       const byPath = new Map(keys.map((key) => [key.path, key]));
       const placed = new Set();
       const group = (title, paths, isOpen) => {
-        const here = paths.filter((path) => byPath.has(path) && !placed.has(path));
-        if (here.length === 0) return;
+        const keysHere = paths.filter((path) => byPath.has(path) && !placed.has(path));
+        if (keysHere.length === 0) return;
         const details = element("details", { "data-group": title });
         details.open = first ? isOpen && (title === "Scales" || !narrow) : open.has(title);
         details.append(element("summary", {}, title));
-        for (const path of here) {
+        for (const path of keysHere) {
           placed.add(path);
           details.append(control(byPath.get(path), values[path]));
         }
         form.append(details);
       };
-      // What a scenario has no value for is among all the others below.
+      // Keys without a value in this scenario are in the sections below.
       for (const [title, paths] of Object.entries(FIRST)) {
         group(title, paths.filter((path) => path in values), ["Scales", "Hold and force", "Delay and noise"].includes(title));
       }
@@ -188,7 +188,7 @@ const trocarControls = (() => {
       }
       for (const [section, paths] of sections) group(`[${section}]`, paths, false);
     },
-    /** What differs from the scenario: an object of keys. */
+    /** Returns the changed keys and their values. */
     changes() {
       const set = {};
       for (const [path, made] of controls) {
@@ -196,7 +196,7 @@ const trocarControls = (() => {
       }
       return set;
     },
-    /** Gives keys their values, all others the scenario's. */
+    /** Sets keys to these values, and all others to the values of the scenario. */
     give(set) {
       for (const [path, made] of controls) {
         made.value = path in set ? set[path] : made.base;
@@ -204,7 +204,7 @@ const trocarControls = (() => {
         mark(made);
       }
     },
-    /** Gives one key a value. */
+    /** Sets the value of a key. */
     put(path, value) {
       const made = controls.get(path);
       if (!made) return;
@@ -213,23 +213,23 @@ const trocarControls = (() => {
       mark(made);
     },
     value: (path) => controls.get(path)?.value,
-    /** Marks the controls that a refusal names, and no others. */
+    /** Marks the controls that an error message names. */
     blame(message) {
       for (const [path, made] of controls) made.box.classList.toggle("wrong", message.includes(path));
     },
-    /** Shows the controls whose key or meaning has all the words. */
+    /** Shows only the controls whose key or meaning contains all words. */
     find(form, words) {
-      const wanted = words.toLowerCase().split(/\s+/).filter(Boolean);
+      const required = words.toLowerCase().split(/\s+/).filter(Boolean);
       for (const group of form.querySelectorAll("details")) {
         let shown = 0;
         for (const box of group.querySelectorAll(".control")) {
           const text = box.textContent.toLowerCase();
-          const fits = wanted.every((word) => text.includes(word));
+          const fits = required.every((word) => text.includes(word));
           box.hidden = !fits;
           shown += fits ? 1 : 0;
         }
         group.hidden = shown === 0;
-        if (wanted.length > 0) group.open = shown > 0;
+        if (required.length > 0) group.open = shown > 0;
       }
     },
   };

@@ -1,27 +1,27 @@
-// The page: its state, what it asks the program, and where the answers go.
+// The page: its state, its requests to the server, and the handling of answers.
 "use strict";
 
 const trocar = (() => {
   const part = (id) => document.getElementById(id);
-  /** Text for a part of the page; the same again costs nothing. */
-  const say = (id, text) => {
+  /** Sets the text of an element. An unchanged text causes no layout. */
+  const setText = (id, text) => {
     if (part(id).textContent !== text) part(id).textContent = text;
   };
-  /** From the input event to the drawn frame, and the program's own time, in ms: the last hundred. */
+  /** Times from the input event to the drawn frame, and of the server, in ms: the last hundred. */
   const timings = [];
   const state = { scenario: "", set: {}, map: { x: "scaling.force", y: "tissue.stiffness_n_per_m" } };
   let hello = null;
   let base = {};
   let window_s = null;
-  let asked = { id: 0, at: null, busy: false, again: false };
+  let request = { id: 0, at: null, busy: false, again: false };
   let opened = 0;
-  let addressed = 0;
-  /** What was wrong with the address: said until something changes. */
+  let addressTimer = 0;
+  /** The error of the address, displayed until the next change. */
   let notice = "";
   let mapped = { id: 0, timer: 0 };
   let files = { id: 0, waiting: false, last: null };
 
-  /** What the address of the page says. */
+  /** Returns the state in the address of the page. */
   function address() {
     const given = new URLSearchParams(location.hash.slice(1));
     const set = {};
@@ -36,10 +36,10 @@ const trocar = (() => {
     return { scenario: given.get("scenario"), set, x: given.get("x"), y: given.get("y") };
   }
 
-  /** Puts the state into the address, soon: browsers count how often that is done. */
+  /** Writes the state into the address after a short delay, because browsers limit the rate of changes. */
   function toAddress() {
-    clearTimeout(addressed);
-    addressed = setTimeout(writeAddress, 120);
+    clearTimeout(addressTimer);
+    addressTimer = setTimeout(writeAddress, 120);
   }
 
   function writeAddress() {
@@ -49,27 +49,27 @@ const trocar = (() => {
     if (state.map.y !== "tissue.stiffness_n_per_m") given.set("y", state.map.y);
     history.replaceState(null, "", `#${given}`);
     const sets = Object.entries(state.set).map(([key, value]) => ` --set '${key}=${JSON.stringify(value)}'`);
-    say("command", `trocar run ${state.scenario}${sets.join("")}`);
+    setText("command", `trocar run ${state.scenario}${sets.join("")}`);
   }
 
-  const wish = () => ({ scenario: state.scenario, set: state.set });
+  const current = () => ({ scenario: state.scenario, set: state.set });
 
-  /** Asks for both runs of the state: one question at a time, the last one counts. */
+  /** Requests both runs of the state. One request is active at a time; the last state is computed next. */
   function show(at = null) {
-    if (asked.busy) {
-      asked.again = true;
-      asked.at = asked.at ?? at;
+    if (request.busy) {
+      request.again = true;
+      request.at = request.at ?? at;
       return;
     }
     const points = Math.min(1600, Math.max(400, Math.round(part("signals").clientWidth * 1.2)));
-    const id = trocarLink.ask({ type: "show", state: wish(), points, window_s });
-    if (id) asked = { id, at, busy: true, again: false };
+    const id = trocarLink.ask({ type: "show", state: current(), points, window_s });
+    if (id) request = { id, at, busy: true, again: false };
   }
 
   function map(delay = 500) {
     clearTimeout(mapped.timer);
     mapped.timer = setTimeout(() => {
-      mapped.id = trocarLink.ask({ type: "map", state: wish(), x: state.map.x, y: state.map.y });
+      mapped.id = trocarLink.ask({ type: "map", state: current(), x: state.map.x, y: state.map.y });
     }, delay);
   }
 
@@ -92,7 +92,7 @@ const trocar = (() => {
     opened = trocarLink.ask({ type: "open", scenario });
   }
 
-  /** Goes where the address says, as far as there is such a place. */
+  /** Loads the state of the address, as far as it is valid. */
   function follow(given, otherwise) {
     const known = hello.scenarios.some((one) => one.name === given.scenario);
     const isAxis = (key) => hello.axes.some((axis) => axis.key === key);
@@ -101,7 +101,7 @@ const trocar = (() => {
     part("map-x").value = state.map.x;
     part("map-y").value = state.map.y;
     const missing = given.scenario && !known;
-    notice = missing ? `there is no scenario ${given.scenario.slice(0, 80)} here: this is ${otherwise}` : "";
+    notice = missing ? `scenario ${given.scenario.slice(0, 80)} does not exist; showing ${otherwise}` : "";
     open(known ? given.scenario : otherwise, missing ? {} : given.set);
   }
 
@@ -111,10 +111,10 @@ const trocar = (() => {
   }
 
   function timed(frame) {
-    say("timing", `both runs: ${frame.server_ms.toFixed(1)} ms`);
-    const { at } = asked;
+    setText("timing", `both runs: ${frame.server_ms.toFixed(1)} ms`);
+    const { at } = request;
     requestAnimationFrame(() => {
-      // A message that is posted within a frame is heard when the frame is drawn.
+      // A message that is posted within a frame arrives when the frame is drawn.
       const channel = new MessageChannel();
       channel.port1.onmessage = () => {
         timings.push({ server_ms: frame.server_ms, total_ms: at === null ? null : performance.now() - at });
@@ -125,11 +125,11 @@ const trocar = (() => {
   }
 
   function next() {
-    asked.busy = false;
-    if (asked.again) show(asked.at);
+    request.busy = false;
+    if (request.again) show(request.at);
   }
 
-  const hear = {
+  const handlers = {
     hello(message) {
       const isNew = hello === null;
       hello = message;
@@ -149,28 +149,28 @@ const trocar = (() => {
       base = message.values;
       trocarControls.draw(part("controls"), hello.keys, base, changed);
       trocarControls.give(state.set);
-      // What the address says beyond the keys there are is the program's to refuse.
+      // Unknown keys of the address are sent to the server, which refuses them.
       state.set = { ...state.set, ...trocarControls.changes() };
       toAddress();
       if (part("find").value) trocarControls.find(part("controls"), part("find").value);
-      asked.busy = false;
+      request.busy = false;
       show();
       map(0);
     },
     shown(frame) {
-      if (frame.id !== asked.id) return;
+      if (frame.id !== request.id) return;
       if (window_s !== null && window_s[0] >= frame.whole_s[1]) {
-        // The run has become shorter than what was looked at.
+        // The run is now shorter than the zoomed window.
         window_s = null;
         trocarPictures.unzoom();
-        asked.again = true;
+        request.again = true;
         next();
         return;
       }
       trouble(notice);
       trocarControls.blame("");
       const diverged = frame.runs.filter((run) => run.diverged_s !== null);
-      say("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
+      setText("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
       trocarPictures.draw(part("signals"), frame);
       trocarPictures.table(part("metrics").tBodies[0], frame.table);
       timed(frame);
@@ -179,7 +179,7 @@ const trocar = (() => {
       next();
     },
     table(message) {
-      if (message.id === asked.id) trocarPictures.table(part("metrics").tBodies[0], message.table);
+      if (message.id === request.id) trocarPictures.table(part("metrics").tBodies[0], message.table);
     },
     mapped(message) {
       if (message.id === mapped.id) trocarMap.show(part("map"), part("map-told"), message);
@@ -188,7 +188,7 @@ const trocar = (() => {
       if (message.id === files.id) save(message.name, new Blob([message.content], { type: "text/plain" }), message.content);
     },
     refused(message) {
-      // Where a key was set here, there is no line of a file to be named.
+      // A key of the page has no line in a file.
       const reason = message.message.replace(/^the page:\d+:\d+: /, "");
       if (message.id === mapped.id) {
         part("map-told").textContent = reason;
@@ -197,7 +197,7 @@ const trocar = (() => {
       trouble(reason);
       trocarControls.blame(reason);
       trocarPush.refused(message.id);
-      if (message.id === asked.id) {
+      if (message.id === request.id) {
         part("status").textContent = "refused";
         next();
       }
@@ -214,16 +214,16 @@ const trocar = (() => {
     part("status").textContent = `saved ${name}`;
   }
 
-  /** From a point of the map to the controls; both delays are one axis. */
+  /** Sets the controls to a point of the map. One axis sets both delays. */
   function moved(x, y, at) {
-    // The axes of the map that is drawn: others may have been chosen, and not have come yet.
-    const { x: across, y: upwards } = trocarMap.told();
-    for (const [key, value] of [[across.key, x], [upwards.key, y]]) {
+    // The axes of the drawn map, because the map of newly selected axes may not have arrived yet.
+    const { x: xAxis, y: yAxis } = trocarMap.told();
+    for (const [key, value] of [[xAxis.key, x], [yAxis.key, y]]) {
       const keys = key === "channel.delay_s" ? ["channel.forward_delay_s", "channel.backward_delay_s"] : [key];
       for (const one of keys) trocarControls.put(one, value);
     }
     trocarMap.at(part("map"), x, y);
-    changed(across.key, at);
+    changed(xAxis.key, at);
   }
 
   function theme(name) {
@@ -232,19 +232,19 @@ const trocar = (() => {
     try {
       localStorage.setItem("trocar-theme", name);
     } catch {
-      // A browser that keeps nothing forgets the theme.
+      // Without local storage the theme is not saved.
     }
     window.dispatchEvent(new Event("themechange"));
   }
 
   function begin() {
-    let kept = "";
+    let saved = "";
     try {
-      kept = localStorage.getItem("trocar-theme") ?? "";
+      saved = localStorage.getItem("trocar-theme") ?? "";
     } catch {
       // As above.
     }
-    part("theme").value = kept;
+    part("theme").value = saved;
     theme(part("theme").value);
     part("theme").addEventListener("change", () => theme(part("theme").value));
     part("scenario").addEventListener("change", () => {
@@ -268,12 +268,12 @@ const trocar = (() => {
     trocarListen.begin({ button: part("listen"), output: part("listen-at"), lamp: part("lamp"), volume: part("volume"), scheme: part("listen-scheme") });
     trocarPush.begin({
       button: part("push"), field: part("field"), felt: part("felt"), feltTold: part("felt-told"), mode: part("push-mode"),
-      strips: part("pushed"), told: part("push-told"), scheme: part("push-scheme"), lamp: part("lamp"), state: wish,
+      strips: part("pushed"), told: part("push-told"), scheme: part("push-scheme"), lamp: part("lamp"), state: current,
     });
     for (const file of ["toml", "csv"]) {
       part(`export-${file}`).addEventListener("click", () => {
-        files.id = trocarLink.ask({ type: "export", state: wish(), augmented: part("export-scheme").value === "1", file });
-        if (!files.id) part("status").textContent = "the program is not there: nothing is saved";
+        files.id = trocarLink.ask({ type: "export", state: current(), augmented: part("export-scheme").value === "1", file });
+        if (!files.id) part("status").textContent = "no connection to the server: nothing is saved";
       });
     }
     part("export-png").addEventListener("click", async () => {
@@ -285,7 +285,7 @@ const trocar = (() => {
         await navigator.clipboard.writeText(location.href);
         part("status").textContent = "link copied";
       } catch {
-        part("status").textContent = "the browser does not let the page copy: take the address above";
+        part("status").textContent = "the browser does not allow copying: copy the address of the page";
       }
     });
     window.addEventListener("chartzoom", ({ detail }) => {
@@ -298,18 +298,18 @@ const trocar = (() => {
     });
     trocarLink.begin(
       (message) => {
-        const heard = hear[message.type];
-        if (heard) heard(message);
-        else trocarPush.hear(message);
+        const handle = handlers[message.type];
+        if (handle) handle(message);
+        else trocarPush.receive(message);
       },
       (text) => {
         part("status").textContent = text;
-        asked.busy = false;
-        trocarPush.leave("the program has gone");
+        request.busy = false;
+        trocarPush.leave("connection lost");
       },
     );
   }
 
   begin();
-  return { state, timings, file: () => files.last, busy: () => asked.busy || asked.again };
+  return { state, timings, file: () => files.last, busy: () => request.busy || request.again };
 })();

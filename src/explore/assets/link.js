@@ -1,18 +1,18 @@
-// The link to the program: one WebSocket, JSON both ways, and frames of numbers.
+// The connection to the server: one WebSocket with JSON messages in both directions and binary frames.
 "use strict";
 
 const trocarLink = (() => {
   let socket = null;
   let next = 1;
-  let hear = () => {};
+  let receive = () => {};
   let changed = () => {};
 
-  /** A frame's head and its lines by name: times_s, then for each run an object of columns. */
+  /** Returns the header of a frame with its lines: time_s, and for each run an object of columns. */
   function unpacked(buffer) {
     const length = new DataView(buffer).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
     const numbers = new Float32Array(buffer, 4 + length);
-    // Where a run has diverged there are gaps, which charts want as null; else the numbers are taken as they are.
+    // A diverged run has gaps, which charts need as null. Otherwise the typed array is used directly.
     const gaps = head.runs.some((run) => run.diverged_s !== null);
     const line = (index) => {
       const raw = numbers.subarray(index * head.points, (index + 1) * head.points);
@@ -38,14 +38,14 @@ const trocarLink = (() => {
       changed("connected");
     });
     socket.addEventListener("message", (event) => {
-      const told = typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data);
-      if (told) hear(told);
+      const message = typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data);
+      if (message) receive(message);
     });
     socket.addEventListener("close", (event) => {
-      changed(event.reason ? `ended: ${event.reason}` : "the program is not there; trying again");
+      changed(event.reason ? `ended: ${event.reason}` : "no connection to the server; reconnecting");
       if (!opened) {
-        // It answers, and takes no further page.
-        const full = (answer) => answer.ok && changed("the program takes no more pages: close another one; trying again");
+        // The server answers, but the maximum number of pages is open.
+        const full = (answer) => answer.ok && changed("too many pages are open: close another one; reconnecting");
         fetch("/icon.svg").then(full, () => {});
       }
       setTimeout(connect, 1500);
@@ -53,22 +53,22 @@ const trocarLink = (() => {
   }
 
   return {
-    /** Connects, and again whenever the connection is lost. */
+    /** Connects, and reconnects after a loss of the connection. */
     begin(onMessage, onChange) {
-      hear = onMessage;
+      receive = onMessage;
       changed = onChange;
       connect();
     },
-    /** Sends a wish; gives its number, 0 where nobody hears it. */
-    ask(wish) {
+    /** Sends a request. Returns its id, or 0 without a connection. */
+    ask(request) {
       if (!socket || socket.readyState !== WebSocket.OPEN) return 0;
       const id = next++;
-      socket.send(JSON.stringify({ ...wish, id }));
+      socket.send(JSON.stringify({ ...request, id }));
       return id;
     },
-    /** Sends what has no answer. */
-    tell(wish) {
-      if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(wish));
+    /** Sends a message without an answer. */
+    tell(message) {
+      if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
     },
   };
 })();

@@ -1,4 +1,4 @@
-// The rupture as sound and light: the fed-back force is a tone, what the detector announces a click and a lamp.
+// Sound and light: the feedback force is a tone, an alarm is a click and a lamp.
 "use strict";
 
 const trocarListen = (() => {
@@ -23,7 +23,7 @@ const trocarListen = (() => {
     return sound;
   }
 
-  /** A click and the lamp. */
+  /** Plays the click and lights the lamp. */
   function cue(lamp) {
     if (sound) {
       const click = sound.context.createBufferSource();
@@ -32,17 +32,17 @@ const trocarListen = (() => {
       click.start();
     }
     lamp.classList.add("on");
-    lamp.setAttribute("aria-label", "on: a rupture was detected");
+    lamp.setAttribute("aria-label", "on: alarm");
     setTimeout(() => {
       lamp.classList.remove("on");
       lamp.setAttribute("aria-label", "off");
     }, 350);
   }
 
-  /** The force as a tone: higher and louder the more it resists. */
-  function force(newtons, most) {
+  /** Sets the tone of a force: a larger force is higher and louder. */
+  function force(newtons, max) {
     if (!sound) return;
-    const share = Math.min(1, Math.max(0, newtons / most));
+    const share = Math.min(1, Math.max(0, newtons / max));
     const { context, tone, loudness } = sound;
     tone.frequency.setTargetAtTime(110 + 440 * share, context.currentTime, 0.01);
     loudness.gain.setTargetAtTime(0.25 * share, context.currentTime, 0.01);
@@ -57,14 +57,14 @@ const trocarListen = (() => {
     if (sound) sound.loudness.gain.setTargetAtTime(0, sound.context.currentTime, 0.02);
   }
 
-  /** Plays what the charts show now, in real time. */
+  /** Plays the displayed time window in real time. */
   function play({ button, output, lamp, volume }, frame, which) {
     const { context, volume: gain } = nodes();
     context.resume();
     gain.gain.value = Number(volume.value);
     const run = frame.runs[which];
-    const felt = run.lines.feedback_force_n;
-    const most = felt.reduce((greatest, value) => Math.max(greatest, value ?? 0), 1e-6);
+    const feedback = run.lines.feedback_force_n;
+    const max = feedback.reduce((largest, value) => Math.max(largest, value ?? 0), 1e-6);
     const [from, to] = [frame.time_s[0], frame.time_s[frame.time_s.length - 1]];
     const cues = run.alarms.map(([at]) => at).filter((at) => at >= from && at <= to);
     const began = performance.now();
@@ -76,7 +76,7 @@ const trocarListen = (() => {
       const time = from + (at - began) / 1000;
       gain.gain.value = Number(volume.value);
       while (index + 1 < frame.time_s.length && frame.time_s[index + 1] <= time) index += 1;
-      force(felt[index] ?? 0, most);
+      force(feedback[index] ?? 0, max);
       while (cues.length > 0 && cues[0] <= time) {
         cues.shift();
         cue(lamp);
@@ -96,7 +96,7 @@ const trocarListen = (() => {
         if (playing) stop(parts.button, parts.output);
         else if (frame && frame.time_s.length > 1) play(parts, frame, Number(parts.scheme.value));
       });
-      // A page that nobody sees is not drawn, and its tone would go on as it is.
+      // A hidden page is not redrawn, and its tone would continue.
       document.addEventListener("visibilitychange", () => document.hidden && stop(parts.button, parts.output));
     },
     cue,

@@ -1,14 +1,14 @@
-// The stability map: where the loop is stable over two parameters, and the point where the page is.
+// The stability map over two parameters, and the point of the current state.
 "use strict";
 
 const trocarMap = (() => {
   const MARGIN = { left: 68, right: 14, top: 12, bottom: 46 };
-  let told = null;
+  let map = null;
   let now = { x: null, y: null };
   let move = () => {};
-  let seen = false;
+  let visible = false;
 
-  /** The ways between values of an axis and shares of its length. */
+  /** Returns the conversions between values of an axis and shares of its length. */
   function scale(axis) {
     if (axis.log) {
       const ratio = Math.log(axis.high / axis.low);
@@ -18,7 +18,7 @@ const trocarMap = (() => {
     return { share: (v) => (v - axis.low) / width, value: (s) => axis.low + s * width };
   }
 
-  /** Round values along an axis. */
+  /** Returns round values of an axis. */
   function ticks(axis) {
     const found = [];
     if (axis.log) {
@@ -52,20 +52,20 @@ const trocarMap = (() => {
     const context = canvas.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, box.width, box.height);
-    if (!told) return;
+    if (!map) return;
     const { left, top, width, height } = place(canvas);
-    const [across, upwards] = [scale(told.x), scale(told.y)];
-    const [columns, rows] = [told.x.count, told.y.count];
-    // The verdict of a point fills what is nearer to it than to its neighbours.
+    const [xScale, yScale] = [scale(map.x), scale(map.y)];
+    const [columns, rows] = [map.x.count, map.y.count];
+    // The verdict of a point fills its cell.
     const edge = (index, count) => Math.min(1, Math.max(0, (index - 0.5) / (count - 1)));
     for (let row = 0; row < rows; row += 1) {
       for (let column = 0; column < columns; column += 1) {
-        const stable = told.stable[row * columns + column] === "1";
+        const stable = map.stable[row * columns + column] === "1";
         context.fillStyle = trocarCharts.colour(stable ? "sky" : "page");
         const [x0, x1] = [edge(column, columns), edge(column + 1, columns)];
         const [y0, y1] = [edge(row, rows), edge(row + 1, rows)];
         context.globalAlpha = stable ? 0.45 : 1;
-        // On whole pixels: what is half transparent must not overlap.
+        // On whole pixels, because transparent cells must not overlap.
         const [from, to] = [Math.round(left + x0 * width), Math.round(left + x1 * width)];
         const [above, below] = [Math.round(top + (1 - y1) * height), Math.round(top + (1 - y0) * height)];
         context.fillRect(from, above, to - from, below - above);
@@ -75,9 +75,9 @@ const trocarMap = (() => {
     context.strokeStyle = trocarCharts.colour("ink");
     context.lineWidth = 2;
     context.beginPath();
-    for (const [[x0, y0], [x1, y1]] of told.boundary) {
-      context.moveTo(left + across.share(x0) * width, top + (1 - upwards.share(y0)) * height);
-      context.lineTo(left + across.share(x1) * width, top + (1 - upwards.share(y1)) * height);
+    for (const [[x0, y0], [x1, y1]] of map.boundary) {
+      context.moveTo(left + xScale.share(x0) * width, top + (1 - yScale.share(y0)) * height);
+      context.lineTo(left + xScale.share(x1) * width, top + (1 - yScale.share(y1)) * height);
     }
     context.stroke();
     context.lineWidth = 1;
@@ -87,19 +87,19 @@ const trocarMap = (() => {
     context.font = '12px system-ui, "DejaVu Sans", sans-serif';
     context.textAlign = "center";
     let free = -Infinity;
-    for (const value of ticks(told.x)) {
-      const x = left + across.share(value) * width;
+    for (const value of ticks(map.x)) {
+      const x = left + xScale.share(value) * width;
       context.strokeRect(x, top + height, 0, 4);
       const half = context.measureText(written(value)).width / 2;
       if (x - half < free) continue;
       free = x + half + 8;
       context.fillText(written(value), x, top + height + 17);
     }
-    context.fillText(told.x.name, left + width / 2, top + height + 38);
+    context.fillText(map.x.name, left + width / 2, top + height + 38);
     context.textAlign = "right";
     free = Infinity;
-    for (const value of ticks(told.y)) {
-      const y = top + (1 - upwards.share(value)) * height;
+    for (const value of ticks(map.y)) {
+      const y = top + (1 - yScale.share(value)) * height;
       context.strokeRect(left - 4, y, 4, 0);
       if (y > free) continue;
       free = y - 16;
@@ -109,11 +109,11 @@ const trocarMap = (() => {
     context.translate(14, top + height / 2);
     context.rotate(-Math.PI / 2);
     context.textAlign = "center";
-    context.fillText(told.y.name, 0, 0);
+    context.fillText(map.y.name, 0, 0);
     context.restore();
     context.textAlign = "left";
-    const sx = across.share(now.x);
-    const sy = upwards.share(now.y);
+    const sx = xScale.share(now.x);
+    const sy = yScale.share(now.y);
     if (sx >= 0 && sx <= 1 && sy >= 0 && sy <= 1) {
       const [x, y] = [left + sx * width, top + (1 - sy) * height];
       context.lineWidth = 5;
@@ -127,26 +127,26 @@ const trocarMap = (() => {
     }
   }
 
-  function tell(canvas, line) {
-    const where = `${told.x.name} ${written(now.x)}, ${told.y.name} ${written(now.y)}`;
-    const radius = told.spectral_radius;
+  function describe(canvas, line) {
+    const where = `${map.x.name} ${written(now.x)}, ${map.y.name} ${written(now.y)}`;
+    const radius = map.spectral_radius;
     const word = radius !== null && radius < 1 ? "stable" : "unstable";
-    const left = told.left_out.length ? ` Left out: ${told.left_out.join("; ")}.` : "";
-    line.textContent = `${where}: ${word}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(told.frequency_hz)} Hz with damping ratio ${trocarCharts.number(told.damping_ratio)}. Blue is stable.${left}`;
+    const unmodelled = map.unmodelled.length ? ` Not in the linear model: ${map.unmodelled.join("; ")}.` : "";
+    line.textContent = `${where}: ${word}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(map.frequency_hz)} Hz with damping ratio ${trocarCharts.number(map.damping_ratio)}. Blue is stable.${unmodelled}`;
     canvas.setAttribute("aria-label", `Stability map. ${line.textContent}`);
   }
 
   return {
-    /** Lets the pointer and the arrow keys move the point: `onMove(x, y)` in values. */
+    /** Handles the pointer and the arrow keys, which move the point: `onMove(x, y)` with values. */
     begin(canvas, onMove) {
       move = onMove;
       const at = (event) => {
-        if (!told) return;
+        if (!map) return;
         const box = canvas.getBoundingClientRect();
         const { left, top, width, height } = place(canvas);
         const share = (v) => Math.min(1, Math.max(0, v));
-        const x = scale(told.x).value(share((event.clientX - box.left - left) / width));
-        const y = scale(told.y).value(1 - share((event.clientY - box.top - top) / height));
+        const x = scale(map.x).value(share((event.clientX - box.left - left) / width));
+        const y = scale(map.y).value(1 - share((event.clientY - box.top - top) / height));
         move(Number(x.toPrecision(4)), Number(y.toPrecision(4)), performance.now());
       };
       let dragging = false;
@@ -161,42 +161,42 @@ const trocarMap = (() => {
       canvas.addEventListener("pointercancel", () => { dragging = false; });
       canvas.addEventListener("keydown", (event) => {
         const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] }[event.key];
-        if (!by || !told) return;
+        if (!by || !map) return;
         event.preventDefault();
         const step = event.shiftKey ? 0.1 : 0.02;
         const stepped = (axis, value, direction) => {
           const along = scale(axis);
           return Number(along.value(Math.min(1, Math.max(0, along.share(value) + direction * step))).toPrecision(4));
         };
-        move(stepped(told.x, now.x, by[0]), stepped(told.y, now.y, by[1]), performance.now());
+        move(stepped(map.x, now.x, by[0]), stepped(map.y, now.y, by[1]), performance.now());
       });
       new ResizeObserver(() => draw(canvas)).observe(canvas);
-      // Asking where a canvas is makes the browser lay out everything: what nobody sees waits.
+      // The position of a canvas needs a layout of the page, so an invisible map is not drawn.
       new IntersectionObserver((entries) => {
-        seen = entries[entries.length - 1].isIntersecting;
-        if (seen) draw(canvas);
+        visible = entries[entries.length - 1].isIntersecting;
+        if (visible) draw(canvas);
       }).observe(canvas);
       window.addEventListener("themechange", () => draw(canvas));
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw(canvas));
     },
     show(canvas, line, message) {
-      told = message;
+      map = message;
       now = { x: message.x.now, y: message.y.now };
       draw(canvas);
-      tell(canvas, line);
+      describe(canvas, line);
     },
-    /** The page has moved to another point of the same map. */
+    /** Moves the point on the same map. */
     at(canvas, x, y) {
-      if (!told || (now.x === x && now.y === y)) return;
+      if (!map || (now.x === x && now.y === y)) return;
       now = { x, y };
-      if (seen) draw(canvas);
+      if (visible) draw(canvas);
     },
-    is: (x, y) => told !== null && told.x.key === x && told.y.key === y,
-    /** Where on the screen a pair of values is: for tests. */
+    is: (x, y) => map !== null && map.x.key === x && map.y.key === y,
+    /** Returns the position of a pair of values on the screen, for tests. */
     spot(canvas, x, y) {
       const { left, top, width, height } = place(canvas);
-      return [left + scale(told.x).share(x) * width, top + (1 - scale(told.y).share(y)) * height];
+      return [left + scale(map.x).share(x) * width, top + (1 - scale(map.y).share(y)) * height];
     },
-    told: () => told,
+    told: () => map,
   };
 })();

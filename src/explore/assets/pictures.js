@@ -1,9 +1,9 @@
-// The signals of both runs, and the table of what they are worth.
+// The signals of both runs, and the table of metrics.
 "use strict";
 
 const trocarPictures = (() => {
   const GROUP = "signals";
-  /** What each chart draws: the run (0 classical, 1 augmented), its column, and how. */
+  /** The lines of each chart: the run (0 classical, 1 augmented), its column, and its style. */
   const CHARTS = [
     {
       id: "chart-position", title: "Position", height: 280, y: { label: "position", unit: "mm", named: true },
@@ -17,11 +17,11 @@ const trocarPictures = (() => {
       id: "chart-force", title: "Force", height: 280, y: { label: "force", unit: "N", named: true },
       lines: [
         [1, "tissue_force_n", { label: "tissue, augmented", colour: "sky", width: 4 }],
-        [0, "feedback_force_n", { label: "fed back, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
-        [1, "feedback_force_n", { label: "fed back, augmented", colour: "vermilion", width: 2 }],
+        [0, "feedback_force_n", { label: "feedback, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
+        [1, "feedback_force_n", { label: "feedback, augmented", colour: "vermilion", width: 2 }],
         [0, "tissue_force_n", { label: "tissue, classical", colour: "grey", width: 1.25, show: false }],
-        [0, "operator_force_n", { label: "hand, classical", colour: "purple", width: 1.25, show: false }],
-        [1, "operator_force_n", { label: "hand, augmented", colour: "green", width: 1.25, show: false }],
+        [0, "operator_force_n", { label: "operator, classical", colour: "purple", width: 1.25, show: false }],
+        [1, "operator_force_n", { label: "operator, augmented", colour: "green", width: 1.25, show: false }],
       ],
     },
     {
@@ -63,7 +63,7 @@ const trocarPictures = (() => {
     return [frame.time_s, ...chart.lines.map(([run, column]) => frame.runs[run].lines[column])];
   }
 
-  /** Draws a frame: the charts the first time, then only what they hold. */
+  /** Draws a frame. The first frame creates the charts; later frames update them. */
   function draw(parent, frame) {
     last = frame;
     if (charts === null) {
@@ -76,10 +76,10 @@ const trocarPictures = (() => {
     charts.forEach((chart, index) => chart.update(columns(frame, CHARTS[index]), extras(frame, CHARTS[index])));
   }
 
-  /** The table that `compare` prints. Only what differs is touched: the browser lays out no more than that anew. */
-  function table(body, told) {
-    while (body.rows.length > told.rows.length) body.lastElementChild.remove();
-    told.rows.forEach((row, at) => {
+  /** Draws the table of `compare`. Only changed cells are set, to reduce layout. */
+  function table(body, { rows }) {
+    while (body.rows.length > rows.length) body.lastElementChild.remove();
+    rows.forEach((row, at) => {
       const line = body.rows[at] ?? body.insertRow();
       row.cells.forEach((cell, index) => {
         let made = line.children[index];
@@ -93,7 +93,7 @@ const trocarPictures = (() => {
     });
   }
 
-  /** All charts in one picture, as a blob. */
+  /** Returns all charts in one image, as a blob. */
   async function png(title) {
     charts.forEach((chart) => chart.flush());
     // uPlot draws at the end of the task that gave it data.
@@ -139,11 +139,11 @@ const trocarPictures = (() => {
     table,
     png,
     frame: () => last,
-    /** Lets the next frame be seen whole. */
+    /** Resets the zoom. */
     unzoom() {
       if (charts !== null) charts[0].unzoom();
     },
-    /** Points the cursor of the charts at a time. */
+    /** Moves the cursor of the charts to a time. */
     point(time_s) {
       if (charts === null) return;
       const { plot } = charts[0];

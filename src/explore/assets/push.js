@@ -1,21 +1,21 @@
-// Push it yourself: the pointer is the hand on the master, and the insertion runs in real time.
+// Insertion by hand: the pointer is the desired position of the hand on the master, in real time.
 "use strict";
 
 const trocarPush = (() => {
-  /** How long a stretch the charts show, in s. */
+  /** Displayed time of the charts, in s. */
   const SHOWN_S = 8;
-  const MODES = ["teleoperation", "augmented: the slave is frozen", "re-engaging"];
+  const MODES = ["teleoperation", "the slave is frozen", "re-engaging"];
   let parts = null;
   let state = null;
   let charts = null;
 
   const mm = (value) => `${value.toFixed(1)} mm`;
 
-  function fresh(id, augmented) {
-    return { id, augmented, range: null, aim: null, rows: [], events: [], most: 1, pressed: false, sent: 0, gone: false };
+  function newState(id, augmented) {
+    return { id, augmented, range: null, aim: null, rows: [], events: [], maxForce: 1, pressed: false, sent: 0, ended: false };
   }
 
-  /** From a height in the field to a position: deeper is lower. */
+  /** Converts a height in the field to a position. A deeper position is lower in the field. */
   const position = (y, height) => {
     const [from, to] = state.range;
     return from + (to - from) * Math.min(1, Math.max(0, (y - 14) / (height - 28)));
@@ -59,8 +59,8 @@ const trocarPush = (() => {
     context.fillText("needle", right - 20, 11);
     context.lineWidth = 1;
     context.strokeStyle = trocarCharts.colour("grid");
-    const most = (state.range[1] - state.range[0]) / 10;
-    const unit = [1, 2, 5, 10, 20, 50, 100, 200].find((size) => size >= most) ?? 500;
+    const minUnit = (state.range[1] - state.range[0]) / 10;
+    const unit = [1, 2, 5, 10, 20, 50, 100, 200].find((size) => size >= minUnit) ?? 500;
     for (let value = Math.ceil(state.range[0] / unit) * unit; value <= state.range[1]; value += unit) {
       const y = depth(value, box.height);
       context.beginPath();
@@ -105,16 +105,16 @@ const trocarPush = (() => {
     if (mode === 1) context.fillText("frozen", right - 18, Math.min(box.height - 6, tip + 16));
   }
 
-  function felt() {
+  function showForce() {
     const row = state.rows[state.rows.length - 1];
     const force = row[5];
-    state.most = Math.max(state.most, Math.abs(force));
-    parts.felt.style.height = `${(100 * Math.max(0, force)) / state.most}%`;
+    state.maxForce = Math.max(state.maxForce, Math.abs(force));
+    parts.felt.style.height = `${(100 * Math.max(0, force)) / state.maxForce}%`;
     parts.felt.classList.toggle("frozen", row[6] === 1);
     parts.feltTold.textContent = `${force.toFixed(2)} N`;
     if (parts.mode.textContent !== MODES[row[6]]) parts.mode.textContent = MODES[row[6]];
     for (const pad of navigator.getGamepads ? navigator.getGamepads() : []) {
-      const share = Math.min(1, Math.max(0, force / state.most));
+      const share = Math.min(1, Math.max(0, force / state.maxForce));
       if (pad && pad.vibrationActuator) {
         pad.vibrationActuator.playEffect("dual-rumble", { duration: 60, strongMagnitude: share, weakMagnitude: 0 }).catch(() => {});
       }
@@ -149,7 +149,7 @@ const trocarPush = (() => {
         }, positions, extras),
         trocarCharts.chart(parts.strips, {
           id: "push-force", title: "Force", height: 150, x, y: { label: "force", unit: "N" },
-          series: [{ label: "tissue", colour: "sky", width: 4 }, { label: "fed back", colour: "vermilion", width: 2 }],
+          series: [{ label: "tissue", colour: "sky", width: 4 }, { label: "feedback", colour: "vermilion", width: 2 }],
         }, forces, extras),
       ];
       return;
@@ -164,16 +164,16 @@ const trocarPush = (() => {
     parts.told.textContent = text;
     parts.felt.style.height = "0";
     parts.felt.classList.remove("frozen");
-    if (state) state.gone = true;
+    if (state) state.ended = true;
   }
 
   function begin() {
     const id = trocarLink.ask({ type: "push", state: parts.state(), augmented: parts.scheme.value === "1" });
     if (!id) {
-      parts.told.textContent = "the program is not there";
+      parts.told.textContent = "no connection to the server";
       return;
     }
-    state = fresh(id, parts.scheme.value === "1");
+    state = newState(id, parts.scheme.value === "1");
     parts.button.textContent = "End";
     parts.told.textContent = "";
     parts.field.focus();
@@ -184,8 +184,8 @@ const trocarPush = (() => {
       parts = given;
       const { field, button } = parts;
       button.addEventListener("click", () => {
-        if (state && !state.gone) {
-          // What it came to follows.
+        if (state && !state.ended) {
+          // The result follows.
           trocarLink.tell({ type: "stop" });
           end("ended");
         } else begin();
@@ -194,7 +194,7 @@ const trocarPush = (() => {
         const box = field.getBoundingClientRect();
         aim(position(event.clientY - box.top, box.height));
       };
-      const ready = () => state && state.range && !state.gone;
+      const ready = () => state && state.range && !state.ended;
       field.addEventListener("pointerdown", (event) => {
         if (!ready() || event.button !== 0) return;
         state.pressed = true;
@@ -220,17 +220,17 @@ const trocarPush = (() => {
       new ResizeObserver(draw).observe(field);
       window.addEventListener("themechange", draw);
     },
-    /** What the program says of the insertion. */
-    hear(message) {
-      // What an insertion that was ended before still says is not this one's.
+    /** Handles a message about the insertion. */
+    receive(message) {
+      // Ignores messages of an earlier insertion.
       if (!state || message.id !== state.id) return;
-      if (message.type === "pushing" && !state.gone) {
+      if (message.type === "pushing" && !state.ended) {
         state.range = message.range_mm;
         state.aim = message.range_mm[0];
         parts.field.setAttribute("aria-valuemin", message.range_mm[0].toFixed(1));
         parts.field.setAttribute("aria-valuemax", message.range_mm[1].toFixed(1));
         parts.mode.textContent = MODES[0];
-      } else if (message.type === "moved" && !state.gone && state.range) {
+      } else if (message.type === "moved" && !state.ended && state.range) {
         if (state.pressed) send();
         state.rows.push(...message.rows);
         for (const [at, kind] of message.events) {
@@ -238,7 +238,7 @@ const trocarPush = (() => {
           if (kind === "alarm") trocarListen.cue(parts.lamp);
         }
         if (state.rows.length === 0) return;
-        felt();
+        showForce();
         draw();
         strips();
       } else if (message.type === "pushed") {
@@ -247,13 +247,13 @@ const trocarPush = (() => {
         end(`${diverged}ruptures: ${message.ruptures}, missed: ${message.missed}, false alarms: ${message.false_alarms}; overshoot: ${overshoot || "—"}`);
       }
     },
-    /** Ends it without further ado: the page goes elsewhere, or the program has gone. */
+    /** Ends the insertion because the scenario changes or the connection is lost. */
     leave(text) {
-      if (!state || state.gone) return;
+      if (!state || state.ended) return;
       trocarLink.tell({ type: "stop" });
       end(text);
     },
-    /** The program has refused to begin. */
+    /** Handles a refusal of the insertion. */
     refused: (id) => state && state.id === id && end(""),
     state: () => state,
   };

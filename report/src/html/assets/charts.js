@@ -1,24 +1,24 @@
-// Charts of trocar's pages, on uPlot: several lines over a shared axis, shaded modes, marked events, thresholds. Dragging
-// zooms and a double click shows everything again; a click on a name in the legend hides its line; and the keyboard does as
-// much: the arrows move the cursor, + and - zoom about it, 0 shows everything. Charts of one group zoom and point together.
+// Charts of trocar's pages, drawn with uPlot: several lines over one axis, shaded modes, marked events, thresholds. Dragging
+// zooms, a double click shows everything, and a click on a name in the legend hides its line. Keyboard: the arrow keys move the
+// cursor, + and - zoom about it, 0 shows everything. Charts of one group share zoom and cursor.
 "use strict";
 
 const trocarCharts = (() => {
   const groups = new Map();
-  /** How wide an axis is whose values have names, and its label where it has one. */
+  /** Width of an axis whose values have names, and of the label of an axis. */
   const NAMED_SIZE = 110;
   const LABEL_SIZE = 22;
   const font = (size) => `${size}px system-ui, "DejaVu Sans", Arial, sans-serif`;
 
-  /** The theme's colours, as they were looked up: asking the browser makes it compute every style anew. */
+  /** Cache of the theme's colours, because each look-up in the browser recomputes all styles. */
   let colours = new Map();
-  const forget = () => {
+  const clearColours = () => {
     colours = new Map();
   };
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", forget);
-  window.addEventListener("themechange", forget);
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", clearColours);
+  window.addEventListener("themechange", clearColours);
 
-  /** What a name such as "blue" is in the theme that is shown now. */
+  /** Returns the value of a colour name such as "blue" in the current theme. */
   function colour(name) {
     if (!colours.has(name)) {
       colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || name);
@@ -26,7 +26,7 @@ const trocarCharts = (() => {
     return colours.get(name);
   }
 
-  /** A number in four significant digits; a dash where there is none. */
+  /** Returns a number with four significant digits, or a dash if it is undefined. */
   function number(value) {
     if (value === null || value === undefined || !Number.isFinite(value)) return "—";
     const size = Math.abs(value);
@@ -35,23 +35,23 @@ const trocarCharts = (() => {
     return value.toFixed(Math.min(4, Math.max(0, 3 - Math.floor(Math.log10(size)))));
   }
 
-  /** A number without digits that say nothing. */
+  /** Returns a number without trailing zeros. */
   function short(value) {
     const size = Math.abs(value);
     if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(1).replace(".0e", "e");
     return String(Number(value.toPrecision(6)));
   }
 
-  /** Draws the intervals of the modes, the events and the thresholds, beneath and above the lines. */
+  /** Returns the hooks that draw the shades below the lines, and the events and thresholds above them. */
   function decorations(state) {
-    const across = (plot, value) => plot.valToPos(value, "x", true);
+    const xPixel = (plot, value) => plot.valToPos(value, "x", true);
     return {
       drawClear: (plot) => {
         const { ctx, bbox } = plot;
         ctx.save();
         for (const { from, to, name } of state.shades) {
-          const left = Math.max(across(plot, from), bbox.left);
-          const right = Math.min(across(plot, to), bbox.left + bbox.width);
+          const left = Math.max(xPixel(plot, from), bbox.left);
+          const right = Math.min(xPixel(plot, to), bbox.left + bbox.width);
           if (right <= left) continue;
           ctx.fillStyle = colour(`shade-${name}`);
           ctx.fillRect(left, bbox.top, right - left, bbox.height);
@@ -66,7 +66,7 @@ const trocarCharts = (() => {
         ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
         ctx.clip();
         for (const { at, kind, label } of state.marks) {
-          const x = Math.round(across(plot, at)) + 0.5;
+          const x = Math.round(xPixel(plot, at)) + 0.5;
           ctx.strokeStyle = colour(kind === "alarm" ? "black" : "grey");
           ctx.setLineDash(kind === "alarm" ? [] : [4 * ratio, 4 * ratio]);
           ctx.lineWidth = 1.25 * ratio;
@@ -96,43 +96,43 @@ const trocarCharts = (() => {
     };
   }
 
-  /** From where to where there is something to see: told where the columns are only a part of it. */
-  function whole(state) {
+  /** Returns the full range of x: that of the columns, or the given one if the columns are only a part of it. */
+  function fullRange(state) {
     const [xs] = state.plot.data;
     return state.whole ?? [xs[0] ?? 0, xs[xs.length - 1] ?? 1];
   }
 
-  /** The same stretch of x in every chart of the group. */
+  /** Shows the same range of x in every chart of the group, or everything if both are null. */
   function zoom(state, min, max) {
     for (const other of state.group) {
       other.zoomed = min === null ? null : { min, max };
-      const [first, last] = whole(other);
+      const [first, last] = fullRange(other);
       other.plot.setScale("x", min === null ? { min: first, max: last } : { min, max });
     }
     window.dispatchEvent(new CustomEvent("chartzoom", { detail: { group: state.spec.group, min, max } }));
   }
 
-  /** The keys that do what the mouse does. */
+  /** Handles a key: moves the cursor or zooms. */
   function keys(state, event) {
     const { plot } = state;
     const { min, max } = plot.scales.x;
     const width = plot.over.clientWidth;
     const left = plot.cursor.left >= 0 ? plot.cursor.left : width / 2;
     const top = plot.over.clientHeight / 2;
-    // Told to the group, as a motion of the mouse is.
+    // Moves the cursor of the whole group, as a motion of the mouse does.
     const move = (by) => plot.setCursor({ left: Math.min(width, Math.max(0, left + by)), top }, true, true);
     const about = plot.posToVal(left, "x");
-    // On a logarithmic axis by ratios; never beyond what there is.
+    // A logarithmic axis zooms by ratios. The range never exceeds the data.
     const [to, from] = state.spec.x.log ? [Math.log, Math.exp] : [(x) => x, (x) => x];
     const scaled = (factor) => {
-      const [first, last] = whole(state);
+      const [first, last] = fullRange(state);
       const end = (x) => from(to(about) + (to(x) - to(about)) * factor);
       const [low, high] = [Math.max(end(min), first), Math.min(end(max), last)];
       if (low <= first && high >= last) zoom(state, null, null);
       else if (low < high) zoom(state, low, high);
     };
     const step = event.shiftKey ? 40 : 4;
-    const doings = {
+    const actions = {
       ArrowLeft: () => move(-step),
       ArrowRight: () => move(step),
       "+": () => scaled(0.6),
@@ -140,13 +140,13 @@ const trocarCharts = (() => {
       "-": () => scaled(1 / 0.6),
       0: () => zoom(state, null, null),
     };
-    const doing = doings[event.key];
-    if (!doing || event.ctrlKey || event.metaKey || event.altKey) return;
+    const action = actions[event.key];
+    if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
-    doing();
+    action();
   }
 
-  /** The legend's names as switches that the keyboard reaches. */
+  /** Makes the names of the legend switches with keyboard focus. */
   function legend(state) {
     const rows = state.plot.root.querySelectorAll(".u-legend .u-series");
     rows.forEach((row, index) => {
@@ -154,14 +154,14 @@ const trocarCharts = (() => {
       const name = row.querySelector("th");
       name.tabIndex = 0;
       name.setAttribute("role", "switch");
-      const told = () => name.setAttribute("aria-checked", String(state.plot.series[index].show));
-      told();
-      name.addEventListener("click", () => setTimeout(told));
+      const updateChecked = () => name.setAttribute("aria-checked", String(state.plot.series[index].show));
+      updateChecked();
+      name.addEventListener("click", () => setTimeout(updateChecked));
       name.addEventListener("keydown", (event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
         event.preventDefault();
         state.plot.setSeries(index, { show: !state.plot.series[index].show });
-        told();
+        updateChecked();
       });
     });
   }
@@ -202,17 +202,18 @@ const trocarCharts = (() => {
   }
 
   /**
-   * Draws a chart into `parent`. A series that has `scatter` is points without a line; what is given back also has
-   * `zoom(min, max)`, which shows a stretch of x in the whole group, or all of it where both are null.
+   * Draws a chart into `parent`.
    *
    * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range, ticks, named },
-   * ticks as `[{ at, label }]` where the values have names, named where the axis stands above one whose values have,
-   * series: [{ label, colour, width, dash, stepped, points, show }] }`, colours by the theme's names.
-   * `columns`: x, then one array a series, all of a length; what is not a number leaves a gap.
+   * series: [{ label, colour, width, dash, stepped, scatter, points, show }] }`. Colours are names of the theme. `ticks` is
+   * `[{ at, label }]` for values with names; `named` aligns an axis with one below whose values have names. A series with `scatter`
+   * has points without a line.
+   * `columns`: x, then one array per series, all of the same length. A value that is not a number leaves a gap.
    * `extras`: `{ shades: [{ from, to, name: "augmented" | "reengaging" }], marks: [{ at, kind: "rupture" | "alarm", label }],
-   * thresholds: [{ value }], whole: [from, to] where the columns are only a part of what there is }`.
-   * Gives `{ plot, figure, update(columns, extras), flush(), unzoom(), destroy() }`. A zoom is told to the window as "chartzoom", with the
-   * group and the stretch of x, none for all of it.
+   * thresholds: [{ value }], whole: [from, to] }`. `whole` is the full range of x if the columns are only a part of it.
+   * Returns `{ plot, figure, update(columns, extras), flush(), zoom(min, max), unzoom(), destroy() }`. `zoom` shows a range of x in
+   * the whole group, or everything if both are null. A zoom dispatches the event "chartzoom" on the window, with the group and the
+   * range of x, which is null for everything.
    */
   function chart(parent, spec, columns, extras = {}) {
     const figure = document.createElement("figure");
@@ -232,7 +233,7 @@ const trocarCharts = (() => {
         width: Math.max(figure.clientWidth, 280),
         height: spec.height || 240,
         scales: {
-          // A logarithmic axis too ends where it is told to, and not at the next power of ten.
+          // A logarithmic axis has these limits too, and not the next powers of ten.
           x: { time: false, distr: spec.x.log ? 3 : 1, ...(spec.x.log ? { range: (_, low, high) => [low, high] } : {}) },
           y: { distr: spec.y.log ? 3 : 1, ...(range ? { range } : {}) },
         },
@@ -285,11 +286,11 @@ const trocarCharts = (() => {
       state.plot.setData(columns, state.zoomed === null);
       if (state.zoomed !== null) state.plot.setScale("x", state.zoomed);
     };
-    // What nobody sees is drawn when somebody does.
-    state.seen = true;
+    // A chart outside the viewport is drawn when it becomes visible.
+    state.visible = true;
     const watch = new IntersectionObserver((entries) => {
-      state.seen = entries[entries.length - 1].isIntersecting;
-      if (state.seen) apply();
+      state.visible = entries[entries.length - 1].isIntersecting;
+      if (state.visible) apply();
     });
     watch.observe(figure);
     window.addEventListener("beforeprint", apply);
@@ -303,12 +304,12 @@ const trocarCharts = (() => {
       update(newColumns, newExtras = {}) {
         Object.assign(state, newExtras);
         state.pending = newColumns;
-        if (state.seen) apply();
+        if (state.visible) apply();
       },
-      /** Draws what waits to be seen. */
+      /** Draws pending columns now. */
       flush: apply,
       zoom: (min, max) => zoom(state, min, max),
-      /** Lets the next columns be seen whole, in all of the group. */
+      /** Resets the zoom of the group, so that the next columns are shown completely. */
       unzoom() {
         for (const other of group) other.zoomed = null;
       },

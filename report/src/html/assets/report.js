@@ -1,27 +1,27 @@
-// A report: draws the charts and maps that the page's data describe, and makes its buttons work.
+// A report: draws the charts and maps from the page's data, and handles its buttons.
 "use strict";
 
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const byName = new Map();
-  const said = document.getElementById("said");
+  const status = document.getElementById("status");
 
-  /** The ordinate's ends, by what the chart says of them. */
-  function ordinate(chart) {
+  /** Returns the range function of the vertical axis. */
+  function yRange(chart) {
     if (chart.range) return () => chart.range;
     if (!chart.includes.length && !chart.y.log) return undefined;
     return (low, high) => {
       const ends = [low, high, ...chart.includes].filter((value) => value !== null && Number.isFinite(value));
       if (!ends.length) return chart.y.log ? [0.1, 1] : [0, 1];
-      const [least, most] = [Math.min(...ends), Math.max(...ends)];
-      // Ten powers of ten are more than an eye can tell apart.
-      if (chart.y.log) return uPlot.rangeLog(Math.max(least, 1e-10 * most), most, 10, true);
-      const room = 0.03 * (most - least || 1);
-      return [least === 0 ? 0 : least - room, most + room];
+      const [min, max] = [Math.min(...ends), Math.max(...ends)];
+      // A logarithmic axis shows at most ten powers of ten.
+      if (chart.y.log) return uPlot.rangeLog(Math.max(min, 1e-10 * max), max, 10, true);
+      const margin = 0.03 * (max - min || 1);
+      return [min === 0 ? 0 : min - margin, max + margin];
     };
   }
 
-  /** A chart's columns over one abscissa. */
+  /** Returns a chart's columns over one common x. */
   function columns(chart) {
     let next = 0;
     const tables = chart.columns.map(({ x, y }) => {
@@ -46,7 +46,7 @@
         group: name === "axes" ? undefined : name,
         markLabels: chart.markLabels,
         x: chart.x,
-        y: { ...chart.y, range: ordinate(chart) },
+        y: { ...chart.y, range: yRange(chart) },
         series: chart.series.map((one) => ({ ...one, dash: one.dash.length ? one.dash : undefined, points: one.scatter })),
       };
       drawn.push(trocarCharts.chart(place, spec, columns(chart), chart.extras));
@@ -67,7 +67,7 @@
     bar.hidden = false;
   }
 
-  // Viridis (van der Walt and Smith 2015), five of its colours.
+  // Five colours of viridis (van der Walt and Smith 2015).
   const SCALE = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
   const rgb = (share) => {
     const at = Math.min(Math.max(share, 0), 1) * (SCALE.length - 1);
@@ -75,8 +75,8 @@
     return SCALE[low].map((part, index) => Math.round(part + (at - low) * (SCALE[low + 1][index] - part)));
   };
 
-  /** Round values of an axis, in its own coordinate. */
-  function ticks(low, high, log, most) {
+  /** Returns about `count` round ticks of an axis, in the coordinate of the axis. */
+  function ticks(low, high, log, count) {
     if (log) {
       const powers = [];
       for (let power = Math.floor(low); power <= high + 1e-9; power += 1) {
@@ -87,9 +87,9 @@
       }
       if (powers.length > 1) return powers;
     }
-    const wanted = (high - low) / most || 1;
-    const power = 10 ** Math.floor(Math.log10(wanted));
-    const step = [1, 2, 5, 10].map((digit) => digit * power).find((size) => size >= wanted);
+    const minStep = (high - low) / count || 1;
+    const power = 10 ** Math.floor(Math.log10(minStep));
+    const step = [1, 2, 5, 10].map((digit) => digit * power).find((size) => size >= minStep);
     const found = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) {
       const at = k * step;
@@ -98,24 +98,24 @@
     return found;
   }
 
-  /** A map: cells with a colour or a verdict, a boundary, the scenario's own place. */
-  class TheMap {
+  /** A map: cells with a colour or a verdict, a boundary, the point of the scenario. */
+  class PlaneMap {
     constructor(place, map) {
       this.map = map;
       this.scaleX = map.x.log ? Math.log10 : (value) => value;
       this.scaleY = map.y.log ? Math.log10 : (value) => value;
-      this.across = this.edges(map.x, this.scaleX);
-      this.up = this.edges(map.y, this.scaleY);
+      this.xEdges = this.edges(map.x, this.scaleX);
+      this.yEdges = this.edges(map.y, this.scaleY);
       const defined = (map.cells || []).filter((value) => value !== null);
-      this.least = Math.min(...defined);
-      this.most = Math.max(...defined);
+      this.min = Math.min(...defined);
+      this.max = Math.max(...defined);
       const figure = document.createElement("figure");
       const caption = document.createElement("figcaption");
       caption.textContent = map.unit ? `${map.title}, ${map.unit}` : map.title;
       this.canvas = document.createElement("canvas");
       this.canvas.tabIndex = 0;
       this.canvas.setAttribute("role", "img");
-      this.canvas.setAttribute("aria-label", `${map.alt} The arrows move a cursor.`);
+      this.canvas.setAttribute("aria-label", `${map.alt} The arrow keys move a cursor.`);
       this.output = document.createElement("output");
       figure.append(caption, this.canvas, this.output, this.legend());
       place.append(figure);
@@ -127,13 +127,13 @@
       this.draw();
     }
 
-    /** Where cells meet, half way between their middles, in the axis's own coordinate. */
+    /** Returns the edges of the cells, halfway between their centres, in the coordinate of the axis. */
     edges({ values }, scale) {
-      const middles = values.map(scale);
-      const last = middles.length - 1;
-      const inner = middles.slice(1).map((middle, index) => 0.5 * (middle + middles[index]));
-      if (last < 1) return [middles[0] - 0.5, middles[0] + 0.5];
-      return [middles[0] - (inner[0] - middles[0]), ...inner, middles[last] + (middles[last] - inner[last - 1])];
+      const centres = values.map(scale);
+      const last = centres.length - 1;
+      const inner = centres.slice(1).map((centre, index) => 0.5 * (centre + centres[index]));
+      if (last < 1) return [centres[0] - 0.5, centres[0] + 0.5];
+      return [centres[0] - (inner[0] - centres[0]), ...inner, centres[last] + (centres[last] - inner[last - 1])];
     }
 
     legend() {
@@ -148,8 +148,8 @@
       if (!map.cells) {
         const list = document.createElement("ul");
         list.className = "key";
-        list.append(entry("stable", "stable"), entry("boundary", "boundary"), entry("here", "the scenario"));
-        if (map.differing.length) list.append(entry("differing", "the engine says otherwise"));
+        list.append(entry("stable", "stable"), entry("boundary", "boundary"), entry("here", "scenario"));
+        if (map.differing.length) list.append(entry("differing", "simulation disagrees"));
         return list;
       }
       const row = document.createElement("div");
@@ -159,7 +159,7 @@
       const stops = [0, 0.25, 0.5, 0.75, 1].map((share) => `rgb(${rgb(share).join()})`);
       colours.style.background = `linear-gradient(to right, ${stops.join()})`;
       const { number } = trocarCharts;
-      row.append(this.least <= this.most ? number(this.least) : "—", colours, this.least <= this.most ? `${number(this.most)} ${map.unit}` : "");
+      row.append(this.min <= this.max ? number(this.min) : "—", colours, this.min <= this.max ? `${number(this.max)} ${map.unit}` : "");
       return row;
     }
 
@@ -175,8 +175,8 @@
       const context = canvas.getContext("2d");
       context.scale(ratio, ratio);
       const { colour } = trocarCharts;
-      const [left, right] = [this.across[0], this.across[this.across.length - 1]];
-      const [low, high] = [this.up[0], this.up[this.up.length - 1]];
+      const [left, right] = [this.xEdges[0], this.xEdges[this.xEdges.length - 1]];
+      const [low, high] = [this.yEdges[0], this.yEdges[this.yEdges.length - 1]];
       this.x = (value) => area.left + ((value - left) / (right - left)) * area.width;
       this.y = (value) => area.top + ((high - value) / (high - low)) * area.height;
       context.save();
@@ -185,17 +185,17 @@
       context.clip();
       this.shade = this.stable();
       map.y.values.forEach((_, row) => {
-        const top = this.y(this.up[row + 1]);
-        const tall = this.y(this.up[row]) - top;
+        const top = this.y(this.yEdges[row + 1]);
+        const tall = this.y(this.yEdges[row]) - top;
         let column = 0;
         while (column < map.x.values.length) {
           const fill = this.fill(column, row);
           let end = column + 1;
           while (end < map.x.values.length && this.fill(end, row) === fill) end += 1;
           if (fill) {
-            const from = this.x(this.across[column]);
+            const from = this.x(this.xEdges[column]);
             context.fillStyle = fill;
-            context.fillRect(from, top, this.x(this.across[end]) - from + 0.4, tall + 0.4);
+            context.fillRect(from, top, this.x(this.xEdges[end]) - from + 0.4, tall + 0.4);
           }
           column = end;
         }
@@ -266,10 +266,10 @@
 
     ring(context) {
       const { column, row } = this.cursor;
-      const [left, top] = [this.x(this.across[column]), this.y(this.up[row + 1])];
+      const [left, top] = [this.x(this.xEdges[column]), this.y(this.yEdges[row + 1])];
       context.strokeStyle = trocarCharts.colour("ink");
       context.lineWidth = 2;
-      context.strokeRect(left, top, this.x(this.across[column + 1]) - left, this.y(this.up[row]) - top);
+      context.strokeRect(left, top, this.x(this.xEdges[column + 1]) - left, this.y(this.yEdges[row]) - top);
     }
 
     value(column, row) {
@@ -281,10 +281,10 @@
       if (!map.cells) return map.verdicts[row][column] === "1" ? this.shade : null;
       const value = this.value(column, row);
       if (value === null) return null;
-      return `rgb(${rgb(this.most > this.least ? (value - this.least) / (this.most - this.least) : 0.5).join()})`;
+      return `rgb(${rgb(this.max > this.min ? (value - this.min) / (this.max - this.min) : 0.5).join()})`;
     }
 
-    /** Sky on the page's colour, opaque, so that cells may overlap by a hair. */
+    /** Returns the opaque colour of stable cells. It is opaque because cells overlap slightly. */
     stable() {
       const parts = (name) => trocarCharts.colour(name).match(/[0-9a-f]{2}/gi).map((part) => parseInt(part, 16));
       const page = parts("page");
@@ -297,8 +297,8 @@
       const [x, y] = [event.clientX - box.left, event.clientY - box.top];
       const inside = x >= area.left && x < area.left + area.width && y >= area.top && y < area.top + area.height;
       if (!inside) return this.move(null);
-      const column = this.across.findIndex((edge) => this.x(edge) > x) - 1;
-      const row = this.up.findIndex((edge) => this.y(edge) < y) - 1;
+      const column = this.xEdges.findIndex((edge) => this.x(edge) > x) - 1;
+      const row = this.yEdges.findIndex((edge) => this.y(edge) < y) - 1;
       return this.move(column >= 0 && row >= 0 ? { column, row } : null);
     }
 
@@ -335,7 +335,7 @@
   const maps = [];
   function drawMap(place) {
     const map = data.maps[place.dataset.name];
-    if (map) maps.push(new TheMap(place, map));
+    if (map) maps.push(new PlaneMap(place, map));
   }
 
   async function copy(text) {
@@ -366,11 +366,11 @@
         const text = document.getElementById(copied || saved).textContent;
         if (copied) await copy(text);
         else save(file, text);
-        said.textContent = copied ? "Copied." : `${file} is saved.`;
-        const told = button.textContent;
+        status.textContent = copied ? "Copied." : `${file} is saved.`;
+        const label = button.textContent;
         button.textContent = copied ? "Copied" : "Saved";
         setTimeout(() => {
-          button.textContent = told;
+          button.textContent = label;
         }, 1200);
       });
     }
@@ -396,7 +396,7 @@
     dark.addEventListener("change", recoloured);
   }
 
-  /** On paper: light, as wide as a page, everything opened. */
+  /** Prepares printing: light theme, width of a page, all details open. */
   function printing() {
     const PAPER = 660;
     let before = null;
