@@ -41,7 +41,7 @@
 //! ```
 
 pub use trocar_report as report;
-pub use trocar_sim::{augmentation, detection, error, estimation, lane, rig, time};
+pub use trocar_sim::{augmentation, detection, error, estimation, lane, rig, settings, time};
 pub use trocar_sim::{
     channel, compare, detect, engine, lti, metrics, operator, plant, recording, roc, run, scenario, sensor, stability,
     stability_check, sweep, teleoperation, tissue,

@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Every room with its floor.
-const ROOMS: [(&str, u8); 30] = [
+const ROOMS: [(&str, u8); 31] = [
     ("error", 0),
     ("lane", 0),
     ("quantiles", 0),
+    ("settings", 0),
     ("time", 0),
     ("lti", 1),
     ("plant", 2),
