@@ -12,6 +12,9 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+// So that what the macros of `settings` write reads the same here and elsewhere.
+extern crate self as trocar_core;
+
 pub mod augmentation;
 pub mod chain;
 pub mod detection;

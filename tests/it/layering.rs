@@ -11,6 +11,7 @@ const ROOMS: [(&str, u8); 31] = [
     ("lane", 0),
     ("moments", 0),
     ("quantiles", 0),
+    ("settings", 0),
     ("time", 0),
     ("lti", 1),
     ("plant", 2),

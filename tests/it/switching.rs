@@ -91,7 +91,7 @@ fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u6
     run.operator =
         OperatorSpec::Ramp { start_m: distance_m, end_m: 0.0, speed_m_per_s: 2.0 * distance_m.abs() / tick_s };
     let damping_n_s_per_m = 5.0;
-    run.tissue = TissueSpec::Model(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
+    run.tissue = TissueSpec::from(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
         stiffness_n_per_m: stiffness,
         damping_n_s_per_m,
         surface: Surface { contact_m: -0.05 },

@@ -128,7 +128,6 @@ macro_rules! settings {
     (@path $prefix:literal $field:ident) => { concat!($prefix, stringify!($field)) };
     (@path $prefix:literal $field:ident $key:literal) => { $key };
 
-
     // What it means.
     (@meaning $($doc:literal)*) => {{
         const LINES: &[&str] = &[$($doc),*];
@@ -415,11 +414,10 @@ macro_rules! choice {
             /// Those of the source.
             pub fn read<S: $crate::settings::Source>(source: &mut S) -> Result<Self, S::Error> {
                 let given = source.word($path)?;
-                let Some(&word) = Self::WORDS.iter().find(|word| **word == given) else {
-                    return Err(source.unknown_word($path));
-                };
+                let given = Self::WORDS.iter().position(|word| *word == given);
+                let mut _index = 0;
                 $(
-                    if word == $word {
+                    if given == Some(_index) {
                         return Ok(Self::$variant {
                             $(0: $payload::read(source)?)?
                             $($($field: $crate::settings!(@read
@@ -428,6 +426,7 @@ macro_rules! choice {
                             )),*)?
                         });
                     }
+                    _index += 1;
                 )*
                 Err(source.unknown_word($path))
             }

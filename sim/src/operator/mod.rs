@@ -143,8 +143,7 @@ impl<L: Lane> Person<L> {
     /// `tick_s` (s).
     #[must_use]
     pub fn reacting(mut self, settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
-        let reacts = settings.reflex != Reflex::None;
-        self.reaction = reacts.then(|| Reaction::new(settings, seed, first_stream, tick_s));
+        self.reaction = settings.reacts().then(|| Reaction::new(settings, seed, first_stream, tick_s));
         self
     }
 }

@@ -4,6 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
@@ -59,6 +60,22 @@ trocar_core::settings! {
     }
     where weber_fraction: |s| s.weber_fraction > 0.0 && s.weber_fraction < 1.0, "between 0 and 1";
     where reaction_max_s: |s| s.reaction_max_s >= s.reaction_min_s, "at least operator.reflex_reaction_min_s";
+}
+
+impl ReflexSettings {
+    /// Whether the person reacts at all.
+    #[must_use]
+    pub fn reacts(&self) -> bool {
+        self.reflex != Reflex::None
+    }
+
+    /// Checks the ranges that the fields state, where the person reacts.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate_where_reacting(&self) -> Result<(), InvalidValue> {
+        if self.reacts() { self.validate() } else { Ok(()) }
+    }
 }
 
 /// A person's reaction at work: when it comes, and what it makes of the motion.

@@ -227,7 +227,7 @@ impl Scenario {
     fn check(&self) -> Result<(), ScenarioError> {
         let out_of_range = |error| self.values.out_of_range(&error);
         self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
-        self.reflex.validate().map_err(out_of_range)?;
+        self.reflex.validate_where_reacting().map_err(out_of_range)?;
         self.irregularity.validate(self.grid.tick_s()).map_err(out_of_range)?;
         self.sensor.validate().map_err(out_of_range)?;
         self.estimator.validate().map_err(out_of_range)?;

@@ -48,7 +48,24 @@ pub enum TissueSpec {
         presliding_m: f64,
     },
     /// A tissue that is made of settings alone.
-    Model(TissueSettings),
+    Model(Box<TissueSettings>),
+}
+
+impl From<TissueSettings> for TissueSpec {
+    fn from(settings: TissueSettings) -> Self {
+        Self::Model(Box::new(settings))
+    }
+}
+
+impl TissueSpec {
+    /// The settings of a tissue that is made of them alone.
+    #[must_use]
+    pub fn settings(&self) -> Option<&TissueSettings> {
+        match self {
+            Self::Model(settings) => Some(settings),
+            Self::Recording { .. } | Self::Depth { .. } => None,
+        }
+    }
 }
 
 /// What the person does, given the recording (as it is and on the ticks) where one is replayed.
@@ -92,6 +109,6 @@ pub(super) fn tissue(
                 presliding_m,
             },
         },
-        (settings, _) => TissueSpec::Model(settings),
+        (settings, _) => settings.into(),
     })
 }

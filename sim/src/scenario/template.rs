@@ -288,7 +288,7 @@ impl CaseFactory<'_> {
                 scenario.reflex = ReflexSettings::read(values)?;
                 let invalid = |error| values.out_of_range(&error);
                 scenario.tremor.validate_on_ticks(scenario.grid.tick_s()).map_err(invalid)?;
-                scenario.reflex.validate().map_err(invalid)?;
+                scenario.reflex.validate_where_reacting().map_err(invalid)?;
             }
         }
         Ok(())

@@ -36,7 +36,7 @@ impl Axis {
             let accepted = toml.as_ref().and_then(|value| Value::accept(&kind, value));
             match (accepted, toml) {
                 (Some(_), Some(toml::Value::Float(value))) => Ok(value),
-                _ => Err(format!("{text:?} is not {}", kind.to_string())),
+                _ => Err(format!("{text:?} is not {kind}")),
             }
         };
         let (low, high) = (number(low)?, number(high)?);

@@ -1,9 +1,8 @@
 //! What the linearised loop is made of: the numbers of a scenario that its stability depends on.
 
 use super::Parameter;
-use crate::operator::Reflex;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
-use crate::scenario::{DelayTicks, Scenario, TissueSpec, Value, waits_for_tick};
+use crate::scenario::{DelayTicks, Scenario, Value, waits_for_tick};
 use crate::teleoperation::{LinkSettings, PassivitySettings, Scheme};
 use crate::tissue::TissueSettings;
 
@@ -77,14 +76,14 @@ impl LoopSettings {
         let logged = !(scenario.forward_schedule.is_empty() && scenario.backward_schedule.is_empty());
         [
             (
-                !matches!(scenario.tissue, TissueSpec::Model(TissueSettings::KelvinVoigt(_))),
+                !matches!(scenario.tissue.settings(), Some(TissueSettings::KelvinVoigt(_))),
                 "the tissue: a spring and a damper stand for it",
             ),
             (scenario.augmentation.enabled, "the augmentation: see its switching below"),
             (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme: the loop is the plain one"),
             (limited, "the limits of the motors: their lags are there"),
             (!scenario.irregularity.is_none() || logged, "jitter, loss, outages and logged delays"),
-            (scenario.reflex.reflex != Reflex::None, "the person's reflex"),
+            (scenario.reflex.reacts(), "the person's reflex"),
             (scenario.sensor.position_resolution_m > 0.0, "the steps of the position reading and its filter"),
         ]
         .into_iter()

@@ -99,7 +99,7 @@ pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict,
     (run.forward_schedule, run.backward_schedule) = (Schedule::default(), Schedule::default());
     run.operator = OperatorSpec::Recording(desired);
     (run.tremor.amplitude_m, run.reflex.reflex, run.augmentation.enabled) = (0.0, Reflex::None, false);
-    run.tissue = TissueSpec::Model(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
+    run.tissue = TissueSpec::from(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
         stiffness_n_per_m: settings.stiffness_n_per_m,
         damping_n_s_per_m: settings.damping_n_s_per_m,
         surface: Surface { contact_m: -DEPTH_M },

@@ -292,7 +292,7 @@ fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, Scena
     let mut values: Vec<Value> = vec![];
     for item in items {
         let value = Value::accept(&key.kind, item).ok_or_else(|| {
-            let message = format!("{} has {item}, each must be {}", entry.path, key.kind.to_string());
+            let message = format!("{} has {item}, each must be {}", entry.path, key.kind);
             ScenarioError::new(message).at(Some(entry.value_place.clone()))
         })?;
         if values.contains(&value) {
@@ -314,7 +314,7 @@ fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioErro
     let (from, to) = (from.ok_or_else(|| missing("from"))?, to.ok_or_else(|| missing("to"))?);
     let key = find_key(path).ok_or_else(|| missing("key"))?;
     if !matches!(key.kind, Kind::Number(_) | Kind::Whole(_)) {
-        let message = format!("{path} has no range, it is {}", key.kind.to_string());
+        let message = format!("{path} has no range, it is {}", key.kind);
         return Err(ScenarioError::new(message).at(Some(from.key_place.clone())).remedy("give a list"));
     }
     for end in [from, to] {
