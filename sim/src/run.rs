@@ -7,9 +7,10 @@ pub(crate) use pack::{RunObserver, run_pack_observed};
 
 use thiserror::Error;
 
-use crate::engine::{IntegrationError, Observer, Trace};
+use crate::engine::{IntegrationError, Observer, OwnParts, Trace, Wiring};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver};
 use crate::scenario::{Scenario, ScenarioError};
+use crate::teleoperation::LinkReport;
 
 /// A scenario that was run.
 #[derive(Debug, Clone)]
@@ -43,9 +44,20 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
-    let mut trace =
-        Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.parameters.extra_parameter_column());
+    let column = scenario.estimator.parameters.extra_parameter_column();
+    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column);
     let metrics = observe(&scenario, &mut trace)?;
+    Ok(Run { scenario, metrics, trace })
+}
+
+/// [`run`] with some parts of a user's own in place of the scenario's.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
+    let column = scenario.estimator.parameters.extra_parameter_column();
+    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column.filter(|_| own.estimator.is_none()));
+    let metrics = observe_with(&scenario, own, &mut trace)?;
     Ok(Run { scenario, metrics, trace })
 }
 
@@ -65,12 +77,36 @@ pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<
     run_observed(scenario, observer).map(|(metrics, _)| metrics)
 }
 
+/// [`observe`] with some parts of a user's own in place of the scenario's.
+///
+/// # Errors
+/// As [`run`].
+pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
+    let mut engine = scenario.build_with(own)?;
+    let run = |observers: &mut (MetricsObserver<f64>, &mut dyn Observer<f64>)| engine.run(observers);
+    let (metrics, _) = with_metrics(scenario, observer, run)?;
+    Ok(with_link(scenario, metrics, engine.parts.link_report(0)))
+}
+
 /// [`observe`], compiled for the observer, which is given back.
 fn run_observed<O: Observer<f64>>(scenario: &Scenario, observer: O) -> Result<(Metrics, O), RunError> {
-    let mut observers = (MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()), observer);
     let mut engine = scenario.build()?;
-    engine.run(&mut observers).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
-    let link = engine.link_report().map(|report| LinkMetrics::new(&report, &scenario.grid));
+    let (metrics, observer) = with_metrics(scenario, observer, |observers| engine.run(observers))?;
+    Ok((with_link(scenario, metrics, engine.link_report()), observer))
+}
+
+/// Runs an engine of a scenario under its metrics and one more observer.
+fn with_metrics<O: Observer<f64>>(
+    scenario: &Scenario,
+    observer: O,
+    run: impl FnOnce(&mut (MetricsObserver<f64>, O)) -> Result<(), IntegrationError>,
+) -> Result<(Metrics, O), RunError> {
+    let mut observers = (MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()), observer);
+    run(&mut observers).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
     let (metrics, observer) = observers;
-    Ok((Metrics { link, ..metrics.metrics(0) }, observer))
+    Ok((metrics.metrics(0), observer))
+}
+
+fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) -> Metrics {
+    Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
 }

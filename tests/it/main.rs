@@ -26,6 +26,7 @@ mod lti;
 mod metrics;
 mod operators;
 mod oracle_trajectories;
+mod own_parts;
 mod packs;
 mod paper;
 mod passivity;

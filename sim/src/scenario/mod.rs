@@ -8,6 +8,7 @@ mod error;
 mod key_table;
 mod keys;
 mod link;
+mod parts;
 mod replay;
 mod resolve;
 mod rig;

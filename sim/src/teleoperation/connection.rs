@@ -68,3 +68,33 @@ pub trait Connection<L: Lane> {
     /// What has been recorded so far in lane `index`; none where positions and forces arrive at once and as they are.
     fn report(&self, index: usize) -> Option<LinkReport>;
 }
+
+impl<L: Lane, K: Connection<L> + ?Sized> Connection<L> for Box<K> {
+    fn position_scale(&self) -> L {
+        (**self).position_scale()
+    }
+
+    fn force_scale(&self) -> L {
+        (**self).force_scale()
+    }
+
+    fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L {
+        (**self).to_slave(master, slave)
+    }
+
+    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {
+        (**self).to_master(mode, slave, master)
+    }
+
+    fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L {
+        (**self).limit(force_n, master)
+    }
+
+    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
+        (**self).apply_compliance(reference_m, tissue_force_n)
+    }
+
+    fn report(&self, index: usize) -> Option<LinkReport> {
+        (**self).report(index)
+    }
+}

@@ -1,0 +1,34 @@
+//! A force law of one's own in a shipped scenario: while the slave is frozen, the force falls along a straight line.
+//!
+//! `cargo run --release --example own_force_law`
+
+use trocar::augmentation::{AugmentedTick, ForceLaw};
+use trocar::engine::OwnParts;
+use trocar::run::{Run, run_with};
+use trocar::scenario::{Scenario, Source};
+
+/// From the force before the alarm to 0 by the same step at every tick.
+struct StraightFall {
+    ticks: f64,
+}
+
+impl ForceLaw<f64> for StraightFall {
+    fn augmented(&mut self, now: &AugmentedTick<f64>) -> (f64, f64) {
+        let step_n = now.anchor_n / self.ticks;
+        let end = if now.anchor_n > 0.0 { (now.last_n - step_n).max(0.0) } else { (now.last_n - step_n).min(0.0) };
+        (end, step_n.abs())
+    }
+}
+
+/// Runs the paper's augmented insertion with the law: the force is gone 60 ms after the alarm.
+pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
+    let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &[])?;
+    let ticks = (0.06 / scenario.grid.tick_s()).round();
+    Ok(run_with(scenario, OwnParts::default().force_law(StraightFall { ticks }))?)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let run = run()?;
+    print!("{}", trocar::report::run_text(&run));
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! Parts of a user's own in place of built-in ones.
+
+use super::{Engine, Parts, Plants};
+use crate::augmentation::{ForceLaw, MotionLaw};
+use crate::detection::{Detector, Distance};
+use crate::estimation::Estimator;
+use crate::operator::Operator;
+use crate::sensor::AnySensor;
+use crate::teleoperation::{Architecture, Connection, PassivityScheme};
+use crate::tissue::Tissue;
+
+/// The parts of an engine in which every one may be a user's own: all of them are called, none is compiled in.
+pub type OwnWiring = Parts<
+    f64,
+    Box<dyn Operator<f64> + Send>,
+    Box<dyn Tissue<f64> + Send>,
+    AnySensor<f64>,
+    Box<dyn Estimator<f64> + Send>,
+    Box<dyn Detector<f64> + Send>,
+    Box<dyn Connection<f64> + Send>,
+    Box<dyn MotionLaw<f64> + Send>,
+    Box<dyn ForceLaw<f64> + Send>,
+>;
+
+/// An engine with parts of a user's own.
+pub type OwnEngine = Engine<Box<dyn Plants<f64> + Send>, OwnWiring>;
+
+/// Parts that take the place of those of a scenario. A part that is not given is the scenario's.
+///
+/// ```
+/// use trocar_sim::engine::OwnParts;
+/// use trocar_sim::run::run_with;
+/// use trocar_sim::scenario::{Scenario, Source};
+/// use trocar_sim::tissue::{Reaction, Tissue};
+///
+/// /// A spring that begins at 0.
+/// struct Spring {
+///     stiffness_n_per_m: f64,
+/// }
+///
+/// impl Tissue<f64> for Spring {
+///     fn react(&mut self, _tick: u64, position_m: f64, _velocity_m_per_s: f64) -> Reaction<f64> {
+///         Reaction { force_n: self.stiffness_n_per_m * position_m.max(0.0), ruptured: false }
+///     }
+/// }
+///
+/// let scenario = Scenario::load(&Source::Builtin("classical.toml".into()), &[])?;
+/// let run = run_with(scenario, OwnParts::default().tissue(Spring { stiffness_n_per_m: 200.0 }))?;
+/// assert!(run.metrics.greatest_tissue_force_n.is_some_and(|force| force > 1.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Default)]
+pub struct OwnParts {
+    pub(crate) operator: Option<Box<dyn Operator<f64> + Send>>,
+    pub(crate) tissue: Option<Box<dyn Tissue<f64> + Send>>,
+    pub(crate) estimator: Option<Box<dyn Estimator<f64> + Send>>,
+    pub(crate) detector: Option<Box<dyn Detector<f64> + Send>>,
+    pub(crate) distance: Option<Box<dyn Distance<f64> + Send>>,
+    pub(crate) architecture: Option<Box<dyn Architecture<f64> + Send>>,
+    pub(crate) scheme: Option<Box<dyn PassivityScheme<f64> + Send>>,
+    pub(crate) motion_law: Option<Box<dyn MotionLaw<f64> + Send>>,
+    pub(crate) force_law: Option<Box<dyn ForceLaw<f64> + Send>>,
+}
+
+/// A method that puts a part into its place.
+macro_rules! places {
+    ($($(#[$doc:meta])* $role:ident: $Role:ident,)*) => {
+        impl OwnParts {
+            $(
+                $(#[$doc])*
+                #[must_use]
+                pub fn $role(mut self, part: impl $Role<f64> + Send + 'static) -> Self {
+                    self.$role = Some(Box::new(part));
+                    self
+                }
+            )*
+        }
+    };
+}
+
+places! {
+    /// What the person wants.
+    operator: Operator,
+    /// What the needle meets.
+    tissue: Tissue,
+    /// What learns the tissue.
+    estimator: Estimator,
+    /// What announces ruptures. It takes the place of distance, CUSUM and arming.
+    detector: Detector,
+    /// What the scenario's CUSUM accumulates; not used where there is an own detector.
+    distance: Distance,
+    /// What each side of the link sends and makes of what arrives.
+    architecture: Architecture,
+    /// What keeps the link passive.
+    scheme: PassivityScheme,
+    /// Where the slave is to be, in each mode.
+    motion_law: MotionLaw,
+    /// What is fed back while the slave is frozen.
+    force_law: ForceLaw,
+}
+
+impl std::fmt::Debug for OwnParts {
+    /// The roles that have an own part.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { operator, tissue, estimator, detector, distance, architecture, scheme, motion_law, force_law } =
+            self;
+        let roles = [
+            ("operator", operator.is_some()),
+            ("tissue", tissue.is_some()),
+            ("estimator", estimator.is_some()),
+            ("detector", detector.is_some()),
+            ("distance", distance.is_some()),
+            ("architecture", architecture.is_some()),
+            ("scheme", scheme.is_some()),
+            ("motion_law", motion_law.is_some()),
+            ("force_law", force_law.is_some()),
+        ];
+        f.debug_set().entries(roles.iter().filter(|(_, is_own)| *is_own).map(|(role, _)| role)).finish()
+    }
+}

@@ -1,0 +1,233 @@
+//! From a scenario to the parts around the plants.
+
+use std::sync::Arc;
+
+use super::error::ScenarioError;
+use super::resolve::Scenario;
+use super::specs::{OperatorSpec, TissueSpec};
+use crate::augmentation::{AnyForceLaw, HeldReference, Supervisor};
+use crate::chain::Chain;
+use crate::channel::Delay;
+use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
+use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
+use crate::estimation::{AnyEstimator, Rls};
+use crate::lane::Lane;
+use crate::operator::{Motion, Person, Ramp, Reflex, Replay};
+use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
+use crate::teleoperation::{Connection, DirectLink, Link};
+use crate::tissue::{AnyTissue, DepthReplay, RecordedForce};
+
+/// Set the two directions' random numbers apart from all others with the same seed.
+const FORWARD: u64 = 0x66_6f72_7761_7264;
+const BACKWARD: u64 = 0x6261_636b_7761_7264;
+
+impl Scenario {
+    /// The scenario around two machines, compiled for any parts.
+    pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
+        let link = self.joined(first_stream)?;
+        self.around(plants, self.person(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?, link)
+    }
+
+    /// The scenario around two machines, compiled for its parts where they are common.
+    pub(super) fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
+        let link: Link<L> = self.joined(first_stream)?;
+        if !link.is_direct() {
+            return self.general(plants, first_stream).map(Wired::Any);
+        }
+        let machines = &self.link.machines;
+        let link = DirectLink::new(machines.position_scale, machines.force_scale);
+        let is_baseline = self.estimator.is_baseline()
+            && self.detector.distance.kind == DistanceKind::SquaredResidual
+            && self.alarm_ticks().is_empty()
+            && self.sensor.reads_position_exactly();
+        let force_sensor = || ForceSensor::new(&self.sensor, self.grid.tick_s(), self.seed, first_stream);
+        let reads_exactly = self.sensor.reads_force_exactly();
+        Ok(match (self.replay().filter(|_| is_baseline), self.any_tissue()?) {
+            (Some(operator), AnyTissue::Recording(tissue)) if reads_exactly => {
+                Wired::Paper(self.baseline(plants, operator, tissue, PerfectSensor, link))
+            }
+            (Some(operator), AnyTissue::Recording(tissue)) => {
+                Wired::NoisyRecording(self.baseline(plants, operator, tissue, force_sensor(), link))
+            }
+            (Some(operator), AnyTissue::Layers(tissue)) => {
+                Wired::NoisyLayers(self.baseline(plants, operator, tissue, force_sensor(), link))
+            }
+            (Some(operator), AnyTissue::Depth(tissue)) if reads_exactly => {
+                Wired::Depth(self.baseline(plants, operator, tissue, PerfectSensor, link))
+            }
+            (_, tissue) => Wired::AnyDirect(self.around(
+                plants,
+                self.person(first_stream)?,
+                tissue,
+                self.any_sensor(first_stream)?,
+                link,
+            )?),
+        })
+    }
+
+    /// Parts with any built-in estimator and detector around two machines.
+    fn around<L: Lane, P, O, T, S, K>(
+        &self,
+        plants: P,
+        operator: O,
+        tissue: T,
+        sensor: S,
+        link: K,
+    ) -> Result<Engine<P, Parts<L, O, T, S, AnyEstimator<L>, AnyDetector<L>, K>>, ScenarioError> {
+        let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
+        let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
+        let chain =
+            Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector };
+        Ok(self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link }))
+    }
+
+    /// Parts with the paper's estimator and detector around two machines.
+    fn baseline<L: Lane, P, O, T, S, K>(
+        &self,
+        plants: P,
+        operator: O,
+        tissue: T,
+        sensor: S,
+        link: K,
+    ) -> Engine<P, Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>> {
+        let distance = SquaredResidual::new();
+        let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
+        let chain = Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector };
+        self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link })
+    }
+
+    fn engine_of<P, W>(&self, plants: P, parts: W) -> Engine<P, W> {
+        Engine { grid: self.grid, plants, parts }
+    }
+
+    /// The parts with some of a user's own; all of them are called.
+    pub(super) fn own_wiring(&self, own: OwnParts) -> Result<OwnWiring, ScenarioError> {
+        let tick_s = self.grid.tick_s();
+        let link = self.joined(0)?;
+        let link: Box<dyn Connection<f64> + Send> = match (own.architecture, own.scheme) {
+            (None, None) => Box::new(link),
+            (Some(architecture), None) => Box::new(link.with_architecture(architecture)),
+            (None, Some(scheme)) => Box::new(link.with_scheme(scheme)),
+            (Some(architecture), Some(scheme)) => Box::new(link.with_architecture(architecture).with_scheme(scheme)),
+        };
+        let alarms = self.alarm_ticks();
+        let settings = &self.detector;
+        let detector: Box<dyn crate::detection::Detector<f64> + Send> = match (own.detector, own.distance) {
+            (Some(detector), _) => Box::new(ScheduledAlarms::new(detector, alarms)),
+            (None, Some(distance)) => {
+                Box::new(ScheduledAlarms::new(CusumDetector::with_distance(distance, settings, tick_s), alarms))
+            }
+            (None, None) => Box::new(ScheduledAlarms::new(CusumDetector::new(settings, tick_s), alarms)),
+        };
+        let augmentation = &self.augmentation;
+        let motion_law = own.motion_law.unwrap_or_else(|| {
+            Box::new(HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m()))
+        });
+        let force_law = own.force_law.unwrap_or_else(|| Box::new(AnyForceLaw::new(&augmentation.force, tick_s)));
+        let estimator = own.estimator.unwrap_or_else(|| Box::new(AnyEstimator::new(&self.estimator)));
+        Ok(Parts {
+            operator: match own.operator {
+                Some(operator) => operator,
+                None => Box::new(self.person(0)?),
+            },
+            tissue: match own.tissue {
+                Some(tissue) => tissue,
+                None => Box::new(self.any_tissue()?),
+            },
+            sensor: self.any_sensor(0)?,
+            chain: Chain { contact_m: self.contact_m, estimator, detector },
+            supervisor: Supervisor::with_laws(motion_law, force_law, augmentation, settings.cusum.threshold, tick_s),
+            link,
+        })
+    }
+
+    /// Where the slave's reference begins, in m.
+    fn reference_m(&self) -> f64 {
+        self.position_scale() * self.start_m()
+    }
+
+    /// What the needle meets.
+    fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
+        let start_m = self.position_scale() * self.start_m();
+        let tissue = match &self.tissue {
+            TissueSpec::Recording { force_n, rupture_ticks } => {
+                Ok(AnyTissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone())))
+            }
+            TissueSpec::Depth { curves, rupture_depths_m, presliding_m } => {
+                let ruptures = rupture_depths_m.clone();
+                DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m).map(AnyTissue::Depth)
+            }
+            TissueSpec::Model(settings) => settings.build(self.grid.tick_s(), start_m),
+        };
+        tissue.map_err(|error| self.values().out_of_range(&error))
+    }
+
+    fn any_sensor<L: Lane>(&self, first_stream: u64) -> Result<AnySensor<L>, ScenarioError> {
+        let stream = (self.seed, first_stream);
+        AnySensor::new(&self.sensor, self.grid.tick_s(), stream).map_err(|error| self.values().out_of_range(&error))
+    }
+
+    fn supervisor<L: Lane>(&self) -> Supervisor<L> {
+        let reference_m = L::splat(self.reference_m());
+        Supervisor::new(&self.augmentation, self.detector.cusum.threshold, self.grid.tick_s(), reference_m)
+    }
+
+    /// The ticks of scheduled alarms. Without augmentation there is nothing that an alarm could begin.
+    fn alarm_ticks(&self) -> Arc<[u64]> {
+        if self.augmentation.enabled { self.events.clone() } else { Arc::default() }
+    }
+
+    /// The motion of a person who follows what is known beforehand, whatever they feel.
+    fn replay(&self) -> Option<Replay> {
+        match &self.operator {
+            OperatorSpec::Recording(positions)
+                if self.tremor.amplitude_m <= 0.0 && self.reflex.reflex == Reflex::None =>
+            {
+                Some(Replay(positions.clone()))
+            }
+            OperatorSpec::Recording(_) | OperatorSpec::Ramp { .. } | OperatorSpec::Hand(_) => None,
+        }
+    }
+
+    /// What joins the two sides.
+    fn joined<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
+        let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
+        let (at_master, at_slave) = (L::splat(start_m), L::splat(self.position_scale() * start_m));
+        let forth = [at_master, zero, zero, zero, zero];
+        let forth = Delay::new(self.forward.whole, forth).irregular(
+            &self.irregularity,
+            &self.forward_schedule,
+            tick_s,
+            forth,
+            (self.seed ^ FORWARD, first_stream),
+        );
+        let back = [zero, at_slave, zero, zero, zero, zero];
+        let back = Delay::new(self.backward.whole, back).irregular(
+            &self.irregularity,
+            &self.backward_schedule,
+            tick_s,
+            back,
+            (self.seed ^ BACKWARD, first_stream),
+        );
+        Link::new(&self.link, (forth, back), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
+    }
+
+    /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
+    fn person<L: Lane>(&self, first_stream: u64) -> Result<Person<L>, ScenarioError> {
+        let tick_s = self.grid.tick_s();
+        let motion = match &self.operator {
+            OperatorSpec::Recording(positions) => Motion::Recording(positions.clone()),
+            OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
+                let ramp = Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s);
+                Motion::Ramp(ramp.map_err(|error| self.values().out_of_range(&error))?)
+            }
+            OperatorSpec::Hand(hand) => Motion::Hand(hand.clone()),
+        };
+        let mut person = Person::new(motion);
+        if self.tremor.amplitude_m > 0.0 {
+            let ticks = self.grid.ticks() + 1;
+            person = person.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
+        }
+        Ok(person.reacting(&self.reflex, self.seed, first_stream, tick_s))
+    }
+}
