@@ -9,24 +9,19 @@
 //! All quantities are in SI units: m, m/s, N, s. Positions increase into the tissue. Forces are positive when they resist
 //! insertion (the paper plots the opposite sign). The force of the operator on the master is positive in the direction of insertion.
 //!
-//! # Modules
-//! A module depends only on modules of the same or a lower layer. `tests/it/layering.rs` checks this.
-//!
-//! | layer | modules |
+//! # What to start with
+//! | task | start with |
 //! |---|---|
-//! | 7 | [`cli`], [`report`] (tables, CSV, JSON, figures; no other layer draws or prints), [`explore`] (the page and its server) |
-//! | 6 | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
-//! | 5 | [`scenario`] (TOML, validated, resolved and echoed), [`metrics`] (numbers from observers), [`stability`] (the linear loop, without the engine) |
-//! | 4 | [`engine`] (one tick, N ticks, observers), [`rig`] (one step of a real controller) |
-//! | 3 | [`augmentation`] (automaton, force law, re-engagement), [`teleoperation`] (architectures, recovery, passivity) |
-//! | 2 | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`estimation`], [`detection`], [`recording`]: siblings never import each other |
-//! | 1 | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
-//! | 0 | [`time`], [`lane`], [`error`] |
+//! | run a scenario | [`scenario::Scenario::load`], [`run::run`], [`run::measure`] |
+//! | compare scenarios | [`compare::Comparison`] |
+//! | run many, vary keys | [`sweep`], [`run::run_pack`] |
+//! | detect ruptures in a recording | [`detect`], judged by [`roc`] |
+//! | judge stability | [`stability`] |
+//! | control a rig | [`rig::HapticController`] (the package `trocar-core`: `no_std`, no allocation) |
+//! | put a part of one's own into the loop | [`engine::OwnParts`] with [`run::run_with`] |
+//! | write results | [`report`] |
 //!
-//! The package `trocar-core` contains [`rig`] and its parts ([`augmentation`], [`detection`], [`estimation`], [`time`], [`lane`],
-//! [`error`]). It is `no_std` and does not allocate, for controllers without an operating system.
-//!
-//! # A run in Rust
+//! # A run
 //! ```
 //! use trocar::scenario::{Scenario, Source};
 //!
@@ -38,6 +33,49 @@
 //! assert!(first.slave_overshoot_m.is_some_and(|overshoot| overshoot < 1e-4));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # A part of one's own
+//! Every role in the loop is a trait: [`Operator`](operator::Operator), [`Tissue`](tissue::Tissue),
+//! [`Estimator`](estimation::Estimator), [`Detector`](detection::Detector), [`Distance`](detection::Distance),
+//! [`ForceLaw`](augmentation::ForceLaw), [`MotionLaw`](augmentation::MotionLaw),
+//! [`Architecture`](teleoperation::Architecture) and [`PassivityScheme`](teleoperation::PassivityScheme). A type that implements
+//! one of them for `f64` runs in any scenario.
+//! ```
+//! use trocar::engine::OwnParts;
+//! use trocar::scenario::{Scenario, Source};
+//! use trocar::tissue::{Reaction, Tissue};
+//!
+//! /// A spring that begins at 0.
+//! struct Spring {
+//!     stiffness_n_per_m: f64,
+//! }
+//!
+//! impl Tissue<f64> for Spring {
+//!     fn react(&mut self, _tick: u64, position_m: f64, _velocity_m_per_s: f64) -> Reaction<f64> {
+//!         Reaction { force_n: self.stiffness_n_per_m * position_m.max(0.0), ruptured: false }
+//!     }
+//! }
+//!
+//! let scenario = Scenario::load(&Source::Builtin("classical.toml".into()), &[])?;
+//! let own = OwnParts::default().tissue(Spring { stiffness_n_per_m: 200.0 });
+//! let run = trocar::run::run_with(scenario, own)?;
+//! assert!(run.metrics.max_tissue_force_n.is_some_and(|force_n| force_n > 1.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The layers
+//! A module depends only on modules of the same or a lower layer. `tests/it/layering.rs` checks this.
+//!
+//! | layer | package | modules |
+//! |---|---|---|
+//! | 7 | `trocar`, `trocar-report` | the command line, the page and its server; [`report`] (tables, CSV, JSON, figures; no other layer draws or prints) |
+//! | 6 | `trocar-sim` | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 5 | `trocar-sim` | [`scenario`] (TOML, validated, resolved and echoed), [`metrics`] (numbers from observers), [`stability`] (the linear loop, without the engine) |
+//! | 4 | `trocar-sim` | [`engine`] (one tick, N ticks, observers) |
+//! | 3 | `trocar-sim` | [`teleoperation`] (architectures, recovery, passivity) |
+//! | 2 | `trocar-sim` | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`recording`]: siblings never import each other |
+//! | 1 | `trocar-sim` | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
+//! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detection`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
 pub use trocar_report as report;
 pub use trocar_sim::{augmentation, chain, detection, error, estimation, lane, rig, settings, time};
@@ -46,8 +84,11 @@ pub use trocar_sim::{
     stability_check, sweep, teleoperation, tissue,
 };
 
-pub mod cli;
-pub mod explore;
+mod cli;
+mod explore;
+
+#[doc(hidden)]
+pub use cli::main;
 
 /// Runs the Rust examples of the README as tests.
 #[cfg(doctest)]

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    trocar::cli::main()
+    trocar::main()
 }

@@ -5,6 +5,7 @@
 //! system and no standard library, and does the same work at every good sample but those of an event.
 //!
 //! ```
+//! # use trocar_core as trocar;
 //! use trocar::rig::{HapticController, Sample, Settings};
 //!
 //! let mut controller = HapticController::new(&Settings { contact_m: 0.012, ..Settings::default() })?;

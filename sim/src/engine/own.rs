@@ -28,10 +28,11 @@ pub type OwnEngine = Engine<Box<dyn Plants<f64> + Send>, OwnWiring>;
 /// Parts that take the place of those of a scenario. A part that is not given is the scenario's.
 ///
 /// ```
-/// use trocar_sim::engine::OwnParts;
-/// use trocar_sim::run::run_with;
-/// use trocar_sim::scenario::{Scenario, Source};
-/// use trocar_sim::tissue::{Reaction, Tissue};
+/// # use trocar_sim as trocar;
+/// use trocar::engine::OwnParts;
+/// use trocar::run::run_with;
+/// use trocar::scenario::{Scenario, Source};
+/// use trocar::tissue::{Reaction, Tissue};
 ///
 /// /// A spring that begins at 0.
 /// struct Spring {
@@ -46,7 +47,7 @@ pub type OwnEngine = Engine<Box<dyn Plants<f64> + Send>, OwnWiring>;
 ///
 /// let scenario = Scenario::load(&Source::Builtin("classical.toml".into()), &[])?;
 /// let run = run_with(scenario, OwnParts::default().tissue(Spring { stiffness_n_per_m: 200.0 }))?;
-/// assert!(run.metrics.greatest_tissue_force_n.is_some_and(|force| force > 1.0));
+/// assert!(run.metrics.max_tissue_force_n.is_some_and(|force| force > 1.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Default)]

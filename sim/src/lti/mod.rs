@@ -8,6 +8,7 @@
 //! 4. [`exact_step`] over one tick.
 //!
 //! ```
+//! # use trocar_sim as trocar;
 //! use trocar::lti::{Hold, TransferFunction, exact_step, realise_with_derivative};
 //!
 //! // Eq. 28, the master: 1 / (0.245 s² + 4.1 s), force to position.

@@ -10,6 +10,7 @@ use super::{Complex64, Continuous, Discrete, Domain, Error};
 /// The time domain is in the type: joining a continuous system to a discrete one does not compile.
 ///
 /// ```compile_fail
+/// # use trocar_sim as trocar;
 /// use nalgebra::dmatrix;
 /// use trocar::lti::{StateSpace, series};
 /// let m = || dmatrix![1.0];
@@ -21,6 +22,7 @@ use super::{Complex64, Continuous, Discrete, Domain, Error};
 /// The same with both continuous does:
 ///
 /// ```
+/// # use trocar_sim as trocar;
 /// use nalgebra::dmatrix;
 /// use trocar::lti::{StateSpace, series};
 /// let m = || dmatrix![1.0];

@@ -20,6 +20,7 @@ pub type WeightedSignals<'a> = &'a [(f64, Signal)];
 /// an output of the whole. [`close`](Self::close) hands them to [`connect`].
 ///
 /// ```
+/// # use trocar_sim as trocar;
 /// use trocar::lti::{Signal, TransferFunction, Wiring, realise};
 ///
 /// // An integrator fed by 3 (r - y): the lag 3 / (s + 3).

@@ -8,6 +8,7 @@
 //! whatever the file turns out to be. Every error names the file, the line and the column, and says what to do.
 //!
 //! ```
+//! # use trocar_sim as trocar;
 //! use trocar::recording::{Columns, Limits, read_csv};
 //!
 //! let table = "t_s,xs_rad,tau_Nm\n0.0,0.10,0.15\n0.001,0.12,0.30\n";
