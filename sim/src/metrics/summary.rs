@@ -97,7 +97,7 @@ metrics! {
         events: Vec<EventMetrics>;
         /// The alarms that were taken, in time order (the first 4096).
         alarms: Vec<Alarm>;
-        /// Number of ruptures.
+        /// How many layers ruptured in the run.
         ruptures = "ruptures", Count, Neither [Never] => |m| count(m.ruptures.len());
         /// Ruptures that an alarm announced within 0.5 s.
         detected_ruptures = "detected ruptures", Count, Higher [Never] => |m| {
