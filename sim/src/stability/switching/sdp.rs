@@ -213,7 +213,7 @@ mod tests {
         let row = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
         let bounded = Condition { terms: vec![term(1.0, &one)], weight: 0.0, row: Some(row), least: 0.0 };
         let level = Normal::Level(0, vec![DVector::from_column_slice(&[1.0, 0.0])]);
-        let (found, margin) = solve(&[2], &[bounded.clone()], &level).expect("solved");
+        let (found, margin) = solve(&[2], std::slice::from_ref(&bounded), &level).expect("solved");
         assert!((margin - 1.0).abs() < 1e-6 && (found[0][(0, 0)] - 1.0).abs() < 1e-6);
         let growing = DMatrix::identity(2, 2) * 1.1;
         let terms = vec![term(1.0, &one), term(-1.0, &growing)];
