@@ -58,7 +58,7 @@ const MORE: &str = "\
 Method:
   noise      from second differences of the force; the dead zone is twice the noise
   contact    position at which the force rises above its noise, or at which a line through force and position is zero
-  quiet      blocks of 0.1 s in contact without a rupture; sigma_0 is the 90 % quantile of their standard deviations
+  quiet      blocks of 0.1 s in contact without a rupture; sigma_0 is the 90 % quantile of their RMS values
   drift      residual at which the likelihood ratio of eq. 23 changes sign, for a variance 100 times larger
   (--variance-ratio)
              threshold  from the requested average run length to a false alarm (Page's integral equation), and at least twice the

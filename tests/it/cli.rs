@@ -133,7 +133,7 @@ fn settings_are_checked_like_files() {
     desk.refused(&["run", "a.toml", "--set", "scaling.forse=2"], &["did you mean scaling.force?"]);
     desk.refused(&["run", "a.toml", "--set", "scaling.force=-2"], &["scaling.force is -2"]);
     desk.refused(&["run", "a.toml", "--set", "name=../up"], &["folder's name"]);
-    desk.refused(&["run", "a.toml", "a.toml"], &["two scenarios are named \"short\""]);
+    desk.refused(&["run", "a.toml", "a.toml"], &["two scenarios have the name \"short\""]);
     desk.refused(&["run", "none.toml"], &["none.toml", "cannot be read"]);
     desk.refused(&["run", "builtin:none.toml"], &["classical.toml"]);
     desk.refused(&["run"], &["<SCENARIO>"]);
@@ -263,7 +263,7 @@ fn settings_from_a_file_that_has_none_are_refused() {
         assert_eq!(outcome.code, 0, "{}", outcome.err);
         outcome.err
     };
-    assert_eq!(warned(&["half.toml"]), "warning: half.toml has no [estimator]; its defaults are taken\n");
+    assert_eq!(warned(&["half.toml"]), "warning: half.toml has no [estimator]; defaults are used\n");
     assert_eq!(warned(&["half.toml", "--quiet"]), "");
     assert_eq!(warned(&["both.toml"]), "");
 }
@@ -280,12 +280,15 @@ fn samples_too_far_apart_for_a_rupture_are_warned_of() {
     };
     for given in ["a/slow.csv", "a"] {
         let said = warned(&[given]);
-        assert!(said.starts_with("warning: a/slow.csv: 1.000 samples a second, below 100: a rupture takes"), "{said}");
+        assert!(
+            said.starts_with("warning: a/slow.csv: the sampling rate is 1.000 Hz, below 100 Hz: a rupture lasts"),
+            "{said}"
+        );
         assert_eq!(said.lines().count(), 1, "{said}");
     }
     assert_eq!((warned(&["a/fast.csv"]), warned(&["a", "--quiet"])), (String::new(), String::new()));
     let live = desk.fed(&["detect", "-"], every(1.0).as_bytes()).err;
-    assert!(live.contains("warning: standard input: 1.000 samples a second"), "{live}");
+    assert!(live.contains("warning: standard input: the sampling rate is 1.000 Hz"), "{live}");
     let live = desk.fed(&["detect", "-"], every(0.01).as_bytes()).err;
     assert!(!live.contains("the sampling rate is"), "{live}");
 }
@@ -306,9 +309,12 @@ fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit
 fn scenarios_of_one_name_are_both_named() {
     let desk = Desk::new();
     desk.file("a.toml", SHORT).file("b.toml", SHORT);
-    desk.refused(&["run", "a.toml", "b.toml"], &["two scenarios are named \"short\"", "a.toml and b.toml", "--out"]);
+    desk.refused(
+        &["run", "a.toml", "b.toml"],
+        &["two scenarios have the name \"short\"", "a.toml and b.toml", "--out"],
+    );
     let twice = ["run", "builtin:classical.toml", "a.toml", "builtin:classical.toml"];
-    desk.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; leave one out"]);
+    desk.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; remove one"]);
 }
 
 #[test]
@@ -343,7 +349,7 @@ fn a_run_that_diverges_is_a_result() {
 fn a_starter_is_written_once_and_runs() {
     let desk = Desk::new();
     desk.good(&["init", "mine.toml"]);
-    assert!(desk.good(&["check", "mine.toml"]).starts_with("mine: good"));
+    assert!(desk.good(&["check", "mine.toml"]).starts_with("mine: valid"));
     desk.refused(&["init", "mine.toml"], &["already exists", "--force"]);
     desk.good(&["init", "mine.toml", "--force"]);
     desk.good(&["record", "--seed", "7", "--out", "seven.csv"]);
@@ -467,7 +473,7 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
     desk.refused(&["roc", "--drop-n", "-1"], &["0.01"]);
     desk.refused(&["roc", "--detectors", "squared"], &["squared-residual"]);
-    desk.refused(&["roc", "--drop-n", "1", "builtin:real_classical.toml"], &["made insertion"]);
+    desk.refused(&["roc", "--drop-n", "1", "builtin:real_classical.toml"], &["synthetic insertion"]);
     desk.refused(&["roc", "nowhere.csv"], &["nowhere.csv"]);
     let step = ["roc", "builtin:01_through_the_skin.toml", "--set", "sensor.position_resolution_m=1e-5"];
     desk.refused(&step, &["position_resolution_m=0"]);

@@ -193,7 +193,7 @@ fn labels_beside_a_recording_serve_without_being_asked_for() {
 fn bad_labels_are_refused_with_file_and_line() {
     let desk = desk();
     let cases: [(&str, &[&str]); 11] = [
-        ("file,time_s\ntwo.csv,1\nthree.csv,1\n", &["l.csv line 3", "'three.csv' is none of the recordings"]),
+        ("file,time_s\ntwo.csv,1\nthree.csv,1\n", &["l.csv line 3", "'three.csv' is not one of the given recordings"]),
         ("file,time_s\ntwo.csv,NaN\n", &["l.csv line 2", "'NaN' is not finite"]),
         ("file,time_s\ntwo.csv,inf\n", &["l.csv line 2", "not finite"]),
         ("file,time_s\ntwo.csv,first\n", &["l.csv line 2", "'first' is not a number"]),
@@ -211,12 +211,12 @@ fn bad_labels_are_refused_with_file_and_line() {
     }
     desk.refused(&detect(&["a", "--labels", "gone.csv"]), &["gone.csv", "cannot be read"]);
     desk.file("l.csv", "file,time_s\ntwo.csv,1\n");
-    desk.refused(&detect(&["a/two.csv", "./a/two.csv", "--labels", "l.csv"]), &["could be a/two.csv or ./a/two.csv"]);
+    desk.refused(&detect(&["a/two.csv", "./a/two.csv", "--labels", "l.csv"]), &["matches a/two.csv and ./a/two.csv"]);
     // What only the recording itself can tell.
     for (content, phrases) in [
-        ("time_s\n-0.1\n", ["l.csv line 2", "-0.1 s, must be within the recording, from 0 to 3 s"]),
-        ("time_s\n1\n3.1\n", ["l.csv line 3", "within the recording"]),
-        ("time_s\n2\n1\n2.0\n", ["l.csv line 4", "as on line 2"]),
+        ("time_s\n-0.1\n", ["l.csv line 2", "-0.1 s is outside the recording, which lasts from 0 to 3 s"]),
+        ("time_s\n1\n3.1\n", ["l.csv line 3", "outside the recording"]),
+        ("time_s\n2\n1\n2.0\n", ["l.csv line 4", "already on line 2"]),
         ("kind,time_s\nskin,2\n,\nnone,\n", ["l.csv line 4", "line 2 labels one"]),
     ] {
         desk.file("l.csv", content);

@@ -155,7 +155,7 @@ fn what_a_page_may_not_ask_for_is_refused_in_words() {
         ("/etc/passwd", json!({}), "no scenario"),
         ("builtin:01_augmented.toml", json!({ "scaling.force": -1 }), "scaling.force must be"),
         ("builtin:01_augmented.toml", json!({ "scaling.forse": 1 }), "did you mean scaling.force"),
-        ("builtin:01_augmented.toml", json!({ "simulation.duration_s": 1e3 }), "at most 120000"),
+        ("builtin:01_augmented.toml", json!({ "simulation.duration_s": 1e3 }), "maximum on this page is 120000"),
         ("builtin:01_augmented.toml", json!({ "simulation.tick_s": 1e-9 }), "ticks"),
     ];
     for (scenario, set, reason) in refusals {

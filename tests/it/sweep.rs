@@ -129,7 +129,7 @@ fn a_row_is_what_its_case_gives_by_itself() {
     }
     let distinct: std::collections::BTreeSet<_> = rows.iter().map(|row| &row["tracking_rmse_m"]).collect();
     assert_eq!(distinct.len(), 36, "a seed or an axis does not matter");
-    desk.refused(&["sweep", "small.toml", "--case", "36"], &["no case 36", "36, from 0 on"]);
+    desk.refused(&["sweep", "small.toml", "--case", "36"], &["no case 36", "36 cases, numbered from 0"]);
 }
 
 #[test]
@@ -456,7 +456,11 @@ fn what_is_shipped_and_what_is_taught_is_good() {
     }
     assert!(shipped >= 3);
     let help = desk.good(&["sweep", "--help"]);
-    let taught = help.split("each:\n").nth(1).and_then(|rest| rest.split("or points").next()).expect("an example");
+    let taught = help
+        .split("each:\n")
+        .nth(1)
+        .and_then(|rest| rest.split("A sweep file with points").next())
+        .expect("an example");
     desk.file("taught.toml", taught);
     desk.good(&["sweep", "taught.toml", "--case", "2559"]);
     desk.refused(&["sweep", "taught.toml", "--case", "2560"], &["2560"]);

@@ -1,69 +1,69 @@
-//! A recording out of samples that are in memory already.
+//! A recording from samples in memory.
 
 use thiserror::Error;
 
 use super::{Limits, Recording};
 
-/// Why samples in memory are no recording.
+/// The error of samples in memory that are not a valid recording.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ArrayError {
-    /// Lists of different lengths.
+    /// The lists have different lengths.
     #[error("{name} has {length} samples and time_s has {times}; each needs one per time")]
     Length {
         /// The quantity.
         name: &'static str,
-        /// How many samples it has.
+        /// Number of samples.
         length: usize,
-        /// How many times there are.
+        /// Number of times.
         times: usize,
     },
-    /// No sample, or a single one.
+    /// Fewer than two samples.
     #[error("{0} samples are too few; at least two are needed")]
     TooFew(usize),
     /// NaN or an infinity.
-    #[error("{name}[{index}] is {value}, must be a finite number; correct it or leave the sample out")]
+    #[error("{name}[{index}] is {value}, must be a finite number; correct it or remove the sample")]
     NotFinite {
         /// The quantity.
         name: &'static str,
-        /// Which sample, from 0.
+        /// Index of the sample, from 0.
         index: usize,
-        /// What it is.
+        /// The value.
         value: f64,
     },
-    /// A time that does not come after the one before.
+    /// A time is not after the previous time.
     #[error(
-        "time_s[{index}] is {time_s:?} s, must be later than the {before_s:?} s before it; sort the samples, one per time"
+        "time_s[{index}] is {time_s:?} s, must be later than the previous {before_s:?} s; sort the samples, one per time"
     )]
     NotLater {
-        /// Which sample, from 0.
+        /// Index of the sample, from 0.
         index: usize,
         /// Its time in s.
         time_s: f64,
-        /// The time before it in s.
+        /// The previous time in s.
         before_s: f64,
     },
-    /// A pause longer than may be interpolated.
+    /// A gap that is too long for interpolation.
     #[error(
         "no sample for {gap_s:.6} s before time_s[{index}], the limit is {limit_s:.6} s; cut the recording there, or raise \
          recording.max_gap_s"
     )]
     Gap {
-        /// The first sample after it, from 0.
+        /// Index of the first sample after the gap, from 0.
         index: usize,
-        /// How long it is, in s.
+        /// Length of the gap, in s.
         gap_s: f64,
-        /// The longest pause allowed, in s.
+        /// The maximum gap, in s.
         limit_s: f64,
     },
 }
 
 impl Recording {
-    /// A recording of samples: times in s, positions in m growing into the tissue, velocities in m/s where they were measured,
-    /// forces in N, positive when they resist insertion. `max_gap_s` (s) is the longest pause allowed; without one it is
+    /// Returns a recording of samples: times in s, positions in m, increasing into the tissue, measured velocities in m/s, if any, and
+    /// forces in N, positive when they resist insertion. `max_gap_s` (s) is the maximum gap; its default is
     /// [`Limits::GAP_IN_MEDIANS`] times the median interval, as for a file.
     ///
     /// # Errors
-    /// [`ArrayError`] where a [`Recording`] would not be what it promises.
+    /// [`ArrayError`] for samples that violate a property of [`Recording`].
     pub fn new(
         time_s: Vec<f64>,
         position_m: Vec<f64>,

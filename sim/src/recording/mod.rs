@@ -1,11 +1,11 @@
-//! Recordings of insertions, imported from CSV files; and traces of a link's delays, read by the same means.
+//! Recordings of insertions and traces of link delays, read from CSV files.
 //!
-//! A recording is what a rig logged: time, the needle's position, perhaps its velocity, and the force on it. Every
-//! lab names its columns differently and logs in its own units and sign, so the caller says which [`Column`] holds
-//! what and by which factor it becomes SI with forces positive when they resist insertion.
+//! A recording is the log of a rig: time, position of the needle, optionally its velocity, and the force on it. Column names,
+//! units and signs differ between laboratories, so the caller gives a [`Column`] for each quantity, with a factor to SI units with
+//! forces positive when they resist insertion.
 //!
-//! The file is streamed: only the wanted columns are kept, and [`Limits`] bound the bytes read and the samples held,
-//! whatever the file turns out to be. Every error names the file, the line and the column, and says what to do.
+//! The file is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error names the
+//! file, the line and the column, and gives a remedy.
 //!
 //! ```
 //! use trocar::recording::{Columns, Limits, read_csv};

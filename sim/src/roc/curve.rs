@@ -1,49 +1,49 @@
-//! From counts to probabilities, rates and delays with their intervals.
+//! Probabilities, rates and delays from counts, with their intervals.
 
 use serde::Serialize;
 
 use super::interval::{poisson, wilson};
 use super::tally::Tally;
 
-/// What a detector is worth at one threshold. Intervals hold 95 %.
+/// The performance of a detector at one threshold. Intervals are 95 % confidence intervals.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Point {
     /// γ, in the unit of the distance.
     pub threshold: f64,
-    /// How many cases were judged.
+    /// Number of cases.
     pub cases: u64,
-    /// Those with every rupture in time and nothing else.
+    /// Number of cases in which every rupture is detected in time, without a false alarm.
     pub clean_cases: u64,
-    /// How many ruptures there were in them.
+    /// Number of ruptures.
     pub ruptures: u64,
-    /// How many were announced in time.
+    /// Number of ruptures that are detected in time.
     pub detected: u64,
-    /// The share of each of a case's ruptures, in their order, that was announced in time.
+    /// Share of detections in time for each rupture of a case, in their order.
     pub detection_of_each: Vec<f64>,
-    /// How many were announced too late.
+    /// Number of ruptures that are detected too late.
     pub late: u64,
-    /// The share that was announced in time; none without ruptures.
+    /// Share of ruptures that are detected in time; `None` without ruptures.
     pub detection: Option<f64>,
-    /// Its interval (Wilson).
+    /// Interval of `detection` (Wilson).
     pub detection_interval: Option<(f64, f64)>,
-    /// The median delay in s of what was announced, late or not; none where nothing was.
+    /// Median delay in s of all detections, late or not; `None` without a detection.
     pub delay_median_s: Option<f64>,
-    /// The delay in s that 5 % did not exceed.
+    /// 5 % quantile of the delay in s.
     pub delay_5_s: Option<f64>,
-    /// The delay in s that 95 % did not exceed.
+    /// 95 % quantile of the delay in s.
     pub delay_95_s: Option<f64>,
-    /// Alarms that announce no rupture.
+    /// Number of false alarms.
     pub false_alarms: u64,
-    /// How long was listened to outside of the windows after ruptures, in h.
+    /// Time outside the windows after ruptures, in h.
     pub hours: f64,
-    /// False alarms a minute; none where none was seen, as then only a bound is known, and none of no time.
+    /// False alarms per minute; `None` without a false alarm, because only a bound is known then, and without any time.
     pub false_alarms_per_minute: Option<f64>,
-    /// The interval of their rate a minute (exact, Poisson); where none was seen, from 0 to its one-sided bound.
+    /// Interval of the false-alarm rate per minute (exact, Poisson); without a false alarm, from 0 to the one-sided bound.
     pub false_alarms_per_minute_interval: Option<(f64, f64)>,
 }
 
 impl Point {
-    /// From counts of samples `tick_s` apart.
+    /// Returns the performance from counts of samples `tick_s` apart.
     #[must_use]
     pub fn of(threshold: f64, tally: &Tally, tick_s: f64) -> Self {
         let ruptures = tally.ruptures.iter().sum();
@@ -72,37 +72,37 @@ impl Point {
         }
     }
 
-    /// False alarms an hour, where 0 stands for none seen.
+    /// Returns the false alarms per hour, 0 without a false alarm.
     #[must_use]
     pub fn false_alarms_per_hour(&self) -> f64 {
         60.0 * self.false_alarms_per_minute.unwrap_or(0.0)
     }
 }
 
-/// A detector over its thresholds, ascending.
+/// The performance of a detector by threshold, ascending.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
-    /// The distance, by the word that scenarios use.
+    /// The distance, by its word in scenarios.
     pub detector: &'static str,
     /// The unit of its threshold.
     pub unit: &'static str,
-    /// The threshold that it has by its settings, in that unit.
+    /// The threshold of its settings, in that unit.
     pub own_threshold: f64,
     /// Its drift, in that unit.
     pub drift: f64,
-    /// What it is worth at each.
+    /// The performance at each threshold.
     pub points: Vec<Point>,
 }
 
 impl Curve {
-    /// The point at the settings' own threshold; none if that is not among them.
+    /// Returns the point at the threshold of the settings, or `None` if it is not among the thresholds.
     #[must_use]
     pub fn at_own_threshold(&self) -> Option<&Point> {
         self.points.iter().find(|point| point.threshold == self.own_threshold)
     }
 
-    /// The points that no other threshold betters: from the fewest false alarms on, each the one that detects most with at most
-    /// so many, and sooner where as many are detected. What a threshold too low to ever fall quiet does is not among them.
+    /// Returns the Pareto front: in order of the false alarms, the points with the most detections for at most this number of false
+    /// alarms, and the shorter delay for equal detections. A threshold that is so low that the decision never settles is omitted.
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();
@@ -118,14 +118,14 @@ impl Curve {
         front
     }
 
-    /// The point with the fewest false alarms that still detects a share of the ruptures; none if none does.
+    /// Returns the point with the fewest false alarms that detects at least a share of the ruptures, or `None`.
     #[must_use]
     pub fn at_detection(&self, share: f64) -> Option<&Point> {
         let reaching = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
         reaching.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
     }
 
-    /// The point that detects most with at most so many false alarms an hour; none if every threshold has more.
+    /// Returns the point with the most detections at a maximum rate of false alarms per hour, or `None` if every threshold has more.
     #[must_use]
     pub fn at_false_alarms_per_hour(&self, rate: f64) -> Option<&Point> {
         let rare = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_seen_is_bounded_and_not_zero() {
+    fn a_rate_without_false_alarms_is_bounded_and_not_zero() {
         let point = Point::of(1.0, &tally(0, 0), 1e-3);
         assert_eq!((point.false_alarms_per_minute, point.delay_median_s, point.hours), (None, None, 1.0));
         let (low, high) = point.false_alarms_per_minute_interval.expect("an hour");

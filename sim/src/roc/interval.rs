@@ -1,13 +1,13 @@
-//! How far a share or a rate that was counted may be from the true one.
+//! Confidence intervals of counted shares and rates.
 
 /// The standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Counts up to this have their exact interval; above, the cube root is normal to more digits than anyone reads.
+/// Counts up to this have exact intervals. For larger counts the error of the cube-root approximation is negligible.
 const MAX_EXACT: u64 = 100;
 
-/// The 95 % interval of a probability of which `successes` of `trials` came true (Wilson, *Journal of the American
-/// Statistical Association* 22, 1927); none of no trials.
+/// Returns the 95 % interval of a probability from `successes` of `trials` (Wilson, *Journal of the American Statistical
+/// Association* 22, 1927), or `None` without trials.
 #[must_use]
 pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     if trials == 0 {
@@ -23,8 +23,8 @@ pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     Some((low, high))
 }
 
-/// The 95 % interval of the mean of a Poisson count (Garwood, *Biometrika* 28, 1936). Of a count of 0 it is one-sided, from 0
-/// to `-ln 0.05`: the rule of three.
+/// Returns the 95 % interval of the mean of a Poisson count (Garwood, *Biometrika* 28, 1936). For a count of 0 it is one-sided, from
+/// 0 to `-ln 0.05` (rule of three).
 #[must_use]
 pub fn poisson(count: u64) -> (f64, f64) {
     if count == 0 {
@@ -38,13 +38,13 @@ pub fn poisson(count: u64) -> (f64, f64) {
     (least, most)
 }
 
-/// Wilson and Hilferty's approximation of half a chi-square quantile with `2 shape` degrees of freedom.
+/// Returns half a chi-square quantile with `2 shape` degrees of freedom, by the approximation of Wilson and Hilferty.
 fn cube(shape: f64, z: f64) -> f64 {
     let inner = 1.0 - 1.0 / (9.0 * shape) + z / (3.0 * shape.sqrt());
     shape * inner * inner * inner
 }
 
-/// The chance of a Poisson count of at most `count`.
+/// Returns the probability of a Poisson count of at most `count`.
 fn at_most(count: u64, mean: f64) -> f64 {
     let mut term = libm::exp(-mean);
     let mut sum = term;
@@ -55,7 +55,7 @@ fn at_most(count: u64, mean: f64) -> f64 {
     sum
 }
 
-/// Where `below` stops to hold between 0 and `high`.
+/// Returns the largest value between 0 and `high` for which `below` holds.
 fn solve(mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     let mut low = 0.0;
     for _ in 0..60 {
@@ -84,7 +84,7 @@ mod tests {
         for (k, n) in [(1, 10), (5, 10), (199, 200), (1990, 2000)] {
             let (low, high) = wilson(k, n).expect("trials");
             let share = k as f64 / n as f64;
-            // Its ends are where the normal test of the share against p is just at its limit.
+            // At its ends, the normal test of the share against p is at its limit.
             for p in [low, high] {
                 assert!(((share - p).abs() / (p * (1.0 - p) / n as f64).sqrt() - Z).abs() < 1e-9);
             }
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn garwood_has_its_published_ends() {
-        // From his table: 95 %, two-sided.
+        // From the table in the paper: 95 %, two-sided.
         close(poisson(1), (0.0253, 5.572), 6e-4);
         close(poisson(10), (4.795, 18.39), 6e-3);
         close(poisson(50), (37.11, 65.92), 6e-3);
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_two_ways_meet() {
+    fn exact_and_approximate_intervals_agree() {
         let exact = |count: u64| {
             let least = solve(count as f64, |mean| 1.0 - at_most(count - 1, mean) < 0.025);
             (least, solve(2.0 * count as f64 + 20.0, |mean| at_most(count, mean) > 0.025))

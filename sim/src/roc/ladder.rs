@@ -1,13 +1,13 @@
 //! One detector at many thresholds, on the same samples.
 
-use super::rungs::{RUNGS, ThresholdLanes};
+use super::lanes::{LANES, ThresholdLanes};
 use crate::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
 use crate::lane::{Lane, Mask};
 
-/// A detector's thresholds, the others of its settings being the same.
+/// A detector with several thresholds and otherwise equal settings.
 ///
-/// The cap stands as many times above each threshold as the settings' own does above theirs. Each threshold is a lane of
-/// [`Detector`] itself, so that arming, cap and reset are those of the real one, alarm for alarm.
+/// The ratio of cap to threshold is that of the settings. Each threshold is a lane of [`Detector`], so arming, cap and reset, and every
+/// alarm, are those of the detector.
 #[derive(Debug, Clone)]
 pub struct Ladder {
     settings: DetectorSettings,
@@ -15,8 +15,8 @@ pub struct Ladder {
 }
 
 impl Ladder {
-    /// From a hundredth to nearly a hundred times the settings' own threshold, which is among them, evenly on a logarithmic
-    /// scale; at least two.
+    /// Returns `count` (at least two) thresholds from 0.01 to nearly 100 times the threshold of the settings, which is one of them, evenly
+    /// spaced on a logarithmic scale.
     #[must_use]
     pub fn around(settings: DetectorSettings, count: usize) -> Self {
         let middle = (count.max(2) / 2) as f64;
@@ -24,30 +24,30 @@ impl Ladder {
         Self::new(settings, (0..count.max(2)).map(|k| settings.cusum.threshold * share(k)).collect())
     }
 
-    /// At given thresholds, in the unit of the distance, each above 0.
+    /// Returns a detector with given thresholds in the unit of the distance, each above 0.
     #[must_use]
     pub fn new(settings: DetectorSettings, thresholds: Vec<f64>) -> Self {
         Self { settings, thresholds }
     }
 
-    /// The settings that it was made of.
+    /// Returns the settings.
     #[must_use]
     pub fn settings(&self) -> &DetectorSettings {
         &self.settings
     }
 
-    /// The thresholds, in the unit of the distance.
+    /// Returns the thresholds, in the unit of the distance.
     #[must_use]
     pub fn thresholds(&self) -> &[f64] {
         &self.thresholds
     }
 
-    /// The settings that the detector has at a threshold, by its index.
+    /// Returns the settings of the detector at a threshold, by its index.
     #[must_use]
-    pub fn settings_at(&self, rung: usize) -> DetectorSettings {
-        let threshold = self.thresholds.get(rung).copied().unwrap_or(self.settings.cusum.threshold);
+    pub fn settings_at(&self, index: usize) -> DetectorSettings {
+        let threshold = self.thresholds.get(index).copied().unwrap_or(self.settings.cusum.threshold);
         let mut settings = self.settings;
-        // The ratio of the default is 10, of which a division would leave only nearly 10.
+        // The default ratio is 10, which a division would not give exactly.
         let usual = settings.cusum.cap == 10.0 * settings.cusum.threshold;
         let ratio = if usual { 10.0 } else { settings.cusum.cap / settings.cusum.threshold };
         settings.cusum.threshold = threshold;
@@ -55,25 +55,25 @@ impl Ladder {
         settings
     }
 
-    /// Tells of every alarm: the index of the threshold and that of the sample. For each threshold they come in time order.
+    /// Calls `alarm` for every alarm, with the index of the threshold and of the sample, in order of time for each threshold.
     pub fn evaluate(&self, evidence: &[Evidence<f64>], tick_s: f64, mut alarm: impl FnMut(usize, usize)) {
-        let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|rung| self.settings_at(rung)).collect();
-        for (group, settings) in settings.chunks(RUNGS).enumerate() {
-            // Where the last group is not full, its last threshold stands in for the rest.
+        let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
+        for (group, settings) in settings.chunks(LANES).enumerate() {
+            // If the last group is not full, its last threshold fills the remaining lanes.
             let of = |pick: fn(&DetectorSettings) -> f64| {
                 ThresholdLanes(std::array::from_fn(|i| pick(&settings[i.min(settings.len() - 1)])))
             };
             let detector = CusumDetector::<ThresholdLanes>::new(&self.settings, tick_s)
                 .with_thresholds(of(|settings| settings.cusum.threshold), of(|settings| settings.cusum.cap));
-            self.climb_group(detector, evidence, |rung, sample| {
-                if rung < settings.len() {
-                    alarm(group * RUNGS + rung, sample);
+            self.evaluate_group(detector, evidence, |index, sample| {
+                if index < settings.len() {
+                    alarm(group * LANES + index, sample);
                 }
             });
         }
     }
 
-    fn climb_group(
+    fn evaluate_group(
         &self,
         mut detector: CusumDetector<ThresholdLanes>,
         evidence: &[Evidence<f64>],
@@ -90,7 +90,7 @@ impl Ladder {
                 in_contact: Mask::splat(e.in_contact),
             });
             if decision.alarm.any() {
-                (0..RUNGS).filter(|&rung| decision.alarm.lane(rung)).for_each(|rung| alarm(rung, sample));
+                (0..LANES).filter(|&index| decision.alarm.lane(index)).for_each(|index| alarm(index, sample));
             }
         }
     }
@@ -102,7 +102,7 @@ mod tests {
     use crate::detection::{DistanceKind, Hypotheses};
 
     #[test]
-    fn the_middle_threshold_is_the_settings_own_and_the_range_is_four_decades() {
+    fn the_middle_threshold_is_that_of_the_settings_and_the_range_is_four_decades() {
         for kind in DistanceKind::ALL {
             let settings = DetectorSettings::for_kind(kind, Hypotheses::default());
             let ladder = Ladder::around(settings, 24);

@@ -1,16 +1,16 @@
-//! Receiver operating characteristics: what a detector finds, how late, and how often it is wrong, against its threshold.
+//! Receiver operating characteristics: detections, delays and false alarms of a detector by threshold.
 //!
-//! A case is a signal with white noise of one seed on its force. The estimator runs over it once; every detector then
-//! climbs a [`Ladder`] of thresholds on the estimator's residual, and a [`Tally`] counts its alarms against the labels. As a
-//! tally holds whole numbers only, neither the order of the cases nor the number of threads changes anything.
+//! A case is a signal whose force has white noise of one seed. The estimator runs once per case. Every detector then runs with many
+//! thresholds on its residual, and a [`Tally`] compares the alarms with the labels. A tally has integers only, so the results do not
+//! depend on the order of the cases and the number of threads.
 //!
-//! What is not defined, as the delay where nothing was announced, is `None`. Where no false alarm was seen, the rate is not
-//! 0 but below a bound that the length of what was listened to allows.
+//! An undefined value, such as the delay without a detection, is `None`. Without a false alarm, the rate is not 0, but has an upper
+//! bound that depends on the observed time.
 
 mod curve;
 mod interval;
 mod ladder;
-mod rungs;
+mod lanes;
 mod signal;
 mod study;
 mod tally;
@@ -28,24 +28,24 @@ use crate::error::InvalidValue;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
 
-/// Why there are no characteristics.
+/// The error of a study.
 #[derive(Debug, Error)]
 pub enum RocError {
-    /// A scenario or a recording cannot be used as it is written.
+    /// A scenario or a recording is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] InvalidValue),
-    /// A scenario could not be run.
+    /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// Curves of different detectors cannot be drawn into one.
-    #[error("{first} and {second} have different settings of the detector {detector}; judge them apart")]
+    /// Signals with different detector settings have no common curve.
+    #[error("{first} and {second} have different settings of the detector {detector}; evaluate them separately")]
     DifferentDetectors {
-        /// One signal.
+        /// The first signal.
         first: String,
-        /// Another.
+        /// The second signal.
         second: String,
         /// The kind of distance.
         detector: &'static str,

@@ -1,4 +1,4 @@
-//! What detectors are judged on: a recording, or a scenario that is run anew for each seed.
+//! The signals of a study: a recording, or a scenario that runs with each seed.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -14,36 +14,35 @@ use crate::recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_l
 use crate::run::observe;
 use crate::scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
-/// The stream of a seed that the added noise is drawn from: not the one that the made recording has its own from.
+/// Random stream of the added noise, different from that of the synthetic recording's own noise.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
-/// The seed of the made recordings, which is that of the shipped one.
+/// Seed of the synthetic recordings, which is that of the shipped one.
 const MADE_SEED: u64 = 1;
 
-/// A signal with its estimator and with the detectors that are judged on it.
+/// A signal with its estimator and detectors.
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// What it is called.
+    /// Name of the signal.
     pub name: String,
-    /// How it differs from the shipped insertion, where it is a made one.
+    /// The differences from the shipped insertion, for a synthetic insertion.
     pub variant: InVivoLikeVariant,
-    /// Where the samples come from.
+    /// Source of the samples.
     pub kind: SignalKind,
     /// The estimator.
     pub estimator: RlsSettings,
-    /// Where the estimator takes the tissue to begin, in m.
+    /// Contact position of the estimator, in m.
     pub contact_m: f64,
     /// The detectors.
     pub detectors: Vec<DetectorSettings>,
 }
 
-/// Where a signal's samples come from.
+/// The source of the samples of a signal.
 #[derive(Debug, Clone)]
 pub enum SignalKind {
-    /// A recording, to which noise is added.
+    /// A recording with added noise.
     Recorded(Samples),
-    /// A scenario whose sensor is given the noise, and whose loop is closed without augmentation: with it, what happens
-    /// would depend on the threshold.
+    /// A closed loop with noise on the sensor and without augmentation, because with augmentation the run depends on the threshold.
     ClosedLoop(Box<Scenario>),
 }
 
@@ -60,10 +59,10 @@ pub struct Samples {
 }
 
 impl Signal {
-    /// The recording of a specification, evenly sampled and with a velocity, as `trocar detect` has it.
+    /// Returns the recording of a specification, evenly sampled and with a velocity, as in `trocar detect`.
     ///
     /// # Errors
-    /// A setting out of range.
+    /// An invalid setting.
     pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
         let detection = detect::detect(spec)?;
         let samples = Samples {
@@ -83,10 +82,10 @@ impl Signal {
         })
     }
 
-    /// A made insertion that differs from the shipped one, with the settings of a specification.
+    /// Returns a variant of the synthetic insertion, with the settings of a specification.
     ///
     /// # Errors
-    /// A setting out of range, or a variant that is no recording any more.
+    /// An invalid setting, or a variant that is not a valid recording.
     pub fn made(spec: &DetectionSpec, variant: InVivoLikeVariant, kinds: &[DistanceKind]) -> Result<Self, RocError> {
         let column = |name: &str| name.parse().map_err(|error| ScenarioError::new(format!("{error}")));
         let columns = Columns {
@@ -96,22 +95,22 @@ impl Signal {
             force: column("force_n")?,
         };
         let text = in_vivo_like_variant_csv(MADE_SEED, &variant);
-        let recording = read_csv("the made insertion", text.as_bytes(), &columns, &Limits::default())
+        let recording = read_csv("the synthetic insertion", text.as_bytes(), &columns, &Limits::default())
             .map_err(|error| ScenarioError::new(error.to_string()))?;
         let made =
             DetectionSpec { recording: RecordingSpec { recording, ruptures_s: RUPTURES_S.to_vec() }, ..spec.clone() };
         Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &made, kinds)? })
     }
 
-    /// A scenario whose loop is closed, without its augmentation.
+    /// Returns the closed loop of a scenario, without augmentation.
     ///
     /// # Errors
-    /// A scenario whose encoders have a step: what the detector would read of them does not leave the engine.
+    /// A scenario with a position resolution, because the engine does not output the quantised positions.
     pub fn closed_loop(mut scenario: Scenario, kinds: &[DistanceKind]) -> Result<Self, RocError> {
         if scenario.sensor.position_resolution_m > 0.0 {
-            let message = "sensor.position_resolution_m is not 0, and positions are judged as they are";
+            let message = "sensor.position_resolution_m is not 0, but the study needs exact positions";
             return Err(ScenarioError::new(format!("{}: {message}", scenario.name))
-                .remedy("give --set sensor.position_resolution_m=0")
+                .remedy("use --set sensor.position_resolution_m=0")
                 .into());
         }
         scenario.augmentation.enabled = false;
@@ -125,7 +124,7 @@ impl Signal {
         })
     }
 
-    /// How far apart the samples are, in s.
+    /// Returns the sampling interval, in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         match &self.kind {
@@ -134,7 +133,7 @@ impl Signal {
         }
     }
 
-    /// What the detectors see of it with noise (standard deviation in N) of a seed, and what is to be found in it.
+    /// Returns the inputs of the detectors with noise (standard deviation in N) of a seed, and the labels.
     pub(super) fn listen(
         &self,
         noise_std_n: f64,
@@ -180,7 +179,7 @@ impl Signal {
     }
 }
 
-/// What the estimator reads of a run.
+/// Records the inputs of the estimator in a run.
 impl Observer<f64> for Samples {
     fn observe(&mut self, s: &Signals<f64>) {
         self.force_n.push(s.measured_force_n);
@@ -189,8 +188,8 @@ impl Observer<f64> for Samples {
     }
 }
 
-/// The settings of each kind: as they are for the kind that they are of, and derived from the same hypotheses for others,
-/// whose thresholds have other units.
+/// Returns the settings of each kind: unchanged for their own kind, and derived from the same hypotheses for the other kinds, whose
+/// thresholds have other units.
 fn detectors(own: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
         if kind == own.distance.kind {

@@ -1,4 +1,4 @@
-//! Every detector, at every threshold, on every signal, with every noise and seed.
+//! A study: every detector at every threshold, on every signal with every noise level and seed.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,57 +13,57 @@ use super::tally::Tally;
 use crate::detection::{DetectorSettings, Evidence};
 use crate::recording::InVivoLikeVariant;
 
-/// What is to be judged.
+/// The settings of a study.
 #[derive(Debug, Clone)]
 pub struct Study {
     /// The signals, all with the same detectors.
     pub signals: Vec<Signal>,
-    /// Standard deviations of the noise that is added, in N.
+    /// Standard deviations of the added noise, in N.
     pub noise_std_n: Vec<f64>,
-    /// How many seeds of noise each has; the first is 1.
+    /// Number of seeds per condition; the first seed is 1.
     pub seeds: u64,
-    /// How many thresholds each detector has, at least 2.
+    /// Number of thresholds per detector, at least 2.
     pub thresholds: usize,
-    /// How late an alarm may be to be a detection, in s.
+    /// Maximum delay of a detection, in s.
     pub within_s: f64,
 }
 
-/// A signal with one noise, and what the detectors were worth on it.
+/// A signal with one noise level, and the performance of the detectors.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Condition {
-    /// What the signal is called.
+    /// Name of the signal.
     pub signal: String,
-    /// Standard deviation of the noise added to it, in N.
+    /// Standard deviation of the added noise, in N.
     pub noise_std_n: f64,
-    /// Force that each rupture releases, in N; none as shipped, or as recorded.
+    /// Force drop of each rupture, in N; `None` for the shipped or recorded one.
     pub drop_n: Option<f64>,
-    /// Time constant of each fall, in s; none as shipped, or as recorded.
+    /// Time constant of each force drop, in s; `None` for the shipped or recorded one.
     pub sharpness_s: Option<f64>,
-    /// Depth of the first rupture, in m; none as shipped, or as recorded.
+    /// Depth of the first rupture, in m; `None` for the shipped or recorded one.
     pub depth_m: Option<f64>,
     /// A curve per detector.
     pub curves: Vec<Curve>,
 }
 
-/// What came out.
+/// The result of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Characteristics {
-    /// How late an alarm could be to be a detection, in s.
+    /// Maximum delay of a detection, in s.
     pub within_s: f64,
-    /// How many cases there were to be.
+    /// Number of planned cases.
     pub cases_planned: u64,
-    /// How many there are: fewer if the study was stopped.
+    /// Number of evaluated cases, fewer than planned if the study was stopped.
     pub cases: u64,
-    /// The curves of all conditions together.
+    /// The curves over all conditions.
     pub all: Vec<Curve>,
-    /// Each condition by itself.
+    /// The curves of each condition.
     pub conditions: Vec<Condition>,
 }
 
-/// The tallies of what one thread has done, and its room to do it.
+/// The tallies and buffers of one thread.
 #[derive(Default)]
 struct Share {
-    /// By condition, detector and threshold.
+    /// Tallies by condition, detector and threshold.
     tallies: Vec<Tally>,
     evidence: Vec<Evidence<f64>>,
     alarms: Vec<Vec<usize>>,
@@ -80,11 +80,11 @@ impl Share {
 }
 
 impl Study {
-    /// Judges, in parallel; `done` is told of each case. Once `stop` is set no case is begun any more, and what there is
-    /// counts. The results do not depend on the number of threads.
+    /// Runs the study in parallel, and calls `done` after each case. If `stop` is set, no further case starts, and the finished cases
+    /// count. The results do not depend on the number of threads.
     ///
     /// # Errors
-    /// [`RocError`]: signals with different detectors, or a scenario that cannot be run.
+    /// [`RocError`] for signals with different detectors, or if a run fails.
     pub fn run(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Characteristics, RocError> {
         let ladders = self.ladders()?;
         let conditions: Vec<(&Signal, f64)> =
@@ -104,11 +104,13 @@ impl Study {
                 let labels = signal.listen(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
                 let mut rest = tallies;
                 for ladder in &ladders {
-                    let rungs = ladder.thresholds().len();
+                    let count = ladder.thresholds().len();
                     share.alarms.iter_mut().for_each(Vec::clear);
-                    share.alarms.resize(rungs.max(share.alarms.len()), vec![]);
-                    ladder.evaluate(&share.evidence, signal.tick_s(), |rung, sample| share.alarms[rung].push(sample));
-                    let (own, others) = rest.split_at_mut(rungs);
+                    share.alarms.resize(count.max(share.alarms.len()), vec![]);
+                    ladder.evaluate(&share.evidence, signal.tick_s(), |threshold, sample| {
+                        share.alarms[threshold].push(sample)
+                    });
+                    let (own, others) = rest.split_at_mut(count);
                     own.iter_mut().zip(&share.alarms).for_each(|(tally, alarms)| tally.count(alarms, &labels));
                     rest = others;
                 }
@@ -121,7 +123,7 @@ impl Study {
         Ok(self.characteristics(&ladders, &conditions, &tallies))
     }
 
-    /// The thresholds of each detector, which all signals share.
+    /// Returns the thresholds of each detector, which are the same for all signals.
     fn ladders(&self) -> Result<Vec<Ladder>, RocError> {
         let Some((first, others)) = self.signals.split_first() else { return Ok(vec![]) };
         for other in others {
@@ -151,7 +153,9 @@ impl Study {
                     drop_n,
                     sharpness_s: fall_s,
                     depth_m,
-                    curves: curves(ladders, |rung| Point::of(rung.0, &of_condition(index)[rung.1], signal.tick_s())),
+                    curves: curves(ladders, |(threshold, place)| {
+                        Point::of(threshold, &of_condition(index)[place], signal.tick_s())
+                    }),
                 }
             })
             .collect();
@@ -162,7 +166,7 @@ impl Study {
                 tally.add(&of_condition(index)[place]);
                 hours += condition.curves.iter().flat_map(|curve| &curve.points).nth(place).map_or(0.0, |p| p.hours);
             }
-            // Ticks may differ from signal to signal: the mean one gives the hours of all.
+            // The ticks of signals can differ: the mean tick gives the total time.
             let tick_s = if tally.quiet_samples == 0 { 0.0 } else { 3600.0 * hours / tally.quiet_samples as f64 };
             Point::of(threshold, &tally, tick_s)
         });
@@ -176,7 +180,7 @@ impl Study {
     }
 }
 
-/// Curves of the points that a threshold and its place among all thresholds give.
+/// Returns the curves, with the points that `point` gives for a threshold and its index among all thresholds.
 fn curves(ladders: &[Ladder], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
     let mut place = 0;
     let mut next = || {

@@ -1,37 +1,37 @@
-//! Counting alarms against labels.
+//! Comparison of alarms with labels.
 
 use std::collections::BTreeMap;
 
 use crate::metrics::RUPTURE_WINDOW_S;
 
-/// How far a delay may be beyond a limit and still count as within: times are sums of rounded decimals, in s.
+/// Tolerance of a delay's limit in s, because times are sums of rounded decimals.
 const ROUNDING_S: f64 = 1e-9;
 
-/// What a detector's alarms came to over many cases: whole numbers only, so that the order of the cases does not matter.
+/// The counts of a detector's alarms over many cases. They are integers, so the order of the cases has no effect.
 ///
-/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next one, announces that rupture: it is a
-/// detection if it comes in time, and late otherwise. Every other alarm is false.
+/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next label, matches that rupture. It is a detection if it is
+/// in time, and late otherwise. Every other alarm is false.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// How many cases there were.
+    /// Number of cases.
     pub cases: u64,
-    /// Cases in which every rupture was detected in time and nothing else was announced.
+    /// Cases in which every rupture is detected in time, without a false alarm.
     pub clean_cases: u64,
-    /// Labelled ruptures, by their number in the case.
+    /// Labelled ruptures, by their index in the case.
     pub ruptures: Vec<u64>,
-    /// Those announced in time.
+    /// Ruptures that are detected in time, by their index in the case.
     pub detected: Vec<u64>,
-    /// Those announced too late, all together.
+    /// Ruptures that are detected too late.
     pub late: u64,
-    /// Alarms that announce nothing.
+    /// False alarms.
     pub false_alarms: u64,
-    /// Samples outside of the windows after labels, in which a first alarm would be false.
+    /// Samples outside the windows after labels, in which a first alarm is false.
     pub quiet_samples: u64,
-    /// How many announcements came after how many nanoseconds.
+    /// Number of detections by delay in ns.
     pub delays_ns: BTreeMap<u64, u64>,
 }
 
-/// The labels of a case, and when a detection is in time.
+/// The labels of a case, and the maximum delay of a detection.
 #[derive(Debug, Clone)]
 pub(super) struct Labels {
     ruptures_s: Vec<f64>,
@@ -41,15 +41,15 @@ pub(super) struct Labels {
 }
 
 impl Labels {
-    /// Ruptures in s after the first of `samples`, ascending.
+    /// Returns the labels of ruptures in s after the first of `samples`, ascending.
     pub(super) fn new(ruptures_s: Vec<f64>, samples: usize, tick_s: f64, within_s: f64) -> Self {
         let mut labels = Self { ruptures_s, tick_s, within_s, quiet_samples: 0 };
-        labels.quiet_samples = (0..samples).filter(|&sample| labels.announced(sample).is_none()).count() as u64;
+        labels.quiet_samples = (0..samples).filter(|&sample| labels.matched(sample).is_none()).count() as u64;
         labels
     }
 
-    /// The latest rupture that an alarm at a sample can be about, and its delay in s.
-    fn announced(&self, sample: usize) -> Option<(usize, f64)> {
+    /// Returns the latest rupture that an alarm at a sample can match, and its delay in s.
+    fn matched(&self, sample: usize) -> Option<(usize, f64)> {
         let time_s = sample as f64 * self.tick_s;
         let rupture = self.ruptures_s.partition_point(|label| *label <= time_s + ROUNDING_S).checked_sub(1)?;
         let delay_s = (time_s - self.ruptures_s[rupture]).max(0.0);
@@ -58,7 +58,7 @@ impl Labels {
 }
 
 impl Tally {
-    /// Counts a case: its alarms in time order.
+    /// Counts a case with its alarms in order of time.
     pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) {
         let count = labels.ruptures_s.len();
         if self.ruptures.len() < count {
@@ -68,7 +68,7 @@ impl Tally {
         self.ruptures[..count].iter_mut().for_each(|ruptures| *ruptures += 1);
         let (mut next, mut in_time, mut others) = (0, 0, 0);
         for &sample in alarms {
-            match labels.announced(sample).filter(|(rupture, _)| *rupture >= next) {
+            match labels.matched(sample).filter(|(rupture, _)| *rupture >= next) {
                 Some((rupture, delay_s)) => {
                     next = rupture + 1;
                     *self.delays_ns.entry((delay_s * 1e9).round() as u64).or_default() += 1;
@@ -107,7 +107,7 @@ impl Tally {
         }
     }
 
-    /// The smallest delay, in s, that at least a share of the announcements did not exceed; none without any.
+    /// Returns the smallest delay, in s, that at least a share of the detections do not exceed, or `None` without a detection.
     #[must_use]
     pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
         let all: u64 = self.delays_ns.values().sum();
@@ -127,7 +127,7 @@ impl Tally {
 mod tests {
     use super::*;
 
-    /// Alarms of one case of 10 s at 1 kHz with ruptures at 2 s and 2.3 s, in time within 10 ms.
+    /// Counts alarms of one case of 10 s at 1 kHz with ruptures at 2 s and 2.3 s, in time within 10 ms.
     fn of(alarms: &[usize]) -> Tally {
         let mut tally = Tally::default();
         tally.count(alarms, &Labels::new(vec![2.0, 2.3], 10_000, 1e-3, 0.010));
@@ -151,12 +151,12 @@ mod tests {
 
     #[test]
     fn the_windows_after_labels_are_not_quiet_time() {
-        // From 2.0 s to 2.8 s, both ends counted.
+        // From 2.0 s to 2.8 s, including both ends.
         assert_eq!(of(&[]).quiet_samples, 10_000 - 801);
     }
 
     #[test]
-    fn quantiles_are_delays_that_came() {
+    fn quantiles_are_observed_delays() {
         let mut tally = Tally::default();
         assert_eq!(tally.delay_quantile_s(0.5), None);
         tally.delays_ns = (1..=20).map(|ms| (ms * 1_000_000, 1)).collect();

@@ -1,19 +1,19 @@
-//! Eight thresholds side by side: the lanes on which a detector climbs a ladder of them at once.
+//! Lanes of eight thresholds, which a detector evaluates together.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use crate::lane::{Lane, Mask};
 
-/// How many there are.
-pub(super) const RUNGS: usize = 8;
+/// Number of lanes.
+pub(super) const LANES: usize = 8;
 
 /// A number for each threshold.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ThresholdLanes(pub(super) [f64; RUNGS]);
+pub(super) struct ThresholdLanes(pub(super) [f64; LANES]);
 
-/// A truth value for each threshold, all bits or none.
+/// A boolean for each threshold, with all bits set or none.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RungMask([u64; RUNGS]);
+pub(super) struct ThresholdMask([u64; LANES]);
 
 impl ThresholdLanes {
     #[inline(always)]
@@ -21,8 +21,8 @@ impl ThresholdLanes {
         Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
     }
     #[inline(always)]
-    fn ask(self, other: Self, f: impl Fn(f64, f64) -> bool) -> RungMask {
-        RungMask(std::array::from_fn(|i| if f(self.0[i], other.0[i]) { u64::MAX } else { 0 }))
+    fn compare(self, other: Self, f: impl Fn(f64, f64) -> bool) -> ThresholdMask {
+        ThresholdMask(std::array::from_fn(|i| if f(self.0[i], other.0[i]) { u64::MAX } else { 0 }))
     }
 }
 
@@ -46,31 +46,31 @@ impl Neg for ThresholdLanes {
         Self(self.0.map(|v| -v))
     }
 }
-impl BitAnd for RungMask {
+impl BitAnd for ThresholdMask {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, other: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i] & other.0[i]))
     }
 }
-impl BitOr for RungMask {
+impl BitOr for ThresholdMask {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i] | other.0[i]))
     }
 }
-impl Not for RungMask {
+impl Not for ThresholdMask {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
         Self(self.0.map(|v| !v))
     }
 }
-impl Mask for RungMask {
+impl Mask for ThresholdMask {
     #[inline(always)]
     fn splat(value: bool) -> Self {
-        Self([if value { u64::MAX } else { 0 }; RUNGS])
+        Self([if value { u64::MAX } else { 0 }; LANES])
     }
     #[inline(always)]
     fn any(self) -> bool {
@@ -86,11 +86,11 @@ impl Mask for RungMask {
     }
 }
 impl Lane for ThresholdLanes {
-    type Mask = RungMask;
-    const WIDTH: usize = RUNGS;
+    type Mask = ThresholdMask;
+    const WIDTH: usize = LANES;
     #[inline(always)]
     fn splat(value: f64) -> Self {
-        Self([value; RUNGS])
+        Self([value; LANES])
     }
     #[inline(always)]
     fn lane(self, index: usize) -> f64 {
@@ -118,15 +118,15 @@ impl Lane for ThresholdLanes {
         self.with(other, Lane::max)
     }
     #[inline(always)]
-    fn lt(self, other: Self) -> RungMask {
-        self.ask(other, |a, b| a < b)
+    fn lt(self, other: Self) -> ThresholdMask {
+        self.compare(other, |a, b| a < b)
     }
     #[inline(always)]
-    fn le(self, other: Self) -> RungMask {
-        self.ask(other, |a, b| a <= b)
+    fn le(self, other: Self) -> ThresholdMask {
+        self.compare(other, |a, b| a <= b)
     }
     #[inline(always)]
-    fn select(mask: RungMask, chosen: Self, otherwise: Self) -> Self {
+    fn select(mask: ThresholdMask, chosen: Self, otherwise: Self) -> Self {
         let pick = |i: usize| {
             let (yes, no) = (chosen.0[i].to_bits() & mask.0[i], otherwise.0[i].to_bits() & !mask.0[i]);
             f64::from_bits(yes | no)
