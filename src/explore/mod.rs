@@ -20,7 +20,5 @@ mod state;
 mod thin;
 mod worker;
 
-pub use guard::Guard;
-pub use pair::{Pair, PairMaker};
 pub use server::{ExploreError, Options, serve};
-pub use state::{Catalogue, State, StateError};
+pub use state::Catalogue;
