@@ -13,7 +13,8 @@
 ///         min_hold_s: f64 [NON_NEGATIVE] = 0.5,
 ///         /// Longest freeze.
 ///         max_hold_s: f64 [NON_NEGATIVE] = 1.0,
-///     } where { max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s"; }
+///     }
+///     where max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s";
 /// }
 /// assert_eq!(Hold::KEYS[1].path, "augmentation.max_hold_s");
 /// assert_eq!(Hold::KEYS[1].meaning, "Longest freeze.");
