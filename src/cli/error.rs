@@ -1,10 +1,12 @@
 //! What stops a command, and the exit code that says whose fault it was.
 
+mod detect;
+
 use std::process::ExitCode;
 
+pub(super) use detect::{DetectError, LabelProblem};
 use thiserror::Error;
 
-use super::detect::DetectError;
 use crate::explore::ExploreError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError, diagnostic};

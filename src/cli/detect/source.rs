@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Read};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
-use super::DetectError;
+use crate::cli::error::DetectError;
 use crate::cli::interrupt;
 
 /// Bytes read at once at most. A live rig's lines come one by one, each as soon as it was written.

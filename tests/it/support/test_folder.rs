@@ -8,7 +8,7 @@ use assert_cmd::Command;
 use tempfile::TempDir;
 
 /// The folder.
-pub struct Desk(TempDir);
+pub struct TestFolder(TempDir);
 
 /// What a command came to.
 pub struct Outcome {
@@ -17,7 +17,7 @@ pub struct Outcome {
     pub err: String,
 }
 
-impl Desk {
+impl TestFolder {
     pub fn new() -> Self {
         Self(tempfile::tempdir().expect("a folder"))
     }
