@@ -42,7 +42,7 @@ fn the_first_screen_has_the_two_commands_and_they_are_the_projects() {
     assert!(first.contains("cargo run --release -- compare"), "{first}");
     assert!(first.contains("cargo test"), "{first}");
     let gate = std::fs::read_to_string(file(".ci/run")).expect("there");
-    assert!(gate.lines().any(|line| line == "cargo test"));
+    assert!(gate.lines().any(|line| line == "cargo test --workspace"));
 }
 
 #[test]

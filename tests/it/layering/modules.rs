@@ -22,7 +22,9 @@ struct Module {
     paths: Vec<Words>,
     /// What `use` brings in, by the name that it has here.
     imports: BTreeMap<String, Words>,
-    words: BTreeSet<String>,
+    /// Those of the imports that are for everybody.
+    exports: BTreeSet<String>,
+    words: Words,
 }
 
 impl Modules {
@@ -59,11 +61,15 @@ impl Modules {
                 at += 1;
                 continue;
             }
+            let is_public = at > 0 && words[at - 1] == "pub";
             let mut tree = PathTree { words: &words, at: at + usize::from(is_use), paths: vec![] };
             tree.read(&[]);
             at = tree.at.max(at + 1);
             for (path, name) in tree.paths {
                 if is_use {
+                    if is_public {
+                        module.exports.insert(name.clone());
+                    }
                     module.imports.insert(name, path.clone());
                 }
                 module.paths.push(path);
@@ -77,9 +83,14 @@ impl Modules {
         self.0.keys()
     }
 
-    /// Whether a word stands in a module's code.
-    pub fn has_word(&self, place: &Place, word: &str) -> bool {
-        self.0[place].words.contains(word)
+    /// The words of a module's code.
+    pub fn words(&self, place: &Place) -> &[String] {
+        &self.0[place].words
+    }
+
+    /// The names that a module re-exports to everybody.
+    pub fn exports(&self, place: &Place) -> impl Iterator<Item = &String> {
+        self.0[place].exports.iter()
     }
 
     /// Every path that a module refers to: from `crate` or from another package.
@@ -90,7 +101,13 @@ impl Modules {
     /// The modules of this package that a module refers to. A name that a module re-exports counts as one of the module that it
     /// comes from.
     pub fn used(&self, place: &Place) -> Vec<Place> {
-        self.0[place].paths.iter().filter_map(|path| self.definition(place, path, 0)).collect()
+        self.0[place].paths.iter().filter_map(|path| Some(self.definition(place, path, 0).ok()?.0)).collect()
+    }
+
+    /// Where that is defined which has a name in a module: the module and the name there, or else the path into another package.
+    pub fn named(&self, place: &Place, name: &str) -> Result<(Place, Words), Words> {
+        let here = [vec!["crate".to_owned()], place.clone(), vec![name.to_owned()]].concat();
+        self.definition(place, &here, 0)
     }
 
     /// A path as it reads from the package's root; one into another package as it is.
@@ -106,23 +123,27 @@ impl Modules {
         ["crate".to_owned()].iter().chain(from).chain(rest).cloned().collect()
     }
 
-    /// The module in which that is defined what a path in a module names; none for what another package defines.
-    fn definition(&self, place: &Place, path: &[String], depth: usize) -> Option<Place> {
+    /// Where that is defined what a path in a module names: the module and what is left of the path there, or else the path into
+    /// another package.
+    fn definition(&self, place: &Place, path: &[String], depth: usize) -> Result<(Place, Words), Words> {
         assert!(depth < 20, "{path:?} in {place:?} has no end");
         let absolute = self.absolute(place, path);
-        let (_, words) = absolute.split_first().filter(|(first, _)| *first == "crate")?;
+        if absolute[0] != "crate" {
+            return Err(absolute);
+        }
         let mut at = Place::new();
-        for (index, word) in words.iter().enumerate() {
+        for (index, word) in absolute.iter().enumerate().skip(1) {
             if self.0.contains_key(&below(&at, word)) {
                 at.push(word.clone());
                 continue;
             }
-            return match self.0.get(&at)?.imports.get(word) {
-                Some(import) => self.definition(&at, &[import, &words[index + 1..]].concat(), depth + 1),
-                None => Some(at),
+            let import = self.0.get(&at).and_then(|module| module.imports.get(word));
+            return match import {
+                Some(import) => self.definition(&at, &[import, &absolute[index + 1..]].concat(), depth + 1),
+                None => Ok((at, absolute[index..].to_vec())),
             };
         }
-        Some(at)
+        Ok((at, vec![]))
     }
 }
 

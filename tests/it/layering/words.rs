@@ -1,6 +1,6 @@
 //! Rust source as a list of words, well enough to find paths in it.
 
-/// The words and marks of a source text, `::` as one: without comments, strings, letters in quotes, lifetimes' marks, and without
+/// The words and marks of a source text, `::`, `->` and `=>` as one: without comments, strings, letters in quotes, lifetimes' marks, and without
 /// `#[cfg(test)] mod name { … }`.
 pub fn words(text: &str) -> Vec<String> {
     let mut words = vec![];
@@ -17,7 +17,8 @@ pub fn words(text: &str) -> Vec<String> {
             words.push(rest[..length].to_owned());
             length
         } else {
-            let length = if rest.starts_with("::") { 2 } else { first.len_utf8() };
+            let length =
+                if ["::", "->", "=>"].iter().any(|mark| rest.starts_with(mark)) { 2 } else { first.len_utf8() };
             if !first.is_whitespace() && first != '\'' {
                 words.push(rest[..length].to_owned());
             }

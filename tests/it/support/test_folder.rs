@@ -60,16 +60,31 @@ impl TestFolder {
         outcome.out
     }
 
-    /// Runs what must be refused: exit code 2, every phrase in the message, nothing written.
-    pub fn refused(&self, arguments: &[&str], phrases: &[&str]) {
+    /// Runs what must be refused: exit code 2, nothing printed, nothing written. Gives the message.
+    pub fn refusal(&self, arguments: &[&str]) -> String {
         let before = self.files("");
         let outcome = self.trocar(arguments);
         assert_eq!(outcome.code, 2, "{arguments:?}: {}{}", outcome.out, outcome.err);
-        for phrase in phrases {
-            assert!(outcome.err.contains(phrase), "{arguments:?}: no {phrase:?} in\n{}", outcome.err);
-        }
         assert!(outcome.out.is_empty(), "{}", outcome.out);
         assert!(self.files("") == before, "{arguments:?}: something was written");
+        outcome.err
+    }
+
+    /// Runs what must be refused, with every phrase in the message.
+    pub fn refused(&self, arguments: &[&str], phrases: &[&str]) {
+        let message = self.refusal(arguments);
+        for phrase in phrases {
+            assert!(message.contains(phrase), "{arguments:?}: no {phrase:?} in\n{message}");
+        }
+    }
+
+    /// Runs what must be refused, one command a line; gives what a person would see.
+    pub fn refusals(&self, commands: &str) -> String {
+        let seen = |line: &str| {
+            let arguments: Vec<&str> = line.split_whitespace().collect();
+            format!("$ trocar {}\n{}\n", arguments.join(" "), self.refusal(&arguments))
+        };
+        commands.lines().filter(|line| !line.trim().is_empty()).map(seen).collect()
     }
 
     /// Every file below a folder, with its content.
