@@ -16,7 +16,7 @@ fn load(folder: &TestFolder, channel: &str) -> Scenario {
     Scenario::load(&Source::Disk(folder.path("x.toml")), &[]).expect("loads")
 }
 
-fn trace(folder: &TestFolder, channel: &str) -> Trace {
+fn traced(folder: &TestFolder, channel: &str) -> Trace {
     run(load(folder, channel)).expect("runs").trace
 }
 
@@ -41,7 +41,7 @@ fn a_logged_delay_is_what_samples_take() {
         "logs/wifi.csv",
         "# from a rig\ntime_s,forward_delay_s,backward_delay_s\n0.1,0.0304,0\n0.3005,,0\n0.35,0.1,0\n0.4,0.0052,0\n0.9,lost,0\n",
     );
-    let trace = trace(&folder, "delays_file = \"logs/wifi.csv\"\noutage_s = 1.0");
+    let trace = traced(&folder, "delays_file = \"logs/wifi.csv\"\noutage_s = 1.0");
     let expected = held(&trace, |sent| match sent {
         0..=300 => Some(30),
         301..350 => None,
@@ -58,13 +58,13 @@ fn a_trace_of_one_delay_is_that_delay() {
     let folder = TestFolder::new();
     folder.file("d.csv", "backward_delay_s;time_s;forward_delay_s\n0.02;0;0.03\n0.02;0.5;0.03\n");
     assert_eq!(
-        trace(&folder, "delays_file = \"d.csv\""),
-        trace(&folder, "forward_delay_s = 0.03\nbackward_delay_s = 0.02")
+        traced(&folder, "delays_file = \"d.csv\""),
+        traced(&folder, "forward_delay_s = 0.03\nbackward_delay_s = 0.02")
     );
     let uneven = "jitter_s = 0.01\nloss = 0.2\n";
     assert_eq!(
-        trace(&folder, &format!("{uneven}delays_file = \"d.csv\"")),
-        trace(&folder, &format!("{uneven}forward_delay_s = 0.03\nbackward_delay_s = 0.02"))
+        traced(&folder, &format!("{uneven}delays_file = \"d.csv\"")),
+        traced(&folder, &format!("{uneven}forward_delay_s = 0.03\nbackward_delay_s = 0.02"))
     );
 }
 
@@ -74,7 +74,8 @@ fn an_echo_finds_the_delays_again() {
     folder.file("logs/d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.03,0.02\n0.5,,0.03\n");
     let scenario = load(&folder, "delays_file = \"logs/d.csv\"\noutages_s = [0.7, 0.8]");
     let elsewhere = TestFolder::new();
-    let echo = elsewhere.file("again.toml", &scenario.echo());
+    elsewhere.file("again.toml", scenario.echo());
+    let echo = elsewhere.path("again.toml");
     let again = Scenario::load(&Source::Disk(echo), &[]).expect("its echo is good");
     assert_eq!(scenario.echo(), again.echo());
     assert_eq!(scenario.forward_schedule, again.forward_schedule);
@@ -86,7 +87,7 @@ fn an_echo_finds_the_delays_again() {
 fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() {
     let folder = TestFolder::new();
     let link = "forward_delay_s = 0.02\njitter_s = 0.003\noutages_s = [0.3, 0.6]\nrecovery_speed_m_per_s = 0.05";
-    let trace = trace(&folder, link);
+    let trace = traced(&folder, link);
     let reference = &trace.slave_reference_m;
     // Nothing that was sent before 0.3 s comes after 0.322 s, nothing sent after before 0.62 s.
     assert!(reference[322..620].iter().all(|&position| position == reference[322]));
@@ -97,20 +98,20 @@ fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() 
     assert!((780..860).contains(&there), "{there}");
     assert_eq!(
         trace.slave_reference_m[..320],
-        trace(&folder, &link.replace("[0.3, 0.6]", "[]")).slave_reference_m[..320]
+        traced(&folder, &link.replace("[0.3, 0.6]", "[]")).slave_reference_m[..320]
     );
 
-    let held = trace(&folder, &format!("{link}\nrecovery = \"hold\""));
+    let held = traced(&folder, &format!("{link}\nrecovery = \"hold\""));
     let gap_m = |tick: usize| held.master_position_m[tick - 22] - held.slave_reference_m[tick];
     assert!((gap_m(990) - 6e-3).abs() < 5e-4, "{} m stay between hand and slave", gap_m(990));
-    let given_up = trace(&folder, &format!("{link}\nrecovery = \"give-up\"")).slave_reference_m;
+    let given_up = traced(&folder, &format!("{link}\nrecovery = \"give-up\"")).slave_reference_m;
     assert!(given_up[322..].iter().all(|&position| position == given_up[322]));
 }
 
 #[test]
 fn a_slave_that_has_heard_nothing_from_the_start_is_not_thrown() {
     let folder = TestFolder::new();
-    let trace = trace(&folder, "outages_s = [0.0, 0.5]\nrecovery_speed_m_per_s = 0.05");
+    let trace = traced(&folder, "outages_s = [0.0, 0.5]\nrecovery_speed_m_per_s = 0.05");
     let reference = &trace.slave_reference_m;
     assert!(reference[..500].iter().all(|&position| position == 0.0) && trace.master_position_m[500] > 8e-3);
     let fastest = reference.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);

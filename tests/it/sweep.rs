@@ -436,9 +436,9 @@ fn values_that_do_not_go_together_are_refused_before_anything_runs() {
 #[test]
 fn what_is_shipped_and_what_is_taught_is_good() {
     let folder = TestFolder::new();
-    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps");
+    let sweeps = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps");
     let mut shipped = 0;
-    for entry in std::fs::read_dir(shipped).expect("a folder") {
+    for entry in std::fs::read_dir(sweeps).expect("a folder") {
         let path = entry.expect("an entry").path().display().to_string();
         if path.ends_with(".toml") {
             assert!(folder.good(&["sweep", &path, "--case", "1"]).contains("[simulation]"), "{path}");

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use assert_cmd::Command;
 use tempfile::TempDir;
@@ -62,11 +63,11 @@ impl TestFolder {
 
     /// Runs what must be refused: exit code 2, nothing printed, nothing written. Gives the message.
     pub fn refusal(&self, arguments: &[&str]) -> String {
-        let before = self.files("");
+        let before = self.state();
         let outcome = self.trocar(arguments);
         assert_eq!(outcome.code, 2, "{arguments:?}: {}{}", outcome.out, outcome.err);
         assert!(outcome.out.is_empty(), "{}", outcome.out);
-        assert!(self.files("") == before, "{arguments:?}: something was written");
+        assert!(self.state() == before, "{arguments:?}: something was written");
         outcome.err
     }
 
@@ -89,19 +90,32 @@ impl TestFolder {
 
     /// Every file below a folder, with its content.
     pub fn files(&self, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
-        let folder: &Path = &self.path(below);
-        let mut found = BTreeMap::new();
-        let mut open = vec![folder.to_owned()];
-        while let Some(next) = open.pop() {
-            for entry in fs::read_dir(next).expect("a folder") {
-                let path = entry.expect("an entry").path();
-                if path.is_dir() {
-                    open.push(path);
-                } else {
-                    found.insert(path.strip_prefix(folder).expect("below").to_owned(), fs::read(&path).expect("read"));
-                }
-            }
-        }
-        found
+        let folder = self.path(below);
+        let read = |path: PathBuf| {
+            let content = fs::read(&path).expect("read");
+            (path.strip_prefix(&folder).expect("below").to_owned(), content)
+        };
+        files_below(&folder).into_iter().map(read).collect()
     }
+
+    /// Every file with its length and the time of its last change: a file of a gigabyte is not read for this.
+    fn state(&self) -> BTreeMap<PathBuf, (u64, SystemTime)> {
+        let look = |path: PathBuf| {
+            let about = fs::metadata(&path).expect("there");
+            (path, (about.len(), about.modified().expect("a time")))
+        };
+        files_below(self.0.path()).into_iter().map(look).collect()
+    }
+}
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = vec![];
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() { open.push(path) } else { found.push(path) }
+        }
+    }
+    found
 }
