@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::linear_algebra::check_size;
 use super::{Domain, Error, Signal, StateSpace, Wiring};
 
 /// The systems side by side: states, inputs and outputs of the first, then of the next; block-diagonal matrices.
