@@ -153,7 +153,7 @@ fn delays_that_make_no_sense_are_refused_with_file_line_and_remedy() {
         ("", ["d.csv: holds a header but no samples", "at least two are needed"]),
         ("1.7e9,0,0\n1.8e9,0,0\n", ["begin at 1700000000 s, after the run's end at 1 s", "from the run's start"]),
     ] {
-        folder.file("d.csv", &format!("{header}{rows}"));
+        folder.file("d.csv", format!("{header}{rows}"));
         refuse(&folder, "delays_file = \"d.csv\"", &phrases);
         refuse(&folder, "delays_file = \"d.csv\"", &["x.toml:8:15"]);
     }
