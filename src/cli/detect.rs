@@ -1,6 +1,5 @@
 //! `trocar detect`.
 
-mod error;
 mod files;
 mod help;
 mod inputs;
@@ -10,13 +9,11 @@ mod source;
 mod stream;
 mod warnings;
 
-pub(super) use error::DetectError;
-
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::CliError;
+use super::error::{CliError, DetectError};
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, report};
 use trocar_report::html::command_line;

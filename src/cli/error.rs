@@ -1,10 +1,12 @@
 //! Errors of commands, and their exit codes.
 
+mod detect;
+
 use std::process::ExitCode;
 
+pub(super) use detect::{DetectError, LabelProblem};
 use thiserror::Error;
 
-use super::detect::DetectError;
 use crate::explore::ExploreError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError, diagnostic};

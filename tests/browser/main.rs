@@ -3,26 +3,30 @@
 //! Where there is none these tests are left out, and say so; with `TROCAR_BROWSER=required` that is a failure.
 //! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots` draws the README's pictures anew.
 
-mod desk;
+mod page;
 mod trials;
 
-#[path = "../it/support/page.rs"]
+#[path = "../it/support/server.rs"]
 #[allow(dead_code, reason = "shared with tests that need more of it")]
-mod page;
+mod server;
+
+#[path = "../it/support/test_folder.rs"]
+#[allow(dead_code, reason = "shared with tests that need more of it")]
+mod test_folder;
 
 use libtest_mimic::{Arguments, Trial};
 
 fn main() {
     let arguments = Arguments::from_args();
-    let there = desk::is_there();
+    let there = page::is_there();
     let required = std::env::var("TROCAR_BROWSER").is_ok_and(|word| word == "required");
     if !there && !required && !arguments.list {
         eprintln!(
             "left out: the tests in a browser, as there is no chromium with a chromedriver (Debian: chromium, chromium-driver)"
         );
     }
-    let trial = |(name, run): (&'static str, desk::Body)| {
-        Trial::test(name, move || desk::attend(run).map_err(Into::into)).with_ignored_flag(!there && !required)
+    let trial = |(name, run): (&'static str, page::Body)| {
+        Trial::test(name, move || page::run(run).map_err(Into::into)).with_ignored_flag(!there && !required)
     };
     libtest_mimic::run(&arguments, trials::ALL.into_iter().map(trial).collect()).exit();
 }

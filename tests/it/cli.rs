@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::desk::Desk;
+use insta::assert_snapshot;
+
+use crate::support::test_folder::TestFolder;
 
 /// A short scenario that needs no recording.
 const SHORT: &str =
@@ -11,14 +13,30 @@ const SHORT: &str =
 
 #[test]
 fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
-    let desk = Desk::new();
-    desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "one", "--set", "sensor.force_noise_std_n=0.02"]);
-    desk.good(&["run", "builtin:augmented.toml", "--quiet", "--out", "two", "--set", "sensor.force_noise_std_n=0.02"]);
-    desk.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
-    let one = desk.files("one");
+    let folder = TestFolder::new();
+    folder.good(&[
+        "run",
+        "builtin:augmented.toml",
+        "--quiet",
+        "--out",
+        "one",
+        "--set",
+        "sensor.force_noise_std_n=0.02",
+    ]);
+    folder.good(&[
+        "run",
+        "builtin:augmented.toml",
+        "--quiet",
+        "--out",
+        "two",
+        "--set",
+        "sensor.force_noise_std_n=0.02",
+    ]);
+    folder.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
+    let one = folder.files("one");
     assert_eq!(one.len(), 13, "{:?}", one.keys());
     for again in ["two", "three"] {
-        let again = desk.files(again);
+        let again = folder.files(again);
         for (path, content) in &one {
             assert!(again.get(path) == Some(content), "{} differs", path.display());
         }
@@ -27,36 +45,36 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     for threads in ["1", "8"] {
-        let mut command = desk.command(&["compare", "--quiet", "--out", threads]);
+        let mut command = folder.command(&["compare", "--quiet", "--out", threads]);
         command.env("RAYON_NUM_THREADS", threads).assert().success();
     }
-    assert!(desk.files("1") == desk.files("8"));
+    assert!(folder.files("1") == folder.files("8"));
 }
 
 #[test]
 fn json_on_standard_output_is_what_the_files_hold() {
-    let desk = Desk::new();
-    desk.file("a.toml", SHORT);
-    let printed = desk.good(&["run", "a.toml", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/short/summary.json")).expect("there"));
+    let folder = TestFolder::new();
+    folder.file("a.toml", SHORT);
+    let printed = folder.good(&["run", "a.toml", "--json"]);
+    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/short/summary.json")).expect("there"));
     let summary: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
     assert_eq!(summary["seed"], 1);
     assert!(summary["metrics"]["peak_reengaging_speed_m_per_s"].is_null(), "undefined is null");
-    let printed = desk.good(&["compare", "a.toml", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/comparison.json")).expect("there"));
-    let printed = desk.good(&["detect", "builtin:in_vivo_like.csv", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(desk.path("out/in_vivo_like/detection.json")).expect("there"));
+    let printed = folder.good(&["compare", "a.toml", "--json"]);
+    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/comparison.json")).expect("there"));
+    let printed = folder.good(&["detect", "builtin:in_vivo_like.csv", "--json"]);
+    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/in_vivo_like/detection.json")).expect("there"));
     let detection: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
     assert_eq!(detection["alarms"].as_array().map(Vec::len), Some(2), "{detection}");
 }
 
 #[test]
 fn the_trace_has_the_columns_of_the_design_and_reads_back() {
-    let desk = Desk::new();
-    desk.file("a.toml", SHORT).good(&["run", "a.toml"]);
-    let text = fs::read_to_string(desk.path("out/short/trace.csv")).expect("there");
+    let folder = TestFolder::new();
+    folder.file("a.toml", SHORT).good(&["run", "a.toml"]);
+    let text = fs::read_to_string(folder.path("out/short/trace.csv")).expect("there");
     let mut lines = text.lines();
     assert_eq!(
         lines.next(),
@@ -74,75 +92,79 @@ fn the_trace_has_the_columns_of_the_design_and_reads_back() {
 
 #[test]
 fn a_bad_key_is_underlined_and_named() {
-    let desk = Desk::new();
-    let cases: [(&str, &[&str]); 19] = [
-        (
-            "[slave]\nvelocty_gain = 2",
-            &["there is no key slave.velocty_gain", "slave.velocity_gain?", "bad.toml:7:1", "^^^"],
-        ),
-        ("[slave]\nvelocity_gain = \"2\"", &["must be a number, at least 0", "bad.toml:7:17"]),
-        ("[master]\nmass_kg = -1", &["master.mass_kg is -1", "at least 1e-6", "bad.toml:7:11"]),
-        ("[master]\nmass_kg = nan", &["master.mass_kg is nan", "bad.toml:7:11"]),
-        ("simulation.tick_s = 0", &["simulation.tick_s is 0", "at least 1e-12"]),
-        ("simulation.tick_s = 1e-12", &["ticks", "shorten the run or lengthen the tick"]),
-        ("simulation.tick_s = inf", &["simulation.tick_s is inf"]),
-        ("[slave]\ndamping = \"velocty\"", &["one of \"velocity\", \"as-printed\"", "did you mean \"velocity\"?"]),
-        ("[detector]\ncap = 1e-3", &["detector.cap is 0.001", "above detector.threshold"]),
-        ("[estimator]\nreset_threshold = 1e-9", &["estimator.reset_threshold", "eq. 17"]),
-        ("[augmentation]\nmax_hold_s = 0.1", &["augmentation.max_hold_s is 0.1", "at least augmentation.min_hold_s"]),
-        ("[slave]\ndenominator = [1.0, 2.0]", &["degree 1", "bad.toml:7:15"]),
-        ("slave = 3", &["slave is 3", "section"]),
-        ("[slave\nvelocity_gain = 2", &["bad.toml:6:7"]),
-        ("[slvae]", &["there is no key slvae", "did you mean slave?", "bad.toml:6:2"]),
-        ("slave.velocity_gain = {}", &["slave.velocity_gain is {}", "at least 0"]),
-        ("\"slave.velocity_gain\" = 3", &["there is no key"]),
-        ("operator.start_m = 2.0", &["operator.start_m", "2 m", "within 1 m"]),
-        ("[a]\nb.c.d = 2", &["there is no key a.b.c.d", "trocar init"]),
+    let folder = TestFolder::new();
+    let cases = [
+        "[slave]\nvelocty_gain = 2",
+        "[slave]\nvelocity_gain = \"2\"",
+        "[master]\nmass_kg = -1",
+        "[master]\nmass_kg = nan",
+        "simulation.tick_s = 0",
+        "simulation.tick_s = 1e-12",
+        "simulation.tick_s = inf",
+        "[slave]\ndamping = \"velocty\"",
+        "[detector]\ncap = 1e-3",
+        "[estimator]\nreset_threshold = 1e-9",
+        "[augmentation]\nmax_hold_s = 0.1",
+        "[slave]\ndenominator = [1.0, 2.0]",
+        "slave = 3",
+        "[slave\nvelocity_gain = 2",
+        "[slvae]",
+        "slave.velocity_gain = {}",
+        "\"slave.velocity_gain\" = 3",
+        "operator.start_m = 2.0",
+        "[a]\nb.c.d = 2",
     ];
-    for (lines, phrases) in cases {
-        desk.file("bad.toml", format!("{SHORT}\n{lines}\n"));
-        for command in ["run", "check", "compare"] {
-            desk.refused(&[command, "bad.toml"], phrases);
+    let message = |lines: &str| {
+        folder.file("bad.toml", format!("{SHORT}\n{lines}\n"));
+        let message = folder.refusal(&["check", "bad.toml"]);
+        for command in ["run", "compare"] {
+            assert_eq!(folder.refusal(&[command, "bad.toml"]), message);
         }
-    }
+        format!("{lines}\n\n{message}\n")
+    };
+    assert_snapshot!("bad_keys", cases.map(message).concat());
 }
 
 #[test]
 fn bases_are_followed_and_circles_found() {
-    let desk = Desk::new();
-    fs::create_dir(desk.path("deep")).expect("made");
-    desk.file("base.toml", SHORT)
+    let folder = TestFolder::new();
+    fs::create_dir(folder.path("deep")).expect("made");
+    folder
+        .file("base.toml", SHORT)
         .file("deep/child.toml", "base = \"../base.toml\"\nname = \"child\"\nscaling.force = 2.0\n");
-    let resolved = desk.good(&["check", "deep/child.toml", "--resolved", "--set", "scaling.position=0.5"]);
+    let resolved = folder.good(&["check", "deep/child.toml", "--resolved", "--set", "scaling.position=0.5"]);
     for line in ["name = \"child\"", "force = 2.0", "position = 0.5", "duration_s = 0.5"] {
         assert!(resolved.lines().any(|found| found == line), "{line} in\n{resolved}");
     }
-    desk.file("self.toml", "base = \"self.toml\"\n")
+    folder
+        .file("self.toml", "base = \"self.toml\"\n")
         .refused(&["run", "self.toml"], &["based on itself", "self.toml:1:8"]);
-    desk.file("x.toml", "base = \"y.toml\"\n").file("y.toml", "\nbase = \"./x.toml\"\n");
-    desk.refused(&["run", "x.toml"], &["based on itself", "y.toml:2:8"]);
-    desk.file("lost.toml", "base = \"none.toml\"\n").refused(&["run", "lost.toml"], &["none.toml", "lost.toml:1:8"]);
-    desk.file("odd.toml", "base = 3\n").refused(&["run", "odd.toml"], &["base is 3", "path of a scenario"]);
+    folder.file("x.toml", "base = \"y.toml\"\n").file("y.toml", "\nbase = \"./x.toml\"\n");
+    folder.refused(&["run", "x.toml"], &["based on itself", "y.toml:2:8"]);
+    folder.file("lost.toml", "base = \"none.toml\"\n").refused(&["run", "lost.toml"], &["none.toml", "lost.toml:1:8"]);
+    folder.file("odd.toml", "base = 3\n").refused(&["run", "odd.toml"], &["base is 3", "path of a scenario"]);
 }
 
 #[test]
 fn settings_are_checked_like_files() {
-    let desk = Desk::new();
-    desk.file("a.toml", SHORT);
-    desk.refused(&["run", "a.toml", "--set", "scaling.force"], &["there is no '='", "--set section.key=value"]);
-    desk.refused(&["run", "a.toml", "--set", "scaling.forse=2"], &["did you mean scaling.force?"]);
-    desk.refused(&["run", "a.toml", "--set", "scaling.force=-2"], &["scaling.force is -2"]);
-    desk.refused(&["run", "a.toml", "--set", "name=../up"], &["folder's name"]);
-    desk.refused(&["run", "a.toml", "a.toml"], &["two scenarios have the name \"short\""]);
-    desk.refused(&["run", "none.toml"], &["none.toml", "cannot be read"]);
-    desk.refused(&["run", "builtin:none.toml"], &["classical.toml"]);
-    desk.refused(&["run"], &["<SCENARIO>"]);
-    desk.refused(&["swim"], &["swim"]);
+    let folder = TestFolder::new();
+    folder.file("a.toml", SHORT);
+    let commands = "
+        run a.toml --set scaling.force
+        run a.toml --set scaling.forse=2
+        run a.toml --set scaling.force=-2
+        run a.toml --set name=../up
+        run a.toml a.toml
+        run none.toml
+        run builtin:none.toml
+        run
+        swim";
+    assert_snapshot!("bad_settings", folder.refusals(commands));
 }
 
 #[test]
 fn a_bad_recording_is_refused_with_the_line() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
     let rows = |range: std::ops::Range<u32>| range.map(row).collect::<String>();
     let head = "time_s,position_m,force_n\n";
@@ -158,41 +180,41 @@ fn a_bad_recording_is_refused_with_the_line() {
         (format!("{head}{}0.009,1\n", rows(0..9)), &["line 11"]),
     ];
     for (content, phrases) in cases {
-        desk.file("r.csv", content).file("s.toml", "recording.file = \"r.csv\"\n");
-        desk.refused(&["detect", "r.csv"], phrases);
-        desk.refused(&["run", "s.toml"], phrases);
+        folder.file("r.csv", content).file("s.toml", "recording.file = \"r.csv\"\n");
+        folder.refused(&["detect", "r.csv"], phrases);
+        folder.refused(&["run", "s.toml"], phrases);
     }
-    desk.file("r.csv", format!("{head}{}", rows(0..50)));
-    desk.good(&["run", "s.toml"]);
+    folder.file("r.csv", format!("{head}{}", rows(0..50)));
+    folder.good(&["run", "s.toml"]);
     for limit in ["max_gap_s = 0.0005", "max_bytes = 100", "max_samples = 10"] {
-        desk.file("limited.toml", format!("recording.file = \"r.csv\"\nrecording.{limit}\n"));
-        desk.refused(&["run", "limited.toml"], &["limited.toml:2", limit]);
+        folder.file("limited.toml", format!("recording.file = \"r.csv\"\nrecording.{limit}\n"));
+        folder.refused(&["run", "limited.toml"], &["limited.toml:2", limit]);
     }
-    desk.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.2]"], &["within the recording"]);
-    desk.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.02, 0.01]"], &["ascend"]);
-    desk.refused(&["detect", "r.csv", "--position", "position_m:0"], &["position_m"]);
-    desk.refused(&["detect", "r.csv", "--contact-m", "nan"], &["contact_m"]);
+    folder.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.2]"], &["within the recording"]);
+    folder.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.02, 0.01]"], &["ascend"]);
+    folder.refused(&["detect", "r.csv", "--position", "position_m:0"], &["position_m"]);
+    folder.refused(&["detect", "r.csv", "--contact-m", "nan"], &["contact_m"]);
 }
 
 #[test]
 fn the_sign_of_a_columns_factor_counts() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5, 0.01);
-    desk.file("r.csv", format!("t,x,v,f\n{}", (0..50).map(row).collect::<String>()));
+    folder.file("r.csv", format!("t,x,v,f\n{}", (0..50).map(row).collect::<String>()));
     for (x, v) in [("x:1", "v:1"), ("x:-1", "v:-1"), ("x:-1", "v:2"), ("x:1", "v:-3")] {
-        desk.good(&["detect", "r.csv", "--time", "t", "--position", x, "--velocity", v, "--force", "f:-2"]);
-        let csv = fs::read_to_string(desk.path("out/r/detection.csv")).expect("there");
+        folder.good(&["detect", "r.csv", "--time", "t", "--position", x, "--velocity", v, "--force", "f:-2"]);
+        let csv = fs::read_to_string(folder.path("out/r/detection.csv")).expect("there");
         let last: Vec<f64> =
             csv.lines().last().expect("a row").split(',').map(|f| f.parse().expect("a number")).collect();
         let factor = |column: &str| column[2..].parse::<f64>().expect("a number");
         assert!((last[1] - 49e-5 * factor(x)).abs() < 1e-12 && (last[2] - 0.01 * factor(v)).abs() < 1e-12, "{last:?}");
         assert_eq!(last[3], -1.0);
     }
-    desk.refused(
+    folder.refused(
         &["detect", "r.csv", "--time", "t:-1", "--position", "x", "--force", "f"],
         &["recording.scale.time_s"],
     );
-    desk.refused(
+    folder.refused(
         &["detect", "r.csv", "--time", "t", "--position", "x", "--force", "f:1e9"],
         &["N at", "scale.force_n"],
     );
@@ -200,23 +222,23 @@ fn the_sign_of_a_columns_factor_counts() {
 
 #[test]
 fn a_detection_leaves_the_run_of_its_scenario_alone() {
-    let desk = Desk::new();
-    desk.good(&["run", "builtin:augmented.toml", "--quiet"]);
-    let before = desk.files("out/augmented");
-    desk.good(&["detect", "builtin:augmented.toml", "--quiet"]);
-    let after = desk.files("out/augmented");
+    let folder = TestFolder::new();
+    folder.good(&["run", "builtin:augmented.toml", "--quiet"]);
+    let before = folder.files("out/augmented");
+    folder.good(&["detect", "builtin:augmented.toml", "--quiet"]);
+    let after = folder.files("out/augmented");
     assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
     assert!(after.contains_key(Path::new("detection/detection.json")));
-    desk.refused(&["detect", "builtin:in_vivo_like.csv", "--rupture-s", "99"], &["within the recording"]);
+    folder.refused(&["detect", "builtin:in_vivo_like.csv", "--rupture-s", "99"], &["within the recording"]);
 }
 
 #[test]
 fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
-    let desk = Desk::new();
-    let file = fs::File::create(desk.path("big.csv")).expect("made");
+    let folder = TestFolder::new();
+    let file = fs::File::create(folder.path("big.csv")).expect("made");
     file.set_len(1 << 30).expect("sparse");
-    desk.refused(&["detect", "big.csv"], &["big.csv", "max_bytes"]);
-    desk.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
+    folder.refused(&["detect", "big.csv"], &["big.csv", "max_bytes"]);
+    folder.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
 }
 
 /// A CSV recording of rows at given times.
@@ -235,31 +257,31 @@ fn milliseconds(from_s: f64, count: u32) -> impl Iterator<Item = f64> {
 
 #[test]
 fn a_gap_that_would_be_filled_with_endless_samples_is_refused() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let gap = |after_s: f64| recording(milliseconds(0.0, 200).chain(milliseconds(after_s, 200)));
-    desk.file("endless.csv", gap(1e11)).file("long.csv", gap(6000.0)).file("short.csv", gap(3.0));
+    folder.file("endless.csv", gap(1e11)).file("long.csv", gap(6000.0)).file("short.csv", gap(3.0));
     let phrases = ["at most 5000000", "recording.max_samples", "longest gap", "cut the recording"];
     for command in ["detect", "calibrate", "roc"] {
-        desk.refused(&[command, "endless.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
+        folder.refused(&[command, "endless.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
     }
-    desk.refused(&["detect", "long.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
+    folder.refused(&["detect", "long.csv", "--set", "recording.max_gap_s=1e12"], &phrases);
     let boundless = ["--set", "recording.max_gap_s=1e12", "--set", "recording.max_samples=9000000000000000000"];
-    desk.refused(&[&["detect", "endless.csv"], &boundless[..]].concat(), &["at most 1000000000"]);
-    desk.file("s.toml", "recording.file = \"endless.csv\"\nrecording.max_gap_s = 1e12\n");
-    desk.refused(&["detect", "s.toml"], &["s.toml:2:", "longest gap"]);
-    let printed = desk.good(&["detect", "short.csv", "--no-figures", "--set", "recording.max_gap_s=1e12"]);
+    folder.refused(&[&["detect", "endless.csv"], &boundless[..]].concat(), &["at most 1000000000"]);
+    folder.file("s.toml", "recording.file = \"endless.csv\"\nrecording.max_gap_s = 1e12\n");
+    folder.refused(&["detect", "s.toml"], &["s.toml:2:", "longest gap"]);
+    let printed = folder.good(&["detect", "short.csv", "--no-figures", "--set", "recording.max_gap_s=1e12"]);
     assert!(printed.starts_with("short: 3200 samples"), "{printed}");
 }
 
 #[test]
 fn settings_from_a_file_that_has_none_are_refused() {
-    let desk = Desk::new();
-    desk.file("r.csv", recording(milliseconds(0.0, 200)));
-    desk.file("none.toml", SHORT).file("half.toml", "detector.threshold = 0.05\n");
-    desk.file("both.toml", "detector.threshold = 0.05\nestimator.dead_zone_n = 0.01\n");
-    desk.refused(&["detect", "r.csv", "--settings", "none.toml"], &["none.toml", "[estimator]", "[detector]"]);
+    let folder = TestFolder::new();
+    folder.file("r.csv", recording(milliseconds(0.0, 200)));
+    folder.file("none.toml", SHORT).file("half.toml", "detector.threshold = 0.05\n");
+    folder.file("both.toml", "detector.threshold = 0.05\nestimator.dead_zone_n = 0.01\n");
+    folder.refused(&["detect", "r.csv", "--settings", "none.toml"], &["none.toml", "[estimator]", "[detector]"]);
     let warned = |arguments: &[&str]| {
-        let outcome = desk.trocar(&[&["detect", "r.csv", "--no-figures", "--settings"], arguments].concat());
+        let outcome = folder.trocar(&[&["detect", "r.csv", "--no-figures", "--settings"], arguments].concat());
         assert_eq!(outcome.code, 0, "{}", outcome.err);
         outcome.err
     };
@@ -270,11 +292,11 @@ fn settings_from_a_file_that_has_none_are_refused() {
 
 #[test]
 fn samples_too_far_apart_for_a_rupture_are_warned_of() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let every = |interval_s: f64| recording((0..60).map(|k| f64::from(k) * interval_s));
-    desk.file("a/slow.csv", every(1.0)).file("a/fast.csv", every(0.01));
+    folder.file("a/slow.csv", every(1.0)).file("a/fast.csv", every(0.01));
     let warned = |arguments: &[&str]| {
-        let outcome = desk.trocar(&[&["detect", "--no-figures"], arguments].concat());
+        let outcome = folder.trocar(&[&["detect", "--no-figures"], arguments].concat());
         assert_eq!(outcome.code, 0, "{}", outcome.err);
         outcome.err
     };
@@ -287,41 +309,41 @@ fn samples_too_far_apart_for_a_rupture_are_warned_of() {
         assert_eq!(said.lines().count(), 1, "{said}");
     }
     assert_eq!((warned(&["a/fast.csv"]), warned(&["a", "--quiet"])), (String::new(), String::new()));
-    let live = desk.fed(&["detect", "-"], every(1.0).as_bytes()).err;
+    let live = folder.fed(&["detect", "-"], every(1.0).as_bytes()).err;
     assert!(live.contains("warning: standard input: the sampling rate is 1.000 Hz"), "{live}");
-    let live = desk.fed(&["detect", "-"], every(0.01).as_bytes()).err;
+    let live = folder.fed(&["detect", "-"], every(0.01).as_bytes()).err;
     assert!(!live.contains("the sampling rate is"), "{live}");
 }
 
 #[test]
 fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let calibrate = |wanted_s: &str, phrases: &[&str]| {
-        desk.refused(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", wanted_s], phrases);
+        folder.refused(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", wanted_s], phrases);
     };
     calibrate("1e30", &["--false-alarm-s is 1e30", "to 1.000e7 s", "1e10 samples"]);
     calibrate("1.1e7", &["--false-alarm-s is 11000000.0", "to 1.000e7 s"]);
     calibrate("1e-3", &["--false-alarm-s is 0.001", "from 2.000e-3"]);
-    desk.good(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", "9.9e6", "--quiet"]);
+    folder.good(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", "9.9e6", "--quiet"]);
 }
 
 #[test]
 fn scenarios_of_one_name_are_both_named() {
-    let desk = Desk::new();
-    desk.file("a.toml", SHORT).file("b.toml", SHORT);
-    desk.refused(
+    let folder = TestFolder::new();
+    folder.file("a.toml", SHORT).file("b.toml", SHORT);
+    folder.refused(
         &["run", "a.toml", "b.toml"],
         &["two scenarios have the name \"short\"", "a.toml and b.toml", "--out"],
     );
     let twice = ["run", "builtin:classical.toml", "a.toml", "builtin:classical.toml"];
-    desk.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; remove one"]);
+    folder.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; remove one"]);
 }
 
 #[test]
 fn every_exit_code_is_documented() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let readme = include_str!("../../README.md");
-    for text in [desk.good(&["--help"]), desk.good(&["detect", "--help"]), readme.replace('\n', " ")] {
+    for text in [folder.good(&["--help"]), folder.good(&["detect", "--help"]), readme.replace('\n', " ")] {
         let codes = "Exit codes: 0 success, 1 failure, 2 invalid input, 130 interrupted by Ctrl-C";
         assert!(text.split_whitespace().collect::<Vec<_>>().join(" ").contains(codes), "{text}");
     }
@@ -329,36 +351,36 @@ fn every_exit_code_is_documented() {
 
 #[test]
 fn an_output_that_cannot_be_written_is_the_works_failure() {
-    let desk = Desk::new();
-    desk.file("a.toml", SHORT).file("taken", "a file");
-    let outcome = desk.trocar(&["run", "a.toml", "--out", "taken"]);
+    let folder = TestFolder::new();
+    folder.file("a.toml", SHORT).file("taken", "a file");
+    let outcome = folder.trocar(&["run", "a.toml", "--out", "taken"]);
     assert_eq!(outcome.code, 1, "{}", outcome.err);
     assert!(outcome.err.contains("taken") && outcome.err.contains("another folder"), "{}", outcome.err);
 }
 
 #[test]
 fn a_run_that_diverges_is_a_result() {
-    let desk = Desk::new();
-    let printed = desk.good(&["run", "builtin:classical.toml", "--set", "master.coupling=as-printed"]);
+    let folder = TestFolder::new();
+    let printed = folder.good(&["run", "builtin:classical.toml", "--set", "master.coupling=as-printed"]);
     assert!(printed.starts_with("classical: diverged at 0."), "{printed}");
-    let printed = desk.good(&["compare", "--set", "master.coupling=as-printed"]);
+    let printed = folder.good(&["compare", "--set", "master.coupling=as-printed"]);
     assert!(printed.contains("diverged at"), "{printed}");
 }
 
 #[test]
 fn a_starter_is_written_once_and_runs() {
-    let desk = Desk::new();
-    desk.good(&["init", "mine.toml"]);
-    assert!(desk.good(&["check", "mine.toml"]).starts_with("mine: valid"));
-    desk.refused(&["init", "mine.toml"], &["already exists", "--force"]);
-    desk.good(&["init", "mine.toml", "--force"]);
-    desk.good(&["record", "--seed", "7", "--out", "seven.csv"]);
-    desk.refused(&["record", "--out", "seven.csv"], &["already exists"]);
+    let folder = TestFolder::new();
+    folder.good(&["init", "mine.toml"]);
+    assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid"));
+    folder.refused(&["init", "mine.toml"], &["already exists", "--force"]);
+    folder.good(&["init", "mine.toml", "--force"]);
+    folder.good(&["record", "--seed", "7", "--out", "seven.csv"]);
+    folder.refused(&["record", "--out", "seven.csv"], &["already exists"]);
     assert!(
-        desk.good(&["record", "--seed", "7", "--out", "-"]).as_bytes()
-            == fs::read(desk.path("seven.csv")).expect("there")
+        folder.good(&["record", "--seed", "7", "--out", "-"]).as_bytes()
+            == fs::read(folder.path("seven.csv")).expect("there")
     );
-    let detection = desk.good(&[
+    let detection = folder.good(&[
         "detect",
         "seven.csv",
         "--velocity",
@@ -372,30 +394,43 @@ fn a_starter_is_written_once_and_runs() {
 }
 
 #[test]
-fn the_schema_is_json_and_the_help_teaches() {
-    let desk = Desk::new();
-    let schema: serde_json::Value = serde_json::from_str(&desk.good(&["schema"])).expect("JSON");
+fn the_schema_is_json() {
+    let folder = TestFolder::new();
+    let schema: serde_json::Value = serde_json::from_str(&folder.good(&["schema"])).expect("JSON");
     assert_eq!(schema["properties"]["slave"]["properties"]["velocity_gain"]["minimum"], 0.0);
-    assert!(desk.good(&["--help"]).contains("Examples:"));
+}
+
+#[test]
+fn the_help_teaches() {
+    let folder = TestFolder::new();
+    let help = folder.good(&["--help"]);
+    assert!(help.contains("Examples:"));
+    let commands = help.split("Commands:\n").nth(1).expect("commands").lines().take_while(|line| !line.is_empty());
+    // What a command does goes on in lines that are further in.
+    let names = commands.filter_map(|line| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()));
+    for command in names.filter(|name| *name != "help") {
+        assert_snapshot!(format!("help_{command}"), folder.good(&[command, "--help"]));
+    }
+    assert_snapshot!("help", help);
 }
 
 #[test]
 fn actuators_and_sensors_are_checked_with_the_reason() {
-    let desk = Desk::new();
-    desk.file("a.toml", format!("{SHORT}actuator.master_force_limit_n = 2.0\n"));
-    desk.refused(&["run", "a.toml"], &["a.toml:5", "actuator.master_force_limit_n needs", "control = \"sampled\""]);
-    desk.good(&["run", "a.toml", "--quiet", "--set", "simulation.control=sampled"]);
-    let again = fs::read(desk.path("out/short/trace.csv")).expect("there");
-    desk.good(&["run", "out/short/scenario.toml", "--quiet", "--out", "again"]);
-    assert!(again == fs::read(desk.path("again/short/trace.csv")).expect("there"), "the echo keeps limits");
+    let folder = TestFolder::new();
+    folder.file("a.toml", format!("{SHORT}actuator.master_force_limit_n = 2.0\n"));
+    folder.refused(&["run", "a.toml"], &["a.toml:5", "actuator.master_force_limit_n needs", "control = \"sampled\""]);
+    folder.good(&["run", "a.toml", "--quiet", "--set", "simulation.control=sampled"]);
+    let again = fs::read(folder.path("out/short/trace.csv")).expect("there");
+    folder.good(&["run", "out/short/scenario.toml", "--quiet", "--out", "again"]);
+    assert!(again == fs::read(folder.path("again/short/trace.csv")).expect("there"), "the echo keeps limits");
     for (key, reason) in [
         ("master_force_rate_limit_n_per_s", "saturates"),
         ("slave_command_rate_limit_per_s", "saturates"),
         ("master_lag_s", "held"),
         ("slave_lag_s", "held"),
     ] {
-        desk.file("d.toml", format!("{SHORT}actuator.{key} = 0.5\n"));
-        desk.refused(
+        folder.file("d.toml", format!("{SHORT}actuator.{key} = 0.5\n"));
+        folder.refused(
             &["run", "d.toml"],
             &["d.toml:5", &format!("actuator.{key} needs"), "control = \"sampled\"", reason],
         );
@@ -411,35 +446,35 @@ fn actuators_and_sensors_are_checked_with_the_reason() {
         "slave_lag_s = nan",
         "slave_lag_s = \"slow\"",
     ] {
-        desk.file("b.toml", format!("{SHORT}simulation.control = \"sampled\"\nactuator.{bad}\n"));
-        desk.refused(&["run", "b.toml"], &["b.toml:6", "must be a number, at least"]);
+        folder.file("b.toml", format!("{SHORT}simulation.control = \"sampled\"\nactuator.{bad}\n"));
+        folder.refused(&["run", "b.toml"], &["b.toml:6", "must be a number, at least"]);
     }
     for bad in ["force_range_n = 0", "force_bandwidth_hz = -1", "force_bias_n = \"some\"", "force_bias_n = nan"] {
-        desk.file("c.toml", format!("{SHORT}sensor.{bad}\n"));
-        desk.refused(&["run", "c.toml"], &["c.toml:5", "must be a number, at least"]);
+        folder.file("c.toml", format!("{SHORT}sensor.{bad}\n"));
+        folder.refused(&["run", "c.toml"], &["c.toml:5", "must be a number, at least"]);
     }
 }
 
 #[test]
 fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let noisy = ["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02", "--quiet", "--out"];
-    for (folder, threads) in [("one", "1"), ("four", "4")] {
-        desk.command(&noisy).arg(folder).env("RAYON_NUM_THREADS", threads).assert().success();
+    for (name, threads) in [("one", "1"), ("four", "4")] {
+        folder.command(&noisy).arg(name).env("RAYON_NUM_THREADS", threads).assert().success();
     }
-    let study = |folder: &str| fs::read_to_string(desk.path(folder).join("seeds.csv")).expect("written");
+    let study = |name: &str| fs::read_to_string(folder.path(name).join("seeds.csv")).expect("written");
     assert_eq!(study("one"), study("four"));
     assert!(study("one").contains("rupture_1_slave_overshoot_m,m,augmented,5,"), "{}", study("one"));
-    let printed = desk.good(&["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02"]);
+    let printed = folder.good(&["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02"]);
     assert!(printed.contains("5 seeds: median [2.5 %, 97.5 %]"), "{printed}");
-    let silent = desk.good(&["compare", "--seeds", "3"]);
+    let silent = folder.good(&["compare", "--seeds", "3"]);
     assert!(silent.contains("No metric depends on the seed"), "{silent}");
-    desk.refused(&["compare", "--seeds", "1"], &["--seeds", "2..=100000"]);
+    folder.refused(&["compare", "--seeds", "1"], &["--seeds", "2..=100000"]);
 }
 
 #[test]
 fn scenarios_that_cannot_be_realised_say_why() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let skin = "builtin:01_through_the_skin.toml";
     for (setting, phrases) in [
         ("tissue.capsule.relaxation_s=-1", ["tissue.capsule.relaxation_s", "0"]),
@@ -451,19 +486,19 @@ fn scenarios_that_cannot_be_realised_say_why() {
         ("arm.grip=limp", ["arm.grip", "relaxed"]),
         ("actuator.master_force_limit_n=3", ["simulation.control", "sampled"]),
     ] {
-        desk.refused(&["run", skin, "--set", "operator.reflex=stop", "--set", setting], &phrases);
+        folder.refused(&["run", skin, "--set", "operator.reflex=stop", "--set", setting], &phrases);
     }
 }
 
 #[test]
 fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let few = ["roc", "--seeds", "2", "--thresholds", "4", "--detectors", "squared-residual,page-hinkley", "--json"];
-    let json: serde_json::Value = serde_json::from_str(&desk.good(&few)).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&folder.good(&few)).expect("JSON");
     assert_eq!(json["characteristics"]["cases"], 2);
     // None was seen in half a minute: that is no 0.
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
-    let left = desk.files("out");
+    let left = folder.files("out");
     let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
     assert_eq!(names, ["roc.csv", "roc.json", "roc.png", "roc.svg"]);
     let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");
@@ -471,22 +506,22 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     assert_eq!(csv.lines().count(), 1 + 2 * 2 * 4);
     let columns = csv.lines().next().expect("a heading").split(',').count();
     assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
-    desk.refused(&["roc", "--drop-n", "-1"], &["0.01"]);
-    desk.refused(&["roc", "--detectors", "squared"], &["squared-residual"]);
-    desk.refused(&["roc", "--drop-n", "1", "builtin:real_classical.toml"], &["synthetic insertion"]);
-    desk.refused(&["roc", "nowhere.csv"], &["nowhere.csv"]);
+    folder.refused(&["roc", "--drop-n", "-1"], &["0.01"]);
+    folder.refused(&["roc", "--detectors", "squared"], &["squared-residual"]);
+    folder.refused(&["roc", "--drop-n", "1", "builtin:real_classical.toml"], &["synthetic insertion"]);
+    folder.refused(&["roc", "nowhere.csv"], &["nowhere.csv"]);
     let step = ["roc", "builtin:01_through_the_skin.toml", "--set", "sensor.position_resolution_m=1e-5"];
-    desk.refused(&step, &["position_resolution_m=0"]);
+    folder.refused(&step, &["position_resolution_m=0"]);
     let window = ["roc", "--seeds", "1", "--set", "detector.window_samples=65"];
-    desk.refused(&window, &["detector.window_samples is 65", "64"]);
+    folder.refused(&window, &["detector.window_samples is 65", "64"]);
 }
 
 #[cfg(unix)]
 #[test]
 fn an_interrupted_roc_says_what_it_kept() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("trocar"))
-        .current_dir(desk.path(""))
+        .current_dir(folder.path(""))
         .args(["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"])
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
@@ -500,18 +535,18 @@ fn an_interrupted_roc_says_what_it_kept() {
     let said = String::from_utf8(output.stderr).expect("text");
     assert_eq!(output.status.code(), Some(130), "{said}");
     if said.contains("nothing was written") {
-        assert!(desk.files("").is_empty());
+        assert!(folder.files("").is_empty());
     } else {
         assert!(said.contains("of 1000000 cases are in out"), "{said}");
         assert!(String::from_utf8(output.stdout).expect("text").starts_with("stopped after"));
-        assert_eq!(desk.files("out").len(), 4);
+        assert_eq!(folder.files("out").len(), 4);
     }
 }
 
 #[test]
 fn completions_and_manual_pages_know_every_command() {
-    let desk = Desk::new();
-    let help = desk.good(&["--help"]);
+    let folder = TestFolder::new();
+    let help = folder.good(&["--help"]);
     let listed = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
     // What is set in farther belongs to the line above.
     let of_command = |line: &&str| line.starts_with("  ") && !line.starts_with("   ");
@@ -519,15 +554,15 @@ fn completions_and_manual_pages_know_every_command() {
         listed.lines().filter(of_command).filter_map(|line| line.split_whitespace().next()).collect();
     assert!(commands.len() > 12 && commands.contains(&"explore"), "{commands:?}");
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = desk.good(&["completions", shell]);
+        let script = folder.good(&["completions", shell]);
         for command in &commands {
             assert!(script.contains(command), "{shell}: {command}");
         }
     }
-    desk.good(&["man", "--out", "pages"]);
-    assert!(desk.good(&["man"]).starts_with(".ie"), "troff");
+    folder.good(&["man", "--out", "pages"]);
+    assert!(folder.good(&["man"]).starts_with(".ie"), "troff");
     for command in commands.iter().filter(|command| **command != "help") {
-        let page = fs::read_to_string(desk.path(&format!("pages/trocar-{command}.1"))).expect("a page");
+        let page = fs::read_to_string(folder.path(&format!("pages/trocar-{command}.1"))).expect("a page");
         assert!(
             page.contains(&format!(".TH trocar\\-{command} ")) || page.contains(&format!(".TH trocar-{command} ")),
             "{page}"
@@ -537,15 +572,15 @@ fn completions_and_manual_pages_know_every_command() {
 
 #[test]
 fn what_is_no_terminal_gets_no_chart_and_no_colour() {
-    let desk = Desk::new();
-    let printed = desk.good(&["run", "builtin:augmented.toml"]);
+    let folder = TestFolder::new();
+    let printed = folder.good(&["run", "builtin:augmented.toml"]);
     assert!(!printed.contains('\u{1b}') && !printed.contains("slave position around"), "{printed}");
     // What a terminal does is seen by `script`, which makes one.
     let trocar = env!("CARGO_BIN_EXE_trocar");
     let on_terminal = |colours: &[(&str, &str)]| {
         let line = format!("{trocar} run builtin:augmented.toml --out on-terminal");
         let mut command = std::process::Command::new("script");
-        command.args(["--quiet", "--return", "--command", &line, "/dev/null"]).current_dir(desk.path("."));
+        command.args(["--quiet", "--return", "--command", &line, "/dev/null"]).current_dir(folder.path("."));
         command.env("TERM", "xterm-256color").env_remove("NO_COLOR").envs(colours.iter().copied());
         command.output().ok().map(|output| String::from_utf8_lossy(&output.stdout).into_owned())
     };

@@ -5,7 +5,7 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use crate::support::desk::Desk;
+use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
 /// Long enough for a busy machine; a test that waits in vain fails then.
@@ -92,10 +92,10 @@ fn json(text: &str) -> Json {
 
 #[test]
 fn an_even_stream_raises_the_alarms_of_its_file_bit_by_bit() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let root = env!("CARGO_MANIFEST_DIR");
     let lever = std::fs::read_to_string(format!("{root}/scenarios/recordings/own_ctrl_pop.csv")).expect("there");
-    desk.file("insertion.csv", insertion()).file("lever.csv", &lever);
+    folder.file("insertion.csv", insertion()).file("lever.csv", &lever);
     let lever_columns = ["--time", "t_s", "--position", "xs_rad:0.075", "--force", "env_out_Nm_derived:13.333333"];
     let lever_contact = ["--contact-m", "0.0063"];
     let filtered = ["--set", "sensor.position_resolution_m=1e-6"];
@@ -107,13 +107,13 @@ fn an_even_stream_raises_the_alarms_of_its_file_bit_by_bit() {
     ];
     for (file, flags, expected) in cases {
         let stem = file.strip_suffix(".csv").expect("a name");
-        desk.good(&[&["detect", file, "--no-figures", "--quiet"], &flags[..]].concat());
+        folder.good(&[&["detect", file, "--no-figures", "--quiet"], &flags[..]].concat());
         // Text against text: every digit.
-        let stored = desk.text(&format!("out/{stem}/detection.json"));
+        let stored = folder.text(&format!("out/{stem}/detection.json"));
         let interval = stored.lines().find_map(|line| line.trim().strip_prefix("\"interval_s\": ")).expect("there");
         let mut all = vec!["detect", "-", "--interval-s", interval.trim_end_matches(',')];
         all.extend(&flags);
-        let streamed = desk.fed(&all, &std::fs::read(desk.path(file)).expect("there"));
+        let streamed = folder.fed(&all, &std::fs::read(folder.path(file)).expect("there"));
         assert_eq!(streamed.code, 0, "{}", streamed.err);
         let numbers = |row: &str, columns: &[usize]| {
             let cells: Vec<&str> = row.split(',').collect();
@@ -121,7 +121,7 @@ fn an_even_stream_raises_the_alarms_of_its_file_bit_by_bit() {
         };
         // Time, sample, position, depth, force and residual.
         let live: Vec<_> = streamed.out.lines().skip(1).map(|row| numbers(row, &[1, 2, 3, 4, 6, 7])).collect();
-        let events = desk.text(&format!("out/{stem}/events.csv"));
+        let events = folder.text(&format!("out/{stem}/events.csv"));
         let stored: Vec<_> = events.lines().skip(1).map(|row| numbers(row, &[2, 3, 4, 5, 6, 7])).collect();
         assert_eq!((live.len(), &live), (expected, &stored), "{file} {flags:?}");
     }
@@ -187,7 +187,7 @@ fn a_reader_that_goes_away_ends_it_quietly() {
 
 #[test]
 fn bad_rows_are_skipped_told_and_counted() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let text = insertion();
     let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
     for (at, row) in [
@@ -202,7 +202,7 @@ fn bad_rows_are_skipped_told_and_counted() {
         rows.insert(at, row.to_owned());
     }
     let flags = [&["detect", "-", "--json", "--interval-s", "0.001", "--every", "1"], &VELOCITY[..]].concat();
-    let outcome = desk.fed(&flags, (rows.join("\n")).as_bytes());
+    let outcome = folder.fed(&flags, (rows.join("\n")).as_bytes());
     assert_eq!(outcome.code, 0, "{}", outcome.err);
     assert!(!outcome.out.contains("NaN") && !outcome.out.contains("inf"), "no such number gets in");
     let all: Vec<Json> = outcome.out.lines().map(json).collect();
@@ -217,29 +217,29 @@ fn bad_rows_are_skipped_told_and_counted() {
 
     // A flood is held back.
     let flood = text.clone() + &"what\n".repeat(100_000);
-    let outcome = desk.fed(&[&["detect", "-"], &VELOCITY[..]].concat(), flood.as_bytes());
+    let outcome = folder.fed(&[&["detect", "-"], &VELOCITY[..]].concat(), flood.as_bytes());
     assert_eq!(outcome.code, 0);
     let warnings = outcome.err.lines().filter(|line| line.starts_with("warning:")).count();
     assert!(warnings < 1000 && outcome.err.contains("more warnings suppressed"), "{warnings}");
     assert!(outcome.err.contains("100000 malformed"), "{}", outcome.err);
-    let quiet = desk.fed(&[&["detect", "-", "--quiet"], &VELOCITY[..]].concat(), flood.as_bytes());
+    let quiet = folder.fed(&[&["detect", "-", "--quiet"], &VELOCITY[..]].concat(), flood.as_bytes());
     assert_eq!((quiet.code, quiet.err.as_str(), quiet.out.lines().count()), (0, "", 3));
 }
 
 #[test]
 fn a_lost_second_begins_anew_and_a_few_lost_samples_do_not() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let text = insertion();
     let kept: Vec<&str> =
         text.lines().enumerate().filter(|(at, _)| !(6001..7001).contains(at)).map(|(_, l)| l).collect();
-    let outcome = desk.fed(&[&["detect", "-", "--json"], &VELOCITY[..]].concat(), kept.join("\n").as_bytes());
+    let outcome = folder.fed(&[&["detect", "-", "--json"], &VELOCITY[..]].concat(), kept.join("\n").as_bytes());
     let summary = json(outcome.out.lines().last().expect("a summary"));
     assert_eq!((&summary["restarts"], &summary["interpolated"]), (&Json::from(1), &Json::from(0)));
     assert!(outcome.err.contains("no sample from 5.999 s to 7 s"), "{}", outcome.err);
     assert_eq!(outcome.out.lines().count(), 3, "both ruptures and the summary: {}", outcome.out);
 
     let kept: Vec<&str> = text.lines().enumerate().filter(|(at, _)| at % 50 != 30).map(|(_, l)| l).collect();
-    let outcome = desk.fed(&[&["detect", "-", "--json"], &VELOCITY[..]].concat(), kept.join("\n").as_bytes());
+    let outcome = folder.fed(&[&["detect", "-", "--json"], &VELOCITY[..]].concat(), kept.join("\n").as_bytes());
     let summary = json(outcome.out.lines().last().expect("a summary"));
     assert_eq!((&summary["restarts"], &summary["interpolated"]), (&Json::from(0), &Json::from(340)));
     assert_eq!((&summary["alarms"], &summary["samples"]), (&Json::from(2), &Json::from(17000)));
@@ -247,9 +247,9 @@ fn a_lost_second_begins_anew_and_a_few_lost_samples_do_not() {
 
 #[test]
 fn a_stream_that_cannot_be_used_is_refused() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let refused = |input: &str, arguments: &[&str], phrase: &str| {
-        let outcome = desk.fed(&[&["detect", "-"], arguments].concat(), input.as_bytes());
+        let outcome = folder.fed(&[&["detect", "-"], arguments].concat(), input.as_bytes());
         assert_eq!(outcome.code, 2, "{input:?}: {}", outcome.err);
         assert!(outcome.err.contains(phrase), "{input:?}: {}", outcome.err);
     };
@@ -263,8 +263,8 @@ fn a_stream_that_cannot_be_used_is_refused() {
     refused("", &["--interval-s", "nan"], "--interval-s");
     refused("", &["--set", "detector.cap=1e-9"], "detector.cap");
     refused("", &["--every", "0"], "--every");
-    assert!(desk.files("").is_empty(), "a stream writes no file");
-    let one = desk.fed(&["detect", "-", "--interval-s", "0.001", "--json"], b"time_s,position_m,force_n\n0,0,0\n");
+    assert!(folder.files("").is_empty(), "a stream writes no file");
+    let one = folder.fed(&["detect", "-", "--interval-s", "0.001", "--json"], b"time_s,position_m,force_n\n0,0,0\n");
     assert_eq!((one.code, &json(&one.out)["samples"]), (0, &Json::from(1)), "with an interval one sample is one");
 }
 

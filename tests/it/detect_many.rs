@@ -1,6 +1,6 @@
 //! `trocar detect` on many recordings: their order, their files, their labels and what is wrong with them.
 
-use crate::support::desk::Desk;
+use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
 /// A tick of the small recordings below, in s.
@@ -22,13 +22,14 @@ fn insertion(start_s: f64, duration_s: f64, ruptures_s: &[f64]) -> String {
 
 const VELOCITY: [&str; 2] = ["--velocity", "velocity_m_per_s"];
 
-/// The desk with three recordings: ruptures at 1 s and 2 s; at 1.5 s, with a clock that begins at 10 s; and none.
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.file("a/two.csv", insertion(0.0, 3.0, &[1.0, 2.0]))
+/// The folder with three recordings: ruptures at 1 s and 2 s; at 1.5 s, with a clock that begins at 10 s; and none.
+fn three_recordings() -> TestFolder {
+    let folder = TestFolder::new();
+    folder
+        .file("a/two.csv", insertion(0.0, 3.0, &[1.0, 2.0]))
         .file("a/one.csv", insertion(10.0, 3.0, &[1.5]))
         .file("b/none.csv", insertion(0.0, 3.0, &[]));
-    desk
+    folder
 }
 
 fn detect<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
@@ -41,10 +42,10 @@ fn json(text: &str) -> Json {
 
 #[test]
 fn a_folder_stands_for_its_recordings_and_a_bad_one_does_not_lose_the_others() {
-    let desk = desk();
-    desk.file("a/bad.csv", "time_s,position_m,velocity_m_per_s,force_n\n0,0,0,0\n0.001,soft,0,0\n");
-    desk.file("a/notes.txt", "no recording");
-    let outcome = desk.trocar(&detect(&["a", "missing.csv", "b/none.csv"]));
+    let folder = three_recordings();
+    folder.file("a/bad.csv", "time_s,position_m,velocity_m_per_s,force_n\n0,0,0,0\n0.001,soft,0,0\n");
+    folder.file("a/notes.txt", "no recording");
+    let outcome = folder.trocar(&detect(&["a", "missing.csv", "b/none.csv"]));
     assert_eq!(outcome.code, 2, "{}", outcome.err);
     assert!(outcome.err.contains("a/bad.csv line 3, column 'position_m': 'soft' is not a number"), "{}", outcome.err);
     assert!(outcome.err.contains("missing.csv"), "{}", outcome.err);
@@ -53,33 +54,33 @@ fn a_folder_stands_for_its_recordings_and_a_bad_one_does_not_lose_the_others() {
         outcome.out.lines().skip_while(|line| !line.contains("samples")).filter_map(|l| l.split(' ').next()).collect();
     assert_eq!(order[2..8], ["bad", "one", "two", "missing", "none", "all"], "{}", outcome.out);
     for name in ["one", "two", "none"] {
-        assert!(desk.path(&format!("out/{name}/detection.csv")).exists(), "{name}");
+        assert!(folder.path(&format!("out/{name}/detection.csv")).exists(), "{name}");
     }
-    assert!(!desk.path("out/bad").exists() && !desk.path("out/missing").exists());
-    let all = json(&desk.text("out/detections.json"));
+    assert!(!folder.path("out/bad").exists() && !folder.path("out/missing").exists());
+    let all = json(&folder.text("out/detections.json"));
     let recordings = all["recordings"].as_array().expect("a list");
     assert_eq!(recordings.len(), 5);
     assert!(recordings[0]["error"].as_str().is_some_and(|error| error.contains("soft")), "{}", recordings[0]);
     assert_eq!(recordings[2]["alarms"].as_array().map(Vec::len), Some(2));
     assert!(all["scores"].is_null(), "nothing is labelled");
-    desk.file("empty/readme.txt", "").refused(&["detect", "empty"], &["empty", "no *.csv file"]);
+    folder.file("empty/readme.txt", "").refused(&["detect", "empty"], &["empty", "no *.csv file"]);
 }
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let desk = desk();
+    let folder = three_recordings();
     // A recording that is named twice has no name of its own, but its labels may be left out.
-    desk.file("l.csv", "file,time_s\na/one.csv,11.5\nb/none.csv,\n");
+    folder.file("l.csv", "file,time_s\na/one.csv,11.5\nb/none.csv,\n");
     let mut printed = vec![];
     for threads in ["1", "8"] {
-        let mut command = desk.command(&["detect", "a", "b", "a/two.csv", "--labels", "l.csv", "--out", threads]);
+        let mut command = folder.command(&["detect", "a", "b", "a/two.csv", "--labels", "l.csv", "--out", threads]);
         let output = command.args(VELOCITY).env("RAYON_NUM_THREADS", threads).output().expect("ran");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         printed.push(String::from_utf8(output.stdout).expect("text").replace(&format!("files: {threads}"), ""));
     }
     assert_eq!(printed[0], printed[1]);
-    let files = desk.files("1");
-    assert!(files == desk.files("8"));
+    let files = folder.files("1");
+    assert!(files == folder.files("8"));
     for name in ["timeline.svg", "timeline.png", "delays.svg", "events.csv", "detections.json", "two-2/decision.png"] {
         assert!(files.contains_key(std::path::Path::new(name)), "{name} in {:?}", files.keys());
     }
@@ -87,19 +88,19 @@ fn the_number_of_threads_does_not_matter() {
 
 #[test]
 fn one_json_for_many_and_the_same_object_for_one() {
-    let desk = desk();
-    let printed = desk.good(&detect(&["a", "b", "--json"]));
-    assert_eq!(printed, desk.text("out/detections.json"));
+    let folder = three_recordings();
+    let printed = folder.good(&detect(&["a", "b", "--json"]));
+    assert_eq!(printed, folder.text("out/detections.json"));
     let all = json(&printed);
     let two = &all["recordings"][1];
     assert_eq!((two["file"].as_str(), two["folder"].as_str()), (Some("a/two.csv"), Some("two")));
-    let alone = json(&desk.good(&detect(&["a/two.csv", "--json", "--out", "alone"])));
+    let alone = json(&folder.good(&detect(&["a/two.csv", "--json", "--out", "alone"])));
     for key in ["alarms", "phases", "residual", "samples", "settings"] {
         assert_eq!(two[key], alone[key], "{key}");
     }
     assert!(alone["alarms"][0]["time_s"].is_number() && alone["scores"].is_null() && alone["false_alarms"].is_null());
-    assert_eq!(desk.text("out/two/events.csv"), desk.text("alone/two/events.csv"));
-    let joint = desk.text("out/events.csv");
+    assert_eq!(folder.text("out/two/events.csv"), folder.text("alone/two/events.csv"));
+    let joint = folder.text("out/events.csv");
     let rows: Vec<&str> = joint.lines().collect();
     assert!(rows[0].starts_with("file,event,time_s,sample,position_m"), "{joint}");
     assert!(rows[1].starts_with("a/one.csv,alarm,11.50") && rows[2].starts_with("a/two.csv,alarm,1.00"), "{joint}");
@@ -107,35 +108,35 @@ fn one_json_for_many_and_the_same_object_for_one() {
 
 #[test]
 fn names_that_collide_have_folders_of_their_own() {
-    let desk = desk();
-    desk.file("c/two.csv", insertion(0.0, 3.0, &[1.2]));
-    desk.file("s.toml", "name = \"two\"\nrecording.file = \"a/two.csv\"\nrecording.ruptures_s = [1.0, 2.0]\n");
-    let printed = desk.good(&detect(&["a/two.csv", "c/two.csv", "s.toml", "a/two.csv"]));
+    let folder = three_recordings();
+    folder.file("c/two.csv", insertion(0.0, 3.0, &[1.2]));
+    folder.file("s.toml", "name = \"two\"\nrecording.file = \"a/two.csv\"\nrecording.ruptures_s = [1.0, 2.0]\n");
+    let printed = folder.good(&detect(&["a/two.csv", "c/two.csv", "s.toml", "a/two.csv"]));
     for name in ["two ", "two-2", "two-3", "two-4"] {
         assert!(printed.lines().any(|line| line.starts_with(name)), "{name} in\n{printed}");
     }
-    let time = |name: &str| json(&desk.text(name))["alarms"][0]["time_s"].as_f64().expect("a time");
+    let time = |name: &str| json(&folder.text(name))["alarms"][0]["time_s"].as_f64().expect("a time");
     assert!((1.0..1.02).contains(&time("out/two/detection.json")));
     assert!((1.2..1.22).contains(&time("out/two-2/detection.json")));
-    let scenario = json(&desk.text("out/two-3/detection/detection.json"));
+    let scenario = json(&folder.text("out/two-3/detection/detection.json"));
     assert_eq!((&scenario["missed_ruptures"], &scenario["scores"]["recall"]), (&Json::from(0), &Json::from(1.0)));
 }
 
 #[test]
 fn labels_are_held_against_alarms_one_by_one() {
-    let desk = desk();
+    let folder = three_recordings();
     // Two true ruptures and one that never was; one; none; in any order.
-    desk.file(
+    folder.file(
         "l.csv",
         "# seen on video\nfile;time_s;kind\na/two.csv;2.0;muscle\none.csv;11.5;skin\ntwo.csv;0.4;skin\nnone.csv;;\n\
          two.csv;1;skin\n",
     );
-    let printed = desk.good(&detect(&["a", "b/none.csv", "--labels", "l.csv"]));
+    let printed = folder.good(&detect(&["a", "b/none.csv", "--labels", "l.csv"]));
     let total = printed.lines().find(|line| line.starts_with("all 3 labelled")).expect("a total");
     let cells: Vec<&str> = total["all 3 labelled".len()..].split_whitespace().collect();
     assert_eq!(cells[..4], ["4", "3", "1", "0"], "ruptures, found, missed, false: {printed}");
     assert_eq!(cells[4..10], ["100.0", "%", "75.00", "%", "85.71", "%"], "{printed}");
-    let all = json(&desk.text("out/detections.json"));
+    let all = json(&folder.text("out/detections.json"));
     let (one, two, none) = (&all["recordings"][0], &all["recordings"][1], &all["recordings"][2]);
     assert_eq!((&one["scores"]["found"], &two["scores"]["missed"]), (&Json::from(1), &Json::from(1)));
     assert_eq!(two["labelled_ruptures_s"], serde_json::json!([0.4, 1.0, 2.0]));
@@ -144,7 +145,7 @@ fn labels_are_held_against_alarms_one_by_one() {
         assert!(none["scores"][undefined].is_null(), "{undefined} of no alarm and no rupture: {none}");
     }
     assert_eq!(none["scores"]["false_alarms_per_minute"], 0.0);
-    let events = desk.text("out/two/events.csv");
+    let events = folder.text("out/two/events.csv");
     let kinds: Vec<(&str, &str)> = events
         .lines()
         .skip(1)
@@ -154,22 +155,22 @@ fn labels_are_held_against_alarms_one_by_one() {
     assert_eq!(kinds, [("missed", "skin"), ("found", "skin"), ("found", "muscle")], "{events}");
 
     // A window that no alarm keeps makes every alarm false and every rupture missed.
-    desk.file("l2.csv", "file,time_s\ntwo.csv,0.9\none.csv,11.4\n");
-    let strict = json(&desk.good(&detect(&["a", "--labels", "l2.csv", "--window-s", "0", "--json"])));
+    folder.file("l2.csv", "file,time_s\ntwo.csv,0.9\none.csv,11.4\n");
+    let strict = json(&folder.good(&detect(&["a", "--labels", "l2.csv", "--window-s", "0", "--json"])));
     assert_eq!((&strict["scores"]["false_alarms"], &strict["scores"]["missed"]), (&Json::from(3), &Json::from(2)));
     let per_minute = strict["scores"]["false_alarms_per_minute"].as_f64().expect("defined");
     assert!((per_minute - 3.0 / (6.0 / 60.0)).abs() < 1e-6, "3 in 6 s: {per_minute}");
     // An alarm before its rupture is false, however near.
-    desk.file("l2.csv", "file,time_s\ntwo.csv,1.1\n");
-    let early = json(&desk.good(&detect(&["a/two.csv", "--labels", "l2.csv", "--json"])));
+    folder.file("l2.csv", "file,time_s\ntwo.csv,1.1\n");
+    let early = json(&folder.good(&detect(&["a/two.csv", "--labels", "l2.csv", "--json"])));
     assert_eq!((&early["missed_ruptures"], &early["false_alarms"]), (&Json::from(1), &Json::from(2)));
 }
 
 #[test]
 fn labels_beside_a_recording_serve_without_being_asked_for() {
-    let desk = desk();
-    desk.file("a/two.labels.csv", "time_s,kind\n1.0,skin\n").file("b/none.labels.csv", "time_s\n");
-    let all = json(&desk.good(&detect(&["a", "b", "--json"])));
+    let folder = three_recordings();
+    folder.file("a/two.labels.csv", "time_s,kind\n1.0,skin\n").file("b/none.labels.csv", "time_s\n");
+    let all = json(&folder.good(&detect(&["a", "b", "--json"])));
     let of = |index: usize| &all["recordings"][index];
     assert_eq!(all["recordings"].as_array().map(Vec::len), Some(3), "the labels are no recording");
     assert!(of(0)["scores"].is_null(), "not labelled, so not judged");
@@ -177,10 +178,10 @@ fn labels_beside_a_recording_serve_without_being_asked_for() {
     assert_eq!((&of(2)["scores"]["ruptures"], &of(2)["false_alarms"]), (&Json::from(0), &Json::from(0)));
     assert_eq!(all["scores"]["recordings"], 2);
     // What is asked for comes first.
-    let asked = json(&desk.good(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"])));
+    let asked = json(&folder.good(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"])));
     assert_eq!((&asked["missed_ruptures"], &asked["false_alarms"]), (&Json::from(0), &Json::from(0)));
-    desk.file("b/none.labels.csv", "time_s\nsoon\n");
-    let outcome = desk.trocar(&detect(&["a", "b"]));
+    folder.file("b/none.labels.csv", "time_s\nsoon\n");
+    let outcome = folder.trocar(&detect(&["a", "b"]));
     assert_eq!(outcome.code, 2);
     assert!(
         outcome.err.contains("b/none.labels.csv line 2, column 'time_s': 'soon' is not a number"),
@@ -191,7 +192,7 @@ fn labels_beside_a_recording_serve_without_being_asked_for() {
 
 #[test]
 fn bad_labels_are_refused_with_file_and_line() {
-    let desk = desk();
+    let folder = three_recordings();
     let cases: [(&str, &[&str]); 11] = [
         ("file,time_s\ntwo.csv,1\nthree.csv,1\n", &["l.csv line 3", "'three.csv' is not one of the given recordings"]),
         ("file,time_s\ntwo.csv,NaN\n", &["l.csv line 2", "'NaN' is not finite"]),
@@ -206,12 +207,12 @@ fn bad_labels_are_refused_with_file_and_line() {
         ("file,time_s\ntwo.csv,\0\n", &["l.csv line 2", "binary"]),
     ];
     for (content, phrases) in cases {
-        desk.file("l.csv", content);
-        desk.refused(&detect(&["a", "b", "--labels", "l.csv"]), phrases);
+        folder.file("l.csv", content);
+        folder.refused(&detect(&["a", "b", "--labels", "l.csv"]), phrases);
     }
-    desk.refused(&detect(&["a", "--labels", "gone.csv"]), &["gone.csv", "cannot be read"]);
-    desk.file("l.csv", "file,time_s\ntwo.csv,1\n");
-    desk.refused(&detect(&["a/two.csv", "./a/two.csv", "--labels", "l.csv"]), &["matches a/two.csv and ./a/two.csv"]);
+    folder.refused(&detect(&["a", "--labels", "gone.csv"]), &["gone.csv", "cannot be read"]);
+    folder.file("l.csv", "file,time_s\ntwo.csv,1\n");
+    folder.refused(&detect(&["a/two.csv", "./a/two.csv", "--labels", "l.csv"]), &["matches a/two.csv and ./a/two.csv"]);
     // What only the recording itself can tell.
     for (content, phrases) in [
         ("time_s\n-0.1\n", ["l.csv line 2", "-0.1 s is outside the recording, which lasts from 0 to 3 s"]),
@@ -219,33 +220,33 @@ fn bad_labels_are_refused_with_file_and_line() {
         ("time_s\n2\n1\n2.0\n", ["l.csv line 4", "already on line 2"]),
         ("kind,time_s\nskin,2\n,\nnone,\n", ["l.csv line 4", "line 2 labels one"]),
     ] {
-        desk.file("l.csv", content);
-        desk.refused(&detect(&["a/two.csv", "--labels", "l.csv"]), &phrases);
+        folder.file("l.csv", content);
+        folder.refused(&detect(&["a/two.csv", "--labels", "l.csv"]), &phrases);
     }
 }
 
 #[test]
 fn flags_that_do_not_go_together_are_refused() {
-    let desk = desk();
-    desk.file("l.csv", "file,time_s\n");
-    desk.refused(&detect(&["a", "--rupture-s", "1"]), &["--rupture-s labels a single recording", "--labels"]);
-    desk.refused(&detect(&["a/two.csv", "--rupture-s", "1", "--labels", "l.csv"]), &["--labels"]);
-    desk.refused(&detect(&["a/two.csv", "--every", "3"]), &["--every is for a live stream"]);
-    desk.refused(&detect(&["a/two.csv", "--interval-s", "0.001"]), &["--interval-s is for a live stream"]);
-    desk.refused(&detect(&["a/two.csv", "-"]), &["cannot be combined with recordings"]);
-    desk.refused(&detect(&["-", "--labels", "l.csv"]), &["--labels is for recordings"]);
+    let folder = three_recordings();
+    folder.file("l.csv", "file,time_s\n");
+    folder.refused(&detect(&["a", "--rupture-s", "1"]), &["--rupture-s labels a single recording", "--labels"]);
+    folder.refused(&detect(&["a/two.csv", "--rupture-s", "1", "--labels", "l.csv"]), &["--labels"]);
+    folder.refused(&detect(&["a/two.csv", "--every", "3"]), &["--every is for a live stream"]);
+    folder.refused(&detect(&["a/two.csv", "--interval-s", "0.001"]), &["--interval-s is for a live stream"]);
+    folder.refused(&detect(&["a/two.csv", "-"]), &["cannot be combined with recordings"]);
+    folder.refused(&detect(&["-", "--labels", "l.csv"]), &["--labels is for recordings"]);
     for bad in ["-0.1", "nan", "inf"] {
-        desk.refused(&detect(&["a/two.csv", "--window-s", bad]), &["--window-s", "at least 0"]);
+        folder.refused(&detect(&["a/two.csv", "--window-s", bad]), &["--window-s", "at least 0"]);
     }
-    desk.refused(&["detect"], &["<RECORDING>"]);
-    let bad = desk.trocar(&detect(&["a", "b", "--set", "detector.capp=1"]));
+    folder.refused(&["detect"], &["<RECORDING>"]);
+    let bad = folder.trocar(&detect(&["a", "b", "--set", "detector.capp=1"]));
     assert_eq!((bad.code, bad.err.matches("did you mean").count()), (2, 1), "once for all: {}", bad.err);
 }
 
 #[test]
 fn the_phases_of_the_shipped_insertion_are_those_that_were_made() {
-    let desk = Desk::new();
-    let found = json(&desk.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures", "--json"]));
+    let folder = TestFolder::new();
+    let found = json(&folder.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures", "--json"]));
     let phases = found["phases"].as_array().expect("a list");
     let durations: Vec<f64> = phases.iter().map(|phase| phase["duration_s"].as_f64().expect("defined")).collect();
     let names: Vec<_> = phases.iter().filter_map(|phase| phase["phase"].as_str()).collect();
@@ -254,29 +255,29 @@ fn the_phases_of_the_shipped_insertion_are_those_that_were_made() {
     // It rests at 48 mm from 12.2 s to 14.2 s and then comes out, through the surface at 16.25 s.
     assert!((1.9..2.3).contains(&durations[2]) && (2.0..2.3).contains(&durations[3]), "{durations:?}");
     assert!(phases[0]["mean_stiffness_n_per_m"].is_null() && phases[1]["mean_stiffness_n_per_m"].is_number());
-    let printed = desk.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures"]);
+    let printed = folder.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures"]);
     assert!(printed.contains("phase       duration  mean |e|"), "{printed}");
 }
 
 #[test]
 fn a_folder_is_many_whatever_it_holds() {
-    let desk = desk();
-    let all = json(&desk.good(&detect(&["b", "--json"])));
+    let folder = three_recordings();
+    let all = json(&folder.good(&detect(&["b", "--json"])));
     assert_eq!(all["recordings"].as_array().map(Vec::len), Some(1));
     assert_eq!(all["recordings"][0]["folder"], "none");
 }
 
 #[test]
 fn without_figures_there_are_none() {
-    let desk = desk();
-    desk.good(&detect(&["a", "b"]));
-    let drawn = desk.files("out").keys().filter(|path| path.extension().is_some_and(|end| end == "png")).count();
+    let folder = three_recordings();
+    folder.good(&detect(&["a", "b"]));
+    let drawn = folder.files("out").keys().filter(|path| path.extension().is_some_and(|end| end == "png")).count();
     assert_eq!(drawn, 0);
 }
 
 #[test]
 fn degenerate_recordings_raise_no_alarm_and_no_number_that_is_none() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let table = |row: &dyn Fn(f64) -> [f64; 2], samples: u32| {
         let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
         for k in 0..samples {
@@ -286,23 +287,24 @@ fn degenerate_recordings_raise_no_alarm_and_no_number_that_is_none() {
         }
         text
     };
-    desk.file("d/zeros.csv", table(&|_| [0.0, 0.0], 2000))
+    folder
+        .file("d/zeros.csv", table(&|_| [0.0, 0.0], 2000))
         .file("d/constant.csv", table(&|_| [0.02, 5.0], 2000))
         .file("d/motionless.csv", table(&|t| [0.02, if t < 1.0 { 5.0 } else { 4.99 }], 2000))
         .file("d/no_contact.csv", table(&|t| [-0.02, (9.0 * t).sin()], 2000))
         .file("d/two_samples.csv", table(&|t| [0.01 + t, 1.0], 2));
     for velocity in [&VELOCITY[..], &[]] {
         let arguments = [&["detect", "d", "--json"], velocity].concat();
-        let all = json(&desk.good(&arguments));
+        let all = json(&folder.good(&arguments));
         for recording in all["recordings"].as_array().expect("a list") {
             assert_eq!(recording["alarms"], serde_json::json!([]), "{recording}");
             let residual = recording["residual"].as_object().expect("statistics");
             assert!(residual.values().all(Json::is_number), "{recording}");
-            let samples = desk.text(&format!("out/{}/detection.csv", recording["folder"].as_str().expect("a name")));
+            let samples = folder.text(&format!("out/{}/detection.csv", recording["folder"].as_str().expect("a name")));
             let numbers = samples.lines().skip(1).flat_map(|line| line.split(',').map(str::parse::<f64>));
             assert!(numbers.into_iter().all(|number| number.is_ok_and(f64::is_finite)));
         }
     }
-    desk.file("d/one_sample.csv", table(&|_| [0.0, 0.0], 1));
-    desk.refused(&["detect", "d/one_sample.csv"], &["a single sample"]);
+    folder.file("d/one_sample.csv", table(&|_| [0.0, 0.0], 1));
+    folder.refused(&["detect", "d/one_sample.csv"], &["a single sample"]);
 }

@@ -8,7 +8,8 @@ use serde_json::{Value as Json, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-use crate::support::page::explore;
+use crate::support::server::explore;
+use crate::support::test_folder::TestFolder;
 
 /// As long as a page that is being attacked may wait for its answer: a person would call it slow, not broken.
 const RESPONSIVE: Duration = Duration::from_secs(5);
@@ -340,9 +341,7 @@ fn ctrl_c_ends_it_cleanly_with_a_page_open() {
 fn a_port_that_is_taken_is_named_with_the_remedy() {
     let (_server, address) = explore(&[]);
     let port = address.port().to_string();
-    let output = assert_cmd::Command::cargo_bin("trocar").expect("built");
-    let output = { output }.args(["explore", "--no-open", "--port", &port]).assert().code(2);
-    let said = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-    assert!(said.contains(&address.to_string()) && said.contains("--port"), "{said}");
-    assert_cmd::Command::cargo_bin("trocar").expect("built").args(["explore", "no-such.toml"]).assert().code(2);
+    let folder = TestFolder::new();
+    folder.refused(&["explore", "--no-open", "--port", &port], &[&address.to_string(), "--port"]);
+    folder.refused(&["explore", "no-such.toml"], &["no-such.toml"]);
 }

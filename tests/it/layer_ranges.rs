@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use assert_cmd::Command;
+use crate::support::test_folder::TestFolder;
 use trocar::scenario::{Scenario, Source, shipped_questions};
 use trocar::tissue::literature::{self, Bounds, MEASURED};
 use trocar::tissue::{LAYER_KEYS, LayerKeys};
@@ -58,18 +58,14 @@ fn what_is_just_outside_is_refused_with_the_reason_and_the_bounds_are_not() {
 
 #[test]
 fn the_command_refuses_with_exit_code_2() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = TestFolder::new();
     let once = keys_of(&LAYER_KEYS[0]).len();
     let keys = ranged();
     let (layers, shaft) = keys.split_at(keys.len() - 4);
     for (key, bounds) in layers[..once].iter().chain(shaft) {
         for value in just_outside(bounds) {
             let set = format!("{key}={value:e}");
-            let mut command = Command::cargo_bin("trocar").expect("built");
-            let command = command.current_dir(folder.path()).args(["run", &format!("builtin:{SKIN}"), "--set", &set]);
-            let error = command.assert().code(2).get_output().stderr.clone();
-            let error = String::from_utf8(error).expect("text");
-            assert!(error.contains(key) && error.contains(bounds.requirement), "{error}");
+            folder.refused(&["run", &format!("builtin:{SKIN}"), "--set", &set], &[key, bounds.requirement]);
         }
     }
 }

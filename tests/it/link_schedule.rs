@@ -1,9 +1,6 @@
 //! Outages and logged delays, from a scenario's file to the trace; and what is refused.
 
-use std::fs;
-use std::path::PathBuf;
-
-use assert_cmd::Command;
+use crate::support::test_folder::TestFolder;
 use trocar::engine::Trace;
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
@@ -13,36 +10,19 @@ const BASE: &str = "name = \"x\"\noperator.kind = \"ramp\"\noperator.speed_m_per
     tissue = { kind = \"kelvin-voigt\", stiffness_n_per_m = 20.0 }\nsimulation.duration_s = 1.0\n\
     augmentation.enabled = false\n";
 
-struct Desk(tempfile::TempDir);
+/// A folder in which the scenario is tried with its channel's keys.
+fn load(folder: &TestFolder, channel: &str) -> Scenario {
+    folder.file("x.toml", format!("{BASE}[channel]\n{channel}\n"));
+    Scenario::load(&Source::Disk(folder.path("x.toml")), &[]).expect("loads")
+}
 
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-    fn file(&self, name: &str, content: &str) -> PathBuf {
-        let path = self.0.path().join(name);
-        fs::create_dir_all(path.parent().expect("a folder")).expect("made");
-        fs::write(&path, content).expect("written");
-        path
-    }
-    fn load(&self, channel: &str) -> Scenario {
-        let path = self.file("x.toml", &format!("{BASE}[channel]\n{channel}\n"));
-        Scenario::load(&Source::Disk(path), &[]).expect("loads")
-    }
-    fn trace(&self, channel: &str) -> Trace {
-        run(self.load(channel)).expect("runs").trace
-    }
-    /// Checks a file that is refused: exit code 2 and every phrase.
-    fn refuse(&self, channel: &str, phrases: &[&str]) {
-        self.file("x.toml", &format!("{BASE}[channel]\n{channel}\n"));
-        let mut command = Command::cargo_bin("trocar").expect("built");
-        let output = command.current_dir(self.0.path()).args(["check", "x.toml"]).output().expect("ran");
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{channel}: {message}");
-        for phrase in phrases {
-            assert!(message.contains(phrase), "{channel}: no {phrase:?} in\n{message}");
-        }
-    }
+fn traced(folder: &TestFolder, channel: &str) -> Trace {
+    run(load(folder, channel)).expect("runs").trace
+}
+
+fn refuse(folder: &TestFolder, channel: &str, phrases: &[&str]) {
+    folder.file("x.toml", format!("{BASE}[channel]\n{channel}\n"));
+    folder.refused(&["check", "x.toml"], phrases);
 }
 
 /// Where the slave is sent, if what the master sent at each tick takes that many ticks and the last that was sent counts;
@@ -55,13 +35,13 @@ fn held(trace: &Trace, ticks: impl Fn(usize) -> Option<usize>) -> Vec<f64> {
 
 #[test]
 fn a_logged_delay_is_what_samples_take() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     // Late, lost, early enough to overtake, and lost again to the end; nothing happens on the way back.
-    desk.file(
+    folder.file(
         "logs/wifi.csv",
         "# from a rig\ntime_s,forward_delay_s,backward_delay_s\n0.1,0.0304,0\n0.3005,,0\n0.35,0.1,0\n0.4,0.0052,0\n0.9,lost,0\n",
     );
-    let trace = desk.trace("delays_file = \"logs/wifi.csv\"\noutage_s = 1.0");
+    let trace = traced(&folder, "delays_file = \"logs/wifi.csv\"\noutage_s = 1.0");
     let expected = held(&trace, |sent| match sent {
         0..=300 => Some(30),
         301..350 => None,
@@ -75,23 +55,27 @@ fn a_logged_delay_is_what_samples_take() {
 
 #[test]
 fn a_trace_of_one_delay_is_that_delay() {
-    let desk = Desk::new();
-    desk.file("d.csv", "backward_delay_s;time_s;forward_delay_s\n0.02;0;0.03\n0.02;0.5;0.03\n");
-    assert_eq!(desk.trace("delays_file = \"d.csv\""), desk.trace("forward_delay_s = 0.03\nbackward_delay_s = 0.02"));
+    let folder = TestFolder::new();
+    folder.file("d.csv", "backward_delay_s;time_s;forward_delay_s\n0.02;0;0.03\n0.02;0.5;0.03\n");
+    assert_eq!(
+        traced(&folder, "delays_file = \"d.csv\""),
+        traced(&folder, "forward_delay_s = 0.03\nbackward_delay_s = 0.02")
+    );
     let uneven = "jitter_s = 0.01\nloss = 0.2\n";
     assert_eq!(
-        desk.trace(&format!("{uneven}delays_file = \"d.csv\"")),
-        desk.trace(&format!("{uneven}forward_delay_s = 0.03\nbackward_delay_s = 0.02"))
+        traced(&folder, &format!("{uneven}delays_file = \"d.csv\"")),
+        traced(&folder, &format!("{uneven}forward_delay_s = 0.03\nbackward_delay_s = 0.02"))
     );
 }
 
 #[test]
 fn an_echo_finds_the_delays_again() {
-    let desk = Desk::new();
-    desk.file("logs/d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.03,0.02\n0.5,,0.03\n");
-    let scenario = desk.load("delays_file = \"logs/d.csv\"\noutages_s = [0.7, 0.8]");
-    let elsewhere = Desk::new();
-    let echo = elsewhere.file("again.toml", &scenario.echo());
+    let folder = TestFolder::new();
+    folder.file("logs/d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.03,0.02\n0.5,,0.03\n");
+    let scenario = load(&folder, "delays_file = \"logs/d.csv\"\noutages_s = [0.7, 0.8]");
+    let elsewhere = TestFolder::new();
+    elsewhere.file("again.toml", scenario.echo());
+    let echo = elsewhere.path("again.toml");
     let again = Scenario::load(&Source::Disk(echo), &[]).expect("its echo is good");
     assert_eq!(scenario.echo(), again.echo());
     assert_eq!(scenario.forward_schedule, again.forward_schedule);
@@ -101,9 +85,9 @@ fn an_echo_finds_the_delays_again() {
 
 #[test]
 fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let link = "forward_delay_s = 0.02\njitter_s = 0.003\noutages_s = [0.3, 0.6]\nrecovery_speed_m_per_s = 0.05";
-    let trace = desk.trace(link);
+    let trace = traced(&folder, link);
     let reference = &trace.slave_reference_m;
     // Nothing that was sent before 0.3 s comes after 0.322 s, nothing sent after before 0.62 s.
     assert!(reference[322..620].iter().all(|&position| position == reference[322]));
@@ -112,19 +96,22 @@ fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() 
     assert!(steps.iter().all(|&step| step <= 5e-5 * (1.0 + 1e-9)), "faster than 50 mm/s");
     // 6 mm behind a hand at 20 mm/s: 0.2 s at 50 mm/s.
     assert!((780..860).contains(&there), "{there}");
-    assert_eq!(trace.slave_reference_m[..320], desk.trace(&link.replace("[0.3, 0.6]", "[]")).slave_reference_m[..320]);
+    assert_eq!(
+        trace.slave_reference_m[..320],
+        traced(&folder, &link.replace("[0.3, 0.6]", "[]")).slave_reference_m[..320]
+    );
 
-    let held = desk.trace(&format!("{link}\nrecovery = \"hold\""));
+    let held = traced(&folder, &format!("{link}\nrecovery = \"hold\""));
     let gap_m = |tick: usize| held.master_position_m[tick - 22] - held.slave_reference_m[tick];
     assert!((gap_m(990) - 6e-3).abs() < 5e-4, "{} m stay between hand and slave", gap_m(990));
-    let given_up = desk.trace(&format!("{link}\nrecovery = \"give-up\"")).slave_reference_m;
+    let given_up = traced(&folder, &format!("{link}\nrecovery = \"give-up\"")).slave_reference_m;
     assert!(given_up[322..].iter().all(|&position| position == given_up[322]));
 }
 
 #[test]
 fn a_slave_that_has_heard_nothing_from_the_start_is_not_thrown() {
-    let desk = Desk::new();
-    let trace = desk.trace("outages_s = [0.0, 0.5]\nrecovery_speed_m_per_s = 0.05");
+    let folder = TestFolder::new();
+    let trace = traced(&folder, "outages_s = [0.0, 0.5]\nrecovery_speed_m_per_s = 0.05");
     let reference = &trace.slave_reference_m;
     assert!(reference[..500].iter().all(|&position| position == 0.0) && trace.master_position_m[500] > 8e-3);
     let fastest = reference.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
@@ -134,7 +121,7 @@ fn a_slave_that_has_heard_nothing_from_the_start_is_not_thrown() {
 
 #[test]
 fn outages_that_make_no_sense_are_refused_where_they_stand() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     for (outages, phrases) in [
         ("[0.3]", ["and the outage at 0.3 s no end", "write each outage as its begin and its end"]),
         ("[0.1, 0.2, 0.3]", ["has 3 numbers", "write each outage as its begin and its end"]),
@@ -144,14 +131,14 @@ fn outages_that_make_no_sense_are_refused_where_they_stand() {
         ("[0.1, nan]", ["channel.outages_s is [0.1, nan]", "a list of numbers"]),
         ("0.3", ["channel.outages_s is 0.3", "a list of numbers"]),
     ] {
-        desk.refuse(&format!("outages_s = {outages}"), &phrases);
-        desk.refuse(&format!("outages_s = {outages}"), &["x.toml:8:13"]);
+        refuse(&folder, &format!("outages_s = {outages}"), &phrases);
+        refuse(&folder, &format!("outages_s = {outages}"), &["x.toml:8:13"]);
     }
 }
 
 #[test]
 fn delays_that_make_no_sense_are_refused_with_file_line_and_remedy() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let header = "time_s,forward_delay_s,backward_delay_s\n";
     for (rows, phrases) in [
         ("0,0,0\n1,-0.1,0\n", ["d.csv line 3, column 'forward_delay_s': a delay of -0.1 s", "leave the field empty"]),
@@ -166,33 +153,34 @@ fn delays_that_make_no_sense_are_refused_with_file_line_and_remedy() {
         ("", ["d.csv: holds a header but no samples", "at least two are needed"]),
         ("1.7e9,0,0\n1.8e9,0,0\n", ["begin at 1700000000 s, after the run's end at 1 s", "from the run's start"]),
     ] {
-        desk.file("d.csv", &format!("{header}{rows}"));
-        desk.refuse("delays_file = \"d.csv\"", &phrases);
-        desk.refuse("delays_file = \"d.csv\"", &["x.toml:8:15"]);
+        folder.file("d.csv", format!("{header}{rows}"));
+        refuse(&folder, "delays_file = \"d.csv\"", &phrases);
+        refuse(&folder, "delays_file = \"d.csv\"", &["x.toml:8:15"]);
     }
-    desk.file("d.csv", "");
-    desk.refuse("delays_file = \"d.csv\"", &["d.csv: holds no data"]);
-    desk.file("d.csv", "time_s,forward_delay,backward_delay_s\n0,0,0\n1,0,0\n");
-    desk.refuse("delays_file = \"d.csv\"", &["no column 'forward_delay_s'", "did you mean 'forward_delay'?"]);
-    desk.refuse("delays_file = \"none.csv\"", &["none.csv: cannot be read", "x.toml:8:15"]);
-    desk.refuse("delays_file = \".\"", &["is a directory, not a regular file"]);
-    desk.refuse("delays_file = \"builtin:none.csv\"", &["there is no recording builtin:none.csv"]);
-    desk.refuse("delays_file = \"\"", &["channel.delays_file is \"\"", "the path of a file"]);
+    folder.file("d.csv", "");
+    refuse(&folder, "delays_file = \"d.csv\"", &["d.csv: holds no data"]);
+    folder.file("d.csv", "time_s,forward_delay,backward_delay_s\n0,0,0\n1,0,0\n");
+    refuse(&folder, "delays_file = \"d.csv\"", &["no column 'forward_delay_s'", "did you mean 'forward_delay'?"]);
+    refuse(&folder, "delays_file = \"none.csv\"", &["none.csv: cannot be read", "x.toml:8:15"]);
+    refuse(&folder, "delays_file = \".\"", &["is a directory, not a regular file"]);
+    refuse(&folder, "delays_file = \"builtin:none.csv\"", &["there is no recording builtin:none.csv"]);
+    refuse(&folder, "delays_file = \"\"", &["channel.delays_file is \"\"", "the path of a file"]);
 }
 
 #[test]
 fn a_delays_file_and_a_delay_do_not_go_together_and_its_size_has_a_limit() {
-    let desk = Desk::new();
-    desk.file("d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0,0\n1,0,0\n2,0,0\n");
+    let folder = TestFolder::new();
+    folder.file("d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0,0\n1,0,0\n2,0,0\n");
     for key in ["forward_delay_s", "backward_delay_s"] {
         let both = format!("delays_file = \"d.csv\"\n{key} = 0.01");
         let message = format!("channel.{key} is 0.01, and channel.delays_file says how long samples take");
-        desk.refuse(&both, &[&message, &format!("leave out channel.{key}, or channel.delays_file"), "x.toml:9"]);
+        refuse(&folder, &both, &[&message, &format!("leave out channel.{key}, or channel.delays_file"), "x.toml:9"]);
     }
     let limited = |limit: &str| format!("delays_file = \"d.csv\"\n[recording]\n{limit}");
-    desk.refuse(
+    refuse(
+        &folder,
         &limited("max_samples = 2"),
         &["d.csv line 4: more than 2 samples", "raise max_samples", "x.toml:10:15"],
     );
-    desk.refuse(&limited("max_bytes = 20"), &["d.csv: is 0.0 MiB", "raise max_bytes", "x.toml:10:13"]);
+    refuse(&folder, &limited("max_bytes = 20"), &["d.csv: is 0.0 MiB", "raise max_bytes", "x.toml:10:13"]);
 }

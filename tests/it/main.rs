@@ -31,6 +31,7 @@ mod packs;
 mod paper;
 mod passivity;
 mod properties;
+mod public_api;
 mod readme;
 mod recording;
 mod report;

@@ -7,7 +7,7 @@ use trocar::engine::{COLUMNS, TRACE_COLUMNS};
 use trocar::report::{declarations, metrics_markdown, trace_columns_markdown};
 use trocar::sweep::{Column, sweep_schema};
 
-use crate::support::desk::Desk;
+use crate::support::test_folder::TestFolder;
 
 fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
@@ -53,8 +53,8 @@ fn a_metric_is_declared_in_one_place() {
 #[test]
 fn every_surface_has_every_metric() {
     let (table, schema) = (metrics_markdown(), sweep_schema().to_string());
-    let desk = Desk::new();
-    let help = desk.good(&["sweep", "--help"]);
+    let folder = TestFolder::new();
+    let help = folder.good(&["sweep", "--help"]);
     let mut keys = BTreeSet::new();
     for metric in declarations() {
         let key = metric.key(1);
@@ -71,20 +71,20 @@ fn every_surface_has_every_metric() {
 
 #[test]
 fn former_names_of_metrics_are_taken_and_the_new_ones_named() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let file = |metrics: &str| {
         format!(
             "base = \"builtin:augmented.toml\"\nmetrics = [{metrics}]\nset.simulation.duration_s = 6.0\naxes.scaling.force = [0.5, 1.0]\n"
         )
     };
-    desk.file("old.toml", file("\"most_slave_overshoot_m\", \"tracking_rmse_m\""));
-    let old = desk.command(&["sweep", "old.toml", "--out", "out"]).assert().success();
+    folder.file("old.toml", file("\"most_slave_overshoot_m\", \"tracking_rmse_m\""));
+    let old = folder.command(&["sweep", "old.toml", "--out", "out"]).assert().success();
     let noted = String::from_utf8_lossy(&old.get_output().stderr).into_owned();
     assert!(noted.contains("note: the metric most_slave_overshoot_m is called max_slave_overshoot_m now"), "{noted}");
-    let rows = desk.text("out/old/cases.csv");
+    let rows = folder.text("out/old/cases.csv");
     assert!(rows.starts_with("case,scaling.force,seed,outcome,max_slave_overshoot_m,tracking_rmse_m\n"), "{rows}");
-    desk.file("twice.toml", file("\"most_slave_overshoot_m\", \"max_slave_overshoot_m\""));
-    desk.refused(&["sweep", "twice.toml"], &["max_slave_overshoot_m", "twice"]);
+    folder.file("twice.toml", file("\"most_slave_overshoot_m\", \"max_slave_overshoot_m\""));
+    folder.refused(&["sweep", "twice.toml"], &["max_slave_overshoot_m", "twice"]);
     for metric in declarations().filter_map(|metric| metric.former_name) {
         assert!(Column::named(metric).is_some_and(|column| column.name != metric), "{metric}");
     }

@@ -1,11 +1,10 @@
 //! The README is executed: its commands run, and what it shows is what they print and draw.
 
-use std::path::Path;
-
-use assert_cmd::Command;
+use super::support::file;
+use super::support::test_folder::TestFolder;
 
 fn readme() -> String {
-    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("there")
+    std::fs::read_to_string(file("README.md")).expect("there")
 }
 
 /// The blocks fenced with a language.
@@ -15,15 +14,26 @@ fn blocks(language: &str) -> Vec<String> {
     text.split(&opening).skip(1).map(|rest| rest.split("```").next().unwrap_or_default().to_owned()).collect()
 }
 
-/// Runs trocar with the arguments of a shell line, in a folder; gives what it prints.
-fn trocar(folder: &Path, arguments: &str) -> String {
-    let output = Command::cargo_bin("trocar")
-        .expect("built")
-        .current_dir(folder)
-        .args(arguments.split_whitespace())
-        .assert()
-        .success();
-    String::from_utf8(output.get_output().stdout.clone()).expect("text")
+/// The arguments of a shell line that calls trocar.
+fn arguments(line: &str) -> Vec<&str> {
+    line.trim().strip_prefix("trocar ").expect("a command").split_whitespace().collect()
+}
+
+/// Runs a command as it is shown, the project's files at their place; gives what it prints.
+fn printed(folder: &TestFolder, command: &str) -> String {
+    let command = command.replace("\\\n", " ").replace(" scenarios/", &format!(" {}/", file("scenarios").display()));
+    folder.good(&arguments(&command))
+}
+
+/// The text is a block of the README.
+fn assert_is_shown(text: &str) {
+    assert!(blocks("text").iter().any(|block| block == text), "paste into README.md:\n{text}");
+}
+
+/// What a command has drawn is a picture that the README shows.
+fn assert_picture(folder: &TestFolder, drawn: &str, shown: &str) {
+    let read = |path| std::fs::read(path).expect("there");
+    assert!(read(folder.path(drawn)) == read(file(shown)), "copy {drawn} to {shown}");
 }
 
 #[test]
@@ -31,51 +41,43 @@ fn the_first_screen_has_the_two_commands_and_they_are_the_projects() {
     let first = blocks("sh").remove(0);
     assert!(first.contains("cargo run --release -- compare"), "{first}");
     assert!(first.contains("cargo test"), "{first}");
-    let gate = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/run")).expect("there");
-    assert!(gate.lines().any(|line| line == "cargo test"));
+    let gate = std::fs::read_to_string(file(".ci/run")).expect("there");
+    assert!(gate.lines().any(|line| line == "cargo test --workspace"));
 }
 
 #[test]
 fn compare_prints_and_draws_what_the_readme_shows() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let printed = trocar(folder.path(), "compare");
+    let folder = TestFolder::new();
+    let printed = printed(&folder, "trocar compare");
     assert_eq!(printed, blocks("text")[0], "paste what `trocar compare` prints into README.md");
-    let drawn = std::fs::read(folder.path().join("out/overlay.png")).expect("drawn");
-    let shown = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/overlay.png")).expect("shown");
-    assert!(drawn == shown, "copy out/overlay.png to scenarios/overlay.png");
+    assert_picture(&folder, "out/overlay.png", "scenarios/overlay.png");
 }
 
 #[test]
 fn detect_prints_what_the_readme_shows() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let command = blocks("sh")[1].replace("\\\n", " ");
-    let root = env!("CARGO_MANIFEST_DIR");
-    let arguments =
-        command.trim().strip_prefix("trocar ").expect("a command").replace("scenarios/", &format!("{root}/scenarios/"));
-    assert_eq!(trocar(folder.path(), &arguments), blocks("text")[1]);
+    assert_eq!(printed(&TestFolder::new(), &blocks("sh")[1]), blocks("text")[1]);
 }
 
 /// Runs a line of a session in a folder, commands joined by `|`; gives what the last one prints.
-fn session(folder: &Path, line: &str) -> String {
+fn session(folder: &TestFolder, line: &str) -> String {
     line.split(" | ").fold(String::new(), |input, command| {
-        let arguments = command.trim().strip_prefix("trocar ").expect("a command").split_whitespace();
-        let mut trocar = Command::cargo_bin("trocar").expect("built");
-        let assert = trocar.current_dir(folder).args(arguments).write_stdin(input).assert().success();
-        String::from_utf8(assert.get_output().stdout.clone()).expect("text")
+        let outcome = folder.fed(&arguments(command), input.as_bytes());
+        assert_eq!(outcome.code, 0, "{command}: {}", outcome.err);
+        outcome.out
     })
 }
 
 #[test]
 fn sessions_print_what_the_readme_shows() {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::create_dir(folder.path().join("trials")).expect("made");
-    std::fs::write(folder.path().join("labels.csv"), &blocks("csv")[0]).expect("written");
+    let folder = TestFolder::new();
+    std::fs::create_dir(folder.path("trials")).expect("made");
+    folder.file("labels.csv", &blocks("csv")[0]);
     let sessions = blocks("console");
     assert_eq!(sessions.len(), 2);
     for shown in sessions {
         let mut printed = String::new();
         for line in shown.lines().filter_map(|line| line.strip_prefix("$ ")) {
-            printed.push_str(&format!("$ {line}\n{}", session(folder.path(), line)));
+            printed.push_str(&format!("$ {line}\n{}", session(&folder, line)));
         }
         assert_eq!(printed, shown);
     }
@@ -84,9 +86,7 @@ fn sessions_print_what_the_readme_shows() {
 #[test]
 fn the_studies_over_seeds_print_what_the_readme_shows() {
     for index in [2, 3] {
-        let folder = tempfile::tempdir().expect("a folder");
-        let command = blocks("sh")[index].trim().strip_prefix("trocar ").expect("a command").to_owned();
-        let printed = trocar(folder.path(), &command);
+        let printed = printed(&TestFolder::new(), &blocks("sh")[index]);
         let start = printed.find("200 seeds:").expect("a study");
         let study = printed[start..].split("\n\n").next().expect("a table");
         assert_eq!(study, blocks("text")[index].trim_end());
@@ -95,48 +95,33 @@ fn the_studies_over_seeds_print_what_the_readme_shows() {
 
 #[test]
 fn the_pictures_are_what_their_commands_draw() {
-    for (index, picture) in [(4, "reflexes.png"), (6, "late_wall.png")] {
-        let folder = tempfile::tempdir().expect("a folder");
-        trocar(folder.path(), blocks("sh")[index].trim().strip_prefix("trocar ").expect("a command"));
-        let drawn = std::fs::read(folder.path().join("out/overlay.png")).expect("drawn");
-        let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(picture);
-        assert!(drawn == std::fs::read(shown).expect("shown"), "copy out/overlay.png to scenarios/{picture}");
+    for (index, picture) in [(4, "scenarios/reflexes.png"), (6, "scenarios/late_wall.png")] {
+        let folder = TestFolder::new();
+        printed(&folder, &blocks("sh")[index]);
+        assert_picture(&folder, "out/overlay.png", picture);
     }
 }
 
 #[test]
 fn calibrate_prints_what_the_readme_shows() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let root = env!("CARGO_MANIFEST_DIR");
     let command = blocks("sh").into_iter().find(|block| block.starts_with("trocar calibrate scen")).expect("shown");
-    let arguments = command.replace("\\\n", " ").replace("scenarios/", &format!("{root}/scenarios/"));
-    let printed = trocar(folder.path(), arguments.trim().strip_prefix("trocar ").expect("a command"));
-    assert!(blocks("text").contains(&printed), "paste into README.md:\n{printed}");
+    assert_is_shown(&printed(&TestFolder::new(), &command));
 }
 
 #[test]
 fn roc_prints_and_draws_what_the_readme_shows() {
     let commands: Vec<String> = blocks("sh").into_iter().filter(|block| block.starts_with("trocar roc")).collect();
-    let arguments = |index: usize| commands[index].trim().strip_prefix("trocar ").expect("a command").to_owned();
-    let folder = tempfile::tempdir().expect("a folder");
-    let printed = trocar(folder.path(), &arguments(0));
-    assert!(blocks("text").contains(&printed), "paste into README.md:\n{printed}");
-    trocar(folder.path(), &arguments(1));
-    let drawn = std::fs::read(folder.path().join("out/roc.png")).expect("drawn");
-    let shown = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/roc.png")).expect("shown");
-    assert!(drawn == shown, "copy out/roc.png to scenarios/roc.png");
+    let folder = TestFolder::new();
+    assert_is_shown(&printed(&folder, &commands[0]));
+    printed(&folder, &commands[1]);
+    assert_picture(&folder, "out/roc.png", "scenarios/roc.png");
 }
 
 #[test]
 fn the_sweep_prints_what_the_readme_shows() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let root = env!("CARGO_MANIFEST_DIR");
     let command = blocks("sh").into_iter().find(|block| block.starts_with("trocar sweep scenarios")).expect("shown");
-    let arguments = command.trim().strip_prefix("trocar ").expect("a command");
-    let printed = trocar(folder.path(), &arguments.replace("scenarios/", &format!("{root}/scenarios/")));
-    assert!(blocks("text").contains(&printed), "paste into README.md:\n{printed}");
-    let shown = std::fs::read_to_string(Path::new(root).join("scenarios/sweeps/small.toml")).expect("there");
-    assert!(blocks("text").contains(&shown), "paste scenarios/sweeps/small.toml into README.md");
+    assert_is_shown(&printed(&TestFolder::new(), &command));
+    assert_is_shown(&std::fs::read_to_string(file("scenarios/sweeps/small.toml")).expect("there"));
 }
 
 #[test]
@@ -144,43 +129,37 @@ fn stability_prints_and_draws_what_the_readme_shows() {
     let commands = blocks("sh");
     let commands: Vec<_> = commands.iter().filter(|block| block.starts_with("trocar stability")).collect();
     assert_eq!(commands.len(), 2);
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = TestFolder::new();
     for command in commands {
-        let printed = trocar(folder.path(), command.trim().strip_prefix("trocar ").expect("a command"));
-        assert!(blocks("text").contains(&printed), "paste into README.md:\n{printed}");
+        assert_is_shown(&printed(&folder, command));
     }
-    let drawn = std::fs::read(folder.path().join("out/late-wall/stability.png")).expect("drawn");
-    let shown = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/stability.png")).expect("shown");
-    assert!(drawn == shown, "copy out/late-wall/stability.png to scenarios/stability.png");
+    assert_picture(&folder, "out/late-wall/stability.png", "scenarios/stability.png");
 }
 
 #[test]
 fn the_command_of_the_architectures_runs() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let printed = trocar(folder.path(), blocks("sh")[5].trim().strip_prefix("trocar ").expect("a command"));
+    let printed = printed(&TestFolder::new(), &blocks("sh")[5]);
     assert!(printed.contains("four-channel"), "{printed}");
 }
 
 #[test]
 fn the_scenario_of_the_readme_runs() {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("my.toml"), &blocks("toml")[0]).expect("written");
-    let printed = trocar(folder.path(), "run my.toml --set augmentation.reengage=snap");
-    assert!(printed.starts_with("gentler: completed"), "{printed}");
-    let root = env!("CARGO_MANIFEST_DIR");
-    let pair = format!("{root}/scenarios/real_classical.toml {root}/scenarios/real_augmented.toml");
-    let printed = trocar(folder.path(), &format!("compare {pair}"));
+    let folder = TestFolder::new();
+    folder.file("my.toml", &blocks("toml")[0]);
+    let gentler = printed(&folder, "trocar run my.toml --set augmentation.reengage=snap");
+    assert!(gentler.starts_with("gentler: completed"), "{gentler}");
+    let compared = printed(&folder, "trocar compare scenarios/real_classical.toml scenarios/real_augmented.toml");
     for metric in ["missed ruptures", "false alarms"] {
-        let line = printed.lines().find(|line| line.starts_with(metric)).expect("a row");
+        let line = compared.lines().find(|line| line.starts_with(metric)).expect("a row");
         assert_eq!(line.split_whitespace().rev().take(2).collect::<Vec<_>>(), ["0", "0"], "{line}");
     }
 }
 
 #[test]
 fn every_command_of_the_readme_is_one() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = TestFolder::new();
     for line in readme().lines().filter(|line| line.starts_with("| `trocar ")) {
         let command = line.trim_start_matches("| `trocar ").split([' ', '`']).next().expect("a word");
-        assert!(trocar(folder.path(), &format!("{command} --help")).contains("Usage: trocar"), "{command}");
+        assert!(folder.good(&[command, "--help"]).contains("Usage: trocar"), "{command}");
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-use crate::support::desk::Desk;
+use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
 /// What a page may weigh.
@@ -104,10 +104,10 @@ fn is_sound(html: &str) {
 
 #[test]
 fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
-    let desk = Desk::new();
-    let printed = desk.good(&["compare", "--report", "--out", "o"]);
+    let folder = TestFolder::new();
+    let printed = folder.good(&["compare", "--report", "--out", "o"]);
     assert!(printed.ends_with("report: o/report.html\n"), "{printed}");
-    let html = desk.text("o/report.html");
+    let html = folder.text("o/report.html");
     is_sound(&html);
     let rows = rows(&html);
     let mut lines = 0;
@@ -132,15 +132,15 @@ fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
                 .next()
                 .expect("ended"),
         );
-        assert_eq!(shown, desk.text(&format!("o/{name}/scenario.toml")));
+        assert_eq!(shown, folder.text(&format!("o/{name}/scenario.toml")));
     }
     assert!(html.contains("trocar compare --report</pre>"));
-    assert!(!desk.path("o/classical/report.html").exists());
+    assert!(!folder.path("o/classical/report.html").exists());
 }
 
 #[test]
 fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() {
-    let (here, there) = (Desk::new(), Desk::new());
+    let (here, there) = (TestFolder::new(), TestFolder::new());
     let given = ["run", "builtin:augmented.toml", "--set", "sensor.force_noise_std_n=0.02", "--report", "--quiet"];
     here.good(&given);
     there.good(&[&given[..], &["--out", "far/away"]].concat());
@@ -150,12 +150,12 @@ fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() 
     // As the page says: the scenario saved under its name, and the command.
     let toml = unescaped(between(&html, "aria-label=\"augmented.toml\">", "</pre>"));
     let command = unescaped(between(&html, "aria-label=\"Command\">", "</pre>"));
-    let again = Desk::new();
+    let again = TestFolder::new();
     again.file("augmented.toml", toml);
     again.good(&command.split(' ').skip(1).collect::<Vec<_>>());
     assert!(html == again.text("out/augmented/report.html"));
     // And nothing else of what is written depends on it.
-    let plain = Desk::new();
+    let plain = TestFolder::new();
     plain.good(&given[..4]);
     let mut files: BTreeMap<_, _> = here.files("out");
     files.retain(|path, _| !path.ends_with("report.html"));
@@ -174,12 +174,12 @@ fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
 
 #[test]
 fn what_is_drawn_is_what_was_recorded_to_five_digits() {
-    let desk = Desk::new();
-    desk.good(&["run", "builtin:augmented.toml", "--report", "--quiet"]);
-    let trace = columns(&desk.text("out/augmented/trace.csv"));
+    let folder = TestFolder::new();
+    folder.good(&["run", "builtin:augmented.toml", "--report", "--quiet"]);
+    let trace = columns(&folder.text("out/augmented/trace.csv"));
     let ticks: BTreeMap<String, usize> =
         trace["time_s"].iter().enumerate().map(|(tick, time)| (format!("{time:.6}"), tick)).collect();
-    let data = data(&desk.text("out/augmented/report.html"));
+    let data = data(&folder.text("out/augmented/report.html"));
     let charts = data["charts"]["signals"].as_array().expect("charts");
     let mut seen = 0;
     for (chart, series, column, factor) in [
@@ -223,21 +223,21 @@ fn what_is_drawn_is_what_was_recorded_to_five_digits() {
 
 #[test]
 fn names_that_would_run_are_shown_and_do_not() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
     let content = format!("{EVIL},x_mm,f\n{}", (0..400).map(row).collect::<String>());
     let file = "a '\"&<b>onload=alert(3)<b>.csv";
-    desk.file(file, &content).file("b.csv", &content);
-    desk.file(
+    folder.file(file, &content).file("b.csv", &content);
+    folder.file(
         "labels.csv",
         format!("file,time_s,kind\n{file:?},0.2,{EVIL}\nb.csv,0.3,{EVIL}\n").replace("\\\"", "\"\""),
     );
     let columns = ["--time", EVIL, "--position", "x_mm", "--force", "f"];
-    desk.good(
+    folder.good(
         &[&["detect", file, "b.csv", "--labels", "labels.csv", "--report", "--quiet", "--no-figures"], &columns[..]]
             .concat(),
     );
-    let pages: Vec<_> = desk.files("out").into_iter().filter(|(path, _)| path.ends_with("report.html")).collect();
+    let pages: Vec<_> = folder.files("out").into_iter().filter(|(path, _)| path.ends_with("report.html")).collect();
     assert_eq!(pages.len(), 3);
     for (path, page) in pages {
         let html = String::from_utf8(page).expect("text");
@@ -252,16 +252,16 @@ fn names_that_would_run_are_shown_and_do_not() {
 
 #[test]
 fn nothing_of_the_machine_is_on_a_page() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
-    desk.file("r.csv", format!("time_s,position_m,force_n\n{}", (0..400).map(row).collect::<String>()));
-    let recording = desk.path("r.csv").display().to_string();
-    desk.file("s.toml", format!("recording.file = {recording:?}\nsimulation.duration_s = 0.3\n"));
-    let scenario = desk.path("s.toml").display().to_string();
-    desk.good(&["detect", &recording, "--report", "--quiet"]);
-    desk.good(&["run", &scenario, "--report", "--quiet"]);
-    desk.good(&["compare", &scenario, "--report", "--quiet"]);
-    desk.good(&[
+    folder.file("r.csv", format!("time_s,position_m,force_n\n{}", (0..400).map(row).collect::<String>()));
+    let recording = folder.path("r.csv").display().to_string();
+    folder.file("s.toml", format!("recording.file = {recording:?}\nsimulation.duration_s = 0.3\n"));
+    let scenario = folder.path("s.toml").display().to_string();
+    folder.good(&["detect", &recording, "--report", "--quiet"]);
+    folder.good(&["run", &scenario, "--report", "--quiet"]);
+    folder.good(&["compare", &scenario, "--report", "--quiet"]);
+    folder.good(&[
         "stability",
         &scenario,
         "--report",
@@ -271,24 +271,24 @@ fn nothing_of_the_machine_is_on_a_page() {
         "--y",
         "tissue.stiffness_n_per_m=100:200:3",
     ]);
-    let folder = recording.strip_suffix("r.csv").expect("a folder");
+    let place = recording.strip_suffix("r.csv").expect("a folder");
     for page in ["out/r/report.html", "out/report.html", "out/s/report.html"] {
-        let html = desk.text(page);
+        let html = folder.text(page);
         is_sound(&html);
-        assert!(!unescaped(&html).contains(folder), "{page}");
+        assert!(!unescaped(&html).contains(place), "{page}");
         assert!(unescaped(&html).contains("file = \"r.csv\""), "{page}");
     }
 }
 
 #[test]
 fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
-    let desk = Desk::new();
-    desk.file("base.toml", SHORT.replace("0.5", "0.02"));
+    let folder = TestFolder::new();
+    folder.file("base.toml", SHORT.replace("0.5", "0.02"));
     let axes = "scaling.force = { from = 0.5, to = 2.0, points = 100 }\nscaling.position = { from = 0.1, to = 1.0, points = 70, log = true }\noperator.kind = [\"ramp\", \"sine\"]\n";
     let metrics = "metrics = [\"tracking_rmse_m\", \"max_tissue_force_n\"]\n";
-    desk.file("large.toml", format!("base = \"base.toml\"\n{metrics}[axes]\n{axes}"));
-    let printed = desk.good(&["sweep", "large.toml", "--report"]);
-    let html = desk.text("out/large/report.html");
+    folder.file("large.toml", format!("base = \"base.toml\"\n{metrics}[axes]\n{axes}"));
+    let printed = folder.good(&["sweep", "large.toml", "--report"]);
+    let html = folder.text("out/large/report.html");
     is_sound(&html);
     let shown = unescaped(&html);
     assert!(shown.contains("2000 of 14000 cases are drawn, evenly chosen"));
@@ -307,34 +307,35 @@ fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
 
 #[test]
 fn a_sweep_that_is_done_gets_its_page_all_the_same() {
-    let desk = Desk::new();
-    desk.file("base.toml", SHORT.replace("0.5", "0.02"));
+    let folder = TestFolder::new();
+    folder.file("base.toml", SHORT.replace("0.5", "0.02"));
     let sweep = "base = \"base.toml\"\nmetrics = [\"tracking_rmse_m\"]\n[axes]\nscaling.force = [0.5, 1.0, 2.0]\n";
-    desk.file("s.toml", sweep);
-    desk.good(&["sweep", "s.toml", "--quiet"]);
-    let before = desk.files("out/s");
-    desk.good(&["sweep", "s.toml", "--quiet", "--report"]);
-    let mut after = desk.files("out/s");
+    folder.file("s.toml", sweep);
+    folder.good(&["sweep", "s.toml", "--quiet"]);
+    let before = folder.files("out/s");
+    folder.good(&["sweep", "s.toml", "--quiet", "--report"]);
+    let mut after = folder.files("out/s");
     let page = after.remove(std::path::Path::new("report.html")).expect("written");
     is_sound(&String::from_utf8(page.clone()).expect("text"));
     assert!(before == after);
     // Of shards, their join has it: the same but for the command.
     for shard in ["1/2", "2/2"] {
-        desk.good(&["sweep", "s.toml", "--quiet", "--shard", shard, "--out", "parts"]);
+        folder.good(&["sweep", "s.toml", "--quiet", "--shard", shard, "--out", "parts"]);
     }
-    desk.good(&["sweep", "merge", "parts/s", "--out", "joined", "--quiet", "--report"]);
-    let joined = desk.text("joined/s/report.html").replace("sweep merge parts&#x2f;s", "sweep s.toml");
+    folder.good(&["sweep", "merge", "parts/s", "--out", "joined", "--quiet", "--report"]);
+    let joined = folder.text("joined/s/report.html").replace("sweep merge parts&#x2f;s", "sweep s.toml");
     assert!(joined.as_bytes() == page);
-    desk.refused(&["sweep", "s.toml", "--shard", "1/2", "--report", "--out", "x"], &["--report", "--shard"]);
+    folder.refused(&["sweep", "s.toml", "--shard", "1/2", "--report", "--out", "x"], &["--report", "--shard"]);
 }
 
 #[test]
 fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let axes = ["--x", "scaling.force=0.1:10:12", "--y", "tissue.stiffness_n_per_m=10:2000:11"];
-    let printed = desk.good(&[&["stability", "builtin:augmented.toml", "--report", "--simulate"], &axes[..]].concat());
+    let printed =
+        folder.good(&[&["stability", "builtin:augmented.toml", "--report", "--simulate"], &axes[..]].concat());
     assert!(printed.ends_with("report: out/augmented/report.html\n"), "{printed}");
-    let html = desk.text("out/augmented/report.html");
+    let html = folder.text("out/augmented/report.html");
     is_sound(&html);
     let rows = rows(&html);
     for line in printed.lines().filter(|line| {
@@ -351,29 +352,29 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
         );
     }
     let map = &data(&html)["maps"]["stability"];
-    let csv = desk.text("out/augmented/stability_map.csv");
+    let csv = folder.text("out/augmented/stability_map.csv");
     let stable: String = csv.lines().skip(1).map(|line| line.split(',').nth(2).expect("a verdict")).collect();
     let drawn: String = map["verdicts"].as_array().expect("rows").iter().filter_map(Json::as_str).collect();
     assert_eq!(drawn, stable);
     assert_eq!(
         map["boundary"].as_array().map(Vec::len),
-        Some(desk.text("out/augmented/stability_boundary.csv").lines().count() - 1)
+        Some(folder.text("out/augmented/stability_boundary.csv").lines().count() - 1)
     );
     assert!(unescaped(&html).contains("Certificate: the motion decays under any sequence of events"));
 }
 
 #[test]
 fn every_command_that_has_it_says_what_it_does() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     for command in [&["run"][..], &["compare"], &["detect"], &["sweep"], &["sweep", "merge"], &["stability"]] {
-        let help = desk.good(&[command, &["--help"]].concat());
+        let help = folder.good(&[command, &["--help"]].concat());
         let about = between(&help, "--report", "--out").split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(about.contains("report.html"), "{command:?}: {about}");
     }
-    assert!(!desk.good(&["roc", "--help"]).contains("--report"));
-    desk.refused(&["detect", "-", "--report"], &["--report"]);
-    desk.file("s.toml", format!("name = \"report.html\"\n{}", SHORT.replace("name = \"short\"\n", "")));
-    desk.refused(&["compare", "s.toml"], &["report.html"]);
+    assert!(!folder.good(&["roc", "--help"]).contains("--report"));
+    folder.refused(&["detect", "-", "--report"], &["--report"]);
+    folder.file("s.toml", format!("name = \"report.html\"\n{}", SHORT.replace("name = \"short\"\n", "")));
+    folder.refused(&["compare", "s.toml"], &["report.html"]);
 }
 
 /// In a browser, where there is one: the page's policy lets its script run, and the script draws everything without an error.
@@ -384,11 +385,11 @@ fn a_browser_draws_the_pages() {
         eprintln!("left out: no browser ({}) is installed", browsers.join(", "));
         return;
     };
-    let desk = Desk::new();
-    desk.good(&["compare", "--report", "--quiet"]);
-    desk.good(&["stability", "--report", "--quiet"]);
+    let folder = TestFolder::new();
+    folder.good(&["compare", "--report", "--quiet"]);
+    folder.good(&["stability", "--report", "--quiet"]);
     for page in ["out/report.html", "out/classical/report.html"] {
-        let html = desk.text(page);
+        let html = folder.text(page);
         let profile = tempfile::tempdir().expect("a folder");
         let output = Command::new(browser)
             .args([
@@ -399,7 +400,7 @@ fn a_browser_draws_the_pages() {
                 "--enable-logging=stderr",
             ])
             .arg(format!("--user-data-dir={}", profile.path().display()))
-            .args(["--dump-dom", &format!("file://{}", desk.path(page).display())])
+            .args(["--dump-dom", &format!("file://{}", folder.path(page).display())])
             .output()
             .expect("ran");
         let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));

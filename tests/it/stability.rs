@@ -373,18 +373,18 @@ fn the_engine_agrees_with_every_verdict_of_a_map() {
 
 #[test]
 fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
-    let desk = crate::support::desk::Desk::new();
+    let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "channel.delay_s=0:0.1:12", "--y", "scaling.force=0.1:10:10:log"];
-    let printed = desk.good(&[&["stability", "builtin:21_late_wall.toml"][..], &small, &["--simulate"]].concat());
+    let printed = folder.good(&[&["stability", "builtin:21_late_wall.toml"][..], &small, &["--simulate"]].concat());
     for phrase in ["late-wall: not stable", "spectral radius", "907.5", "delay_s by scaling.force", "120 runs"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
     }
     let names = ["stability.json", "stability_map.csv", "stability_boundary.csv", "sensitivities.csv", "ports.csv"];
     for name in names.into_iter().chain(["stability.svg", "stability.png", "ports.svg", "ports.png"]) {
-        assert!(desk.path("out/late-wall").join(name).is_file(), "{name}");
+        assert!(folder.path("out/late-wall").join(name).is_file(), "{name}");
     }
-    assert_eq!(desk.text("out/late-wall/stability_map.csv").lines().count(), 121);
-    let json = desk.good(&[&["stability", "builtin:21_late_wall.toml", "--json"][..], &small].concat());
+    assert_eq!(folder.text("out/late-wall/stability_map.csv").lines().count(), 121);
+    let json = folder.good(&[&["stability", "builtin:21_late_wall.toml", "--json"][..], &small].concat());
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["is_stable"], false);
     assert_eq!(json["limits"][2]["parameter"], "tissue.stiffness_n_per_m");
@@ -398,6 +398,6 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
         ("scaling.force=0:1:10:log", "above 0"),
         ("tissue.stiffness_n_per_m=1:2:3", "differ"),
     ] {
-        desk.refused(&["stability", "--x", axis], &[phrase]);
+        folder.refused(&["stability", "--x", axis], &[phrase]);
     }
 }

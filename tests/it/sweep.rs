@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use crate::support::desk::Desk;
+use crate::support::test_folder::TestFolder;
 use trocar::run::measure;
 use trocar::scenario::Source;
 use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
@@ -52,15 +52,15 @@ scaling.force = { from = 0.5, to = 2.0, points = 120 }
 detector.threshold = { from = 2e-3, to = 0.2, points = 20, log = true }
 "#;
 
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.file("small.toml", SMALL).file("long.toml", LONG).file("shared.toml", SHARED);
-    desk
+fn sweep_files() -> TestFolder {
+    let folder = TestFolder::new();
+    folder.file("small.toml", SMALL).file("long.toml", LONG).file("shared.toml", SHARED);
+    folder
 }
 
-fn begin(desk: &Desk, arguments: &[&str]) -> Child {
+fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
     Command::new(assert_cmd::cargo::cargo_bin("trocar"))
-        .current_dir(desk.path(""))
+        .current_dir(folder.path(""))
         .args(arguments)
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -69,8 +69,8 @@ fn begin(desk: &Desk, arguments: &[&str]) -> Child {
 }
 
 /// Waits until something is kept of a sweep that is running.
-fn await_a_pack(desk: &Desk, folder: &str, child: &mut Child) {
-    let part = desk.path(folder).join("cases.part");
+fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
+    let part = folder.path(below).join("cases.part");
     while !std::fs::metadata(&part).is_ok_and(|file| file.len() > 0) {
         assert!(child.try_wait().expect("asked").is_none(), "ended by itself");
         std::thread::sleep(Duration::from_millis(5));
@@ -78,12 +78,12 @@ fn await_a_pack(desk: &Desk, folder: &str, child: &mut Child) {
 }
 
 /// The files of a folder, the folders of shards in it left out.
-fn files(desk: &Desk, folder: &str) -> BTreeMap<PathBuf, Vec<u8>> {
-    desk.files(folder).into_iter().filter(|(path, _)| !path.to_string_lossy().contains("shard-")).collect()
+fn files(folder: &TestFolder, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
+    folder.files(below).into_iter().filter(|(path, _)| !path.to_string_lossy().contains("shard-")).collect()
 }
 
-fn same(desk: &Desk, one: &str, other: &str) {
-    let (one, other) = (files(desk, one), files(desk, other));
+fn same(folder: &TestFolder, one: &str, other: &str) {
+    let (one, other) = (files(folder, one), files(folder, other));
     assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
     for (path, content) in &one {
         assert!(other[path] == *content, "{} differs", path.display());
@@ -91,8 +91,8 @@ fn same(desk: &Desk, one: &str, other: &str) {
 }
 
 /// The cells of a CSV file, row by row.
-fn rows(desk: &Desk, name: &str) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(desk.path(name)).expect("there");
+fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(folder.path(name)).expect("there");
     let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
     let row = |record: csv::StringRecord| names.iter().cloned().zip(record.iter().map(str::to_owned)).collect();
     reader.records().map(|record| row(record.expect("a row"))).collect()
@@ -100,17 +100,17 @@ fn rows(desk: &Desk, name: &str) -> Vec<BTreeMap<String, String>> {
 
 #[test]
 fn a_row_is_what_its_case_gives_by_itself() {
-    let desk = desk();
-    let printed = desk.good(&["sweep", "small.toml"]);
+    let folder = sweep_files();
+    let printed = folder.good(&["sweep", "small.toml"]);
     assert!(printed.starts_with("small: 36 cases, 12 points (grid) with 3 seeds each"), "{printed}");
-    let rows = rows(&desk, "out/small/cases.csv");
+    let rows = rows(&folder, "out/small/cases.csv");
     assert_eq!(rows.len(), 36);
     for case in [0, 7, 22, 35] {
         let row = &rows[case];
         assert_eq!(row["case"], case.to_string());
-        desk.file("case.toml", desk.good(&["sweep", "small.toml", "--case", &case.to_string()]));
+        folder.file("case.toml", folder.good(&["sweep", "small.toml", "--case", &case.to_string()]));
         let summary: serde_json::Value =
-            serde_json::from_str(&desk.good(&["run", "case.toml", "--json"])).expect("JSON");
+            serde_json::from_str(&folder.good(&["run", "case.toml", "--json"])).expect("JSON");
         let metrics = &summary["metrics"];
         let number = |name: &str| row[name].parse::<f64>().expect("a number");
         assert_eq!(summary["seed"].to_string(), row["seed"]);
@@ -124,24 +124,24 @@ fn a_row_is_what_its_case_gives_by_itself() {
             (Some(a), Some(b)) => assert!(agree(a, b), "{case}: {a} {b}"),
             (a, b) => assert_eq!(a, b, "{case}"),
         }
-        let case = desk.text("case.toml");
+        let case = folder.text("case.toml");
         assert!(case.contains(&format!("reengage = \"{}\"", row["augmentation.reengage"])), "{case}");
     }
     let distinct: std::collections::BTreeSet<_> = rows.iter().map(|row| &row["tracking_rmse_m"]).collect();
     assert_eq!(distinct.len(), 36, "a seed or an axis does not matter");
-    desk.refused(&["sweep", "small.toml", "--case", "36"], &["no case 36", "36 cases, numbered from 0"]);
+    folder.refused(&["sweep", "small.toml", "--case", "36"], &["no case 36", "36 cases, numbered from 0"]);
 }
 
 #[test]
 fn cases_that_share_a_run_are_what_each_gives_by_itself() {
-    let desk = desk();
+    let folder = sweep_files();
     let sweep = |name: &str, base: &str, set: &str| {
         let text = format!(
             "base = \"builtin:{base}.toml\"\nseeds = 3\ncsv = false\n[set]\n{set}\n[axes]\nscaling.force = [0.6, 1.7]\n\
              detector.threshold = {{ from = 2e-3, to = 0.39, points = 23, log = true }}\n"
         );
-        desk.file(name, &text);
-        Plan::load(&Source::parse(desk.path(name).to_str().expect("a path")), &[]).expect("a sweep")
+        folder.file(name, &text);
+        Plan::load(&Source::parse(folder.path(name).to_str().expect("a path")), &[]).expect("a sweep")
     };
     let noise = "simulation.duration_s = 7.0\nsensor.force_noise_std_n";
     let restless = "detector.motion = \"any\"\ndetector.drop_only = false\ndetector.settle_s = 0.01";
@@ -165,7 +165,7 @@ fn cases_that_share_a_run_are_what_each_gives_by_itself() {
         ),
     ] {
         let plan = sweep(name, base, &set);
-        let part = Part::open(&desk.path("part"), plan.layout(Shard::WHOLE)).expect("a part");
+        let part = Part::open(&folder.path("part"), plan.layout(Shard::WHOLE)).expect("a part");
         let progress = Progress { stop: &AtomicBool::new(false), begun: &|_| {}, done: &|_| {} };
         assert_eq!(execute(&plan, &part, Execution { threads: 2, shares_runs: true }, &progress).expect("runs"), 138);
         let mut distinct = BTreeSet::new();
@@ -180,28 +180,28 @@ fn cases_that_share_a_run_are_what_each_gives_by_itself() {
         };
         Rows(vec![part]).each(each).expect("rows");
         assert!((7..138).contains(&distinct.len()), "{name}: {} kinds of runs", distinct.len());
-        std::fs::remove_file(desk.path("part")).expect("there");
+        std::fs::remove_file(folder.path("part")).expect("there");
     }
 }
 
 #[test]
 fn sharing_runs_changes_no_byte() {
-    let desk = desk();
-    desk.file("shared.toml", SHARED.replace("points = 120", "points = 3"));
-    desk.good(&["sweep", "shared.toml", "--quiet", "--out", "with"]);
-    desk.good(&["sweep", "shared.toml", "--quiet", "--no-sharing", "--out", "without"]);
-    same(&desk, "with", "without");
+    let folder = sweep_files();
+    folder.file("shared.toml", SHARED.replace("points = 120", "points = 3"));
+    folder.good(&["sweep", "shared.toml", "--quiet", "--out", "with"]);
+    folder.good(&["sweep", "shared.toml", "--quiet", "--no-sharing", "--out", "without"]);
+    same(&folder, "with", "without");
 }
 
 #[test]
 fn parquet_holds_what_the_csv_does() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
-    let desk = desk();
-    desk.good(&["sweep", "small.toml", "--quiet"]);
-    let file = std::fs::File::open(desk.path("out/small/cases.parquet")).expect("there");
+    let folder = sweep_files();
+    folder.good(&["sweep", "small.toml", "--quiet"]);
+    let file = std::fs::File::open(folder.path("out/small/cases.parquet")).expect("there");
     let reader = SerializedFileReader::new(file).expect("Parquet");
-    let rows = rows(&desk, "out/small/cases.csv");
+    let rows = rows(&folder, "out/small/cases.csv");
     let mut seen = 0;
     for (row, cells) in reader.get_row_iter(None).expect("rows").zip(&rows) {
         for (name, field) in row.expect("a row").get_column_iter() {
@@ -221,53 +221,53 @@ fn parquet_holds_what_the_csv_does() {
 
 #[test]
 fn the_number_of_threads_changes_no_byte() {
-    let desk = desk();
+    let folder = sweep_files();
     for threads in ["1", "2", "5"] {
-        desk.good(&["sweep", "small.toml", "--quiet", "--threads", threads, "--out", threads]);
+        folder.good(&["sweep", "small.toml", "--quiet", "--threads", threads, "--out", threads]);
     }
-    same(&desk, "1", "2");
-    same(&desk, "1", "5");
+    same(&folder, "1", "2");
+    same(&folder, "1", "5");
 }
 
 #[test]
 fn shards_join_to_the_bytes_of_the_whole_though_a_worker_was_killed() {
-    let desk = desk();
-    desk.good(&["sweep", "long.toml", "--quiet", "--out", "whole"]);
+    let folder = sweep_files();
+    folder.good(&["sweep", "long.toml", "--quiet", "--out", "whole"]);
     let shard = |index: &'static str| ["sweep", "long.toml", "--quiet", "--threads", "1", "--shard", index];
-    let (mut one, mut two) = (begin(&desk, &shard("1/2")), begin(&desk, &shard("2/2")));
-    await_a_pack(&desk, "out/long/shard-2-of-2", &mut two);
+    let (mut one, mut two) = (begin(&folder, &shard("1/2")), begin(&folder, &shard("2/2")));
+    await_a_pack(&folder, "out/long/shard-2-of-2", &mut two);
     two.kill().expect("killed");
     two.wait().expect("ended");
     assert!(one.wait().expect("ended").success());
-    let missing = desk.trocar(&["sweep", "merge", "out/long"]);
+    let missing = folder.trocar(&["sweep", "merge", "out/long"]);
     assert_eq!(missing.code, 2);
     assert!(missing.err.contains("continues it"), "{}", missing.err);
-    let before = std::fs::metadata(desk.path("out/long/shard-2-of-2/cases.part")).expect("kept").len();
+    let before = std::fs::metadata(folder.path("out/long/shard-2-of-2/cases.part")).expect("kept").len();
     assert!(before > 0, "killed before the first pack");
-    desk.good(&shard("2/2"));
-    desk.good(&["sweep", "merge", "out/long", "--quiet", "--out", "merged"]);
-    same(&desk, "whole/long", "merged/long");
+    folder.good(&shard("2/2"));
+    folder.good(&["sweep", "merge", "out/long", "--quiet", "--out", "merged"]);
+    same(&folder, "whole/long", "merged/long");
 }
 
 #[test]
 fn parts_that_make_no_whole_are_refused() {
-    let desk = desk();
+    let folder = sweep_files();
     for index in ["1/3", "2/3", "3/3"] {
-        desk.good(&["sweep", "small.toml", "--quiet", "--shard", index]);
+        folder.good(&["sweep", "small.toml", "--quiet", "--shard", index]);
     }
     let part = |index: &str| format!("out/small/shard-{index}-of-3");
     let (one, two, three) = (part("1"), part("2"), part("3"));
-    desk.refused(&["sweep", "merge", &one, &three], &["the cases 8 to 23 are in none of the parts"]);
-    desk.refused(&["sweep", "merge", &one, &two], &["the cases 24 to 35"]);
-    desk.refused(&["sweep", "merge", &one, &two, &two, &three], &["another part has too"]);
-    desk.refused(&["sweep", "merge", "nowhere"], &["nowhere"]);
-    desk.file("other/small.toml", SMALL.replace("seeds = 3", "seeds = 2"));
-    desk.good(&["sweep", "other/small.toml", "--quiet", "--shard", "3/3", "--out", "other"]);
+    folder.refused(&["sweep", "merge", &one, &three], &["the cases 8 to 23 are in none of the parts"]);
+    folder.refused(&["sweep", "merge", &one, &two], &["the cases 24 to 35"]);
+    folder.refused(&["sweep", "merge", &one, &two, &two, &three], &["another part has too"]);
+    folder.refused(&["sweep", "merge", "nowhere"], &["nowhere"]);
+    folder.file("other/small.toml", SMALL.replace("seeds = 3", "seeds = 2"));
+    folder.good(&["sweep", "other/small.toml", "--quiet", "--shard", "3/3", "--out", "other"]);
     let foreign = "other/small/shard-3-of-3";
-    desk.refused(&["sweep", "merge", &one, &two, foreign], &["different sweeps", "- seeds = 3", "+ seeds = 2"]);
+    folder.refused(&["sweep", "merge", &one, &two, foreign], &["different sweeps", "- seeds = 3", "+ seeds = 2"]);
     let sweep = format!("{three}/sweep.toml");
-    desk.file(&sweep, desk.text(&sweep).replace("points = 3", "points = 4"));
-    desk.refused(&["sweep", "merge", &one, &two, &three], &["was changed"]);
+    folder.file(&sweep, folder.text(&sweep).replace("points = 3", "points = 4"));
+    folder.refused(&["sweep", "merge", &one, &two, &three], &["was changed"]);
 }
 
 #[test]
@@ -282,50 +282,50 @@ fn killed_with_runs_that_cases_share_it_goes_on_to_the_same_bytes() {
 
 /// Ten moments between the beginning and the end of a run, which takes some hundred milliseconds.
 fn killed_ten_times(name: &str) {
-    let desk = desk();
+    let folder = sweep_files();
     let file = format!("{name}.toml");
-    desk.good(&["sweep", &file, "--quiet", "--out", "undisturbed"]);
+    folder.good(&["sweep", &file, "--quiet", "--out", "undisturbed"]);
     let (undisturbed, out) = (format!("undisturbed/{name}"), format!("out/{name}"));
     let mut moment =
         std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
     let (mut kept, mut kills) = (vec![], 0);
     while kills < 10 {
         moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let mut child = begin(&desk, &["sweep", &file, "--quiet"]);
+        let mut child = begin(&folder, &["sweep", &file, "--quiet"]);
         std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
         let _ = child.kill();
         if child.wait().expect("ended").success() {
             // It was done before; what it had kept became the files, and another one begins.
-            same(&desk, &undisturbed, &out);
-            std::fs::remove_dir_all(desk.path(&out)).expect("there");
+            same(&folder, &undisturbed, &out);
+            std::fs::remove_dir_all(folder.path(&out)).expect("there");
             kept.clear();
             continue;
         }
         kills += 1;
-        kept.push(std::fs::metadata(desk.path(&out).join("cases.part")).map_or(0, |file| file.len()));
+        kept.push(std::fs::metadata(folder.path(&out).join("cases.part")).map_or(0, |file| file.len()));
         assert!(kept.is_sorted(), "what was done is lost: {kept:?}");
     }
-    desk.good(&["sweep", &file, "--quiet"]);
-    same(&desk, &undisturbed, &out);
-    assert!(desk.good(&["sweep", &file]).contains("already complete"));
+    folder.good(&["sweep", &file, "--quiet"]);
+    same(&folder, &undisturbed, &out);
+    assert!(folder.good(&["sweep", &file]).contains("already complete"));
 }
 
 #[test]
 fn a_folder_that_another_process_is_at_is_left_alone() {
-    let desk = desk();
-    desk.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
-    let mut first = begin(&desk, &["sweep", "long.toml", "--quiet"]);
-    await_a_pack(&desk, "out/long", &mut first);
-    let second = desk.trocar(&["sweep", "long.toml", "--quiet"]);
+    let folder = sweep_files();
+    folder.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
+    let mut first = begin(&folder, &["sweep", "long.toml", "--quiet"]);
+    await_a_pack(&folder, "out/long", &mut first);
+    let second = folder.trocar(&["sweep", "long.toml", "--quiet"]);
     assert_eq!(second.code, 1, "{}", second.err);
     assert!(second.err.contains("another process; wait for it"), "{}", second.err);
     assert!(first.wait().expect("waited").success());
-    same(&desk, "undisturbed/long", "out/long");
+    same(&folder, "undisturbed/long", "out/long");
 }
 
 #[test]
 fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let head = "base = \"builtin:augmented.toml\"\nseeds = 4\nmetrics = [\"tissue_energy_j\", \"augmented_s\"]\n\
                 focus = [\"tissue_energy_j\"]\n[set]\nsimulation.duration_s = 6.0\nsensor.force_noise_std_n = 0.02\n";
     for (name, axes) in [
@@ -334,12 +334,12 @@ fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
         ("words", "[axes]\naugmentation.reengage = [\"ramp\", \"snap\"]\n"),
         ("flags", "[axes]\naugmentation.enabled = [true, false]\naugmentation.reengage = [\"ramp\", \"snap\"]\n"),
     ] {
-        desk.file(&format!("{name}.toml"), format!("{head}{axes}"));
-        desk.good(&["sweep", &format!("{name}.toml"), "--quiet", "--report"]);
-        let text = desk.text(&format!("out/{name}/summary.txt"));
+        folder.file(&format!("{name}.toml"), format!("{head}{axes}"));
+        folder.good(&["sweep", &format!("{name}.toml"), "--quiet", "--report"]);
+        let text = folder.text(&format!("out/{name}/summary.txt"));
         assert!(text.contains("energy into the tissue"), "{name}: {text}");
         // Without augmentation nobody is frozen, whoever is beside it.
-        for row in rows(&desk, &format!("out/{name}/cases.csv")) {
+        for row in rows(&folder, &format!("out/{name}/cases.csv")) {
             let is_off = row.get("augmentation.enabled").is_some_and(|enabled| enabled == "false");
             assert_eq!(row["augmented_s"] == "0.0", is_off, "{name}: {row:?}");
         }
@@ -349,40 +349,40 @@ fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
 #[cfg(unix)]
 #[test]
 fn the_keyboard_ends_it_in_good_order() {
-    let desk = desk();
-    let mut child = begin(&desk, &["sweep", "long.toml", "--threads", "1"]);
-    await_a_pack(&desk, "out/long", &mut child);
+    let folder = sweep_files();
+    let mut child = begin(&folder, &["sweep", "long.toml", "--threads", "1"]);
+    await_a_pack(&folder, "out/long", &mut child);
     let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("ran");
     assert!(interrupt.success());
     assert_eq!(child.wait().expect("ended").code(), Some(130));
-    desk.good(&["sweep", "long.toml", "--quiet"]);
+    folder.good(&["sweep", "long.toml", "--quiet"]);
 }
 
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_said_and_what_is_done_goes_on() {
-    let desk = desk();
-    desk.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
+    let folder = sweep_files();
+    folder.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
     // A limit on the size of files fails as a full disk does, in the middle of the work. Whole KiB or half ones, by the shell.
     let line = format!(
         "trap '' XFSZ; ulimit -f 24; exec '{}' sweep long.toml --quiet",
         assert_cmd::cargo::cargo_bin("trocar").display()
     );
-    let output = Command::new("sh").current_dir(desk.path("")).args(["-c", &line]).output().expect("ran");
+    let output = Command::new("sh").current_dir(folder.path("")).args(["-c", &line]).output().expect("ran");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("cases.part") && said.contains("same command continues"), "{said}");
-    assert!(std::fs::metadata(desk.path("out/long/cases.part")).expect("kept").len() > 4000);
-    desk.good(&["sweep", "long.toml", "--quiet"]);
-    same(&desk, "undisturbed/long", "out/long");
+    assert!(std::fs::metadata(folder.path("out/long/cases.part")).expect("kept").len() > 4000);
+    folder.good(&["sweep", "long.toml", "--quiet"]);
+    same(&folder, "undisturbed/long", "out/long");
 }
 
 #[test]
 fn a_changed_sweep_is_refused_with_the_difference() {
-    let desk = desk();
-    desk.good(&["sweep", "small.toml", "--quiet"]);
-    desk.file("small.toml", SMALL.replace("to = 2.0", "to = 3.0"));
-    desk.refused(
+    let folder = sweep_files();
+    folder.good(&["sweep", "small.toml", "--quiet"]);
+    folder.file("small.toml", SMALL.replace("to = 2.0", "to = 3.0"));
+    folder.refused(
         &["sweep", "small.toml"],
         &[
             "out/small",
@@ -390,16 +390,16 @@ fn a_changed_sweep_is_refused_with_the_difference() {
             "+ axes.scaling.force = { from = 0.5, to = 3.0",
         ],
     );
-    desk.file("small.toml", SMALL);
-    desk.refused(&["sweep", "small.toml", "--set", "slave.velocity_gain=16"], &["- slave.velocity_gain = 15.0"]);
+    folder.file("small.toml", SMALL);
+    folder.refused(&["sweep", "small.toml", "--set", "slave.velocity_gain=16"], &["- slave.velocity_gain = 15.0"]);
     // Notes are no change.
-    desk.file("small.toml", format!("# a note\n{SMALL}"));
-    assert!(desk.good(&["sweep", "small.toml"]).contains("already complete"));
+    folder.file("small.toml", format!("# a note\n{SMALL}"));
+    assert!(folder.good(&["sweep", "small.toml"]).contains("already complete"));
 }
 
 #[test]
 fn what_is_wrong_with_a_file_is_underlined() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let base = "base = \"builtin:classical.toml\"\n";
     let cases: [(&str, &[&str]); 19] = [
         ("sedes = 3", &["x.toml:2:1", "did you mean seeds?"]),
@@ -423,51 +423,51 @@ fn what_is_wrong_with_a_file_is_underlined() {
         ("design = { kind = \"sobol\" }", &["design.points is missing"]),
     ];
     for (text, phrases) in cases {
-        desk.file("x.toml", format!("{base}{text}\n"));
-        desk.refused(&["sweep", "x.toml"], phrases);
+        folder.file("x.toml", format!("{base}{text}\n"));
+        folder.refused(&["sweep", "x.toml"], phrases);
     }
-    desk.file("x.toml", "seeds = 2\n").refused(&["sweep", "x.toml"], &["base is missing"]);
-    desk.file("x.toml", "base = \"y.toml\"\n").refused(&["sweep", "x.toml"], &["y.toml"]);
-    desk.refused(&["sweep"], &["FILE"]);
-    desk.refused(&["sweep", "x.toml", "--shard", "3/2"], &["1 <= i <= n"]);
+    folder.file("x.toml", "seeds = 2\n").refused(&["sweep", "x.toml"], &["base is missing"]);
+    folder.file("x.toml", "base = \"y.toml\"\n").refused(&["sweep", "x.toml"], &["y.toml"]);
+    folder.refused(&["sweep"], &["FILE"]);
+    folder.refused(&["sweep", "x.toml", "--shard", "3/2"], &["1 <= i <= n"]);
 }
 
 #[test]
 fn values_that_do_not_go_together_are_refused_before_anything_runs() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     // Each value is allowed, but a tissue cannot be cut at a greater force than it gives way at.
     let sweep = "base = \"builtin:02_direct_access.toml\"\n\
                  axes.tissue.capsule.cutting_force_n = { from = 0.1, to = 1.5, points = 3 }\n\
                  axes.tissue.capsule.rupture_force_n = { from = 0.5, to = 2.0, points = 3 }\n";
-    desk.file("x.toml", sweep).refused(&["sweep", "x.toml"], &["x.toml:", "in the case of"]);
+    folder.file("x.toml", sweep).refused(&["sweep", "x.toml"], &["x.toml:", "in the case of"]);
 }
 
 #[test]
 fn what_is_shipped_and_what_is_taught_is_good() {
-    let desk = Desk::new();
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps");
+    let folder = TestFolder::new();
+    let sweeps = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps");
     let mut shipped = 0;
-    for entry in std::fs::read_dir(folder).expect("a folder") {
+    for entry in std::fs::read_dir(sweeps).expect("a folder") {
         let path = entry.expect("an entry").path().display().to_string();
         if path.ends_with(".toml") {
-            assert!(desk.good(&["sweep", &path, "--case", "1"]).contains("[simulation]"), "{path}");
+            assert!(folder.good(&["sweep", &path, "--case", "1"]).contains("[simulation]"), "{path}");
             shipped += 1;
         }
     }
     assert!(shipped >= 3);
-    let help = desk.good(&["sweep", "--help"]);
+    let help = folder.good(&["sweep", "--help"]);
     let taught = help
         .split("each:\n")
         .nth(1)
         .and_then(|rest| rest.split("A sweep file with points").next())
         .expect("an example");
-    desk.file("taught.toml", taught);
-    desk.good(&["sweep", "taught.toml", "--case", "2559"]);
-    desk.refused(&["sweep", "taught.toml", "--case", "2560"], &["2560"]);
+    folder.file("taught.toml", taught);
+    folder.good(&["sweep", "taught.toml", "--case", "2559"]);
+    folder.refused(&["sweep", "taught.toml", "--case", "2560"], &["2560"]);
     for word in ["seeds", "design.kind", "rupture_1_felt_contrast", "--shard 3/8", "merge"] {
         assert!(help.contains(word), "{word}");
     }
-    let schema: serde_json::Value = serde_json::from_str(&desk.good(&["schema", "--sweep"])).expect("JSON");
+    let schema: serde_json::Value = serde_json::from_str(&folder.good(&["schema", "--sweep"])).expect("JSON");
     assert!(schema["properties"]["axes"]["properties"]["scaling"]["properties"]["force"]["anyOf"].is_array());
     assert!(schema["properties"]["set"]["properties"]["scaling"]["properties"]["force"].is_object());
 }
@@ -489,15 +489,15 @@ channel.forward_delay_s = [0.0, 0.0155]
 fn the_columns_of_a_loop_are_what_the_analysis_says_of_its_case() {
     use trocar::scenario::{Scenario, Source};
     use trocar::stability::{Analysis, LoopSettings};
-    let desk = Desk::new();
-    desk.file("loops.toml", LOOPS);
-    desk.good(&["sweep", "loops.toml"]);
-    let rows = rows(&desk, "out/loops/cases.csv");
+    let folder = TestFolder::new();
+    folder.file("loops.toml", LOOPS);
+    folder.good(&["sweep", "loops.toml"]);
+    let rows = rows(&folder, "out/loops/cases.csv");
     assert_eq!(rows.len(), 12);
     let mut stable = 0;
     for (case, row) in rows.iter().enumerate() {
-        desk.file("case.toml", desk.good(&["sweep", "loops.toml", "--case", &case.to_string()]));
-        let path = desk.path("case.toml").display().to_string();
+        folder.file("case.toml", folder.good(&["sweep", "loops.toml", "--case", &case.to_string()]));
+        let path = folder.path("case.toml").display().to_string();
         let scenario = Scenario::load(&Source::parse(&path), &[]).expect("loads");
         let analysis = Analysis::of(&LoopSettings::of(&scenario)).expect("analysed");
         let number = |name: &str| row[name].parse::<f64>().ok();
@@ -514,10 +514,10 @@ fn the_columns_of_a_loop_are_what_the_analysis_says_of_its_case() {
 
 #[test]
 fn the_shipped_sweep_of_scale_factors_is_analytic_and_simulated() {
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps/scale_factors.toml");
-    desk.good(&["sweep", file, "--set", "simulation.duration_s=1.0"]);
-    let rows = rows(&desk, "out/scale_factors/cases.csv");
+    folder.good(&["sweep", file, "--set", "simulation.duration_s=1.0"]);
+    let rows = rows(&folder, "out/scale_factors/cases.csv");
     assert_eq!(rows.len(), 16 * 12);
     let mut stable = 0;
     for row in &rows {

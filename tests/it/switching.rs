@@ -262,26 +262,26 @@ fn scheduled_events_are_taken_where_an_alarm_would_be() {
     // The second comes while frozen, the third while the supervisor is deaf; the fourth is taken.
     let seen = run(&base, 300.0, 1e-5, held, &[100, 300, 750, 1200], 2000);
     assert_eq!(seen.events, 2);
-    let desk = crate::support::desk::Desk::new();
+    let folder = crate::support::test_folder::TestFolder::new();
     for (events, phrase) in [("[-1.0]", "at least 0"), ("[2.0, 1.0]", "must ascend"), ("[1.0, 1.0001]", "ascend")] {
         let setting = format!("augmentation.events_s={events}");
-        desk.refused(&["check", "builtin:augmented.toml", "--set", &setting], &[phrase]);
+        folder.refused(&["check", "builtin:augmented.toml", "--set", &setting], &[phrase]);
     }
 }
 
 #[test]
 fn the_command_writes_what_it_says_of_the_switching() {
-    let desk = crate::support::desk::Desk::new();
+    let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];
     let command = ["stability", "builtin:augmented.toml", "--set", "augmentation.reengage=snap"];
-    let printed = desk.good(&[&command[..], &small].concat());
+    let printed = folder.good(&[&command[..], &small].concat());
     for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: the motion decays", "certified", "growth per event"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
     }
-    let folder = desk.path("out/augmented");
+    let out = folder.path("out/augmented");
     for name in ["switching.csv", "released.csv", "switching.svg", "switching.png", "worst_events.toml"] {
-        assert!(folder.join(name).is_file(), "{name}");
+        assert!(out.join(name).is_file(), "{name}");
     }
-    desk.good(&["check", folder.join("worst_events.toml").to_str().expect("a path")]);
-    desk.refused(&["stability", "--tissue", "600:50"], &["LOW:HIGH"]);
+    folder.good(&["check", out.join("worst_events.toml").to_str().expect("a path")]);
+    folder.refused(&["stability", "--tissue", "600:50"], &["LOW:HIGH"]);
 }

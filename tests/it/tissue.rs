@@ -73,7 +73,7 @@ fn shaft() -> impl Strategy<Value = ShaftParameters> {
 fn layered() -> impl Strategy<Value = AnyTissue<f64>> {
     (prop::array::uniform5(layer()), shaft()).prop_filter_map("no layer is there", |(layers, shaft)| {
         let parameters = LayersParameters { contact_m: 0.0, layers, shaft };
-        Layers::new(&parameters, TICK_S, START_M).ok().map(|tissue| AnyTissue::Layers(tissue))
+        Layers::new(&parameters, TICK_S, START_M).ok().map(AnyTissue::Layers)
     })
 }
 

@@ -67,7 +67,7 @@ fn to_pixels() -> Transform {
     Transform::from_scale(scale, scale)
 }
 
-pub(super) fn paint(color: BackendColor) -> Paint<'static> {
+fn paint(color: BackendColor) -> Paint<'static> {
     let (r, g, b) = color.rgb;
     let mut paint = Paint::default();
     paint.set_color_rgba8(r, g, b, (color.alpha * 255.0).round() as u8);
@@ -159,7 +159,11 @@ impl DrawingBackend for Canvas<'_> {
 
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
         self.svg.draw_text(text, style, at)?;
-        glyphs::draw(self.pixmap, text, style, at)
-            .map_err(|error| DrawingErrorKind::DrawingError(io::Error::other(error)))
+        let placed =
+            glyphs::placed(text, style, at).map_err(|error| DrawingErrorKind::DrawingError(io::Error::other(error)))?;
+        if let Some((outline, place)) = placed {
+            self.pixmap.fill_path(&outline, &paint(style.color()), FillRule::Winding, place, None);
+        }
+        Ok(())
     }
 }

@@ -6,23 +6,22 @@
 use ab_glyph::{Font, FontRef, OutlineCurve};
 use plotters_backend::text_anchor::{HPos, VPos};
 use plotters_backend::{BackendCoord, BackendTextStyle, FontStyle, FontTransform};
-use tiny_skia::{FillRule, Path, PathBuilder, Pixmap, Transform};
+use tiny_skia::{Path, PathBuilder, Transform};
 
 use super::FigureError;
-use super::canvas::paint;
 use super::fonts::{PLOTTERS_SIZE_PER_EM, faces, units_per_em};
 use super::style::UNITS_PER_PIXEL;
 
 /// Height of DejaVu's x relative to its em, for the `ex` in the SVG of plotters.
 const EX: f32 = 0.547;
 
-/// Draws `text` at the anchor `at` in `style`. Both are in drawing units.
-pub(super) fn draw<S: BackendTextStyle>(
-    pixmap: &mut Pixmap,
+/// The outlines of `text` in `style`, anchored at `at` (both in drawing units), and what places them on the bitmap; none for a
+/// text without ink.
+pub(super) fn placed<S: BackendTextStyle>(
     text: &str,
     style: &S,
     at: BackendCoord,
-) -> Result<(), FigureError> {
+) -> Result<Option<(Path, Transform)>, FigureError> {
     let faces = faces()?;
     let bold = matches!(style.style(), FontStyle::Bold);
     let face = if bold { &faces.bold } else { &faces.regular };
@@ -48,10 +47,7 @@ pub(super) fn draw<S: BackendTextStyle>(
     } else {
         Transform::from_row(size, 0.0, 0.0, -size, left + x, (top + baseline).round())
     };
-    if let Some(outline) = outline(text, face) {
-        pixmap.fill_path(&outline, &paint(style.color()), FillRule::Winding, placed, None);
-    }
-    Ok(())
+    Ok(outline(text, face).map(|outline| (outline, placed)))
 }
 
 /// Returns the outlines of `text` on one line from the origin, in the units of the face, positive upwards.

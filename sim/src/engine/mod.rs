@@ -46,7 +46,7 @@ pub use scheduled::ScheduledAlarms;
 pub use signals::Signals;
 pub use split::FractionalDelayPlants;
 pub use trace::{COLUMNS, ColumnValues, TRACE_COLUMNS, Trace, TraceColumn};
-pub use wired::{Any, AnyDetector, Wired};
+pub use wired::{Any, AnyChain, AnyDetector, PaperChain, Wired};
 
 use std::ops::ControlFlow;
 

@@ -9,12 +9,14 @@ use crate::sensor::{AnySensor, ForceSensor, NoiseBank, PerfectSensor};
 use crate::teleoperation::{DirectLink, Link, LinkReport};
 use crate::tissue::{AnyTissue, DepthReplay, Layers, RecordedForce};
 
-/// The paper's detector.
-type Squared<L> = CusumDetector<L, SquaredResidual<L>>;
 /// Any built-in detector, with alarms at known ticks.
 pub type AnyDetector<L> = ScheduledAlarms<CusumDetector<L>>;
+/// Any built-in estimator and detector around an operator, a tissue, a sensor and a link.
+pub type AnyChain<L, O, T, S, K> = Parts<L, O, T, S, AnyEstimator<L>, AnyDetector<L>, K>;
+/// The paper's estimator and detector around them.
+pub type PaperChain<L, O, T, S, K> = Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>;
 /// Any built-in part in each role.
-pub type Any<L> = Parts<L, Person<L>, AnyTissue<L>, AnySensor<L>, AnyEstimator<L>, AnyDetector<L>, Link<L>>;
+pub type Any<L> = AnyChain<L, Person<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;
 
 /// The enum of the wirings, from a line each.
 macro_rules! wirings {
@@ -100,15 +102,15 @@ macro_rules! wirings {
 
 wirings! {
     /// The paper's experiment: recorded hand and force, nothing between the sides, force and position read as they are.
-    Paper(Parts<L, Replay, RecordedForce, PerfectSensor, Rls<L>, Squared<L>, DirectLink<L>>),
+    Paper(PaperChain<L, Replay, RecordedForce, PerfectSensor, DirectLink<L>>),
     /// The same with a force sensor that is not ideal.
-    NoisyRecording(Parts<L, Replay, RecordedForce, ForceSensor<L>, Rls<L>, Squared<L>, DirectLink<L>>),
+    NoisyRecording(PaperChain<L, Replay, RecordedForce, ForceSensor<L>, DirectLink<L>>),
     /// The same in layers that give way.
-    NoisyLayers(Parts<L, Replay, Layers<L>, ForceSensor<L>, Rls<L>, Squared<L>, DirectLink<L>>),
+    NoisyLayers(PaperChain<L, Replay, Layers<L>, ForceSensor<L>, DirectLink<L>>),
     /// A recording replayed by depth.
-    Depth(Parts<L, Replay, DepthReplay<L>, PerfectSensor, Rls<L>, Squared<L>, DirectLink<L>>),
+    Depth(PaperChain<L, Replay, DepthReplay<L>, PerfectSensor, DirectLink<L>>),
     /// Any parts, and nothing between the sides.
-    AnyDirect(Parts<L, Person<L>, AnyTissue<L>, AnySensor<L>, AnyEstimator<L>, AnyDetector<L>, DirectLink<L>>),
+    AnyDirect(AnyChain<L, Person<L>, AnyTissue<L>, AnySensor<L>, DirectLink<L>>),
     /// Any parts.
     Any(Any<L>),
 }

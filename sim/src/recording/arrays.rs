@@ -128,7 +128,9 @@ mod tests {
         assert!(message(&[0.0], &[0.0]).contains("1 samples are too few"));
         assert!(message(&[0.0, 1.0], &[0.0, f64::NAN]).contains("force_n[1] is NaN"));
         assert!(message(&[0.0, f64::INFINITY], &[0.0; 2]).contains("time_s[1] is inf"));
-        assert!(message(&[0.0, 1.0, 1.0], &[0.0; 3]).contains("time_s[2] is 1.0 s, must be later than the previous 1.0 s"));
+        assert!(
+            message(&[0.0, 1.0, 1.0], &[0.0; 3]).contains("time_s[2] is 1.0 s, must be later than the previous 1.0 s")
+        );
         assert!(message(&[0.0, 1.0, 2.0, 13.0], &[0.0; 4]).contains("before time_s[3], the limit is 10.0"));
     }
 }

@@ -9,7 +9,7 @@ use crate::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use crate::chain::Chain;
 use crate::channel::Delay;
 use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
-use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
+use crate::engine::{Any, AnyChain, Engine, OwnParts, OwnWiring, PaperChain, Parts, ScheduledAlarms, Wired};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
 use crate::operator::{Motion, Person, Ramp, Reflex, Replay};
@@ -25,7 +25,8 @@ impl Scenario {
     /// The scenario around two machines, compiled for any parts.
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
         let link = self.joined(first_stream)?;
-        self.around(plants, self.person(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?, link)
+        let (operator, tissue) = (self.person(first_stream)?, self.any_tissue()?);
+        Ok(self.around(plants, operator, tissue, self.any_sensor(first_stream)?, link))
     }
 
     /// The scenario around two machines, compiled for its parts where they are common.
@@ -61,7 +62,7 @@ impl Scenario {
                 tissue,
                 self.any_sensor(first_stream)?,
                 link,
-            )?),
+            )),
         })
     }
 
@@ -73,12 +74,12 @@ impl Scenario {
         tissue: T,
         sensor: S,
         link: K,
-    ) -> Result<Engine<P, Parts<L, O, T, S, AnyEstimator<L>, AnyDetector<L>, K>>, ScenarioError> {
+    ) -> Engine<P, AnyChain<L, O, T, S, K>> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
         let chain =
             Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector };
-        Ok(self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link }))
+        self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link })
     }
 
     /// Parts with the paper's estimator and detector around two machines.
@@ -89,7 +90,7 @@ impl Scenario {
         tissue: T,
         sensor: S,
         link: K,
-    ) -> Engine<P, Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>> {
+    ) -> Engine<P, PaperChain<L, O, T, S, K>> {
         let distance = SquaredResidual::new();
         let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
         let chain = Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector };

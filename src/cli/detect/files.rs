@@ -5,11 +5,11 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde_json::Value as Json;
 
+use super::DetectArgs;
 use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
 use super::warnings::{Warnings, low_rate_warning};
-use super::{DetectArgs, DetectError};
-use crate::cli::error::CliError;
+use crate::cli::error::{CliError, DetectError};
 use crate::cli::{progress, recorded, report as page, terminal};
 use trocar_report::html::{DetectionPage, detection_html, detections_html};
 use trocar_report::{

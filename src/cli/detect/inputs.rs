@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::{DetectArgs, DetectError};
-use crate::cli::error::CliError;
+use super::DetectArgs;
+use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded;
 use trocar_sim::scenario::{ScenarioError, Source, Values};
 

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::LabelProblem;
+use super::DetectArgs;
 use super::inputs::{Input, SIDECAR_END};
-use super::{DetectArgs, DetectError};
+use crate::cli::error::{DetectError, LabelProblem};
 use trocar_sim::detect::Label;
 use trocar_sim::recording::{LabelRow, Limits, open_labels};
 

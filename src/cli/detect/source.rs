@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Read};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
-use super::DetectError;
+use crate::cli::error::DetectError;
 use crate::cli::interrupt;
 
 /// Maximum number of bytes per read. The lines of a live rig arrive one by one.

@@ -2,11 +2,11 @@
 
 use std::io::{self, ErrorKind};
 
+use super::DetectArgs;
 use super::rows::{Format, RowWriter};
 use super::source::{Event, Source};
 use super::warnings::{Warnings, low_rate_warning};
-use super::{DetectArgs, DetectError};
-use crate::cli::error::CliError;
+use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded::of_flags;
 use trocar_report::live_text;
 use trocar_sim::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};

@@ -1,9 +1,9 @@
 //! What several test files need: reading a table of numbers, comparing columns, building an insertion by hand.
 
 pub mod closed_forms;
-pub mod desk;
-pub mod page;
 pub mod pair;
+pub mod server;
+pub mod test_folder;
 
 use std::collections::HashMap;
 use std::fs;

@@ -10,10 +10,10 @@ use fantoccini::elements::Element;
 use fantoccini::{Client, ClientBuilder, Locator};
 use serde_json::{Value as Json, json};
 
-use crate::page::{Running, explore};
+use crate::server::{Running, explore};
 
 /// What a trial does.
-pub type Body = fn(Desk) -> Pin<Box<dyn Future<Output = Desk>>>;
+pub type Body = fn(Page) -> Pin<Box<dyn Future<Output = Page>>>;
 
 /// How long a page may take for what it was asked; a machine that runs every test at once is slow.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -28,13 +28,13 @@ pub fn is_there() -> bool {
 }
 
 /// A page that is open.
-pub struct Desk {
+pub struct Page {
     pub client: Client,
     pub address: SocketAddr,
 }
 
-/// Runs a trial at a desk of its own.
-pub fn attend(body: Body) -> Result<(), String> {
+/// Runs a trial on a page, a server and a browser of its own.
+pub fn run(body: Body) -> Result<(), String> {
     let (_server, address) = explore(&[]);
     let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
     let (_driver, port) =
@@ -48,13 +48,13 @@ pub fn attend(body: Body) -> Result<(), String> {
         let mut builder = ClientBuilder::new(hyper_util::client::legacy::connect::HttpConnector::new());
         builder.capabilities([("goog:chromeOptions".to_owned(), options)].into_iter().collect());
         let client = builder.connect(&format!("http://127.0.0.1:{port}")).await.map_err(|error| error.to_string())?;
-        let desk = Desk { client, address };
-        let desk = body(desk).await;
-        desk.client.close().await.map_err(|error| error.to_string())
+        let page = Page { client, address };
+        let page = body(page).await;
+        page.client.close().await.map_err(|error| error.to_string())
     })
 }
 
-impl Desk {
+impl Page {
     /// Opens the page of a state and waits for its pictures.
     pub async fn open(&self, state: &str) {
         // The same address with another hash is no new page.

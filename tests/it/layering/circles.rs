@@ -1,0 +1,48 @@
+//! Circles among modules.
+//!
+//! A module and what lies below it are one. In every module, what lies directly below must have an order in which each uses only
+//! those before it. What a module uses of those that it lies in, and of those below it, is no matter: they are one.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::modules::{Modules, Place};
+
+/// Who uses whom.
+pub type Graph = BTreeMap<String, BTreeSet<String>>;
+
+/// In every module, which of those directly below it use which.
+pub fn siblings(modules: &Modules) -> BTreeMap<Place, Graph> {
+    let mut graphs: BTreeMap<Place, Graph> = BTreeMap::new();
+    for place in modules.places() {
+        for used in modules.used(place) {
+            let shared = place.iter().zip(&used).take_while(|(a, b)| a == b).count();
+            if let (Some(user), Some(used)) = (place.get(shared), used.get(shared)) {
+                let graph = graphs.entry(place[..shared].to_vec()).or_default();
+                graph.entry(user.clone()).or_default().insert(used.clone());
+            }
+        }
+    }
+    graphs
+}
+
+/// The circles: groups whose every member uses every other one, directly or around.
+pub fn circles(graph: &Graph) -> BTreeSet<Vec<String>> {
+    let reached: BTreeMap<&String, BTreeSet<&String>> = graph.keys().map(|node| (node, reach(graph, node))).collect();
+    let circle = |node: &&String| {
+        let back = |other: &&&String| reached.get(**other).is_some_and(|reached| reached.contains(*node));
+        reached[*node].iter().filter(back).map(|other| (**other).clone()).collect::<Vec<_>>()
+    };
+    graph.keys().filter(|node| reached[node].contains(node)).map(|node| circle(&node)).collect()
+}
+
+/// Whom a node uses, directly or around.
+fn reach<'a>(graph: &'a Graph, from: &String) -> BTreeSet<&'a String> {
+    let mut reached = BTreeSet::new();
+    let mut open: Vec<&String> = graph.get(from).into_iter().flatten().collect();
+    while let Some(node) = open.pop() {
+        if reached.insert(node) {
+            open.extend(graph.get(node).into_iter().flatten());
+        }
+    }
+    reached
+}

@@ -1,0 +1,121 @@
+//! A folder of its own to run trocar in.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use assert_cmd::Command;
+use tempfile::TempDir;
+
+/// The folder.
+pub struct TestFolder(TempDir);
+
+/// What a command came to.
+pub struct Outcome {
+    pub code: i32,
+    pub out: String,
+    pub err: String,
+}
+
+impl TestFolder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder"))
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Self {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+        fs::write(path, content).expect("written");
+        self
+    }
+
+    pub fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::cargo_bin("trocar").expect("built");
+        command.current_dir(self.0.path()).args(arguments);
+        command
+    }
+
+    pub fn trocar(&self, arguments: &[&str]) -> Outcome {
+        self.fed(arguments, b"")
+    }
+
+    /// Runs trocar with something on standard input.
+    pub fn fed(&self, arguments: &[&str], input: &[u8]) -> Outcome {
+        let output = self.command(arguments).write_stdin(input).output().expect("ran");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+        Outcome { code: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) }
+    }
+
+    pub fn good(&self, arguments: &[&str]) -> String {
+        let outcome = self.trocar(arguments);
+        assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
+        outcome.out
+    }
+
+    /// Runs what must be refused: exit code 2, nothing printed, nothing written. Gives the message.
+    pub fn refusal(&self, arguments: &[&str]) -> String {
+        let before = self.state();
+        let outcome = self.trocar(arguments);
+        assert_eq!(outcome.code, 2, "{arguments:?}: {}{}", outcome.out, outcome.err);
+        assert!(outcome.out.is_empty(), "{}", outcome.out);
+        assert!(self.state() == before, "{arguments:?}: something was written");
+        outcome.err
+    }
+
+    /// Runs what must be refused, with every phrase in the message.
+    pub fn refused(&self, arguments: &[&str], phrases: &[&str]) {
+        let message = self.refusal(arguments);
+        for phrase in phrases {
+            assert!(message.contains(phrase), "{arguments:?}: no {phrase:?} in\n{message}");
+        }
+    }
+
+    /// Runs what must be refused, one command a line; gives what a person would see.
+    pub fn refusals(&self, commands: &str) -> String {
+        let seen = |line: &str| {
+            let arguments: Vec<&str> = line.split_whitespace().collect();
+            format!("$ trocar {}\n{}\n", arguments.join(" "), self.refusal(&arguments))
+        };
+        commands.lines().filter(|line| !line.trim().is_empty()).map(seen).collect()
+    }
+
+    /// Every file below a folder, with its content.
+    pub fn files(&self, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
+        let folder = self.path(below);
+        let read = |path: PathBuf| {
+            let content = fs::read(&path).expect("read");
+            (path.strip_prefix(&folder).expect("below").to_owned(), content)
+        };
+        files_below(&folder).into_iter().map(read).collect()
+    }
+
+    /// Every file with its length and the time of its last change: a file of a gigabyte is not read for this.
+    fn state(&self) -> BTreeMap<PathBuf, (u64, SystemTime)> {
+        let look = |path: PathBuf| {
+            let about = fs::metadata(&path).expect("there");
+            (path, (about.len(), about.modified().expect("a time")))
+        };
+        files_below(self.0.path()).into_iter().map(look).collect()
+    }
+}
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = vec![];
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() { open.push(path) } else { found.push(path) }
+        }
+    }
+    found
+}
