@@ -4,8 +4,8 @@ use super::friction::Friction;
 use super::hunt_crossley::HuntCrossley;
 use super::least_residual::LeastResidual;
 use super::linear::Linear;
-use super::rls::{Estimate, Parameters, Rls, RlsSettings};
-use super::settings::Forgetting;
+use super::rls::{Estimate, Rls, RlsSettings};
+use super::settings::{Forgetting, Parameters};
 use crate::lane::Lane;
 
 /// Learns the tissue from samples, one at a time.

@@ -2,7 +2,8 @@
 
 use super::estimator::Estimator;
 use super::regression::Regression;
-use super::rls::{Estimate, Parameters, RlsSettings};
+use super::rls::{Estimate, RlsSettings};
+use super::settings::Parameters;
 use crate::lane::Lane;
 
 /// `y = K p + B v` in contact (eq. 8).

@@ -11,6 +11,7 @@ mod link;
 mod replay;
 mod resolve;
 mod rig;
+mod run_settings;
 mod schedule;
 mod schema;
 mod settings;
