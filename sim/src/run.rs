@@ -43,8 +43,7 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
-    let mut trace =
-        Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.parameters.extra_parameter_column());
+    let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
     let metrics = observe(&scenario, &mut trace)?;
     Ok(Run { scenario, metrics, trace })
 }

@@ -1,6 +1,6 @@
 //! Recursive least squares with normalisation, dead zone and covariance resetting (eq. 12-18).
 
-use super::estimator::Estimator;
+use super::estimator::{BuiltIn, Estimator};
 use super::settings::{Forgetting, FrictionShape, Parameters};
 use crate::lane::{Lane, Mask};
 
@@ -85,7 +85,7 @@ pub struct Estimate<L> {
     pub stiffness_n_per_m: L,
     /// `B_k` in N·s/m.
     pub damping_n_s_per_m: L,
-    /// What [`Parameters::extra_parameter_column`] names, in its unit; 0 where it names nothing.
+    /// What [`RlsSettings::extra_parameter_column`] names, in its unit; 0 where it names nothing.
     pub extra_parameter: L,
 }
 
@@ -220,6 +220,14 @@ impl<L: Lane> Rls<L> {
         self.gain_01 = L::select(mask, L::zero(), self.gain_01);
         self.gain_11 = L::select(mask, self.initial_gain, self.gain_11);
         self.information = L::select(mask, self.initial_information, self.information);
+    }
+}
+
+impl<L: Lane> BuiltIn for Rls<L> {
+    const IS_BASELINE: bool = true;
+
+    fn build(settings: &RlsSettings) -> Self {
+        Self::new(settings)
     }
 }
 

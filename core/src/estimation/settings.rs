@@ -20,18 +20,6 @@ crate::choice! {
     }
 }
 
-impl Parameters {
-    /// What is estimated besides stiffness and damping, as a column's name with its unit.
-    #[must_use]
-    pub fn extra_parameter_column(self) -> Option<&'static str> {
-        match self {
-            Self::StiffnessAndDamping | Self::Stiffness => None,
-            Self::StiffnessDampingFriction | Self::LeastResidual => Some("friction_n"),
-            Self::HuntCrossley => Some("power"),
-        }
-    }
-}
-
 /// Greatest factor: a memory of 1e5 corrections. Closer to 1 the information would outgrow what a double can invert.
 pub const MAX_FORGETTING_FACTOR: f64 = 0.99999;
 

@@ -16,7 +16,7 @@ use crate::plant::{ActuatorLimits, ArmParameters, Grip, MasterParameters, SlaveP
 use crate::recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
 use crate::sensor::SensorSettings;
 use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySettings, RecoverySettings, Scales};
-use crate::tissue::{LAYERED_KEYS, TissueSettings};
+use crate::tissue::TissueSettings;
 
 /// The sections, in the order in which they are written, with what each is about.
 pub const SECTIONS: [(&str, &str); 23] = [
@@ -78,7 +78,7 @@ const GROUPS: [&[Key]; 30] = [
     DetectorSettings::KEYS,
     AugmentationSettings::KEYS,
     EventSettings::KEYS,
-    LAYERED_KEYS.as_flattened(),
+    TissueSettings::LAST_KEYS,
 ];
 
 #[cfg(test)]

@@ -48,6 +48,7 @@ pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<Ac
         }
         _ => return Ok(limits),
     };
-    let message = format!("{key} needs simulation.control = \"sampled\": {reason}");
-    Err(values.error(key, message).remedy(format!("set simulation.control = \"sampled\", or leave the {limit} out")))
+    let sampled = format!("simulation.control = \"{}\"", ControlTiming::Sampled.word());
+    let message = format!("{key} needs {sampled}: {reason}");
+    Err(values.error(key, message).remedy(format!("set {sampled}, or leave the {limit} out")))
 }
