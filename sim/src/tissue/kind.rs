@@ -3,12 +3,8 @@
 use trocar_core::settings::{ActsFor, Key, acting, count, joined};
 
 use super::layer::LAYERED_KEYS;
-use super::{
-    DepthReplay, Generalised, GeneralisedSettings, HuntCrossley, HuntCrossleySettings, KelvinVoigt,
-    KelvinVoigtSettings, Layers, LayersParameters, Reaction, RecordedForce, ReplaySettings, Tissue,
-};
+use super::*;
 use crate::error::InvalidValue;
-use crate::lane::Lane;
 
 /// A tissue that is made of settings alone.
 pub trait Model: Sized {
