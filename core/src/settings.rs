@@ -107,6 +107,21 @@ impl ActsFor {
         Self { key, words, count: given.len() }
     }
 
+    /// The words of the kinds, each given with the groups of keys that it is built from, that are built from some keys.
+    #[must_use]
+    pub const fn built_from(keys: &[Key], key: &'static str, kinds: &[(&'static str, &[&[Key]])]) -> Self {
+        let mut built = Self::new(key, &[]);
+        let mut index = 0;
+        while index < kinds.len() {
+            let (word, groups) = kinds[index];
+            if is_in(keys[0].path, groups, groups.len()) {
+                built = built.and(Self::new(key, &[word]));
+            }
+            index += 1;
+        }
+        built
+    }
+
     /// Its words.
     #[must_use]
     pub fn words(&self) -> &[&'static str] {
@@ -241,6 +256,9 @@ pub trait Source {
     /// # Errors
     /// A key without one.
     fn word(&self, key: &str) -> Result<&str, Self::Error>;
+
+    /// The text of a key that has none by default.
+    fn optional_word(&self, key: &str) -> Option<&str>;
 
     /// That a key has a word that is none of its own.
     fn unknown_word(&self, key: &str) -> Self::Error;

@@ -91,8 +91,7 @@ impl Watch {
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
     let (outcome, Watch { trace, signal, .. }) = py.detach(|| {
-        let trace =
-            Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.parameters.extra_parameter_column());
+        let trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
         let mut watch = Watch { trace, looked: None, signal: None };
         let outcome = observe(scenario, &mut watch);
         (outcome, watch)

@@ -44,8 +44,7 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
-    let column = scenario.estimator.parameters.extra_parameter_column();
-    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column);
+    let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
     let metrics = observe(&scenario, &mut trace)?;
     Ok(Run { scenario, metrics, trace })
 }
@@ -55,7 +54,7 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 /// # Errors
 /// As [`run`].
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
-    let column = scenario.estimator.parameters.extra_parameter_column();
+    let column = scenario.estimator.extra_parameter_column();
     let mut trace = Trace::new(scenario.grid).with_extra_parameter(column.filter(|_| own.estimator.is_none()));
     let metrics = observe_with(&scenario, own, &mut trace)?;
     Ok(Run { scenario, metrics, trace })

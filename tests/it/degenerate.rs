@@ -192,7 +192,7 @@ fn what_would_be_divided_by_zero_is_refused() {
             distance: trocar::detection::DistanceSettings {
                 kind: DistanceKind::VarianceChange,
                 hypotheses,
-                window_samples: 1,
+                ..trocar::detection::DistanceSettings::DEFAULT
             },
             ..DetectorSettings::default()
         };

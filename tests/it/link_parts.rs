@@ -1,9 +1,5 @@
-//! The parts of the link: the direct one is the full one, one's own are as good as built-in ones, and a built-in one is
-//! named in its file and its registry.
+//! The parts of the link: the direct one is the full one, and one's own are as good as built-in ones.
 
-use std::fs;
-
-use crate::support::{file, rust_files};
 use proptest::prelude::*;
 use trocar::scenario::{Scenario, Source};
 use trocar::teleoperation::{
@@ -183,47 +179,4 @@ fn a_boxed_architecture_of_ones_own_gives_the_bits_of_the_built_in_one_that_it_c
         Box::new(OwnSpring { stiffness: 1000.0, damping: 10.0, unfrozen: (0.0, 0.0) });
     let built_in = link(&[&LATE[..], &["controller.kind=position-position"]].concat());
     compare(link(&LATE).with_architecture(architecture), built_in);
-}
-
-/// Where the names of built-in parts may stand besides their own files.
-const REGISTRY: &str = "teleoperation/mod.rs";
-/// Where the settings of all parts are read until they are declared beside them.
-const SETTINGS: [&str; 2] = ["scenario/link.rs", "scenario/key_table/link.rs"];
-
-#[test]
-fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
-    let source = file("sim/src");
-    let named = |part: &str, names: &[&str], shared_with: &[&str]| {
-        let own = format!("teleoperation/{part}.rs");
-        let mut files = vec![];
-        rust_files(&source, &mut files);
-        assert!(files.len() > 100 && source.join(&own).exists(), "{own}");
-        for path in files {
-            let inside = path.strip_prefix(&source).expect("in the folder").to_string_lossy().replace('\\', "/");
-            if inside == own || SETTINGS.contains(&&*inside) || shared_with.contains(&&*inside) {
-                continue;
-            }
-            let text = fs::read_to_string(&path).expect("text");
-            let lines = text.lines().filter(|line| names.iter().any(|name| is_word(line, name))).count();
-            let allowed = usize::from(inside == REGISTRY);
-            assert_eq!(lines, allowed, "lines that name {part} in {inside}");
-        }
-    };
-    named("passivity/time_domain", &["TimeDomain", "TimeDomainSettings"], &[]);
-    named("passivity/waves", &["Waves", "WavesSettings", "WaveVariables"], &[]);
-    named("passivity/tank", &["Tank", "TankSettings", "EnergyTank"], &[]);
-    // Four channels are both of the others, and more.
-    let four_channel = ["teleoperation/architecture/four_channel.rs"];
-    named("architecture/local_force", &["LocalForce", "LocalForceSettings"], &four_channel);
-    named("architecture/position_position", &["PositionPosition", "CouplingSettings"], &four_channel);
-    named("architecture/four_channel", &["FourChannel", "FourChannelSettings"], &[]);
-}
-
-/// Whether a name stands in a line of code by itself.
-fn is_word(line: &str, name: &str) -> bool {
-    let part_of_name = |c: char| c.is_alphanumeric() || c == '_';
-    !line.trim_start().starts_with("//")
-        && line
-            .match_indices(name)
-            .any(|(at, _)| !line[..at].ends_with(part_of_name) && !line[at + name.len()..].starts_with(part_of_name))
 }

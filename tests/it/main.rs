@@ -24,6 +24,7 @@ mod link_schedule;
 mod linking;
 mod lti;
 mod metrics;
+mod openness;
 mod operators;
 mod oracle_trajectories;
 mod own_parts;

@@ -22,9 +22,9 @@ crate::settings! {
         /// During which motion of the needle it counts.
         motion: Motion,
         /// Nothing counts while the needle is withdrawn faster than this (not-withdrawn).
-        withdrawal_speed_m_per_s: f64 [NON_NEGATIVE] for "detector.motion" "not-withdrawn" = 5e-3,
+        withdrawal_speed_m_per_s: f64 [NON_NEGATIVE] for Motion::NotWithdrawn = 5e-3,
         /// Nothing counts while the needle goes in more slowly than this (inserting).
-        insertion_speed_m_per_s: f64 [NON_NEGATIVE] for "detector.motion" "inserting" = 1e-3,
+        insertion_speed_m_per_s: f64 [NON_NEGATIVE] for Motion::Inserting = 1e-3,
         /// Nothing counts less deep below estimator.contact_m than this.
         minimum_depth_m: f64 [NON_NEGATIVE] = 0.0,
     }

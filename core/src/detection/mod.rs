@@ -9,7 +9,7 @@ pub use arming::{ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distances::{
     AnyDistance, Distance, DistanceKind, DistanceSettings, ForceDerivative, LikelihoodRatio, MAX_WINDOW_SAMPLES,
-    MeanChange, PageHinkley, ParameterChange, SquaredDrop, SquaredResidual, VarianceChange, WINDOW_SAMPLES,
+    MeanChange, PageHinkley, ParameterChange, SquaredDrop, SquaredResidual, VarianceChange, WindowSettings,
 };
 pub use hypotheses::Hypotheses;
 
@@ -40,7 +40,7 @@ impl DetectorSettings {
     pub fn for_kind(kind: DistanceKind, hypotheses: Hypotheses) -> Self {
         let (threshold, drift) = hypotheses.tuning(kind);
         Self {
-            distance: DistanceSettings { kind, hypotheses, window_samples: WINDOW_SAMPLES },
+            distance: DistanceSettings { kind, hypotheses, ..DistanceSettings::DEFAULT },
             cusum: CusumSettings { threshold, drift, cap: 10.0 * threshold },
             arming: ArmingSettings::default(),
         }

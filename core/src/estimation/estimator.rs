@@ -1,11 +1,14 @@
 //! The role of the estimator, and the built-in ones.
+//!
+//! A built-in estimator is one file of this folder, one line of [`estimators!`], and one word of [`Parameters`] where what it
+//! estimates is new.
 
 use super::friction::Friction;
 use super::hunt_crossley::HuntCrossley;
 use super::least_residual::LeastResidual;
 use super::linear::Linear;
-use super::rls::{Estimate, Parameters, Rls, RlsSettings};
-use super::settings::Forgetting;
+use super::rls::{Estimate, Rls, RlsSettings};
+use super::settings::{Forgetting, Parameters};
 use crate::lane::Lane;
 
 /// Learns the tissue from samples, one at a time.
@@ -32,13 +35,53 @@ impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
     }
 }
 
-/// The enum of the built-in estimators, from a line each.
+/// What a built-in estimator says of itself.
+pub(super) trait BuiltIn {
+    /// Whether it is the paper's, which a rig runs.
+    const IS_BASELINE: bool = false;
+    /// What it estimates besides stiffness and damping, as a column's name with its unit.
+    const EXTRA_PARAMETER: Option<&'static str> = None;
+
+    /// The estimator of the settings, without any sample.
+    fn build(settings: &RlsSettings) -> Self;
+}
+
+/// The enum of the built-in estimators, from a line each: the parameters and the forgetting, and the type
+/// that is for them.
 macro_rules! estimators {
-    ($($(#[$doc:meta])* $Part:ident,)*) => {
+    ($($(#[$doc:meta])* ($($parameters:ident)|+, $forgetting:pat) => $Part:ident,)*) => {
         /// Any of the built-in estimators.
         #[derive(Debug, Clone)]
         pub enum AnyEstimator<L> {
             $($(#[$doc])* $Part($Part<L>),)*
+        }
+
+        impl<L: Lane> AnyEstimator<L> {
+            /// The estimator with the parameters and the forgetting of the settings, without any sample.
+            #[must_use]
+            pub fn new(settings: &RlsSettings) -> Self {
+                match (settings.parameters, settings.forgetting) {
+                    $(($(Parameters::$parameters)|+, $forgetting) => Self::$Part(BuiltIn::build(settings)),)*
+                }
+            }
+        }
+
+        impl RlsSettings {
+            /// Whether they are those of the paper's estimator.
+            #[must_use]
+            pub fn is_baseline(&self) -> bool {
+                match (self.parameters, self.forgetting) {
+                    $(($(Parameters::$parameters)|+, $forgetting) => <$Part<f64> as BuiltIn>::IS_BASELINE,)*
+                }
+            }
+
+            /// What is estimated besides stiffness and damping, as a column's name with its unit.
+            #[must_use]
+            pub fn extra_parameter_column(&self) -> Option<&'static str> {
+                match (self.parameters, self.forgetting) {
+                    $(($(Parameters::$parameters)|+, $forgetting) => <$Part<f64> as BuiltIn>::EXTRA_PARAMETER,)*
+                }
+            }
         }
 
         impl<L: Lane> Estimator<L> for AnyEstimator<L> {
@@ -63,40 +106,13 @@ macro_rules! estimators {
 
 estimators! {
     /// The paper's.
-    Rls,
+    (StiffnessAndDamping | Stiffness, Forgetting::Resetting) => Rls,
     /// Stiffness and damping with exponential forgetting.
-    Linear,
+    (StiffnessAndDamping | Stiffness, Forgetting::Exponential { .. }) => Linear,
     /// With a friction force besides.
-    Friction,
+    (StiffnessDampingFriction, _) => Friction,
     /// The Hunt-Crossley model.
-    HuntCrossley,
+    (HuntCrossley, _) => HuntCrossley,
     /// With and without friction, the smaller residual counting.
-    LeastResidual,
-}
-
-impl<L: Lane> AnyEstimator<L> {
-    /// The estimator with the parameters and the forgetting of the settings, without any sample.
-    #[must_use]
-    pub fn new(settings: &RlsSettings) -> Self {
-        match (settings.parameters, settings.forgetting) {
-            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Resetting) => {
-                Self::Rls(Rls::new(settings))
-            }
-            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Exponential { .. }) => {
-                Self::Linear(Linear::new(settings))
-            }
-            (Parameters::StiffnessDampingFriction, _) => Self::Friction(Friction::new(settings)),
-            (Parameters::HuntCrossley, _) => Self::HuntCrossley(HuntCrossley::new(settings)),
-            (Parameters::LeastResidual, _) => Self::LeastResidual(LeastResidual::new(settings)),
-        }
-    }
-}
-
-impl RlsSettings {
-    /// Whether they are those of [`Rls`], the paper's estimator.
-    #[must_use]
-    pub fn is_baseline(&self) -> bool {
-        let linear = matches!(self.parameters, Parameters::StiffnessAndDamping | Parameters::Stiffness);
-        linear && self.forgetting == Forgetting::Resetting
-    }
+    (LeastResidual, _) => LeastResidual,
 }

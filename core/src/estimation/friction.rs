@@ -1,6 +1,6 @@
 //! Friction as a third regressor: what the paper leaves for the future.
 
-use super::estimator::Estimator;
+use super::estimator::{BuiltIn, Estimator};
 use super::regression::Regression;
 use super::rls::{Estimate, RlsSettings};
 use crate::lane::{Lane, by_index};
@@ -27,6 +27,14 @@ impl<L: Lane> Friction<L> {
             length: L::splat(settings.friction.length_m),
             speed: L::splat(settings.friction.speed_m_per_s),
         }
+    }
+}
+
+impl<L: Lane> BuiltIn for Friction<L> {
+    const EXTRA_PARAMETER: Option<&'static str> = Some("friction_n");
+
+    fn build(settings: &RlsSettings) -> Self {
+        Self::new(settings)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The Hunt-Crossley model, estimated online in two stages.
 
-use super::estimator::Estimator;
+use super::estimator::{BuiltIn, Estimator};
 use super::regression::Regression;
 use super::rls::{Estimate, RlsSettings};
 use crate::lane::{Lane, Mask};
@@ -72,6 +72,14 @@ impl<L: Lane> HuntCrossley<L> {
             dead_zone: L::splat(settings.dead_zone_n),
             seen: [zero; 2],
         }
+    }
+}
+
+impl<L: Lane> BuiltIn for HuntCrossley<L> {
+    const EXTRA_PARAMETER: Option<&'static str> = Some("power");
+
+    fn build(settings: &RlsSettings) -> Self {
+        Self::new(settings)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Two models at once, and of each sample the smaller error.
 
-use super::estimator::Estimator;
+use super::estimator::{BuiltIn, Estimator};
 use super::friction::Friction;
 use super::linear::Linear;
 use super::rls::{Estimate, RlsSettings};
@@ -25,6 +25,14 @@ pub struct LeastResidual<L> {
 impl<L: Lane> LeastResidual<L> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         Self { without: Linear::new(settings), with: Friction::new(settings) }
+    }
+}
+
+impl<L: Lane> BuiltIn for LeastResidual<L> {
+    const EXTRA_PARAMETER: Option<&'static str> = <Friction<f64> as BuiltIn>::EXTRA_PARAMETER;
+
+    fn build(settings: &RlsSettings) -> Self {
+        Self::new(settings)
     }
 }
 

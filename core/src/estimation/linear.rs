@@ -1,8 +1,9 @@
 //! Stiffness and damping, or stiffness alone, with any way to forget.
 
-use super::estimator::Estimator;
+use super::estimator::{BuiltIn, Estimator};
 use super::regression::Regression;
-use super::rls::{Estimate, Parameters, RlsSettings};
+use super::rls::{Estimate, RlsSettings};
+use super::settings::Parameters;
 use crate::lane::Lane;
 
 /// `y = K p + B v` in contact (eq. 8).
@@ -16,6 +17,12 @@ impl<L: Lane> Linear<L> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         let velocity_share = if settings.parameters == Parameters::Stiffness { 0.0 } else { 1.0 };
         Self { regression: Regression::new(settings), velocity_share: L::splat(velocity_share) }
+    }
+}
+
+impl<L: Lane> BuiltIn for Linear<L> {
+    fn build(settings: &RlsSettings) -> Self {
+        Self::new(settings)
     }
 }
 

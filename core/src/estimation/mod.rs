@@ -20,6 +20,6 @@ pub use friction::Friction;
 pub use hunt_crossley::HuntCrossley;
 pub use least_residual::LeastResidual;
 pub use linear::Linear;
-pub use rls::{Estimate, Parameters, Rls, RlsSettings};
-pub use settings::{Forgetting, FrictionShape, MAX_FORGETTING_FACTOR};
+pub use rls::{Estimate, Rls, RlsSettings};
+pub use settings::{ContactSettings, Forgetting, FrictionShape, MAX_FORGETTING_FACTOR, Parameters};
 pub use velocity::VelocityFilter;

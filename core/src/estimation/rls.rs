@@ -1,7 +1,7 @@
 //! Recursive least squares with normalisation, dead zone and covariance resetting (eq. 12-18).
 
-use super::estimator::Estimator;
-use super::settings::{Forgetting, FrictionShape};
+use super::estimator::{BuiltIn, Estimator};
+use super::settings::{Forgetting, FrictionShape, Parameters};
 use crate::lane::{Lane, Mask};
 
 /// `F_0 α_0` above which rounding is watched: below, the eigenvalues of `F` are never further apart than this.
@@ -52,38 +52,6 @@ crate::settings! {
     where reset_threshold: |s| s.reset_threshold > 2.0 / s.initial_gain, "above 2 / estimator.initial_gain (eq. 17)";
 }
 
-crate::choice! {
-    /// K and B; K alone, as the paper tries in 3.2.1; with friction; mu, lambda and n of eq. 2; or with and without
-    /// friction, the smaller error counting.
-    ///
-    /// The first two are estimated by [`Rls`], all of them by [`super::Estimator`].
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub enum Parameters at "estimator.parameters" = StiffnessAndDamping {
-        /// `K` and `B`: `φ = (p, v)` (eq. 8).
-        "stiffness-and-damping" => StiffnessAndDamping,
-        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` stays 0.
-        "stiffness" => Stiffness,
-        /// `K`, `B` and a friction force: what the paper leaves for the future (its conclusion).
-        "stiffness-damping-friction" => StiffnessDampingFriction,
-        /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
-        "hunt-crossley" => HuntCrossley,
-        /// Both with friction and without, and of each sample the smaller of the two errors.
-        "least-residual" => LeastResidual,
-    }
-}
-
-impl Parameters {
-    /// What is estimated besides stiffness and damping, as a column's name with its unit.
-    #[must_use]
-    pub fn extra_parameter_column(self) -> Option<&'static str> {
-        match self {
-            Self::StiffnessAndDamping | Self::Stiffness => None,
-            Self::StiffnessDampingFriction | Self::LeastResidual => Some("friction_n"),
-            Self::HuntCrossley => Some("power"),
-        }
-    }
-}
-
 impl RlsSettings {
     /// The rule of the type's documentation: depth beyond which the gain is constant (m), `κ = F_0/β`, updates between
     /// two restorations of the gain, dead zone (N).
@@ -117,7 +85,7 @@ pub struct Estimate<L> {
     pub stiffness_n_per_m: L,
     /// `B_k` in N·s/m.
     pub damping_n_s_per_m: L,
-    /// What [`Parameters::extra_parameter_column`] names, in its unit; 0 where it names nothing.
+    /// What [`RlsSettings::extra_parameter_column`] names, in its unit; 0 where it names nothing.
     pub extra_parameter: L,
 }
 
@@ -252,6 +220,14 @@ impl<L: Lane> Rls<L> {
         self.gain_01 = L::select(mask, L::zero(), self.gain_01);
         self.gain_11 = L::select(mask, self.initial_gain, self.gain_11);
         self.information = L::select(mask, self.initial_information, self.information);
+    }
+}
+
+impl<L: Lane> BuiltIn for Rls<L> {
+    const IS_BASELINE: bool = true;
+
+    fn build(settings: &RlsSettings) -> Self {
+        Self::new(settings)
     }
 }
 

@@ -1,4 +1,24 @@
-//! How an estimator forgets, and how it sees friction.
+//! What is estimated, from where, how it is forgotten, and how friction is seen.
+
+crate::choice! {
+    /// K and B; K alone, as the paper tries in 3.2.1; with friction; mu, lambda and n of eq. 2; or with and without
+    /// friction, the smaller error counting.
+    ///
+    /// The first two are estimated by [`Rls`](super::Rls), all of them by an [`Estimator`](super::Estimator).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Parameters at "estimator.parameters" = StiffnessAndDamping {
+        /// `K` and `B`: `φ = (p, v)` (eq. 8).
+        "stiffness-and-damping" => StiffnessAndDamping,
+        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` stays 0.
+        "stiffness" => Stiffness,
+        /// `K`, `B` and a friction force: what the paper leaves for the future (its conclusion).
+        "stiffness-damping-friction" => StiffnessDampingFriction,
+        /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
+        "hunt-crossley" => HuntCrossley,
+        /// Both with friction and without, and of each sample the smaller of the two errors.
+        "least-residual" => LeastResidual,
+    }
+}
 
 /// Greatest factor: a memory of 1e5 corrections. Closer to 1 the information would outgrow what a double can invert.
 pub const MAX_FORGETTING_FACTOR: f64 = 0.99999;
@@ -32,6 +52,15 @@ impl Forgetting {
 }
 
 crate::settings! {
+    /// Where the depth of the samples begins.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ContactSettings in "estimator." {
+        /// Where the estimator takes the tissue to begin.
+        contact_m: f64 [ANY] = 0.0,
+    }
+}
+
+crate::settings! {
     /// The regressor of friction, `length v / (|v| + speed)`.
     ///
     /// Both numbers are chosen here. The slower the speed, the more a needle that nearly rests shakes the regressor.
@@ -39,8 +68,8 @@ crate::settings! {
     pub struct FrictionShape in "estimator.friction_" {
         /// Speed at which half of the friction acts.
         speed_m_per_s: f64 [POSITIVE]
-            for "estimator.parameters" "stiffness-damping-friction" "least-residual" = 3e-3,
+            for Parameters::StiffnessDampingFriction | LeastResidual = 3e-3,
         /// Depth at which as much of an error is put down to the stiffness as to friction.
-        length_m: f64 [POSITIVE] for "estimator.parameters" "stiffness-damping-friction" "least-residual" = 5e-3,
+        length_m: f64 [POSITIVE] for Parameters::StiffnessDampingFriction | LeastResidual = 5e-3,
     }
 }

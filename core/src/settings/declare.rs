@@ -33,10 +33,14 @@
 /// | `name: u64 [1..] = 1`, `name: usize [1..] = 1` | a whole number and its least value |
 /// | `name: bool = true` | true or false |
 /// | `name: Vec<f64> = [0.0, 1.0]` | numbers |
+/// | `name: String = "time_s"`, `name: Option<String>` | a text, or none |
+/// | `name: Option<String> [FILE]` | the path of a file, as it is written |
+/// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | what the reader makes of other keys, as the text says |
 /// | `name: Other` | other settings or a choice, keys and all |
 /// | `name: Other [kinds last]` | a choice whose kinds have their keys behind those of all fields |
 ///
-/// `for "detector.motion" "any" "inserting"` ahead of a default names the kinds of a choice for which a key acts.
+/// `for Motion::Any | Inserting` ahead of a default names the kinds of a choice for which a key acts, `for (...)` gives them
+/// as an [`ActsFor`](crate::settings::ActsFor).
 /// `given (threshold: f64)` behind the prefix names what the fields follow from besides: `read` takes it, and `name: Other
 /// (threshold)` passes it on. There is no default then, unless it has one itself, as in `given (threshold: f64 = 2.0)`; that
 /// also gives `default_for`. `no DEFAULT` says that a field has none; `no const` that one cannot
@@ -53,7 +57,8 @@ macro_rules! settings {
             $(
                 $(#[doc = $doc:literal])*
                 $field:ident : $ty:ident $(<$arg:ident>)? $(at $key:literal)? $([$($range:tt)+])? $(($($with:expr),+))?
-                $(for $choice:literal $($word:literal)+)? $(= $default:expr)? $(=> $rule:literal $derived:expr)?
+                $(for $choice:ident :: $kind:ident $(| $other_kind:ident)*)? $(for ($acts_for:expr))?
+                $(= $default:expr)? $(=> $rule:literal $($derived:expr)?)?
             ),* $(,)?
         }
         $(where $related:ident : $holds:expr, $requirement:literal;)*
@@ -72,7 +77,8 @@ macro_rules! settings {
             /// The keys that set it, in their order.
             pub const KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[
-                    $($crate::settings!(@acting {$($choice $($word)+)?} $crate::settings!(@keys
+                    $($crate::settings!(@acting
+                        {$($choice $kind $($other_kind)*)?} {$($acts_for)?} $crate::settings!(@keys
                         ($crate::settings!(@path $prefix $field $($key)?)) ($($doc)*)
                         {$ty $(<$arg>)?} {$($($range)+)?} {$(= $default)? $(=> $rule)?}
                     )),)*
@@ -114,14 +120,14 @@ macro_rules! settings {
             ) -> Result<Self, S::Error> {
                 $(let $field = $crate::settings!(@read
                     source ($crate::settings!(@path $prefix $field $($key)?))
-                    {$ty $(<$arg>)?} {$($($range)+)?} {$(($($with),+))?} {$(=> $derived)?}
+                    {$ty $(<$arg>)?} {$($($range)+)?} {$(($($with),+))?} {$($(=> $derived)?)?}
                 );)*
                 Ok(Self { $($field),* })
             }
         }
 
         $crate::settings!(@default $name {$(given $({$given $given_ty $(= $stand_in)?})+)? $(no $without)?} {
-            $($field {$ty $(<$arg>)?} {$(= $default)? $(=> $derived)?})*
+            $($field {$ty $(<$arg>)?} {$(= $default)? $($(=> $derived)?)?})*
         });
     };
 
@@ -141,11 +147,16 @@ macro_rules! settings {
     (@range $($range:tt)+) => { $($range)+ };
 
     // For which kinds they act.
-    (@acting {} $keys:expr) => { $keys };
-    (@acting {$choice:literal $($word:literal)+} $keys:expr) => {{
+    (@acting {} {} $keys:expr) => { $keys };
+    (@acting {$choice:ident $($kind:ident)+} {} $keys:expr) => {
+        $crate::settings!(@acting {} {
+            $crate::settings::ActsFor::new($choice::KEY.path, &[$($choice::$kind.word()),+])
+        } $keys)
+    };
+    (@acting {} {$acts_for:expr} $keys:expr) => {{
         const GROUPS: &[&[$crate::settings::Key]] = &[$keys];
         const COUNT: usize = $crate::settings::count(GROUPS);
-        &$crate::settings::acting::<COUNT>(GROUPS, $crate::settings::ActsFor::new($choice, &[$($word),+]))
+        &$crate::settings::acting::<COUNT>(GROUPS, $acts_for)
     }};
 
     // Its keys.
@@ -157,9 +168,35 @@ macro_rules! settings {
             $path, $crate::settings!(@range $($range)+), $default, $crate::settings!(@meaning $($doc)*)
         )]
     };
+    (@keys ($path:expr) ($($doc:literal)*) {f64} {SIGN} {=> $rule:literal}) => {
+        $crate::settings!(@keys ($path) ($($doc)*) (Sign) (Derived($rule)))
+    };
     (@keys ($path:expr) ($($doc:literal)*) {f64} {$($range:tt)+} {=> $rule:literal}) => {
         &[$crate::settings::Key::derived(
             $path, $crate::settings!(@range $($range)+), $rule, $crate::settings!(@meaning $($doc)*)
+        )]
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {Option<f64>} {$($range:tt)+} {=> $rule:literal}) => {
+        $crate::settings!(@keys ($path) ($($doc)*) {f64} {$($range)+} {=> $rule})
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {String} {} {= $default:expr}) => {
+        $crate::settings!(@keys ($path) ($($doc)*) (Text) (Value($crate::settings::Constant::Text($default))))
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {String} {} {=> $rule:literal}) => {
+        $crate::settings!(@keys ($path) ($($doc)*) (Text) (Derived($rule)))
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {Option<String>} {} {}) => {
+        $crate::settings!(@keys ($path) ($($doc)*) (Text) (Unset))
+    };
+    (@keys ($path:expr) ($($doc:literal)*) {Option<String>} {FILE} {}) => {
+        $crate::settings!(@keys ($path) ($($doc)*) (File) (Unset))
+    };
+    (@keys ($path:expr) ($($doc:literal)*) ($kind:ident) ($($fallback:tt)+)) => {
+        &[$crate::settings::Key::new(
+            $path,
+            $crate::settings::Kind::$kind,
+            $crate::settings::Fallback::$($fallback)+,
+            $crate::settings!(@meaning $($doc)*),
         )]
     };
     (@keys ($path:expr) ($($doc:literal)*) {Option<f64>} {$($range:tt)+} {}) => {
@@ -205,6 +242,8 @@ macro_rules! settings {
         $crate::error::require($path, *$value as f64, *$value >= $least, requirement)?;
     };
     (@check ($path:expr) ($value:expr) {bool} {}) => {};
+    (@check ($path:expr) ($value:expr) {String} {}) => {};
+    (@check ($path:expr) ($value:expr) {Option<String>} {$($file:ident)?}) => {};
     (@check ($path:expr) ($value:expr) {Vec<f64>} {}) => {
         for value in $value {
             $crate::settings::Range::ANY.check($path, *value)?;
@@ -221,6 +260,10 @@ macro_rules! settings {
     (@read $source:ident ($path:expr) {u64} {$($range:tt)+} {} {}) => { $source.whole($path)? };
     (@read $source:ident ($path:expr) {usize} {$($range:tt)+} {} {}) => { $source.whole($path)? as usize };
     (@read $source:ident ($path:expr) {bool} {} {} {}) => { $source.flag($path)? };
+    (@read $source:ident ($path:expr) {String} {} {} {}) => { $source.word($path)?.to_owned() };
+    (@read $source:ident ($path:expr) {Option<String>} {$($file:ident)?} {} {}) => {
+        $source.optional_word($path).map(str::to_owned)
+    };
     (@read $source:ident ($path:expr) {Vec<f64>} {} {} {}) => { $source.numbers($path)?.to_vec() };
     (@read $source:ident ($path:expr) {$other:ident} {$($last:ident)*} {$(($($with:expr),+))?} {}) => {
         $other::read($source $($(, $with)+)?)?
@@ -274,9 +317,10 @@ macro_rules! settings {
     (@default $name:ident {$($none:tt)+} {$($fields:tt)*}) => {};
     (@value {$($ty:tt)+} {= $default:expr}) => { $default };
     (@value {$($ty:tt)+} {=> $derived:expr}) => { $derived };
-    (@value {Option<f64>} {}) => { None };
+    (@value {Option<$arg:ident>} {}) => { None };
     (@value {$other:ident} {}) => { $other::DEFAULT };
     (@made {Vec<f64>} {= $default:expr}) => { Vec::from($default) };
+    (@made {String} {= $default:expr}) => { String::from($default) };
     (@made {$other:ident} {}) => { $other::default() };
     (@made {$($ty:tt)+} {$($default:tt)*}) => { $crate::settings!(@value {$($ty)+} {$($default)*}) };
 }

@@ -6,20 +6,24 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::Arrival;
 use super::schedule::{Running, Schedule};
-use crate::error::{InvalidValue, non_negative, require};
+use crate::error::{InvalidValue, require};
 use crate::lane::Lane;
 use crate::time::nearest_ticks;
 
 /// Longest jitter in ticks.
 const MAX_JITTER_TICKS: u64 = 100_000;
 
-/// What a link does to samples besides delaying them all alike.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Irregularity {
-    /// Greatest further delay of a sample in s, at least 0: each one's is drawn uniformly up to it, in whole ticks.
-    pub jitter_s: f64,
-    /// Probability that a sample is lost, from 0 to 1.
-    pub loss: f64,
+trocar_core::settings! {
+    /// What a link does to samples besides delaying them all alike.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Irregularity in "channel." {
+        /// Greatest further delay of a sample, drawn anew for each, either way; what arrives after a later one is dropped.
+        ///
+        /// Drawn uniformly up to it, in whole ticks.
+        jitter_s: f64 [NON_NEGATIVE] = 0.0,
+        /// Probability that a sample is lost, either way; the receiver holds the last one.
+        loss: f64 [SHARE] = 0.0,
+    }
 }
 
 impl Irregularity {
@@ -27,13 +31,10 @@ impl Irregularity {
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self, tick_s: f64) -> Result<(), InvalidValue> {
-        non_negative("channel.jitter_s", self.jitter_s)?;
+    pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        self.validate()?;
         let held = self.jitter_s / tick_s <= MAX_JITTER_TICKS as f64;
-        require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks")?;
-        let share = (0.0..=1.0).contains(&self.loss);
-        require("channel.loss", self.loss, share, "from 0 to 1")?;
-        Ok(())
+        require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
     }
 
     /// Whether every sample takes the same time and arrives.

@@ -16,6 +16,17 @@ const MAX_LANES: usize = crate::lane::LANES;
 /// Longest delay in ticks.
 pub const MAX_DELAY_TICKS: u64 = 1_000_000;
 
+trocar_core::settings! {
+    /// How long samples take.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DelaySettings in "channel." {
+        /// From master to slave, of any length; a sampled controller reads what has arrived by its tick.
+        forward_delay_s: f64 [NON_NEGATIVE] = 0.0,
+        /// From slave to master, of any length.
+        backward_delay_s: f64 [NON_NEGATIVE] = 0.0,
+    }
+}
+
 /// What the receiver has at a tick: a sample of `N` numbers, the last that has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival<L: Lane, const N: usize> {

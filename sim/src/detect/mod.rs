@@ -81,7 +81,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         damping_n_s_per_m: room(),
         distance: room(),
         decision: room(),
-        extra_parameter: settings.estimator.parameters.extra_parameter_column().map(|name| (name, room())),
+        extra_parameter: settings.estimator.extra_parameter_column().map(|name| (name, room())),
         alarms: vec![],
         contact_m: settings.contact_m,
         touched: false,

@@ -40,6 +40,7 @@ mod number;
 mod read;
 mod resample;
 mod samples;
+mod settings;
 mod table;
 
 pub use arrays::ArrayError;
@@ -54,6 +55,7 @@ pub use live::{LiveLine, LiveSample, LiveTable};
 pub use read::read_csv;
 pub use resample::{ResampleError, Resampled};
 pub use samples::Recording;
+pub use settings::{ColumnSettings, FileSettings, ScaleSettings, SignSettings};
 
 #[cfg(test)]
 mod fixtures;

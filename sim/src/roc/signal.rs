@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::RocError;
 use super::tally::Labels;
 use crate::detect;
-use crate::detection::{DetectorSettings, DistanceKind, Evidence};
+use crate::detection::{DetectorSettings, DistanceKind, DistanceSettings, Evidence};
 use crate::engine::{Observer, Signals};
 use crate::estimation::{AnyEstimator, Estimator, RlsSettings};
 use crate::recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
@@ -196,7 +196,7 @@ fn detectors(own: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSett
             return *own;
         }
         let mut derived = DetectorSettings::for_kind(kind, own.distance.hypotheses);
-        derived.distance.window_samples = own.distance.window_samples;
+        derived.distance = DistanceSettings { kind, ..own.distance };
         derived.arming = own.arming;
         derived
     };

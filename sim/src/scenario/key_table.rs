@@ -1,20 +1,22 @@
 //! Every key of a scenario: where it stands, what it holds, its default and its meaning.
 //!
-//! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table.
-
-mod link;
-mod recording;
-mod run;
+//! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table. A key is declared beside
+//! what it sets; here stand the sections, and the order of the groups.
 
 use trocar_core::settings::{Key, count, joined};
 
+use super::run_settings::RunSettings;
+use super::schedule::{EventSettings, ScheduleSettings};
 use crate::augmentation::AugmentationSettings;
+use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;
-use crate::estimation::RlsSettings;
+use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{MotionSettings, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, Grip, MasterParameters, SlaveParameters};
+use crate::recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
 use crate::sensor::SensorSettings;
-use crate::tissue::{LAYERED_KEYS, TissueSettings};
+use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySettings, RecoverySettings, Scales};
+use crate::tissue::TissueSettings;
 
 /// The sections, in the order in which they are written, with what each is about.
 pub const SECTIONS: [(&str, &str); 23] = [
@@ -46,27 +48,37 @@ pub const SECTIONS: [(&str, &str); 23] = [
 /// Every key, in the order in which they are written: those of the layers last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 20] = [
-    run::KEYS,
+const GROUPS: [&[Key]; 30] = [
+    RunSettings::KEYS,
     MasterParameters::KEYS,
     Grip::KEYS,
     ArmParameters::KEYS,
     SlaveParameters::KEYS,
-    link::SLAVE_KEYS,
+    ComplianceSettings::KEYS,
     ActuatorLimits::KEYS,
-    link::KEYS,
+    Scales::KEYS,
+    ControllerSettings::KEYS,
+    DelaySettings::KEYS,
+    Irregularity::KEYS,
+    ScheduleSettings::KEYS,
+    RecoverySettings::KEYS,
+    PassivitySettings::KEYS,
     MotionSettings::KEYS,
     TremorSettings::KEYS,
     ReflexSettings::KEYS,
     TissueSettings::KEYS,
-    recording::KEYS,
+    FileSettings::KEYS,
+    SignSettings::KEYS,
+    Limits::KEYS,
+    ColumnSettings::KEYS,
+    ScaleSettings::KEYS,
     SensorSettings::KEYS,
     RlsSettings::KEYS,
-    run::ESTIMATOR_KEYS,
+    ContactSettings::KEYS,
     DetectorSettings::KEYS,
     AugmentationSettings::KEYS,
-    run::AUGMENTATION_KEYS,
-    LAYERED_KEYS.as_flattened(),
+    EventSettings::KEYS,
+    TissueSettings::LAST_KEYS,
 ];
 
 #[cfg(test)]

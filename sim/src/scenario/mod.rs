@@ -12,6 +12,7 @@ mod parts;
 mod replay;
 mod resolve;
 mod rig;
+mod run_settings;
 mod schedule;
 mod schema;
 mod settings;

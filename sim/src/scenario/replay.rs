@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use trocar_core::settings::Source as _;
+use trocar_core::settings::{Key, Source as _};
 
 use super::builtin;
 use super::document::Source;
@@ -10,17 +10,15 @@ use super::error::ScenarioError;
 use super::value::Value;
 use super::values::Values;
 use crate::detection::DetectorSettings;
-use crate::estimation::RlsSettings;
-use crate::recording::{Column, Columns, Limits, Problem, Recording, open_csv, read_csv};
+use crate::estimation::{ContactSettings, RlsSettings};
+use crate::recording::{
+    Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
+    SignSettings, open_csv, read_csv,
+};
+use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
 
-/// The keys that name columns.
-const COLUMN_KEYS: [&str; 4] = [
-    "recording.columns.time_s",
-    "recording.columns.position_m",
-    "recording.columns.velocity_m_per_s",
-    "recording.columns.force_n",
-];
+const FILE: &str = FileSettings::KEYS[0].path;
 
 /// Most samples that an uneven recording may become at its even interval, whatever recording.max_samples says: as many as a
 /// run has ticks.
@@ -65,12 +63,13 @@ impl DetectionSettings {
     /// # Errors
     /// As [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
+        let sensor = SensorSettings::read(values)?;
         let settings = Self {
             estimator: RlsSettings::read(values)?,
             detector: DetectorSettings::read(values)?,
-            contact_m: values.number("estimator.contact_m")?,
-            position_resolution_m: values.number("sensor.position_resolution_m")?,
-            acceleration_std_m_per_s2: values.number("sensor.acceleration_std_m_per_s2")?,
+            contact_m: ContactSettings::read(values)?.contact_m,
+            position_resolution_m: sensor.position_resolution_m,
+            acceleration_std_m_per_s2: sensor.acceleration_std_m_per_s2,
         };
         settings.estimator.validate().map_err(|error| values.out_of_range(&error))?;
         settings.detector.validate().map_err(|error| values.out_of_range(&error))?;
@@ -100,7 +99,7 @@ impl DetectionSpec {
         Self::new(values, settings, recording)
     }
 
-    fn new(values: &Values, settings: DetectionSettings, recording: RecordingSpec) -> Result<Self, ScenarioError> {
+    fn new(values: &mut Values, settings: DetectionSettings, recording: RecordingSpec) -> Result<Self, ScenarioError> {
         check_even_samples(values, &recording.recording)?;
         Ok(Self { recording, settings })
     }
@@ -152,7 +151,7 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
         if let Some(sample) = samples.iter().position(|value| value.abs() > MAX_MAGNITUDE) {
             let (value, time_s) = (samples[sample], recording.time_s()[sample]);
             let message = format!("the recording has {value:e} {unit} at {time_s} s, at most {MAX_MAGNITUDE:e} {unit}");
-            return Err(values.error("recording.file", message).remedy(format!("correct it, or give {scale}")));
+            return Err(values.error(FILE, message).remedy(format!("correct it, or give {scale}")));
         }
     }
     Ok(())
@@ -160,11 +159,11 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
 
 /// Checks that a recording with a long gap does not become endless: detection takes evenly spaced samples, and fills gaps with
 /// them. Twice the recording's own number are never too many.
-fn check_even_samples(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
+fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), ScenarioError> {
     let interval_s = recording.median_interval_s();
     // Between ascending times the median is a tick.
     let samples = recording.ticks_covered(interval_s).unwrap_or(0) as u64;
-    let most = values.whole("recording.max_samples")?.min(MAX_EVEN_SAMPLES);
+    let most = (Limits::read(values)?.max_samples as u64).min(MAX_EVEN_SAMPLES);
     if samples <= most.max(2 * recording.len() as u64) {
         return Ok(());
     }
@@ -175,7 +174,7 @@ fn check_even_samples(values: &Values, recording: &Recording) -> Result<(), Scen
          {gap_s} s, would be filled with samples {interval_s:.3e} s apart",
         samples as f64
     );
-    Err(values.error(key.unwrap_or("recording.file"), message).remedy("cut the recording at the gap"))
+    Err(values.error(key.unwrap_or(FILE), message).remedy("cut the recording at the gap"))
 }
 
 /// The key whose limit a recording exceeds.
@@ -186,15 +185,6 @@ pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
         Problem::Gap { .. } => Some("recording.max_gap_s"),
         _ => None,
     }
-}
-
-/// How much of a file is read.
-pub(super) fn file_limits(values: &Values) -> Result<Limits, ScenarioError> {
-    Ok(Limits {
-        max_bytes: values.whole("recording.max_bytes")?,
-        max_samples: usize::try_from(values.whole("recording.max_samples")?).unwrap_or(usize::MAX),
-        max_gap_s: None,
-    })
 }
 
 /// The content of a table of the binary's own that a key names.
@@ -210,69 +200,59 @@ pub(super) fn carried(values: &Values, key: &str, name: &str) -> Result<&'static
 ///
 /// # Errors
 /// As [`Scenario::load`](super::Scenario::load).
-pub fn recording_columns(values: &Values) -> Result<Columns, ScenarioError> {
-    let column = |quantity: &str, sign: f64| {
-        let scale = values.number(&format!("recording.scale.{quantity}"))? * sign;
-        let path = format!("recording.columns.{quantity}");
-        Column::new(values.text(&path)?, scale).map_err(|error| values.error(&path, error.to_string()))
+pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> {
+    let (names, scales) = (ColumnSettings::read(values)?, ScaleSettings::read(values)?);
+    let signs = SignSettings::read(values)?;
+    let column = |key: usize, name: &str, scale: f64| {
+        let refuse = |error: ColumnError| values.error(ColumnSettings::KEYS[key].path, error.to_string());
+        Column::new(name, scale).map_err(refuse)
     };
-    let position_sign = values.number("recording.position_sign")?;
-    let velocity_sign = velocity_sign(values)?;
-    let velocity = values.is_given("recording.columns.velocity_m_per_s");
+    let velocity = |name: String| column(2, &name, scales.velocity_m_per_s * signs.velocity_sign);
     Ok(Columns {
-        time: column("time_s", 1.0)?,
-        position: column("position_m", position_sign)?,
-        velocity: velocity.then(|| column("velocity_m_per_s", velocity_sign)).transpose()?,
-        force: column("force_n", values.number("recording.force_sign")?)?,
+        time: column(0, &names.time_s, scales.time_s)?,
+        position: column(1, &names.position_m, scales.position_m * signs.position_sign)?,
+        velocity: names.velocity_m_per_s.map(velocity).transpose()?,
+        force: column(3, &names.force_n, scales.force_n * signs.force_sign)?,
     })
-}
-
-/// The sign of velocities: as given, else that of positions.
-fn velocity_sign(values: &Values) -> Result<f64, ScenarioError> {
-    let position_sign = values.number("recording.position_sign")?;
-    Ok(values.optional_number("recording.velocity_sign").unwrap_or(position_sign))
 }
 
 /// That a recording is to be replayed and there is none.
 pub(super) fn missing_recording(values: &Values) -> ScenarioError {
     values
-        .error("recording.file", "recording.file is missing, and operator or tissue replay a recording")
+        .error(FILE, "recording.file is missing, and operator or tissue replay a recording")
         .remedy("give recording.file, or other kinds of operator and tissue")
 }
 
 /// Reads the recording that values describe.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
-    let Some(source) = values.file("recording.file") else {
+    let Some(source) = values.file(FILE) else {
         return Err(missing_recording(values));
     };
     let columns = recording_columns(values)?;
-    let limits = Limits { max_gap_s: values.optional_number("recording.max_gap_s"), ..file_limits(values)? };
+    let limits = Limits::read(values)?;
     let source = source.canonical();
     let read = match &source {
         Source::Disk(path) => open_csv(path, &columns, &limits),
-        Source::Builtin(name) => {
-            read_csv(&source.display(), carried(values, "recording.file", name)?, &columns, &limits)
-        }
+        Source::Builtin(name) => read_csv(&source.display(), carried(values, FILE, name)?, &columns, &limits),
         Source::Text { name, text } => read_csv(name, text.as_bytes(), &columns, &limits),
     };
     let recording = read.map_err(|error| {
         // A column that is not there is a matter of its key, if one was written.
-        let named = |key: &&&str| values.text(key).is_ok_and(|name| error.place.column.as_deref() == Some(name));
-        let column = COLUMN_KEYS.iter().find(named).and_then(|key| values.place(key));
+        let column = error.place.column.as_deref();
+        let named = |key: &&Key| column.is_some() && values.optional_word(key.path) == column;
+        let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
-        ScenarioError::new(error.to_string()).at(place.or(values.place("recording.file")))
+        ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)))
     })?;
     let spec = labelled(values, recording)?;
-    let velocity_sign = velocity_sign(values)?;
-    values.derive_if_missing("recording.velocity_sign", Value::Number(velocity_sign));
-    values.derive_keeping_place("recording.file", Value::Text(source.display()));
+    values.derive_keeping_place(FILE, Value::Text(source.display()));
     Ok(spec)
 }
 
 /// A recording of a needle with the labels that values give it.
-fn labelled(values: &Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
+fn labelled(values: &mut Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
     check_magnitudes(values, &recording)?;
-    let ruptures_s = values.numbers("recording.ruptures_s")?.to_vec();
+    let ruptures_s = FileSettings::read(values)?.ruptures_s;
     check_ruptures(values, &ruptures_s, recording.duration_s())?;
     Ok(RecordingSpec { recording, ruptures_s })
 }

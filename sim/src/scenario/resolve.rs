@@ -2,13 +2,14 @@
 
 use std::sync::{Arc, OnceLock};
 
-use trocar_core::settings::Source as _;
+use trocar_core::settings::{Key, Source as _};
 
 use super::document::Source;
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::link::link_settings;
 use super::replay::{RecordingSpec, load_recording};
+use super::run_settings::RunSettings;
 use super::schedule::{events, schedules};
 use super::settings::{actuators, arm, master};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
@@ -16,14 +17,15 @@ use super::steps::Steps;
 use super::value::Value;
 use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
-use crate::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
+use crate::channel::{DelaySettings, Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::detection::DetectorSettings;
-use crate::estimation::RlsSettings;
-use crate::operator::{MAX_POSITION_M, ReflexSettings, TremorSettings};
+use crate::estimation::{ContactSettings, RlsSettings};
+use crate::operator::{MAX_POSITION_M, MotionSettings, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
 use crate::time::{TickGrid, whole_ticks};
+use crate::tissue::{ReplaySettings, TissueSettings};
 
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
@@ -132,10 +134,10 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
-        let replays_position = values.text("operator.kind")? == "recording";
-        let replays_force = values.text("tissue.kind")? == "recording";
-        let recording = if replays_position || replays_force { Some(load_recording(&mut values)?) } else { None };
-        let grid = grid(&mut values, recording.as_ref())?;
+        let replays = replays_position(&values) || replays_force(&values);
+        let recording = if replays { Some(load_recording(&mut values)?) } else { None };
+        let run = RunSettings::read(&mut values)?;
+        let grid = grid(&mut values, &run, recording.as_ref())?;
         let resampled = recording
             .as_ref()
             .map(|spec| spec.recording.resample(grid.tick_s(), grid.ticks() as usize + 1))
@@ -144,29 +146,26 @@ impl Scenario {
         let replay = recording.as_ref().zip(resampled.as_ref());
         let operator = operator(&mut values, &grid, replay)?;
         let tissue = tissue(&mut values, &grid, replay)?;
-        let timing = ControlTiming::read(&mut values)?;
+        let timing = run.timing;
         let master = master(&mut values)?;
         let slave = SlaveParameters::read(&mut values)?;
-        let link = link_settings(&values, &master, &slave)?;
+        let link = link_settings(&mut values, &master, &slave)?;
         let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
-        let waits_for_tick = waits_for_tick(timing, &link);
+        let (forward, backward) = delays(&mut values, &grid, waits_for_tick(timing, &link))?;
         let scenario = Self {
-            name: name(&values)?,
+            name: checked_name(&values, run.name)?,
             grid,
-            engine: EngineKind::read(&mut values)?,
+            engine: run.engine,
             timing,
-            seed: values.whole("simulation.seed")?,
+            seed: run.seed,
             master,
             arm: arm(&mut values)?,
             slave,
             actuators: actuators(&mut values, timing)?,
             link,
-            forward: delay_ticks(&values, "channel.forward_delay_s", &grid, waits_for_tick)?,
-            backward: delay_ticks(&values, "channel.backward_delay_s", &grid, waits_for_tick)?,
-            irregularity: Irregularity {
-                jitter_s: values.number("channel.jitter_s")?,
-                loss: values.number("channel.loss")?,
-            },
+            forward,
+            backward,
+            irregularity: Irregularity::read(&mut values)?,
             forward_schedule,
             backward_schedule,
             operator,
@@ -175,10 +174,10 @@ impl Scenario {
             tissue,
             sensor: SensorSettings::read(&mut values)?,
             estimator: RlsSettings::read(&mut values)?,
-            contact_m: values.number("estimator.contact_m")?,
+            contact_m: ContactSettings::read(&mut values)?.contact_m,
             detector: DetectorSettings::read(&mut values)?,
             augmentation: AugmentationSettings::read(&mut values)?,
-            events: events(&values, &grid)?,
+            events: events(&mut values, &grid)?,
             values: Arc::new(values),
             steps: Arc::default(),
         };
@@ -228,7 +227,7 @@ impl Scenario {
         let out_of_range = |error| self.values.out_of_range(&error);
         self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
         self.reflex.validate_where_reacting().map_err(out_of_range)?;
-        self.irregularity.validate(self.grid.tick_s()).map_err(out_of_range)?;
+        self.irregularity.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
         self.sensor.validate().map_err(out_of_range)?;
         self.estimator.validate().map_err(out_of_range)?;
         self.detector.validate().map_err(out_of_range)?;
@@ -249,8 +248,7 @@ impl Scenario {
         let beyond = |position: &f64| position.abs() >= farthest_m;
         let (key, position) = match &self.operator {
             OperatorSpec::Recording(positions) => {
-                let key =
-                    if self.values.text("operator.kind")? == "recording" { "recording.file" } else { "operator.kind" };
+                let key = if replays_position(&self.values) { "recording.file" } else { MotionSettings::KEY.path };
                 (key, positions.iter().copied().find(beyond))
             }
             OperatorSpec::Ramp { start_m, .. } if beyond(start_m) => ("operator.start_m", Some(*start_m)),
@@ -263,19 +261,30 @@ impl Scenario {
     }
 }
 
+/// Whether the person replays the recording.
+pub(super) fn replays_position(values: &Values) -> bool {
+    values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
+}
+
+/// Whether the tissue replays the recording.
+pub(super) fn replays_force(values: &Values) -> bool {
+    values
+        .word(TissueSettings::KEY.path)
+        .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
+}
+
 /// The name, which becomes a folder's.
-fn name(values: &Values) -> Result<String, ScenarioError> {
-    let name = values.text("name")?;
-    if harmless_name(name) == name {
-        return Ok(name.to_owned());
+fn checked_name(values: &Values, name: String) -> Result<String, ScenarioError> {
+    if harmless_name(&name) == name {
+        return Ok(name);
     }
     let message = format!("name is {name:?}, must be usable as a folder's name");
     Err(values.error("name", message).remedy("use at most 100 letters, digits, '-' and '_'"))
 }
 
-fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGrid, ScenarioError> {
-    let tick_s = values.number("simulation.tick_s")?;
-    let duration_s = match (values.optional_number("simulation.duration_s"), recording) {
+fn grid(values: &mut Values, run: &RunSettings, recording: Option<&RecordingSpec>) -> Result<TickGrid, ScenarioError> {
+    let tick_s = run.tick_s;
+    let duration_s = match (run.duration_s, recording) {
         (Some(duration_s), _) => duration_s,
         (None, Some(spec)) => {
             let covered = spec.recording.ticks_covered(tick_s);
@@ -295,19 +304,22 @@ fn grid(values: &mut Values, recording: Option<&RecordingSpec>) -> Result<TickGr
     TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
 }
 
-/// A delay; its sample is read as it arrives, or by a receiver that `waits_for_tick` on the next one.
-pub(super) fn delay_ticks(
-    values: &Values,
-    path: &str,
+/// The delays from master to slave and back; their samples are read as they arrive, or by a receiver that `waits_for_tick` on
+/// the next one.
+pub(super) fn delays(
+    values: &mut Values,
     grid: &TickGrid,
     waits_for_tick: bool,
-) -> Result<DelayTicks, ScenarioError> {
-    let delay_s = values.number(path)?;
+) -> Result<(DelayTicks, DelayTicks), ScenarioError> {
+    let DelaySettings { forward_delay_s, backward_delay_s } = DelaySettings::read(values)?;
     let tick_s = grid.tick_s();
-    let ticks = delay_s / tick_s;
-    if ticks > MAX_DELAY_TICKS as f64 {
-        let max_s = MAX_DELAY_TICKS as f64 * tick_s;
-        return Err(values.error(path, format!("{path} is {delay_s:?}, at most {max_s} s, {MAX_DELAY_TICKS} ticks")));
+    for (delay_s, Key { path, .. }) in [forward_delay_s, backward_delay_s].iter().zip(DelaySettings::KEYS) {
+        if delay_s / tick_s > MAX_DELAY_TICKS as f64 {
+            let max_s = MAX_DELAY_TICKS as f64 * tick_s;
+            let message = format!("{path} is {delay_s:?}, at most {max_s} s, {MAX_DELAY_TICKS} ticks");
+            return Err(values.error(path, message));
+        }
     }
-    Ok(DelayTicks::new(delay_s, tick_s, waits_for_tick))
+    let ticks = |delay_s| DelayTicks::new(delay_s, tick_s, waits_for_tick);
+    Ok((ticks(forward_delay_s), ticks(backward_delay_s)))
 }

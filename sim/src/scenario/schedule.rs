@@ -2,25 +2,49 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use trocar_core::settings::Source as _;
+
+use trocar_core::settings::Key;
 
 use super::document::Source;
 use super::error::ScenarioError;
-use super::replay::{carried, file_limits, limiting_key};
+use super::replay::{carried, limiting_key};
 use super::value::Value;
 use super::values::Values;
-use crate::channel::{MAX_DELAY_TICKS, Schedule};
-use crate::recording::{DelayRow, open_delays, read_delays};
+use crate::channel::{DelaySettings, MAX_DELAY_TICKS, Schedule};
+use crate::recording::{DelayRow, Limits, open_delays, read_delays};
 use crate::time::{TickGrid, nearest_ticks, whole_ticks};
 
-const OUTAGES: &str = "channel.outages_s";
-const EVENTS: &str = "augmentation.events_s";
-const FILE: &str = "channel.delays_file";
+trocar_core::settings! {
+    /// What the link does at known times.
+    #[derive(Debug, Clone, PartialEq)]
+    pub(super) struct ScheduleSettings in "channel." no const {
+        /// When the link is dead, in pairs, as in [2.0, 2.5]: what is sent from a begin to before its end never arrives.
+        outages_s: Vec<f64> = [],
+        /// A CSV file of logged delays, for forward_delay_s and backward_delay_s at 0: from each time_s on, counted from the
+        /// run's start, what is sent takes as long as its columns of those names say, to the nearest tick; where one is empty
+        /// or lost, it never arrives.
+        delays_file: Option<String> [FILE],
+    }
+}
+
+trocar_core::settings! {
+    /// What happens without an alarm.
+    #[derive(Debug, Clone, PartialEq)]
+    pub(super) struct EventSettings in "augmentation." no const {
+        /// When the supervisor is alarmed whatever the detector says, as in [1.0, 3.5]; taken where an alarm would be.
+        events_s: Vec<f64> = [],
+    }
+}
+
+const OUTAGES: &str = ScheduleSettings::KEYS[0].path;
+const FILE: &str = ScheduleSettings::KEYS[1].path;
+const EVENTS: &str = EventSettings::KEYS[0].path;
 
 /// The timetables from master to slave and back.
 pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
-    let outages = outages(values, grid.tick_s())?;
-    let [forward, backward] = delays(values, grid)?;
+    let settings = ScheduleSettings::read(values)?;
+    let outages = outages(values, &settings.outages_s, grid.tick_s())?;
+    let [forward, backward] = logged_delays(values, grid)?;
     Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
 }
 
@@ -30,8 +54,8 @@ fn first_tick(time_s: f64, tick_s: f64) -> u64 {
 }
 
 /// The ticks at which the supervisor is alarmed whatever the detector says.
-pub(super) fn events(values: &Values, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
-    let times_s = values.numbers(EVENTS)?;
+pub(super) fn events(values: &mut Values, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
+    let times_s = EventSettings::read(values)?.events_s;
     let refuse = |message: String, remedy: &str| Err(values.error(EVENTS, message).remedy(remedy));
     if let Some(before) = times_s.iter().find(|&&time_s| time_s < 0.0) {
         return refuse(format!("{EVENTS} has {before}, must be at least 0"), "count from the run's start");
@@ -46,8 +70,7 @@ pub(super) fn events(values: &Values, grid: &TickGrid) -> Result<Arc<[u64]>, Sce
     Ok(ticks)
 }
 
-fn outages(values: &Values, tick_s: f64) -> Result<Arc<[Range<u64>]>, ScenarioError> {
-    let times_s = values.numbers(OUTAGES)?;
+fn outages(values: &Values, times_s: &[f64], tick_s: f64) -> Result<Arc<[Range<u64>]>, ScenarioError> {
     let refuse = |message: String, remedy: &str| Err(values.error(OUTAGES, message).remedy(remedy));
     let (pairs, rest) = times_s.as_chunks::<2>();
     if let [begin_s] = rest {
@@ -112,16 +135,16 @@ impl DelayTable {
 }
 
 /// The whole ticks that each tick's samples take forth and back; none without a file.
-fn delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
+fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
     let Some(source) = values.file(FILE) else { return Ok([Arc::default(), Arc::default()]) };
-    for key in ["channel.forward_delay_s", "channel.backward_delay_s"] {
-        let delay_s = values.number(key)?;
+    let DelaySettings { forward_delay_s, backward_delay_s } = DelaySettings::read(values)?;
+    for (delay_s, Key { path: key, .. }) in [forward_delay_s, backward_delay_s].into_iter().zip(DelaySettings::KEYS) {
         if delay_s != 0.0 {
             let message = format!("{key} is {delay_s:?}, and {FILE} says how long samples take");
             return Err(values.error(key, message).remedy(format!("leave out {key}, or {FILE}")));
         }
     }
-    let limits = file_limits(values)?;
+    let limits = Limits { max_gap_s: None, ..Limits::read(values)? };
     let max_s = MAX_DELAY_TICKS as f64 * grid.tick_s();
     let source = source.canonical();
     let mut table = DelayTable::new(grid);
@@ -184,7 +207,9 @@ mod tests {
     fn an_outage_begins_and_ends_at_the_first_tick_not_before() {
         let of = |list: &str| {
             let settings = [format!("{OUTAGES}={list}")];
-            outages(&Values::from_settings("x", &settings).expect("numbers"), 1e-3).map_err(|error| error.to_string())
+            let mut values = Values::from_settings("x", &settings).expect("numbers");
+            let times_s = ScheduleSettings::read(&mut values).expect("there").outages_s;
+            outages(&values, &times_s, 1e-3).map_err(|error| error.to_string())
         };
         let ticks = of("[0.1, 0.3, 0.3, 0.3004, 0.69, 0.7001]").expect("good");
         assert_eq!(*ticks, [100..300, 300..301, 690..701]);

@@ -1,10 +1,9 @@
 //! From values to what involves more than one part's settings.
 
-use trocar_core::settings::Source as _;
-
 use super::error::ScenarioError;
 use super::values::Values;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, Grip, MasterParameters};
+use crate::teleoperation::{ComplianceSettings, ControllerKind};
 
 const MASTER_LIMIT: &str = "actuator.master_force_limit_n";
 const COMPLIANCE: &str = "slave.compliance_m_per_n";
@@ -16,7 +15,7 @@ const SLAVE_LAG: &str = "actuator.slave_lag_s";
 
 /// The master's parameters.
 pub(super) fn master(values: &mut Values) -> Result<MasterParameters, ScenarioError> {
-    let is_fed_positions = matches!(values.text("controller.kind")?, "position-position" | "four-channel");
+    let is_fed_positions = ControllerKind::read(values)?.couples_positions();
     MasterParameters::read(values, is_fed_positions)
 }
 
@@ -33,7 +32,7 @@ pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<Ac
     let given = [MASTER_LIMIT, SLAVE_LIMIT, MASTER_RATE, SLAVE_RATE].into_iter().find(|key| values.is_given(key));
     let lagging = lags.into_iter().find(|(_, lag_s)| *lag_s > 0.0).map(|(key, _)| key);
     let slows_slave = limits.slave_lag_s > 0.0 || limits.slave_command.or(limits.slave_command_rate_per_s).is_some();
-    if slows_slave && values.number(COMPLIANCE)? > 0.0 {
+    if slows_slave && ComplianceSettings::read(values)?.compliance_m_per_n > 0.0 {
         let message =
             format!("{COMPLIANCE} acts like a change of the slave's command, which its motor is to pass whole");
         return Err(values.error(COMPLIANCE, message).remedy("leave it out, or the slave's limits and lag"));
@@ -49,6 +48,7 @@ pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<Ac
         }
         _ => return Ok(limits),
     };
-    let message = format!("{key} needs simulation.control = \"sampled\": {reason}");
-    Err(values.error(key, message).remedy(format!("set simulation.control = \"sampled\", or leave the {limit} out")))
+    let sampled = format!("simulation.control = \"{}\"", ControlTiming::Sampled.word());
+    let message = format!("{key} needs {sampled}: {reason}");
+    Err(values.error(key, message).remedy(format!("set {sampled}, or leave the {limit} out")))
 }

@@ -12,7 +12,7 @@ use super::document::{Entry, Source, gather, parse_setting};
 use super::error::{Place, ScenarioError};
 use super::key_table::KEYS;
 use super::link::link_settings;
-use super::resolve::{Scenario, delay_ticks, waits_for_tick};
+use super::resolve::{Scenario, delays, replays_force, replays_position, waits_for_tick};
 use super::schedule::events;
 use super::settings::{actuators, arm, master};
 use super::specs::{TissueSpec, operator, tissue};
@@ -21,7 +21,7 @@ use super::values::{Values, harmless_name};
 use crate::augmentation::AugmentationSettings;
 use crate::channel::Irregularity;
 use crate::detection::DetectorSettings;
-use crate::estimation::RlsSettings;
+use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{ReflexSettings, TremorSettings};
 use crate::plant::SlaveParameters;
 use crate::sensor::SensorSettings;
@@ -64,7 +64,6 @@ enum Part {
 impl Part {
     fn of(path: &str, base: &Scenario) -> Self {
         let section = path.split('.').next().unwrap_or_default();
-        let of_values = |key: &str| base.values().text(key).is_ok_and(|kind| kind == "recording");
         match (section, path) {
             (_, "simulation.seed") => Self::Seed,
             (_, "channel.outages_s" | "channel.delays_file" | "operator.kind" | "tissue.kind" | "tissue.index") => {
@@ -78,11 +77,11 @@ impl Part {
             ("estimator", _) => Self::Estimator,
             ("detector", _) => Self::Detector,
             ("augmentation", _) => Self::Augmentation,
-            ("tissue", _) if !of_values("tissue.kind") => Self::Tissue,
+            ("tissue", _) if !replays_force(base.values()) => Self::Tissue,
             (_, "tissue.presliding_m") if matches!(base.tissue, TissueSpec::Depth { .. }) => Self::Presliding,
             ("tissue", _) => Self::Nothing,
             ("operator", _) if path.contains("tremor") || path.contains("reflex") => Self::Habits,
-            ("operator", _) if !of_values("operator.kind") => Self::Motion,
+            ("operator", _) if !replays_position(base.values()) => Self::Motion,
             ("operator", _) => Self::Nothing,
             _ => Self::Whole,
         }
@@ -249,10 +248,9 @@ impl CaseFactory<'_> {
                 set_delays(scenario, values)?;
             }
             Part::Irregularity => {
-                let (jitter_s, loss) = (values.number("channel.jitter_s")?, values.number("channel.loss")?);
-                scenario.irregularity = Irregularity { jitter_s, loss };
+                scenario.irregularity = Irregularity::read(values)?;
                 let tick_s = scenario.grid.tick_s();
-                scenario.irregularity.validate(tick_s).map_err(|error| values.out_of_range(&error))?;
+                scenario.irregularity.validate_on_ticks(tick_s).map_err(|error| values.out_of_range(&error))?;
             }
             Part::Delays => set_delays(scenario, values)?,
             Part::Sensor => {
@@ -261,7 +259,7 @@ impl CaseFactory<'_> {
             }
             Part::Estimator => {
                 scenario.estimator = RlsSettings::read(values)?;
-                scenario.contact_m = values.number("estimator.contact_m")?;
+                scenario.contact_m = ContactSettings::read(values)?.contact_m;
                 scenario.estimator.validate().map_err(|error| values.out_of_range(&error))?;
             }
             Part::Detector => {
@@ -295,17 +293,16 @@ impl CaseFactory<'_> {
     }
 }
 
-fn set_link(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioError> {
+fn set_link(scenario: &mut Scenario, values: &mut Values) -> Result<(), ScenarioError> {
     let position_scale = scenario.position_scale();
     scenario.link = link_settings(values, &scenario.master, &scenario.slave)?;
     // Looking at every position takes longer than everything else.
     if scenario.position_scale() == position_scale { Ok(()) } else { scenario.check_reach() }
 }
 
-fn set_delays(scenario: &mut Scenario, values: &Values) -> Result<(), ScenarioError> {
+fn set_delays(scenario: &mut Scenario, values: &mut Values) -> Result<(), ScenarioError> {
     let waits_for_tick = waits_for_tick(scenario.timing, &scenario.link);
-    scenario.forward = delay_ticks(values, "channel.forward_delay_s", &scenario.grid, waits_for_tick)?;
-    scenario.backward = delay_ticks(values, "channel.backward_delay_s", &scenario.grid, waits_for_tick)?;
+    (scenario.forward, scenario.backward) = delays(values, &scenario.grid, waits_for_tick)?;
     Ok(())
 }
 

@@ -286,6 +286,13 @@ impl settings::Source for Values {
         self.text(path)
     }
 
+    fn optional_word(&self, path: &str) -> Option<&str> {
+        match self.get(path) {
+            Some(Value::Text(value)) => Some(value),
+            _ => None,
+        }
+    }
+
     fn unknown_word(&self, path: &str) -> ScenarioError {
         self.missing(path)
     }

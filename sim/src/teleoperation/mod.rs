@@ -13,24 +13,31 @@ mod passivity;
 mod recovery;
 mod settings;
 
+pub use architecture::local_force::LocalForceSettings;
+pub use architecture::position_position::CouplingSettings;
 pub use architecture::{Architecture, ArrivedAtMaster, MasterGains, MasterSample, SlaveGains, SlaveSample};
 pub use connection::{AtMaster, AtSlave, Connection, LinkReport};
 pub use direct::DirectLink;
 pub use link::{FromMaster, FromSlave, Link};
-pub use passivity::{LimitSettings, PassivityScheme, SlavePort};
+pub use passivity::{CatchUpSettings, DampingSettings, PassivityScheme, SlavePort};
 pub use recovery::{Recovery, RecoverySettings};
-pub use settings::{LinkSettings, Machines};
+pub use settings::{ComplianceSettings, LinkSettings, Machines, Scales};
 
 architectures! {
-    PositionForce "position-force" = position_force::PositionForce,
-    LocalForce "local-force" = local_force::LocalForce { LocalForceSettings },
-    PositionPosition "position-position" = position_position::PositionPosition { CouplingSettings },
-    FourChannel "four-channel" = four_channel::FourChannel { FourChannelSettings },
+    /// The paper's; with local force feedback; a spring between the machines; all of it, transparent (Lawrence 1993).
+    shared { coupling: CouplingSettings, local_force: LocalForceSettings }
+    "position-force" => PositionForce = position_force::PositionForce,
+    "local-force" => LocalForce = local_force::LocalForce,
+    "position-position" => PositionPosition = position_position::PositionPosition,
+    "four-channel" => FourChannel = four_channel::FourChannel { four_channel: FourChannelSettings },
 }
 
 schemes! {
-    None "none" = no_scheme::NoScheme,
-    TimeDomain "time-domain" = time_domain::TimeDomain { TimeDomainSettings },
-    WaveVariables "wave-variables" = waves::Waves { WavesSettings },
-    EnergyTank "energy-tank" = tank::Tank { TankSettings },
+    /// Observer and controller at both ports (Hannaford and Ryu 2002), wave variables (Niemeyer and Slotine 1991),
+    /// a tank of energy on each side (Franken et al. 2011).
+    "none" => None = no_scheme::NoScheme,
+    "time-domain" => TimeDomain = time_domain::TimeDomain { time_domain: TimeDomainSettings }
+        shared { damping: DampingSettings },
+    "wave-variables" => WaveVariables = waves::Waves { waves: WavesSettings },
+    "energy-tank" => EnergyTank = tank::Tank { tank: TankSettings } shared { catch_up: CatchUpSettings },
 }

@@ -1,51 +1,40 @@
 //! What a receiver does when samples come again after an outage.
 
-use crate::error::{InvalidValue, non_negative, positive};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
-words! {
-    /// How the slave goes on after an outage. While it lasts, the last sample is held.
-    Recovery {
+trocar_core::choice! {
+    /// After an outage the slave runs to the hand, keeps the distance that has opened, or stays for good.
+    ///
+    /// While an outage lasts, the last sample is held.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Recovery at "channel.recovery" = Ramp {
         /// Its reference runs to the hand's, never faster than the recovery speed, until it is there.
-        Ramp "ramp",
+        "ramp" => Ramp,
         /// From where it is: the distance that the hand has gone meanwhile stays between them.
-        Hold "hold",
+        "hold" => Hold,
         /// Not at all: it stays where it is until the end, and the run says since when. A master that hears nothing gives up
         /// too: the force goes to 0.
-        GiveUp "give-up",
+        "give-up" => GiveUp,
     }
 }
 
-/// What counts as an outage, and what happens after it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RecoverySettings {
-    /// How the slave goes on.
-    pub policy: Recovery,
-    /// How long no sample has to come for an outage, in s, at least 0.
-    pub outage_s: f64,
-    /// Greatest speed of the reference while it runs to the hand's, in m/s, above 0.
-    pub speed_m_per_s: f64,
-    /// Greatest rate of the fed-back force while it runs to the live one's, in N/s, above 0.
-    pub force_rate_n_per_s: f64,
+trocar_core::settings! {
+    /// What counts as an outage, and what happens after it.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct RecoverySettings in "channel.recovery_" {
+        /// How long no sample has to come for an outage.
+        outage_s: f64 at "channel.outage_s" [NON_NEGATIVE] = 0.1,
+        /// How the slave goes on.
+        policy: Recovery,
+        /// Greatest speed of the slave's reference while it runs to the hand.
+        speed_m_per_s: f64 [POSITIVE] = 0.03,
+        /// Greatest rate of the fed-back force while it runs to the live one.
+        force_rate_n_per_s: f64 [POSITIVE] = 50.0,
+    }
 }
 
 impl RecoverySettings {
-    /// A ramp after a tenth of a second.
-    pub const DEFAULT: Self =
-        Self { policy: Recovery::Ramp, outage_s: 0.1, speed_m_per_s: 0.03, force_rate_n_per_s: 50.0 };
-
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        non_negative("channel.outage_s", self.outage_s)?;
-        positive("channel.recovery_speed_m_per_s", self.speed_m_per_s)?;
-        positive("channel.recovery_force_rate_n_per_s", self.force_rate_n_per_s)?;
-        Ok(())
-    }
-
     /// The same for forces, of which no difference is to stay.
     pub(super) fn of_forces(&self) -> Self {
         let policy = if self.policy == Recovery::Hold { Recovery::Ramp } else { self.policy };

@@ -1,57 +1,36 @@
 //! What a line in a registry of built-in parts stands for:
 //!
 //! ```text
-//! Kind "word in TOML" = file::Part { Settings },
+//! "word in scenarios" => Kind = file::Part { name: Settings },
 //! ```
-//! The kind by its word, the settings of all parts under the names of their files, and the enum that runs whichever part was
-//! chosen, over lanes, without a call.
+//! The kind by its word, the settings of all parts under their names, and the enum that runs whichever part was chosen, over
+//! lanes, without a call. Other parts may be built from the same settings: a key acts for the kinds that are built from it.
 
-/// An enum of kinds, each with its word in TOML.
-macro_rules! words {
-    ($(#[$doc:meta])* $Name:ident { $($(#[$of_kind:meta])* $Kind:ident $word:literal),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum $Name {
-            $($(#[$of_kind])* $Kind,)*
-        }
-
-        impl $Name {
-            /// The words in TOML, the default first.
-            pub const WORDS: &'static [&'static str] = &[$($word),*];
-
-            /// The word in TOML.
-            #[must_use]
-            pub const fn word(self) -> &'static str {
-                match self {
-                    $(Self::$Kind => $word,)*
-                }
-            }
-
-            /// The kind of this word; none where the word is unknown.
-            #[must_use]
-            pub fn from_word(word: &str) -> Option<Self> {
-                match word {
-                    $($word => Some(Self::$Kind),)*
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-
-/// The registry of architectures; the first one is the paper's.
+/// The registry of architectures. The settings ahead of its lines are those of several.
 macro_rules! architectures {
-    ($($Kind:ident $word:literal = $file:ident :: $Part:ident $({ $Settings:ident })?),* $(,)?) => {
-        $($(pub use architecture::$file::$Settings;)?)*
+    (
+        $(#[doc = $about:literal])*
+        shared { $($shared:ident: $Shared:ident),* $(,)? }
+        $($word:literal => $Kind:ident = $file:ident :: $Part:ident $({ $own:ident: $Own:ident })?,)*
+    ) => {
+        $($(pub use architecture::$file::$Own;)?)*
 
-        words! {
-            /// Who is sent what.
-            ControllerKind {
-                $(#[doc = concat!("`", $word, "`")] $Kind $word),*
+        trocar_core::choice! {
+            $(#[doc = $about])*
+            #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+            pub enum ControllerKind at "controller.kind" = PositionForce {
+                $($word => $Kind,)*
             }
         }
 
         impl ControllerKind {
+            /// The kinds that are built from some keys.
+            const fn built_from(keys: &[trocar_core::settings::Key]) -> trocar_core::settings::ActsFor {
+                use architecture::BuiltInArchitecture;
+                let kinds = &[$(($word, <architecture::$file::$Part<f64> as BuiltInArchitecture<f64>>::KEYS)),*];
+                trocar_core::settings::ActsFor::built_from(keys, Self::KEY.path, kinds)
+            }
+
             /// Whether the force that is fed back depends on where both machines are, so that the slave sends its position.
             #[must_use]
             pub fn couples_positions(self) -> bool {
@@ -72,30 +51,24 @@ macro_rules! architectures {
             }
         }
 
-        /// The architecture and the gains that each leaves open.
-        #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct ControllerSettings {
-            /// Who is sent what.
-            pub kind: ControllerKind,
-            $($(#[doc = concat!("Those of `", $word, "`.")] pub $file: $Settings,)?)*
+        trocar_core::settings! {
+            /// The architecture, and the settings of all of them.
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct ControllerSettings in "controller." {
+                /// Who is sent what.
+                kind: ControllerKind,
+                $(
+                    /// Those of several kinds.
+                    $shared: $Shared for (ControllerKind::built_from($Shared::KEYS)),
+                )*
+                $($(
+                    /// Those of one kind.
+                    $own: $Own for (ControllerKind::built_from($Own::KEYS)),
+                )?)*
+            }
         }
 
         impl ControllerSettings {
-            /// The paper's, beside gains for the others that are chosen here.
-            pub const PAPER: Self = Self {
-                kind: ControllerKind::PositionForce,
-                $($($file: $Settings::DEFAULT,)?)*
-            };
-
-            /// Checks the ranges that the settings state.
-            ///
-            /// # Errors
-            /// [`InvalidValue`](crate::error::InvalidValue) naming the first setting out of range.
-            pub fn validate(&self) -> Result<(), crate::error::InvalidValue> {
-                $($($Settings::validate(&self.$file)?;)?)*
-                Ok(())
-            }
-
             /// The gains around two machines.
             ///
             /// # Errors
@@ -156,19 +129,33 @@ macro_rules! architectures {
     };
 }
 
-/// The registry of passivity schemes; the first one does nothing.
+/// The registry of passivity schemes. Settings of several of them are declared with the first.
 macro_rules! schemes {
-    ($($Kind:ident $word:literal = $file:ident :: $Part:ident $({ $Settings:ident })?),* $(,)?) => {
-        $($(pub use passivity::$file::$Settings;)?)*
+    (
+        $(#[doc = $about:literal])*
+        $(
+            $word:literal => $Kind:ident = $file:ident :: $Part:ident $({ $own:ident: $Own:ident })?
+                $(shared { $shared:ident: $Shared:ident })?,
+        )*
+    ) => {
+        $($(pub use passivity::$file::$Own;)?)*
 
-        words! {
-            /// Which scheme there is.
-            Scheme {
-                $(#[doc = concat!("`", $word, "`")] $Kind $word),*
+        trocar_core::choice! {
+            $(#[doc = $about])*
+            #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+            pub enum Scheme at "passivity.scheme" = None {
+                $($word => $Kind,)*
             }
         }
 
         impl Scheme {
+            /// The kinds that are built from some keys.
+            const fn built_from(keys: &[trocar_core::settings::Key]) -> trocar_core::settings::ActsFor {
+                use passivity::BuiltInScheme;
+                let kinds = &[$(($word, <passivity::$file::$Part<f64> as BuiltInScheme<f64>>::KEYS)),*];
+                trocar_core::settings::ActsFor::built_from(keys, Self::KEY.path, kinds)
+            }
+
             /// Whether positions go back to the master beside what the scheme sends.
             #[must_use]
             pub fn carries_positions(self) -> bool {
@@ -179,32 +166,22 @@ macro_rules! schemes {
             }
         }
 
-        /// The scheme and the numbers of each.
-        #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct PassivitySettings {
-            /// Which scheme there is.
-            pub scheme: Scheme,
-            /// Those of every scheme that limits the force and meters the reference.
-            pub limits: LimitSettings,
-            $($(#[doc = concat!("Those of `", $word, "`.")] pub $file: $Settings,)?)*
-        }
-
-        impl PassivitySettings {
-            /// No scheme, beside numbers for each that are chosen here.
-            pub const NONE: Self = Self {
-                scheme: Scheme::None,
-                limits: LimitSettings::DEFAULT,
-                $($($file: $Settings::DEFAULT,)?)*
-            };
-
-            /// Checks the ranges that the settings state.
-            ///
-            /// # Errors
-            /// [`InvalidValue`](crate::error::InvalidValue) naming the first setting out of range.
-            pub fn validate(&self) -> Result<(), crate::error::InvalidValue> {
-                self.limits.validate()?;
-                $($($Settings::validate(&self.$file)?;)?)*
-                Ok(())
+        trocar_core::settings! {
+            /// The scheme, and the settings of all of them.
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct PassivitySettings in "passivity." {
+                /// Which scheme there is.
+                scheme: Scheme,
+                $(
+                    $(
+                        /// Those of one kind.
+                        $own: $Own for (Scheme::built_from($Own::KEYS)),
+                    )?
+                    $(
+                        /// Those of several kinds.
+                        $shared: $Shared for (Scheme::built_from($Shared::KEYS)),
+                    )?
+                )*
             }
         }
 

@@ -3,6 +3,26 @@
 use super::recovery::RecoverySettings;
 use super::{ControllerKind, ControllerSettings, PassivitySettings, Scheme};
 
+trocar_core::settings! {
+    /// What a newton and a metre become on the other side.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Scales in "scaling." {
+        /// Force fed back per force measured.
+        force: f64 [SCALE] = 1.0,
+        /// Slave's motion per master's.
+        position: f64 [SCALE] = 1.0,
+    }
+}
+
+trocar_core::settings! {
+    /// How stiff the slave is under the tissue.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ComplianceSettings in "slave." {
+        /// How far the tissue pushes the resting slave off its reference; the paper's is stiff.
+        compliance_m_per_n: f64 [NON_NEGATIVE] = 0.0,
+    }
+}
+
 /// Everything that a link is told but its two directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkSettings {

@@ -1,11 +1,10 @@
 //! The kinds of tissue by the words that scenarios use: one line each.
 
-use super::{
-    DepthReplay, Generalised, GeneralisedSettings, HuntCrossley, HuntCrossleySettings, KelvinVoigt,
-    KelvinVoigtSettings, Layers, LayersParameters, Reaction, RecordedForce, ReplaySettings, Tissue,
-};
+use trocar_core::settings::{ActsFor, Key, acting, count, joined};
+
+use super::layer::LAYERED_KEYS;
+use super::*;
 use crate::error::InvalidValue;
-use crate::lane::Lane;
 
 /// A tissue that is made of settings alone.
 pub trait Model: Sized {
@@ -19,13 +18,13 @@ pub trait Model: Sized {
     fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
 }
 
-/// The settings and the enum of the built-in tissues, from a line each: word, type, type of the settings. A recording is
-/// replayed by time or by depth, which are two tissues.
+/// The settings and the enum of the built-in tissues, from a line each: word, type, type of the settings, and keys that stand
+/// behind those of all others. A recording is replayed by time or by depth, which are two tissues.
 macro_rules! tissues {
     (
         $(#[doc = $about:literal])*
         $recording_word:literal => $recording:ident($recording_settings:ident) by $time:ident($by_time:ty) $depth:ident($by_depth:ty),
-        $($word:literal => $model:ident($settings:ident),)*
+        $($word:literal => $model:ident($settings:ident) $(keys last $last:expr)?,)*
     ) => {
         trocar_core::choice! {
             $(#[doc = $about])*
@@ -47,6 +46,16 @@ macro_rules! tissues {
         }
 
         impl TissueSettings {
+            /// The keys that stand behind those of all other parts.
+            pub const LAST_KEYS: &'static [Key] = {
+                const GROUPS: &[&[Key]] = &[$($({
+                    const LAST: &[Key] = $last;
+                    const COUNT: usize = LAST.len();
+                    &acting::<COUNT>(&[LAST], ActsFor::new(TissueSettings::KEY.path, &[$word]))
+                },)?)*];
+                &joined::<{ count(GROUPS) }>(GROUPS)
+            };
+
             /// The tissue on ticks of `tick_s` (s), of a needle whose tip begins at `start_m` (m).
             ///
             /// # Errors
@@ -85,5 +94,5 @@ tissues! {
     "kelvin-voigt" => KelvinVoigt(KelvinVoigtSettings),
     "hunt-crossley" => HuntCrossley(HuntCrossleySettings),
     "generalised" => Generalised(GeneralisedSettings),
-    "layers" => Layers(LayersParameters),
+    "layers" => Layers(LayersParameters) keys last LAYERED_KEYS.as_flattened(),
 }

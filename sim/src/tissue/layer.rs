@@ -22,7 +22,7 @@
 //! | relaxation | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms | chosen here |
 //! | `c` in s/m | 2 | 2 | 2 | 2 | 2 | chosen here |
 
-use trocar_core::settings::{ActsFor, Key, Range, Source, acting};
+use trocar_core::settings::{Key, Range, Source, joined};
 
 use super::literature::{
     CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N, STIFFENING_N_PER_M2,
@@ -77,7 +77,7 @@ macro_rules! layer_settings {
                 let keys: &[Key] = &[$(
                     Key::number(names.$field, $range, default.$field, trocar_core::settings!(@meaning $($doc)*)),
                 )*];
-                acting(&[keys], ActsFor::new("tissue.kind", &["layers"]))
+                joined(&[keys])
             }
         }
 
@@ -108,7 +108,7 @@ macro_rules! layer_settings {
 }
 
 /// The keys of every layer, from the surface down.
-pub const LAYERED_KEYS: &[[Key; LAYER_KEY_COUNT]; LAYERS] = &[
+pub(super) const LAYERED_KEYS: &[[Key; LAYER_KEY_COUNT]; LAYERS] = &[
     LayerParameters::keys(0),
     LayerParameters::keys(1),
     LayerParameters::keys(2),

@@ -19,7 +19,7 @@ pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
 pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
 pub use kind::{AnyTissue, Model, TissueSettings};
-pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERED_KEYS, LAYERS, LayerKeys, LayerParameters};
+pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerKeys, LayerParameters};
 pub use layers::{Layers, LayersParameters};
 pub use power::PowerSettings;
 pub use recording::RecordedForce;

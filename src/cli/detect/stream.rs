@@ -22,7 +22,7 @@ const NAME: &str = "standard input";
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let mut values = Values::from_settings("stream", &args.settings(None)).map_err(of_flags)?;
     let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
-    let columns = recording_columns(&values).map_err(of_flags)?;
+    let columns = recording_columns(&mut values).map_err(of_flags)?;
     let warnings = Warnings::new(args.output.quiet);
     let velocity = match (&columns.velocity, settings.position_resolution_m) {
         (Some(_), _) => VelocitySource::Measured,

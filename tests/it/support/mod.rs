@@ -88,7 +88,7 @@ pub struct ClosedLoop {
 impl ClosedLoop {
     fn link(&self, tick_s: f64) -> Link<f64> {
         let settings = LinkSettings {
-            controller: ControllerSettings::PAPER,
+            controller: ControllerSettings::DEFAULT,
             machines: Machines {
                 master_mass_kg: 0.245,
                 master_damping_n_s_per_m: 4.1,
@@ -101,7 +101,7 @@ impl ClosedLoop {
                 force_scale: self.force_scale,
             },
             recovery: RecoverySettings::DEFAULT,
-            passivity: PassivitySettings::NONE,
+            passivity: PassivitySettings::DEFAULT,
         };
         let directions = (Delay::new(self.delay_ticks, [0.0; 5]), Delay::new(self.delay_ticks, [0.0; 6]));
         Link::new(&settings, directions, tick_s, 0.0).expect("valid")

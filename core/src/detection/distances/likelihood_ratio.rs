@@ -8,9 +8,18 @@ use crate::lane::Lane;
 /// Most samples that a window may hold: it lies within the detector, which allocates nothing.
 pub const MAX_WINDOW_SAMPLES: usize = 64;
 
-/// The window that a likelihood ratio has unless told otherwise: what the estimator's default memory is in updates, after
-/// which it has learnt the change and the residual no longer shows it (chosen here).
-pub const WINDOW_SAMPLES: usize = 10;
+crate::settings! {
+    /// The window of a likelihood ratio.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct WindowSettings in "detector." {
+        /// How many samples the likelihood ratio looks back over, at most 64.
+        ///
+        /// From 1 to [`MAX_WINDOW_SAMPLES`]. The default is what the estimator's default memory is in updates, after which it
+        /// has learnt the change and the residual no longer shows it (chosen here).
+        window_samples: usize [1..] = 10,
+    }
+    where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
+}
 
 /// The log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window.
 ///
@@ -79,7 +88,7 @@ impl<L: Lane> BuiltIn for LikelihoodRatio<L> {
     }
 
     fn new(settings: &DistanceSettings) -> Self {
-        Self::over(settings.window_samples, settings.hypotheses.quiet_std_n)
+        Self::over(settings.window.window_samples, settings.hypotheses.quiet_std_n)
     }
 }
 

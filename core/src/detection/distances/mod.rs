@@ -13,7 +13,7 @@ mod squared_residual;
 mod variance_change;
 
 pub use force_derivative::ForceDerivative;
-pub use likelihood_ratio::{LikelihoodRatio, MAX_WINDOW_SAMPLES, WINDOW_SAMPLES};
+pub use likelihood_ratio::{LikelihoodRatio, MAX_WINDOW_SAMPLES, WindowSettings};
 pub use mean_change::MeanChange;
 pub use page_hinkley::PageHinkley;
 pub use parameter_change::ParameterChange;
@@ -75,14 +75,30 @@ trait BuiltIn {
     fn new(settings: &DistanceSettings) -> Self;
 }
 
-/// The kinds of distance and the enum of them, from a line each: the word in scenarios and the type.
+/// The kinds of distance, their settings and the enum of them, from a line each: the word in scenarios, the type, and in braces
+/// what it is told besides the hypotheses.
 macro_rules! distances {
-    ($($word:literal => $Part:ident,)*) => {
+    ($($word:literal => $Part:ident $({ $own:ident: $Settings:ident })?,)*) => {
         crate::choice! {
             /// What decides: e², e² of drops, eq. 22, 23, the stiffness of eq. 26, the derivative, GLR or Page-Hinkley.
             #[derive(Debug, Clone, Copy, PartialEq, Eq)]
             pub enum DistanceKind at "detector.distance" = SquaredResidual {
                 $($word => $Part,)*
+            }
+        }
+
+        crate::settings! {
+            /// A kind of distance with the hypotheses that scale it.
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct DistanceSettings in "detector." {
+                /// Which distance.
+                kind: DistanceKind,
+                /// What it compares.
+                hypotheses: Hypotheses,
+                $($(
+                    /// What this kind is told besides.
+                    $own: $Settings for DistanceKind::$Part,
+                )?)*
             }
         }
 
@@ -176,24 +192,8 @@ distances! {
     "variance-change" => VarianceChange,
     "parameter-change" => ParameterChange,
     "force-derivative" => ForceDerivative,
-    "likelihood-ratio" => LikelihoodRatio,
+    "likelihood-ratio" => LikelihoodRatio { window: WindowSettings },
     "page-hinkley" => PageHinkley,
-}
-
-crate::settings! {
-    /// A kind of distance with the hypotheses that scale it.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct DistanceSettings in "detector." {
-        /// Which distance.
-        kind: DistanceKind,
-        /// What it compares.
-        hypotheses: Hypotheses,
-        /// How many samples the likelihood ratio looks back over, at most 64.
-        ///
-        /// From 1 to [`MAX_WINDOW_SAMPLES`]; the other distances have no window.
-        window_samples: usize [1..] for "detector.distance" "likelihood-ratio" = WINDOW_SAMPLES,
-    }
-    where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
 }
 
 impl DistanceSettings {
@@ -231,9 +231,8 @@ mod tests {
 
     #[test]
     fn a_drop_is_a_resisting_force_that_falls_short() {
-        let hypotheses = Hypotheses::default();
         let distance = |residual: f64, predicted: f64| {
-            let distance = DistanceSettings { kind: DistanceKind::SquaredDrop, hypotheses, window_samples: 1 };
+            let distance = DistanceSettings { kind: DistanceKind::SquaredDrop, ..DistanceSettings::DEFAULT };
             AnyDistance::<f64>::new(&distance).update(&evidence(residual, predicted))
         };
         assert_eq!([distance(-0.5, 2.0), distance(0.5, 2.0), distance(-0.5, -2.0)], [0.25, 0.0, 0.0]);
@@ -241,10 +240,9 @@ mod tests {
 
     #[test]
     fn eq_22_and_23_are_the_log_likelihood_ratios_of_eq_20() {
-        let hypotheses = Hypotheses::default();
         for e in [-0.4, -0.07, 0.0, 0.03, 0.2] {
             let distance = |kind| {
-                let settings = DistanceSettings { kind, hypotheses, window_samples: 1 };
+                let settings = DistanceSettings { kind, ..DistanceSettings::DEFAULT };
                 AnyDistance::<f64>::new(&settings).update(&evidence(e, 0.0))
             };
             let mean = log_density(e, -0.2, 0.02) - log_density(e, 0.0, 0.02);

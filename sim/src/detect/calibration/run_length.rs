@@ -20,6 +20,8 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use crate::detection::DistanceKind;
+
 /// Which samples of a symmetric noise add to the decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tails {
@@ -44,8 +46,8 @@ impl Tails {
     #[must_use]
     pub fn distance(self) -> &'static str {
         match self {
-            Self::Both => "squared-residual",
-            Self::Lower => "squared-drop",
+            Self::Both => DistanceKind::SquaredResidual.word(),
+            Self::Lower => DistanceKind::SquaredDrop.word(),
         }
     }
 }

@@ -5,29 +5,20 @@ use super::frozen::FrozenForce;
 use super::local_force::{HandLoad, LocalForce};
 use super::position_position::{Coupling, PositionPosition};
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains, SlaveSample};
-use crate::error::{InvalidValue, positive};
+use crate::error::InvalidValue;
 use crate::lane::Lane;
-use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
+use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, CouplingSettings, LocalForceSettings, Machines};
+use trocar_core::settings::Key;
 
-/// What four channels need besides the coupling and the local force feedback.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FourChannelSettings {
-    /// Bandwidth of the accelerations that are sent, in Hz, above 0.
-    pub acceleration_bandwidth_hz: f64,
-}
-
-impl FourChannelSettings {
-    /// A bandwidth at which four channels, with the other defaults, show a tissue of 50 N/m within 5 % at 5 Hz and bear one
-    /// of 4000 N/m in a firm grip (`tests/it/architectures.rs`). At twice the bandwidth they no longer do.
-    pub const DEFAULT: Self = Self { acceleration_bandwidth_hz: 100.0 };
-
-    /// Checks the ranges that the fields state.
+trocar_core::settings! {
+    /// What four channels need besides the coupling and the local force feedback.
     ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        positive("controller.acceleration_bandwidth_hz", self.acceleration_bandwidth_hz)?;
-        Ok(())
+    /// The default is a bandwidth at which four channels, with the other defaults, show a tissue of 50 N/m within 5 % at 5 Hz
+    /// and bear one of 4000 N/m in a firm grip (`tests/it/architectures.rs`). At twice the bandwidth they no longer do.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct FourChannelSettings in "controller." {
+        /// Bandwidth of the accelerations that four-channel sends.
+        acceleration_bandwidth_hz: f64 [POSITIVE] = 100.0,
     }
 }
 
@@ -87,6 +78,8 @@ impl<L: Lane> Architecture<L> for FourChannel<L> {
 impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
     const COUPLES_POSITIONS: bool = true;
     const MODELS_SLAVE: bool = true;
+    const KEYS: &'static [&'static [Key]] =
+        &[CouplingSettings::KEYS, LocalForceSettings::KEYS, FourChannelSettings::KEYS];
 
     /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`; where the tissue pushes the
     /// slave by less than it does Lawrence's, so does `C_3`.

@@ -2,31 +2,24 @@
 
 use super::frozen::FrozenForce;
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
-use crate::error::{InvalidValue, non_negative, require};
+use crate::error::{InvalidValue, require};
 use crate::lane::Lane;
 use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
+use trocar_core::settings::Key;
 
-/// The gains of the local force feedback.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LocalForceSettings {
-    /// Local force feedback of the master (Lawrence's `C_6`), at least 0: its inertia and damping feel `1 + C_6` times less.
-    pub master_force_gain: f64,
-    /// Local force feedback of the slave (`C_5`) in commands `U_s` per N, at least 0.
-    pub slave_force_gain: f64,
-}
-
-impl LocalForceSettings {
-    /// A gain of the master at which four channels show a tissue of 50 N/m within 5 % at 5 Hz; none of the slave.
-    pub const DEFAULT: Self = Self { master_force_gain: 6.0, slave_force_gain: 0.0 };
-
-    /// Checks the ranges that the fields state.
+trocar_core::settings! {
+    /// The gains of the local force feedback.
     ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        non_negative("controller.master_force_gain", self.master_force_gain)?;
-        non_negative("controller.slave_force_gain", self.slave_force_gain)?;
-        Ok(())
+    /// The default is a gain of the master at which four channels show a tissue of 50 N/m within 5 % at 5 Hz; none of the
+    /// slave.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct LocalForceSettings in "controller." {
+        /// C_6, the master's local force feedback (local-force, four-channel): its mass feels 1 + C_6 times smaller.
+        ///
+        /// Lawrence's `C_6`; so does its damping.
+        master_force_gain: f64 [NON_NEGATIVE] = 6.0,
+        /// C_5, the slave's, in commands U_s per N (local-force, four-channel): it yields to the tissue.
+        slave_force_gain: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
@@ -54,6 +47,8 @@ impl<L: Lane> Architecture<L> for LocalForce<L> {
 }
 
 impl<L: Lane> BuiltInArchitecture<L> for LocalForce<L> {
+    const KEYS: &'static [&'static [Key]] = &[LocalForceSettings::KEYS];
+
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let (k_p, settings) = (machines.proportional_gain, &settings.local_force);
         require("slave.proportional_gain", k_p, k_p > 0.0, "above 0 for this controller.kind")?;

@@ -10,6 +10,8 @@ pub(super) mod position_position;
 
 pub use gains::{MasterGains, SlaveGains};
 
+use trocar_core::settings::Key;
+
 use super::connection::{AtMaster, AtSlave};
 use super::{ControllerSettings, Machines};
 use crate::error::InvalidValue;
@@ -112,6 +114,8 @@ pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
     const COUPLES_POSITIONS: bool = false;
     /// Whether the gains follow from how the slave moves.
     const MODELS_SLAVE: bool = false;
+    /// The groups of keys that it is built from.
+    const KEYS: &'static [&'static [Key]];
 
     /// The gains around two machines.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue>;

@@ -4,6 +4,7 @@ use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, Mas
 use crate::error::InvalidValue;
 use crate::lane::Lane;
 use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
+use trocar_core::settings::Key;
 
 /// Position to the slave, measured force to the master: `x_ref = P x_h`, `F_ed = F_e`.
 #[derive(Debug, Clone)]
@@ -24,6 +25,8 @@ impl<L: Lane> Architecture<L> for PositionForce<L> {
 }
 
 impl<L: Lane> BuiltInArchitecture<L> for PositionForce<L> {
+    const KEYS: &'static [&'static [Key]] = &[];
+
     fn gains(_settings: &ControllerSettings, _machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         Ok((MasterGains { force: 1.0, ..MasterGains::default() }, SlaveGains::default()))
     }

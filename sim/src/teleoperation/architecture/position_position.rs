@@ -2,31 +2,21 @@
 
 use super::frozen::FrozenForce;
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
-use crate::error::{InvalidValue, non_negative};
+use crate::error::InvalidValue;
 use crate::lane::Lane;
 use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
+use trocar_core::settings::Key;
 
-/// What is between the machines.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CouplingSettings {
-    /// Spring between the machines, as the slave's side sees it, in N/m, at least 0.
-    pub coupling_stiffness_n_per_m: f64,
-    /// Damper beside it in N·s/m, at least 0.
-    pub coupling_damping_n_s_per_m: f64,
-}
-
-impl CouplingSettings {
-    /// A spring somewhat stiffer than the arm.
-    pub const DEFAULT: Self = Self { coupling_stiffness_n_per_m: 1000.0, coupling_damping_n_s_per_m: 10.0 };
-
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        non_negative("controller.coupling_stiffness_n_per_m", self.coupling_stiffness_n_per_m)?;
-        non_negative("controller.coupling_damping_n_s_per_m", self.coupling_damping_n_s_per_m)?;
-        Ok(())
+trocar_core::settings! {
+    /// What is between the machines: a spring somewhat stiffer than the arm.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct CouplingSettings in "controller.coupling_" {
+        /// Spring between the machines (position-position, four-channel).
+        ///
+        /// As the slave's side sees it.
+        stiffness_n_per_m: f64 [NON_NEGATIVE] = 1000.0,
+        /// Damper beside it.
+        damping_n_s_per_m: f64 [NON_NEGATIVE] = 10.0,
     }
 }
 
@@ -52,11 +42,11 @@ impl<L: Lane> Architecture<L> for PositionPosition<L> {
 
 impl<L: Lane> BuiltInArchitecture<L> for PositionPosition<L> {
     const COUPLES_POSITIONS: bool = true;
+    const KEYS: &'static [&'static [Key]] = &[CouplingSettings::KEYS];
 
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
-        let settings = &settings.position_position;
-        let position = machines.force_scale * settings.coupling_stiffness_n_per_m;
-        let velocity = machines.force_scale * settings.coupling_damping_n_s_per_m;
+        let position = machines.force_scale * settings.coupling.stiffness_n_per_m;
+        let velocity = machines.force_scale * settings.coupling.damping_n_s_per_m;
         Ok((MasterGains { position, velocity, ..MasterGains::default() }, SlaveGains::default()))
     }
 

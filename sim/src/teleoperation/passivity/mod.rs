@@ -13,9 +13,11 @@ pub(super) mod tank;
 pub(super) mod time_domain;
 pub(super) mod waves;
 
-pub use limits::LimitSettings;
+pub use limits::{CatchUpSettings, DampingSettings};
 pub(super) use port::Port;
 pub use port::SlavePort;
+
+use trocar_core::settings::Key;
 
 use super::PassivitySettings;
 use crate::lane::Lane;
@@ -126,6 +128,8 @@ pub(super) struct Surroundings<L> {
 pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
     /// Whether positions go back to the master beside what the scheme sends.
     const CARRIES_POSITIONS: bool = true;
+    /// The groups of keys that it is built from.
+    const KEYS: &'static [&'static [Key]];
 
     /// The scheme at rest; none where it would change nothing.
     fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self>;

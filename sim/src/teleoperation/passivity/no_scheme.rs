@@ -2,6 +2,8 @@
 
 use std::marker::PhantomData;
 
+use trocar_core::settings::Key;
+
 use super::{BuiltInScheme, PassivityScheme, Surroundings};
 use crate::lane::{Gather, LANES, Lane};
 use crate::teleoperation::PassivitySettings;
@@ -19,6 +21,8 @@ impl<L> Default for NoScheme<L> {
 impl<L: Lane> PassivityScheme<L> for NoScheme<L> {}
 
 impl<L: Lane> BuiltInScheme<L> for NoScheme<L> {
+    const KEYS: &'static [&'static [Key]] = &[];
+
     fn build(_settings: &PassivitySettings, _around: &Surroundings<L>) -> Option<Self> {
         Some(Self::default())
     }

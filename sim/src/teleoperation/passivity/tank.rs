@@ -2,33 +2,20 @@
 
 use super::meter::Meter;
 use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
-use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
-use crate::teleoperation::PassivitySettings;
+use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
+use trocar_core::settings::Key;
 
-/// The numbers of the tanks, besides the limits.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TankSettings {
-    /// Level that each tank is kept at, in J, above 0.
-    pub tank_level_j: f64,
-    /// Share of its energy that a tank sends to the other each tick, above 0 and below 1.
-    pub tank_share: f64,
-}
-
-impl TankSettings {
-    /// Chosen here.
-    pub const DEFAULT: Self = Self { tank_level_j: 0.02, tank_share: 0.01 };
-
-    /// Checks the ranges that the fields state.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        positive("passivity.tank_level_j", self.tank_level_j)?;
-        positive("passivity.tank_share", self.tank_share)?;
-        require("passivity.tank_share", self.tank_share, self.tank_share < 1.0, "above 0 and below 1")?;
-        Ok(())
+trocar_core::settings! {
+    /// The numbers of the tanks, besides what they share with others.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct TankSettings in "passivity." {
+        /// Level of each tank.
+        tank_level_j: f64 [POSITIVE] = 0.02,
+        /// Share of its energy that a tank sends to the other each tick, below 1.
+        tank_share: f64 [POSITIVE_SHARE] = 0.01,
     }
+    where tank_share: |s| s.tank_share < 1.0, "above 0 and below 1";
 }
 
 /// How many times its level a tank holds at most; what comes beyond is let go.
@@ -119,16 +106,18 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
 }
 
 impl<L: Lane> BuiltInScheme<L> for Tank<L> {
+    const KEYS: &'static [&'static [Key]] = &[TankSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
+
     fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {
-        let (numbers, limits, zero) = (&settings.tank, &settings.limits, L::zero());
+        let (numbers, zero) = (&settings.tank, L::zero());
         let level = L::splat(numbers.tank_level_j);
         Some(Self {
             inverse_level: L::splat(1.0 / numbers.tank_level_j),
             max: L::splat(MAX_LEVELS * numbers.tank_level_j),
             share: L::splat(numbers.tank_share),
-            max_damping: L::splat(limits.damping_limit_n_s_per_m),
+            max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
             tick_s: L::splat(around.tick_s),
-            meter: Meter::new(limits.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
+            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
             master: level,
             slave: level,
             master_sent: zero,

@@ -2,28 +2,16 @@
 
 use super::meter::Meter;
 use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
-use crate::error::{InvalidValue, non_negative};
 use crate::lane::Lane;
-use crate::teleoperation::PassivitySettings;
+use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
+use trocar_core::settings::Key;
 
-/// The numbers of the observers, besides the limits.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimeDomainSettings {
-    /// Energy that each port may give before it has received any, in J, at least 0.
-    pub budget_j: f64,
-}
-
-impl TimeDomainSettings {
-    /// Chosen here.
-    pub const DEFAULT: Self = Self { budget_j: 5e-3 };
-
-    /// Checks the range that the field states.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        non_negative("passivity.budget_j", self.budget_j)?;
-        Ok(())
+trocar_core::settings! {
+    /// The numbers of the observers, besides what they share with others.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct TimeDomainSettings in "passivity." {
+        /// Energy that each port may give before it has received any (time-domain).
+        budget_j: f64 [NON_NEGATIVE] = 5e-3,
     }
 }
 
@@ -102,13 +90,15 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
 }
 
 impl<L: Lane> BuiltInScheme<L> for TimeDomain<L> {
+    const KEYS: &'static [&'static [Key]] = &[TimeDomainSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
+
     fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {
-        let (limits, zero) = (&settings.limits, L::zero());
+        let zero = L::zero();
         Some(Self {
             budget: L::splat(settings.time_domain.budget_j),
-            max_damping: L::splat(limits.damping_limit_n_s_per_m),
+            max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
             inverse_tick: L::splat(1.0 / around.tick_s),
-            meter: Meter::new(limits.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
+            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
             master_in: zero,
             master_out: zero,
             slave_in: zero,

@@ -1,28 +1,16 @@
 //! Wave variables.
 
 use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
-use crate::error::{InvalidValue, positive};
 use crate::lane::Lane;
 use crate::teleoperation::PassivitySettings;
+use trocar_core::settings::Key;
 
-/// The numbers of the waves.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WavesSettings {
-    /// `b` in N·s/m, above 0.
-    pub wave_impedance_n_s_per_m: f64,
-}
-
-impl WavesSettings {
-    /// Chosen here.
-    pub const DEFAULT: Self = Self { wave_impedance_n_s_per_m: 40.0 };
-
-    /// Checks the range that the field states.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        positive("passivity.wave_impedance_n_s_per_m", self.wave_impedance_n_s_per_m)?;
-        Ok(())
+trocar_core::settings! {
+    /// The numbers of the waves.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct WavesSettings in "passivity." {
+        /// b of the waves (wave-variables).
+        wave_impedance_n_s_per_m: f64 [POSITIVE] = 40.0,
     }
 }
 
@@ -84,6 +72,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
 
 impl<L: Lane> BuiltInScheme<L> for Waves<L> {
     const CARRIES_POSITIONS: bool = false;
+    const KEYS: &'static [&'static [Key]] = &[WavesSettings::KEYS];
 
     /// Without delay the two transformations cancel out.
     fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {

@@ -1,0 +1,225 @@
+//! How many places a built-in part is named in: its own file and its line in the registry. What else names one does so because
+//! it is about that part, and is listed here with the reason.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+use crate::support::{file, rust_files};
+use trocar::scenario::{KEYS, Kind};
+
+const CORE: &str = "core/src/";
+const SIM: &str = "sim/src/";
+
+/// Where else a part may be named, and why.
+type Exception = (&'static str, &'static str);
+
+/// A built-in part: its own file, the names that it goes by, and where else they may stand.
+type Part = (&'static str, &'static [&'static str], &'static [Exception]);
+
+/// What is compiled for the parts that most runs have.
+const WIRED: [Exception; 2] = [
+    ("sim/src/engine/wired.rs", "the wirings that are compiled for their parts"),
+    ("sim/src/scenario/build.rs", "which of these wirings a scenario has"),
+];
+const SWITCHING: Exception = ("sim/src/stability/switching/modes.rs", "the modes that each force law gives the loop");
+const BOTH: Exception = ("sim/src/teleoperation/architecture/four_channel.rs", "four channels are both, and more");
+const NOISE_BENCH: Exception = ("sim/src/detect/calibration/run_length.rs", "run lengths in closed form, for squares");
+const WITH_AND_WITHOUT: Exception = ("core/src/estimation/least_residual.rs", "runs both");
+const PARAMETERS: Exception =
+    ("core/src/estimation/settings.rs", "the word for what is estimated, and its friction's keys");
+
+const TISSUES: &[Part] = &[
+    (
+        "kelvin_voigt.rs",
+        &["KelvinVoigt", "KelvinVoigtSettings"],
+        &[
+            ("sim/src/stability/settings.rs", "the tissue of the linear loop"),
+            ("sim/src/stability_check/run.rs", "runs the linear loop"),
+        ],
+    ),
+    ("hunt_crossley.rs", &["HuntCrossley", "HuntCrossleySettings"], &[]),
+    ("generalised.rs", &["Generalised", "GeneralisedSettings"], &[]),
+    ("layers.rs", &["Layers", "LayersParameters"], &WIRED),
+];
+
+const FORCE_LAWS: &[Part] = &[
+    ("force_laws/decay.rs", &["Decay", "DecaySettings"], &[SWITCHING]),
+    (
+        "force_laws/amplify.rs",
+        &["Amplify", "AmplifySettings"],
+        &[SWITCHING, ("core/src/rig/settings.rs", "what a gain may be on a real machine")],
+    ),
+];
+
+const DISTANCES: &[Part] = &[
+    (
+        "squared_residual.rs",
+        &["SquaredResidual"],
+        &[WIRED[0], WIRED[1], NOISE_BENCH, ("core/src/detection/mod.rs", "the paper's detector")],
+    ),
+    (
+        "squared_drop.rs",
+        &["SquaredDrop"],
+        &[NOISE_BENCH, ("sim/src/detect/calibration/bench.rs", "calibrates with drops alone")],
+    ),
+    ("mean_change.rs", &["MeanChange"], &[]),
+    ("variance_change.rs", &["VarianceChange"], &[]),
+    ("parameter_change.rs", &["ParameterChange"], &[]),
+    ("force_derivative.rs", &["ForceDerivative"], &[("sim/src/compare/noise.rs", "the paper's baseline")]),
+    ("likelihood_ratio.rs", &["LikelihoodRatio", "WindowSettings"], &[]),
+    ("page_hinkley.rs", &["PageHinkley"], &[]),
+];
+
+const ESTIMATORS: &[Part] = &[
+    ("rls.rs", &["Rls"], &[("core/src/rig/mod.rs", "a rig runs no other")]),
+    ("linear.rs", &["Linear"], &[WITH_AND_WITHOUT]),
+    ("friction.rs", &["Friction"], &[WITH_AND_WITHOUT]),
+    ("hunt_crossley.rs", &["HuntCrossley"], &[PARAMETERS]),
+    ("least_residual.rs", &["LeastResidual"], &[PARAMETERS]),
+];
+
+const ARCHITECTURES: &[Part] = &[
+    (
+        "architecture/position_force.rs",
+        &["PositionForce"],
+        &[
+            ("sim/src/teleoperation/settings.rs", "whether the link is the paper's"),
+            ("sim/src/teleoperation/link.rs", "whether the link is the paper's"),
+            ("sim/src/scenario/link.rs", "what only the paper's architecture goes with"),
+            ("sim/src/stability/limit.rs", "the limit in closed form is the paper's"),
+            ("sim/src/stability/sampled.rs", "the reduced loop is the paper's"),
+            ("sim/src/stability/sensitivity.rs", "the paper's has no coupling"),
+            ("sim/src/stability/switching/settings.rs", "the certificate is for the paper's"),
+        ],
+    ),
+    ("architecture/local_force.rs", &["LocalForce"], &[BOTH]),
+    ("architecture/position_position.rs", &["PositionPosition"], &[BOTH]),
+    ("architecture/four_channel.rs", &["FourChannel", "FourChannelSettings"], &[]),
+];
+
+const SCHEMES: &[Part] = &[
+    (
+        "passivity/no_scheme.rs",
+        &["NoScheme"],
+        &[("sim/src/teleoperation/registry.rs", "stands for a scheme that changes nothing")],
+    ),
+    ("passivity/time_domain.rs", &["TimeDomain", "TimeDomainSettings"], &[]),
+    ("passivity/waves.rs", &["Waves", "WavesSettings", "WaveVariables"], &[]),
+    ("passivity/tank.rs", &["Tank", "TankSettings", "EnergyTank"], &[]),
+];
+
+/// The sources of both crates that are no tests, each as code alone: without comments, imports and its tests.
+fn sources() -> HashMap<String, String> {
+    let mut sources = HashMap::new();
+    for folder in [CORE, SIM] {
+        let mut files = vec![];
+        rust_files(&file(folder), &mut files);
+        for path in files {
+            let name = path.strip_prefix(file("")).expect("in the project").to_string_lossy().replace('\\', "/");
+            if !name.ends_with("tests.rs") {
+                sources.insert(name, code(&path));
+            }
+        }
+    }
+    assert!(sources.len() > 150, "{}", sources.len());
+    sources
+}
+
+/// A file without comments, imports, modules' names and tests.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).expect("text");
+    let mut code = String::new();
+    let mut in_import = false;
+    for line in text.lines().take_while(|line| !line.starts_with("mod tests {")) {
+        let start = line.trim_start();
+        in_import |= ["use ", "pub use ", "pub(super) use "].iter().any(|word| start.starts_with(word));
+        let is_module = start.ends_with(';') && ["mod ", "pub mod "].iter().any(|word| start.starts_with(word));
+        if !(in_import || is_module || start.starts_with("//")) {
+            code.push_str(line);
+            code.push('\n');
+        }
+        in_import &= !start.ends_with(';');
+    }
+    code
+}
+
+/// Whether a name stands in a line of code by itself.
+fn names(line: &str, name: &str) -> bool {
+    let part_of_name = |c: char| c.is_alphanumeric() || c == '_';
+    line.match_indices(name)
+        .any(|(at, _)| !line[..at].ends_with(part_of_name) && !line[at + name.len()..].starts_with(part_of_name))
+}
+
+/// Checks that each part of a registry is named in its own file, in one line of the registry's, and where it is excepted; in
+/// the files whose names begin with one of `within`.
+fn named_once(registry: &str, within: &[&str], parts: &[Part]) {
+    let sources = sources();
+    let folder = registry.rsplit_once('/').expect("a folder").0;
+    for (own, names_of_part, exceptions) in parts {
+        let own = format!("{folder}/{own}");
+        assert!(sources.contains_key(&own), "{own}");
+        let lines = |text: &str| {
+            // The head of a choice names its default.
+            let counts = |line: &&str| !line.contains("pub enum") && names_of_part.iter().any(|name| names(line, name));
+            text.lines().filter(counts).count()
+        };
+        for (path, text) in &sources {
+            let excepted = exceptions.iter().any(|(file, _)| file == path);
+            if *path == own || excepted || !within.iter().any(|folder| path.starts_with(folder)) {
+                continue;
+            }
+            assert_eq!(lines(text), usize::from(path == registry), "lines that name {names_of_part:?} in {path}");
+        }
+        for (path, reason) in *exceptions {
+            assert!(lines(&sources[*path]) > 0, "{path} no longer names {names_of_part:?} ({reason})");
+        }
+    }
+}
+
+#[test]
+fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
+    named_once("sim/src/tissue/kind.rs", &[SIM], TISSUES);
+    named_once("core/src/augmentation/force_laws.rs", &[CORE, SIM], FORCE_LAWS);
+    named_once("core/src/detection/distances/mod.rs", &[CORE, SIM], DISTANCES);
+    named_once("core/src/estimation/estimator.rs", &[CORE], ESTIMATORS);
+    named_once("sim/src/teleoperation/mod.rs", &[SIM], ARCHITECTURES);
+    named_once("sim/src/teleoperation/mod.rs", &[SIM], SCHEMES);
+}
+
+/// Where a text is spelt as a word of a choice, and what it is there.
+const SPELT_ALIKE: [(&str, &str, &str); 8] = [
+    ("exact", "sim/src/engine/integrated.rs", "the remedy of an error"),
+    ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
+    ("none", "sim/src/compare/facts.rs", "what was asked of a fact"),
+    ("none", "sim/src/compare/facts.rs", "what was asked of another"),
+    ("recording", "sim/src/scenario/key_table.rs", "a section"),
+    ("time", "sim/src/metrics/rupture.rs", "a metric"),
+    ("sampled", "sim/src/scenario/key_table.rs", "the sentence of a section"),
+    ("layers", "sim/src/scenario/key_table.rs", "the sentence of a section"),
+];
+
+#[test]
+fn a_word_of_a_choice_stands_in_one_line() {
+    let sources = sources();
+    let mut choices: HashMap<&str, usize> = HashMap::new();
+    for key in KEYS {
+        if let Kind::Choice(words) = key.kind {
+            words.iter().for_each(|word| *choices.entry(word).or_default() += 1);
+        }
+    }
+    assert!(choices.len() > 50, "{}", choices.len());
+    for (word, choices) in choices {
+        let spelt = |text: &str| {
+            text.matches(&format!("\"{word}\"")).count() + text.matches(&format!("\\\"{word}\\\"")).count()
+        };
+        let mut found = vec![];
+        for (path, text) in &sources {
+            let alike = SPELT_ALIKE.iter().filter(|(other, file, _)| *other == word && file == path).count();
+            let here = spelt(text);
+            assert!(here >= alike, "{path} no longer has {word:?}");
+            found.extend(std::iter::repeat_n(path, here - alike));
+        }
+        assert_eq!(found.len(), choices, "{word:?} stands in {found:?}");
+    }
+}
