@@ -1,15 +1,27 @@
-//! The role of the estimator, and the built-in ones.
+//! The role of the estimator.
 //!
-//! A built-in estimator is one file of this folder, one line of [`estimators!`], and one word of [`Parameters`] where what it
+//! A built-in estimator is one file of this folder, one line in `any.rs`, and one word of [`Parameters`] where what it
 //! estimates is new.
 
-use super::friction::Friction;
-use super::hunt_crossley::HuntCrossley;
-use super::least_residual::LeastResidual;
-use super::linear::Linear;
-use super::rls::{Estimate, Rls, RlsSettings};
-use super::settings::{Forgetting, Parameters};
+use super::settings::RlsSettings;
 use crate::lane::Lane;
+
+/// What one sample said.
+#[derive(Debug, Clone, Copy)]
+pub struct Estimate<L> {
+    /// `ŷ_k = φ_{k-1}ᵀ θ_{k-1}` in N (eq. 6).
+    pub predicted_force_n: L,
+    /// `e_k = y_k - ŷ_k` in N (eq. 7).
+    pub residual_n: L,
+    /// `H_k`, the change of stiffness (N/m) and damping (N·s/m) that the sample caused (eq. 25).
+    pub correction: [L; 2],
+    /// `K_k` in N/m.
+    pub stiffness_n_per_m: L,
+    /// `B_k` in N·s/m.
+    pub damping_n_s_per_m: L,
+    /// What [`RlsSettings::extra_parameter_column`] names, in its unit; 0 where it names nothing.
+    pub extra_parameter: L,
+}
 
 /// Learns the tissue from samples, one at a time.
 ///
@@ -44,75 +56,4 @@ pub(super) trait BuiltIn {
 
     /// The estimator of the settings, without any sample.
     fn build(settings: &RlsSettings) -> Self;
-}
-
-/// The enum of the built-in estimators, from a line each: the parameters and the forgetting, and the type
-/// that is for them.
-macro_rules! estimators {
-    ($($(#[$doc:meta])* ($($parameters:ident)|+, $forgetting:pat) => $Part:ident,)*) => {
-        /// Any of the built-in estimators.
-        #[derive(Debug, Clone)]
-        pub enum AnyEstimator<L> {
-            $($(#[$doc])* $Part($Part<L>),)*
-        }
-
-        impl<L: Lane> AnyEstimator<L> {
-            /// The estimator with the parameters and the forgetting of the settings, without any sample.
-            #[must_use]
-            pub fn new(settings: &RlsSettings) -> Self {
-                match (settings.parameters, settings.forgetting) {
-                    $(($(Parameters::$parameters)|+, $forgetting) => Self::$Part(BuiltIn::build(settings)),)*
-                }
-            }
-        }
-
-        impl RlsSettings {
-            /// Whether they are those of the paper's estimator.
-            #[must_use]
-            pub fn is_baseline(&self) -> bool {
-                match (self.parameters, self.forgetting) {
-                    $(($(Parameters::$parameters)|+, $forgetting) => <$Part<f64> as BuiltIn>::IS_BASELINE,)*
-                }
-            }
-
-            /// What is estimated besides stiffness and damping, as a column's name with its unit.
-            #[must_use]
-            pub fn extra_parameter_column(&self) -> Option<&'static str> {
-                match (self.parameters, self.forgetting) {
-                    $(($(Parameters::$parameters)|+, $forgetting) => <$Part<f64> as BuiltIn>::EXTRA_PARAMETER,)*
-                }
-            }
-        }
-
-        impl<L: Lane> Estimator<L> for AnyEstimator<L> {
-            #[inline(always)]
-            fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
-                match self {
-                    $(Self::$Part(part) => part.update(force_n, depth_m, velocity_m_per_s),)*
-                }
-            }
-
-            #[inline(always)]
-            fn skip(&mut self) {
-                match self {
-                    $(Self::$Part(part) => part.skip(),)*
-                }
-            }
-        }
-
-        crate::lane::gather_variants!(AnyEstimator { $($Part),* });
-    };
-}
-
-estimators! {
-    /// The paper's.
-    (StiffnessAndDamping | Stiffness, Forgetting::Resetting) => Rls,
-    /// Stiffness and damping with exponential forgetting.
-    (StiffnessAndDamping | Stiffness, Forgetting::Exponential { .. }) => Linear,
-    /// With a friction force besides.
-    (StiffnessDampingFriction, _) => Friction,
-    /// The Hunt-Crossley model.
-    (HuntCrossley, _) => HuntCrossley,
-    /// With and without friction, the smaller residual counting.
-    (LeastResidual, _) => LeastResidual,
 }

@@ -2,7 +2,7 @@
 
 #[cfg(test)]
 use super::resetting::dot;
-use super::rls::RlsSettings;
+use super::settings::RlsSettings;
 use crate::lane::Lane;
 
 /// What was learnt, `D`, beside what is assumed, `1/F_0`.

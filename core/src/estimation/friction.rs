@@ -1,8 +1,8 @@
 //! Friction as a third regressor: what the paper leaves for the future.
 
-use super::estimator::{BuiltIn, Estimator};
+use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
-use super::rls::{Estimate, RlsSettings};
+use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
 /// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, the sign of the velocity made smooth.

@@ -1,8 +1,8 @@
 //! The Hunt-Crossley model, estimated online in two stages.
 
-use super::estimator::{BuiltIn, Estimator};
+use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
-use super::rls::{Estimate, RlsSettings};
+use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
 /// Depth in m at which the power does not matter: `p̃ = p / p_r`. It makes `κ` and `n` nearly independent for needles

@@ -1,9 +1,9 @@
 //! Two models at once, and of each sample the smaller error.
 
-use super::estimator::{BuiltIn, Estimator};
+use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::friction::Friction;
 use super::linear::Linear;
-use super::rls::{Estimate, RlsSettings};
+use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
 /// The models with friction and without, each learning from every sample; the error of a sample is the smaller of theirs.

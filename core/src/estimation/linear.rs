@@ -1,9 +1,8 @@
 //! Stiffness and damping, or stiffness alone, with any way to forget.
 
-use super::estimator::{BuiltIn, Estimator};
+use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
-use super::rls::{Estimate, RlsSettings};
-use super::settings::Parameters;
+use super::settings::{Parameters, RlsSettings};
 use crate::lane::Lane;
 
 /// `y = K p + B v` in contact (eq. 8).

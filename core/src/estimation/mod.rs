@@ -3,6 +3,7 @@
 //!
 //! Nothing here knows the tissue: positions, velocities and forces come in as a sensor gives them.
 
+mod any;
 mod estimator;
 mod forgetting;
 mod friction;
@@ -15,11 +16,12 @@ mod rls;
 mod settings;
 mod velocity;
 
-pub use estimator::{AnyEstimator, Estimator};
+pub use any::AnyEstimator;
+pub use estimator::{Estimate, Estimator};
 pub use friction::Friction;
 pub use hunt_crossley::HuntCrossley;
 pub use least_residual::LeastResidual;
 pub use linear::Linear;
-pub use rls::{Estimate, Rls, RlsSettings};
-pub use settings::{ContactSettings, Forgetting, FrictionShape, MAX_FORGETTING_FACTOR, Parameters};
+pub use rls::Rls;
+pub use settings::{ContactSettings, Forgetting, FrictionShape, MAX_FORGETTING_FACTOR, Parameters, RlsSettings};
 pub use velocity::VelocityFilter;

@@ -2,8 +2,7 @@
 
 use super::forgetting::Exponential;
 use super::resetting::{Resetting, dot};
-use super::rls::RlsSettings;
-use super::settings::Forgetting;
+use super::settings::{Forgetting, RlsSettings};
 use crate::lane::{Lane, Mask, by_index};
 
 /// The parameters `θ` of a force `y = φᵀθ`: what [`super::Rls`] does for `(p, v)`, to the last bit, for any `φ` and with a

@@ -1,6 +1,6 @@
 //! The gain that is restored as a whole (eq. 13, 17, 18), for any number of parameters.
 
-use super::rls::RlsSettings;
+use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
 /// ```text

@@ -1,6 +1,6 @@
 //! The generalised Kelvin-Voigt model (eq. 3-4).
 
-use super::kind::Model;
+use super::model::Model;
 use super::power::{PowerSettings, QuarterPower};
 use super::surface::Surface;
 use super::{Reaction, Tissue};

@@ -1,6 +1,6 @@
 //! The Hunt-Crossley model (eq. 2).
 
-use super::kind::Model;
+use super::model::Model;
 use super::power::{PowerSettings, QuarterPower};
 use super::surface::Surface;
 use super::{Reaction, Tissue};

@@ -1,6 +1,6 @@
 //! The Kelvin-Voigt model (eq. 1).
 
-use super::kind::Model;
+use super::model::Model;
 use super::surface::Surface;
 use super::{Reaction, Tissue};
 use crate::error::InvalidValue;

@@ -6,18 +6,6 @@ use super::layer::LAYERED_KEYS;
 use super::*;
 use crate::error::InvalidValue;
 
-/// A tissue that is made of settings alone.
-pub trait Model: Sized {
-    /// What it is told.
-    type Settings;
-
-    /// A tissue of the settings on ticks of `tick_s` (s), of a needle whose tip begins at `start_m` (m).
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
-    fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
-}
-
 /// The settings and the enum of the built-in tissues, from a line each: word, type, type of the settings, and keys that stand
 /// behind those of all others. A recording is replayed by time or by depth, which are two tissues.
 macro_rules! tissues {

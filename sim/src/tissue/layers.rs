@@ -2,8 +2,8 @@
 
 use trocar_core::settings::{Key, Source, count, joined};
 
-use super::kind::Model;
 use super::layer::{LAYER_KEYS, LAYERS, LayerParameters};
+use super::model::Model;
 use super::shaft::{Shaft, ShaftParameters};
 use super::surface::Surface;
 use super::{Reaction, Tissue};

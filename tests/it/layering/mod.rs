@@ -156,7 +156,8 @@ fn rooms_are_found_however_they_are_written() {
     assert_eq!(wrong("trocar_sim", "tissue", "use crate::engine::Engine;"), ["engine"]);
     assert_eq!(wrong("trocar_sim", "tissue", "use super::engine::Engine;"), ["engine"]);
     assert_eq!(wrong("trocar_sim", "tissue", "use crate::sensor::Sensor;"), ["sensor"]);
-    assert_eq!(wrong("trocar_sim", "tissue", "use trocar_core::detection::Detector;"), ["detection"]);
+    assert_eq!(wrong("trocar_core", "lane", "use crate::detection::Detector;"), ["detection"]);
+    assert_eq!(wrong("trocar_sim", "tissue", "use trocar_sim::metrics::Metrics;"), ["metrics"]);
     assert_eq!(wrong("trocar_sim", "lti", "use crate::{error::InvalidValue, plant::{a, b}, lane::Lane};"), ["plant"]);
     assert_eq!(wrong("trocar_sim", "stability", "use crate::engine::Engine;"), ["engine"]);
     assert_eq!(wrong("trocar_sim", "lti", "fn f() { trocar_report::figures::draw() }"), ["report"]);
