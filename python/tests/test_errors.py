@@ -79,7 +79,7 @@ def test_deep_values_are_refused():
     value = []
     for _ in range(10_000):
         value = [value]
-    with pytest.raises(ValueError, match="nested"):
+    with pytest.raises(ValueError, match="nesting"):
         trocar.Scenario.load(CLASSICAL, **{"slave.numerator": value})
 
 

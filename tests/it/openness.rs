@@ -20,7 +20,7 @@ type Part = (&'static str, &'static [&'static str], &'static [Exception]);
 /// What is compiled for the parts that most runs have.
 const WIRED: [Exception; 2] = [
     ("sim/src/engine/wired.rs", "the wirings that are compiled for their parts"),
-    ("sim/src/scenario/build.rs", "which of these wirings a scenario has"),
+    ("sim/src/scenario/parts.rs", "which of these wirings a scenario has"),
 ];
 const SWITCHING: Exception = ("sim/src/stability/switching/modes.rs", "the modes that each force law gives the loop");
 const BOTH: Exception = ("sim/src/teleoperation/architecture/four_channel.rs", "four channels are both, and more");

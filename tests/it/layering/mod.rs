@@ -51,7 +51,10 @@ const ROOMS: [(&str, u8); 32] = [
 ];
 
 /// The circles that are still there, each with the module that it lies in.
-const CIRCLES: [(&str, &[&str]); 1] = [("sim::engine", &["integrated", "plants"])];
+const CIRCLES: [(&str, &[&str]); 2] = [
+    ("sim::engine", &["integrated", "plants"]),
+    ("sim::scenario", &["document", "key_table", "keys", "replay", "schedule", "values"]),
+];
 
 fn floor(room: &str) -> Option<u8> {
     ROOMS.iter().find(|(name, _)| *name == room).map(|(_, floor)| *floor)
