@@ -5,9 +5,8 @@
 
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
-use thiserror::Error;
 
-use super::{MasterReading, Plants, SlaveReading};
+use super::{IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
 };
@@ -20,11 +19,6 @@ type LaggedState = SVector<f64, 11>;
 
 const RELATIVE_TOLERANCE: f64 = 1e-12;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
-
-/// The integrator gave up, as it does where a run diverges.
-#[derive(Debug, Error)]
-#[error("the numerical integration gave up within a tick: {0}; use simulation.engine = \"exact\"")]
-pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 
 /// The equations of both plants over one tick.
 #[derive(Debug, Clone)]

@@ -1,6 +1,11 @@
 //! What the engine asks of the two machines.
 
-use super::IntegrationError;
+use thiserror::Error;
+
+/// The integrator gave up, as it does where a run diverges.
+#[derive(Debug, Error)]
+#[error("the numerical integration gave up within a tick: {0}; use simulation.engine = \"exact\"")]
+pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 
 /// What the master side shows at a tick.
 #[derive(Debug, Clone, Copy)]

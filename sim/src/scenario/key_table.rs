@@ -6,7 +6,7 @@
 use trocar_core::settings::{Key, count, joined};
 
 use super::run_settings::RunSettings;
-use super::schedule::{EventSettings, ScheduleSettings};
+use super::schedule_settings::{EventSettings, ScheduleSettings};
 use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;

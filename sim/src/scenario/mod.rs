@@ -14,6 +14,7 @@ mod resolve;
 mod rig;
 mod run_settings;
 mod schedule;
+mod schedule_settings;
 mod schema;
 mod settings;
 mod specs;

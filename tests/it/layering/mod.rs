@@ -50,12 +50,6 @@ const ROOMS: [(&str, u8); 32] = [
     ("cli", 7),
 ];
 
-/// The circles that are still there, each with the module that it lies in.
-const CIRCLES: [(&str, &[&str]); 2] = [
-    ("sim::engine", &["integrated", "plants"]),
-    ("sim::scenario", &["document", "key_table", "keys", "replay", "schedule", "values"]),
-];
-
 fn floor(room: &str) -> Option<u8> {
     ROOMS.iter().find(|(name, _)| *name == room).map(|(_, floor)| *floor)
 }
@@ -108,15 +102,13 @@ fn no_floor_knows_a_higher_one() {
 
 #[test]
 fn no_modules_form_a_circle() {
-    let mut found = BTreeSet::new();
+    let mut found: BTreeSet<(String, Vec<String>)> = BTreeSet::new();
     for (folder, _) in PACKAGES {
         for (place, graph) in siblings(&package(folder)) {
             found.extend(circles(&graph).into_iter().map(|circle| (format!("{folder}::{}", place.join("::")), circle)));
         }
     }
-    let known =
-        CIRCLES.iter().map(|(place, names)| ((*place).to_owned(), names.iter().map(|n| (*n).to_owned()).collect()));
-    assert_eq!(found, known.collect::<BTreeSet<(String, Vec<String>)>>());
+    assert!(found.is_empty(), "{found:?}");
 }
 
 #[test]
