@@ -145,14 +145,16 @@ impl Engines {
             InstructionSet::Avx512 => Wired::gather::<Avx512, _>(engines, ExactPlants::gather::<Avx512>).is_some(),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => Wired::gather::<Avx2, _>(engines, ExactPlants::gather::<Avx2>).is_some(),
-            _ => false,
+            #[cfg(not(target_arch = "x86_64"))]
+            InstructionSet::Avx512 | InstructionSet::Avx2 => false,
+            InstructionSet::Baseline => false,
         }
     }
 
     fn exact(&self) -> Option<[&Wired<f64, ExactPlants<f64>>; LANES]> {
         Some(of_each!(self.lanes(), |engine| match engine {
             ScenarioEngine::Exact(engine) => &**engine,
-            _ => return None,
+            ScenarioEngine::Limited(_) | ScenarioEngine::Split(_) | ScenarioEngine::Integrated(_) => return None,
         }))
     }
 
@@ -168,7 +170,9 @@ impl Engines {
             InstructionSet::Avx512 => side_by_side::<Avx512, R>(engines, scenarios, observer),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => side_by_side::<Avx2, R>(engines, scenarios, observer),
-            _ => None,
+            #[cfg(not(target_arch = "x86_64"))]
+            InstructionSet::Avx512 | InstructionSet::Avx2 => None,
+            InstructionSet::Baseline => None,
         }
     }
 }

@@ -46,7 +46,7 @@ pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<Ac
         (_, Some(key), ControlTiming::Continuous) => {
             (key, "a motor's lag is stepped under a command that is held from tick to tick", "lag")
         }
-        _ => return Ok(limits),
+        (_, _, ControlTiming::Sampled) | (None, None, ControlTiming::Continuous) => return Ok(limits),
     };
     let sampled = format!("simulation.control = \"{}\"", ControlTiming::Sampled.word());
     let message = format!("{key} needs {sampled}: {reason}");

@@ -127,7 +127,7 @@ impl Design {
                 SamplingScheme::Sobol { .. } => {
                     (0..self.axes.len()).map(|axis| (Sobol::new(axis), of_axis(axis))).collect()
                 }
-                _ => vec![],
+                SamplingScheme::Grid | SamplingScheme::Random { .. } | SamplingScheme::LatinHypercube { .. } => vec![],
             },
         }
     }

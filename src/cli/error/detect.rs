@@ -142,7 +142,16 @@ impl DetectError {
         match self {
             Self::Some { input_at_fault, .. } => *input_at_fault,
             Self::Stream(_) | Self::Signals(_) => false,
-            _ => true,
+            Self::EmptyFolder { .. }
+            | Self::Folder { .. }
+            | Self::NoSettings { .. }
+            | Self::RupturesOfMany { .. }
+            | Self::StreamAmongOthers
+            | Self::NotForStreams { .. }
+            | Self::OnlyForStreams { .. }
+            | Self::Table(_)
+            | Self::Label { .. }
+            | Self::NoSample { .. } => true,
         }
     }
 }
