@@ -182,14 +182,14 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
     named_once("sim/src/tissue/kind.rs", &[SIM], TISSUES);
     named_once("core/src/augmentation/force_laws.rs", &[CORE, SIM], FORCE_LAWS);
     named_once("core/src/detection/distances/mod.rs", &[CORE, SIM], DISTANCES);
-    named_once("core/src/estimation/estimator.rs", &[CORE], ESTIMATORS);
+    named_once("core/src/estimation/any.rs", &[CORE], ESTIMATORS);
     named_once("sim/src/teleoperation/mod.rs", &[SIM], ARCHITECTURES);
     named_once("sim/src/teleoperation/mod.rs", &[SIM], SCHEMES);
 }
 
 /// Where a text is spelt as a word of a choice, and what it is there.
 const SPELT_ALIKE: [(&str, &str, &str); 8] = [
-    ("exact", "sim/src/engine/integrated.rs", "the remedy of an error"),
+    ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
     ("none", "sim/src/compare/facts.rs", "what was asked of a fact"),
     ("none", "sim/src/compare/facts.rs", "what was asked of another"),

@@ -18,10 +18,14 @@ const trocarCharts = (() => {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", clearColours);
   window.addEventListener("themechange", clearColours);
 
-  /** Returns the value of a colour name such as "blue" in the current theme. */
+  /** Returns a colour name such as "blue" as rgb() in the current theme. */
   function colour(name) {
     if (!colours.has(name)) {
-      colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || name);
+      // Only a colour that an element has is resolved for light or dark.
+      const probe = document.body.appendChild(document.createElement("i"));
+      probe.style.color = `var(--${name}, ${name})`;
+      colours.set(name, getComputedStyle(probe).color);
+      probe.remove();
     }
     return colours.get(name);
   }

@@ -286,7 +286,7 @@
 
     /** Returns the opaque colour of stable cells. It is opaque because cells overlap slightly. */
     stable() {
-      const parts = (name) => trocarCharts.colour(name).match(/[0-9a-f]{2}/gi).map((part) => parseInt(part, 16));
+      const parts = (name) => trocarCharts.colour(name).match(/\d+/g).map(Number);
       const page = parts("page");
       return `rgb(${parts("sky").map((part, index) => Math.round(page[index] + 0.38 * (part - page[index]))).join()})`;
     }

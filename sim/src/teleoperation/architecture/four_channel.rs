@@ -58,12 +58,8 @@ impl<L: Lane> Architecture<L> for FourChannel<L> {
 
     #[inline(always)]
     fn slave_sends(&mut self, slave: &AtSlave<L>, force_n: L) -> SlaveSample<L> {
-        SlaveSample {
-            force_n,
-            position_m: slave.position_m,
-            velocity_m_per_s: slave.velocity_m_per_s,
-            acceleration_m_per_s2: self.at_slave.update(slave.velocity_m_per_s),
-        }
+        let acceleration_m_per_s2 = self.at_slave.update(slave.velocity_m_per_s);
+        SlaveSample { acceleration_m_per_s2, ..SlaveSample::without_acceleration(slave, force_n) }
     }
 
     #[inline(always)]

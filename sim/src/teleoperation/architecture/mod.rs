@@ -43,6 +43,20 @@ pub struct SlaveSample<L> {
     pub acceleration_m_per_s2: L,
 }
 
+impl<L: Lane> SlaveSample<L> {
+    /// The slave's state with a force in N scaled to the master; its acceleration is 0.
+    #[inline(always)]
+    #[must_use]
+    pub fn without_acceleration(slave: &AtSlave<L>, force_n: L) -> Self {
+        Self {
+            force_n,
+            position_m: slave.position_m,
+            velocity_m_per_s: slave.velocity_m_per_s,
+            acceleration_m_per_s2: L::zero(),
+        }
+    }
+}
+
 /// What the master has of the slave at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct ArrivedAtMaster<L> {
@@ -74,12 +88,7 @@ pub trait Architecture<L: Lane> {
     /// nothing is said.
     #[inline(always)]
     fn slave_sends(&mut self, slave: &AtSlave<L>, force_n: L) -> SlaveSample<L> {
-        SlaveSample {
-            force_n,
-            position_m: slave.position_m,
-            velocity_m_per_s: slave.velocity_m_per_s,
-            acceleration_m_per_s2: L::zero(),
-        }
+        SlaveSample::without_acceleration(slave, force_n)
     }
 
     /// The force to feed back in N.
