@@ -216,7 +216,7 @@ impl Scenario {
         }
     }
 
-    /// Slave's motion per master's.
+    /// Slave motion per master motion.
     #[must_use]
     pub fn position_scale(&self) -> f64 {
         self.link.machines.position_scale
