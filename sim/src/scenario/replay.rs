@@ -172,8 +172,8 @@ fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), 
     let gap_s = recording.time_s().windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
     let key = ["recording.max_gap_s", "recording.max_samples"].into_iter().find(|key| values.place(key).is_some());
     let message = format!(
-        "evenly spaced, the recording would have {:.3e} samples, at most {max_samples} (recording.max_samples): its longest gap, \
-         {gap_s} s, would be filled with samples {interval_s:.3e} s apart",
+        "evenly spaced, the recording would have {:.3e} samples, at most {max_samples} (recording.max_samples): \
+         its longest gap, {gap_s} s, would be filled with samples {interval_s:.3e} s apart",
         samples as f64
     );
     Err(values.error(key.unwrap_or(FILE), message).remedy("cut the recording at the gap"))
