@@ -195,22 +195,22 @@ impl Scenario {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
         let (at_master, at_slave) = (L::splat(start_m), L::splat(self.position_scale() * start_m));
         let initial = [at_master, zero, zero, zero, zero];
-        let forth = Delay::new(self.forward.whole, forth).irregular(
+        let forward = Delay::new(self.forward.whole, initial).irregular(
             &self.irregularity,
             &self.forward_schedule,
             tick_s,
-            forth,
+            initial,
             (self.seed ^ FORWARD, first_stream),
         );
-        let back = [zero, at_slave, zero, zero, zero, zero];
-        let back = Delay::new(self.backward.whole, back).irregular(
+        let initial = [zero, at_slave, zero, zero, zero, zero];
+        let backward = Delay::new(self.backward.whole, initial).irregular(
             &self.irregularity,
             &self.backward_schedule,
             tick_s,
-            back,
+            initial,
             (self.seed ^ BACKWARD, first_stream),
         );
-        Link::new(&self.link, (forth, back), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
+        Link::new(&self.link, (forward, backward), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
     }
 
     /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.

@@ -7,7 +7,7 @@ use trocar_core::settings::Key;
 
 use super::document::Source;
 use super::error::ScenarioError;
-use super::replay::{carried, limiting_key};
+use super::replay::{embedded, limiting_key};
 use super::schedule_settings::{EventSettings, ScheduleSettings};
 use super::value::Value;
 use super::values::Values;
@@ -130,7 +130,7 @@ fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2]
     let take = |row: &DelayRow| table.take(row);
     let read = match &source {
         Source::Disk(path) => open_delays(path, &limits, max_s, take),
-        Source::Builtin(name) => read_delays(&source.display(), carried(values, FILE, name)?, &limits, max_s, take),
+        Source::Builtin(name) => read_delays(&source.display(), embedded(values, FILE, name)?, &limits, max_s, take),
         Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, max_s, take),
     };
     read.map_err(|error| {
