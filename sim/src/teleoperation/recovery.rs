@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn given_up_is_given_up() {
+    fn a_receiver_that_gave_up_stays_where_it_is() {
         let (out, receiver) = through_an_outage(Recovery::GiveUp);
         assert!(out[200..].iter().all(|&x| x == out[99]));
         assert_eq!(receiver.outages(0).2, Some(199.0));
@@ -258,7 +258,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_comes_and_goes_the_way_back_has_its_speed(
+        fn recovery_never_exceeds_its_speed(
             // Alternating durations of outage and operation, and the hand's speed in each.
             phases in prop::collection::vec((1_usize..300, -0.1..0.1f64), 2..12), fresh_share in 0.2..1.0f64,
         ) {
