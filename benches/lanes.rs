@@ -1,8 +1,8 @@
-//! What a tick costs per case when eight run side by side, in each instruction set that the machine has.
+//! The cost of a tick per case with eight cases side by side, in each available instruction set.
 //!
-//! From ready scenarios to metrics: building the engines and laying them side by side is in it. Beside it stand the same cases
-//! one after the other. Criterion gives the throughput in ticks of one case (elements) a second; `cargo bench --bench table`
-//! gives ns.
+//! From resolved scenarios to metrics, including the construction of the engines and their lanes; compared with the
+//! same cases one after the other. Criterion gives the throughput in ticks of one case (elements) per second;
+//! `cargo bench --bench table` gives ns.
 
 #[path = "table/shipped.rs"]
 mod shipped;

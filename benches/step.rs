@@ -1,7 +1,8 @@
-//! What a step of the rig's controller costs, on the signals of the shipped insertion.
+//! The cost of a step of the rig's controller, on the signals of the shipped insertion.
 //!
-//! The table gives the best and the median of many passes over the insertion in ns a step, without the clock: `augmented` with its
-//! events, `classical` without their effect, `motionless` with a noise that has the estimator correct at most samples.
+//! The table gives the best and the median of many passes over the insertion in ns per step, without the clock:
+//! `augmented` with its events, `classical` without their effect, `motionless` with noise that makes the estimator
+//! correct at most samples.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -12,7 +13,7 @@ use trocar::scenario::{Scenario, Source};
 
 const PASSES: usize = 300;
 
-/// A shipped scenario's controller and the samples that its run gives.
+/// A shipped scenario's controller and the samples of its run.
 fn replay(name: &str) -> (HapticController, Vec<Sample>) {
     let scenario = Scenario::load(&Source::Builtin(name.into()), &[]).expect("loads");
     let controller = HapticController::new(&scenario.rig_settings()).expect("valid");
@@ -26,11 +27,15 @@ fn replay(name: &str) -> (HapticController, Vec<Sample>) {
     (controller, (0..trace.len()).map(sample).collect())
 }
 
-/// A needle that rests in the tissue, its force shaken by ±0.1 N.
+/// A needle at rest in the tissue, with a force that varies by ±0.1 N.
 fn motionless() -> (HapticController, Vec<Sample>) {
-    let shaken = |k: u32| 5.0 + 0.1 * f64::from(k).sin();
-    let sample =
-        |k| Sample { master_position_m: 0.02, slave_position_m: 0.02, slave_velocity_m_per_s: 0.0, force_n: shaken(k) };
+    let varying = |k: u32| 5.0 + 0.1 * f64::from(k).sin();
+    let sample = |k| Sample {
+        master_position_m: 0.02,
+        slave_position_m: 0.02,
+        slave_velocity_m_per_s: 0.0,
+        force_n: varying(k),
+    };
     let controller = HapticController::new(&Settings { start_m: 0.02, ..Settings::default() }).expect("valid");
     (controller, (0..15_000).map(sample).collect())
 }
@@ -39,7 +44,7 @@ fn cases() -> [(&'static str, (HapticController, Vec<Sample>)); 3] {
     [("classical", replay("classical.toml")), ("augmented", replay("augmented.toml")), ("motionless", motionless())]
 }
 
-/// Every command is looked at, so that none of it is left out.
+/// Every command passes `black_box`, so that no part of it is optimised away.
 fn pass(controller: &mut HapticController, samples: &[Sample]) {
     for sample in samples {
         black_box(controller.step(black_box(sample)));

@@ -1,8 +1,8 @@
-//! What a tick costs, and what the exact step is worth.
+//! The cost of a tick, and of the exact step against numerical integration.
 //!
-//! `full` is a run with its metrics, `bare` one that nobody observes, `baseline` the two matrix products alone: the
-//! ratio full / baseline says how much the rest of the tick costs, whatever the machine. Criterion gives the throughput
-//! in ticks (elements) a second; `cargo bench --bench table` gives ns.
+//! `full` is a run with its metrics, `bare` one without an observer, `baseline` the two matrix products alone: the
+//! ratio full / baseline gives the cost of the rest of the tick, independent of the machine. Criterion gives the
+//! throughput in ticks (elements) per second; `cargo bench --bench table` gives ns.
 
 #[path = "table/shipped.rs"]
 mod shipped;
@@ -19,7 +19,7 @@ use trocar::plant::{
 use shipped::scenario;
 
 const TICK_S: f64 = 1e-3;
-/// Layers, noise on the force, the loop closed.
+/// Layers, force noise, closed loop.
 const LAYERED: &str = "01_through_the_skin";
 
 fn steps() -> (MasterStep, SlaveStep) {
@@ -33,7 +33,7 @@ fn full(engine: &mut Wired<f64, ExactPlants<f64>>, observer: &mut MetricsObserve
     engine.run(observer).expect("runs");
 }
 
-/// The plants without anything around them: two matrices times their states and inputs, as anyone would write it.
+/// The plants alone: two matrices times their states and inputs, in plain code.
 struct Baseline {
     /// Row by row: states, then `x_d` now and next, and `F_ed`.
     master: [[f64; MASTER_STATES + 3]; MASTER_STATES],

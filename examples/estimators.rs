@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use trocar::run::{measure, run};
 use trocar::scenario::{Scenario, Source};
 
-/// Seeds of the sensor's noise that the gates are judged over.
+/// Number of seeds of the sensor's noise in the table of gates.
 const SEEDS: u64 = 40;
 
-/// Noise on the force that the recordings are given for the gates, as they have none of their own to draw: the paper's
-/// 6.25e-4 N² (4.1).
+/// Force noise added to the recordings for the gates, which otherwise do not depend on the seed: the paper's 6.25e-4 N²
+/// (4.1).
 const NOISE: &str = "sensor.force_noise_std_n=0.025";
 
 /// An estimator's name and its settings.
@@ -50,7 +50,7 @@ fn errors(name: &str, settings: &[&str]) -> (f64, f64) {
     (residual.iter().map(|e| e.abs()).sum::<f64>() / count, variance.sqrt())
 }
 
-/// The estimators by how well they foretell the force.
+/// The prediction errors of the estimators.
 pub fn estimators() -> String {
     const DATA: [(&str, &str); 4] = [
         ("classical", "in-vivo-like recording"),
@@ -75,7 +75,7 @@ pub fn estimators() -> String {
     text
 }
 
-/// The gates by what they let through, over [`SEEDS`] seeds.
+/// The detections and false alarms by gate, over [`SEEDS`] seeds.
 pub fn gates() -> String {
     const DATA: [(&str, &str, &[&str]); 5] = [
         ("classical", "in-vivo-like recording", &[NOISE]),
@@ -107,7 +107,7 @@ pub fn gates() -> String {
     text
 }
 
-#[allow(dead_code, reason = "a test takes the tables alone")]
+#[allow(dead_code, reason = "a test uses the tables only")]
 fn main() {
     println!("{}\n{}", estimators(), gates());
 }

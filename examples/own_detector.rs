@@ -1,4 +1,4 @@
-//! A detector of one's own in a shipped scenario: the force less its moving average, against a multiple of the noise.
+//! A user-defined detector in a shipped scenario: the force minus its moving average, with a threshold.
 //!
 //! `cargo run --release --example own_detector`
 
@@ -7,7 +7,7 @@ use trocar::engine::OwnParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};
 
-/// Announces a rupture where the force falls below its exponential moving average by more than a threshold, after some quiet
+/// Raises an alarm if the force falls below its exponential moving average by more than a threshold, after some quiet
 /// samples in contact.
 struct FallDetector {
     weight: f64,
@@ -30,8 +30,12 @@ impl Detector<f64> for FallDetector {
         let falls = fall_n > self.threshold_n;
         let is_armed = self.quiet_samples >= self.settle_samples;
         self.quiet_samples = if falls || !evidence.in_contact { 0 } else { self.quiet_samples + 1 };
-        let goes_in = evidence.velocity_m_per_s > -0.005;
-        Decision { distance: fall_n, decision: fall_n, alarm: falls && is_armed && goes_in && evidence.force_n > 0.0 }
+        let is_not_withdrawn = evidence.velocity_m_per_s > -0.005;
+        Decision {
+            distance: fall_n,
+            decision: fall_n,
+            alarm: falls && is_armed && is_not_withdrawn && evidence.force_n > 0.0,
+        }
     }
 }
 

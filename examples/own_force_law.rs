@@ -1,4 +1,4 @@
-//! A force law of one's own in a shipped scenario: while the slave is frozen, the force falls along a straight line.
+//! A user-defined force law in a shipped scenario: while the slave is frozen, the force decreases linearly.
 //!
 //! `cargo run --release --example own_force_law`
 
@@ -7,12 +7,12 @@ use trocar::engine::OwnParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};
 
-/// From the force before the alarm to 0 by the same step at every tick.
-struct StraightFall {
+/// Decreases the force from its value before the alarm to 0 in equal steps.
+struct LinearDecrease {
     ticks: f64,
 }
 
-impl ForceLaw<f64> for StraightFall {
+impl ForceLaw<f64> for LinearDecrease {
     fn augmented(&mut self, now: &AugmentedTick<f64>) -> (f64, f64) {
         let step_n = now.anchor_n / self.ticks;
         let end = if now.anchor_n > 0.0 { (now.last_n - step_n).max(0.0) } else { (now.last_n - step_n).min(0.0) };
@@ -20,11 +20,11 @@ impl ForceLaw<f64> for StraightFall {
     }
 }
 
-/// Runs the paper's augmented insertion with the law: the force is gone 60 ms after the alarm.
+/// Runs the paper's augmented insertion with the law: the force is 0 from 60 ms after the alarm.
 pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
     let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &[])?;
     let ticks = (0.06 / scenario.grid.tick_s()).round();
-    Ok(run_with(scenario, OwnParts::default().force_law(StraightFall { ticks }))?)
+    Ok(run_with(scenario, OwnParts::default().force_law(LinearDecrease { ticks }))?)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,11 +1,11 @@
-//! The controller of a rig in a 1 kHz loop on this machine: what a step takes, and how late the machine wakes up for it.
+//! The controller of a rig in a 1 kHz loop on this machine: the time of a step, and the wake-up latency.
 //!
 //! ```sh
 //! cargo run --release --example rig_loop                                  # 10 s at 1 kHz
-//! cargo run --release --example rig_loop -- --free-running --steps 1e8    # as fast as it goes
+//! cargo run --release --example rig_loop -- --free-running --steps 1e8    # without pause
 //! cargo run --release --example rig_loop -- --free-running --steps 1e8 --signal motionless
 //! ```
-//! The signals are those of the shipped insertion, augmented, there and back again; or one that no needle gives
+//! The signals are those of the shipped augmented insertion, forwards and backwards in turn; or an artificial one
 //! (`motionless`, `tiny-depth`, `huge-depth`, `sine`), with noise that leaves the estimator's dead zone.
 
 use std::error::Error;
@@ -17,16 +17,16 @@ use std::time::{Duration, Instant};
 use trocar::rig::{HapticController, Sample, Settings};
 use trocar::scenario::{Scenario, Source};
 
-/// Samples that are made, then stepped through.
+/// Samples that are generated in advance.
 const BLOCK: usize = 10_000;
-/// Steps between two looks at the clock where a step's mean time is wanted.
-const STRETCH: usize = 100;
-/// One block in so many is timed by stretches too.
+/// Steps between two readings of the clock for a step's mean time.
+const INTERVAL: usize = 100;
+/// Every so many blocks, intervals are timed too.
 const MEAN_EVERY: u64 = 10;
-/// Times from here on share the last bin, in ns.
+/// Times from here on fall into the last bin, in ns.
 const LONGEST_NS: usize = 1_000_000;
 
-/// How often each time came, in ns.
+/// A histogram of times in ns.
 struct Histogram {
     counts: Vec<u64>,
     worst_ns: u64,
@@ -45,15 +45,15 @@ impl Histogram {
         self.total += 1;
     }
 
-    /// The least time that a share of all does not exceed, in ns.
+    /// The quantile of the times in ns.
     fn quantile_ns(&self, share: f64) -> u64 {
-        let wanted = (share * self.total as f64).ceil().max(1.0) as u64;
-        let mut seen = 0;
+        let target = (share * self.total as f64).ceil().max(1.0) as u64;
+        let mut counted = 0;
         let index = self.counts.iter().position(|count| {
-            seen += count;
-            seen >= wanted
+            counted += count;
+            counted >= target
         });
-        // What is in the last bin is somewhere below the worst.
+        // The times of the last bin are not resolved: the worst bounds them.
         index.filter(|ns| *ns < LONGEST_NS).map_or(self.worst_ns, |ns| ns as u64)
     }
 
@@ -72,9 +72,9 @@ fn print_head(title: &str) {
     );
 }
 
-/// Where samples come from, without an end.
+/// An endless source of samples.
 enum Signal {
-    /// The insertion there and back again: at which sample, and which way.
+    /// The insertion, forwards and backwards in turn: the present sample, and the direction.
     Insertion { samples: Vec<Sample>, at: usize, is_forward: bool },
     /// A needle in a Kelvin-Voigt tissue (N/m, N·s/m), at a depth (m) with a swing of 1 Hz (m), and bounded noise (N).
     Needle { depth_m: f64, swing_m: f64, offset_n: f64, noise_n: f64, tick: u64, random: u64 },
@@ -84,7 +84,7 @@ const NEEDLE_STIFFNESS_N_PER_M: f64 = 300.0;
 const NEEDLE_DAMPING_N_S_PER_M: f64 = 10.0;
 
 impl Signal {
-    /// The signal of a name, with the settings of a controller that is to meet it.
+    /// The signal of a name, with the settings of a controller for it.
     fn named(name: &str) -> Result<(Self, Settings), Box<dyn Error>> {
         let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &[])?;
         let settings = scenario.rig_settings();
@@ -109,7 +109,12 @@ impl Signal {
             "tiny-depth" => needle(1e-9, 0.0, 0.5),
             "huge-depth" => needle(0.9, 0.0, -265.0),
             "sine" => needle(0.02, 0.01, 0.0),
-            _ => return Err(format!("{name} is none of insertion, motionless, tiny-depth, huge-depth, sine").into()),
+            _ => {
+                return Err(format!(
+                    "{name} is not a signal; there are insertion, motionless, tiny-depth, huge-depth, sine"
+                )
+                .into());
+            }
         })
     }
 
@@ -128,7 +133,7 @@ impl Signal {
                 sample
             }
             Self::Needle { depth_m, swing_m, offset_n, noise_n, tick, random } => {
-                // Xorshift (Marsaglia 2003): any noise serves.
+                // Xorshift (Marsaglia 2003), sufficient for this noise.
                 *random ^= *random << 13;
                 *random ^= *random >> 7;
                 *random ^= *random << 17;
@@ -149,7 +154,7 @@ impl Signal {
     }
 }
 
-/// What the commands said, and how the estimator's gain fared.
+/// Counts of the commands, and the range of the estimator's gain.
 #[derive(Default)]
 struct Outcome {
     alarms: u64,
@@ -160,7 +165,7 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn look(&mut self, command: &trocar::rig::Command) {
+    fn record(&mut self, command: &trocar::rig::Command) {
         self.alarms += u64::from(command.alarm);
         self.faults += u64::from(command.faults.any());
         let sum = command.slave_reference_m
@@ -173,15 +178,15 @@ impl Outcome {
         self.not_finite += u64::from(!sum.is_finite());
     }
 
-    fn look_at_gain(&mut self, [f00, f01, f11]: [f64; 3]) {
+    fn record_gain(&mut self, [f00, f01, f11]: [f64; 3]) {
         let greater = f64::midpoint(f00, f11) + f64::midpoint(f00, -f11).hypot(f01);
         let smaller = (f00 * f11 - f01 * f01) / greater;
-        self.min_eigenvalue = Some(self.min_eigenvalue.map_or(smaller, |least| least.min(smaller)));
+        self.min_eigenvalue = Some(self.min_eigenvalue.map_or(smaller, |min| min.min(smaller)));
         self.max_eigenvalue = self.max_eigenvalue.max(greater);
     }
 }
 
-/// 1 kHz: sleep until the next deadline, which lies on a grid and never on a sum of sleeps.
+/// Runs at 1 kHz: sleeps until the next deadline, on a fixed grid without accumulated sleeps.
 fn paced(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, steps: u64) -> Outcome {
     let (mut steps_taken, mut lateness, mut outcome) = (Histogram::new(), Histogram::new(), Outcome::default());
     let start = Instant::now();
@@ -194,8 +199,8 @@ fn paced(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, st
         let done = Instant::now();
         lateness.add(woken.saturating_duration_since(deadline));
         steps_taken.add(done - woken);
-        outcome.look(&black_box(command));
-        outcome.look_at_gain(controller.estimator_gain());
+        outcome.record(&black_box(command));
+        outcome.record_gain(controller.estimator_gain());
     }
     print_head("µs");
     steps_taken.print("step, with its clock", 1e3);
@@ -203,9 +208,10 @@ fn paced(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, st
     outcome
 }
 
-/// As fast as it goes. Each step is timed by itself, and the clock as often without one: what both show is the machine's.
+/// Runs without pause. Times each step, and the clock alone as often: what both times have in common is due to the
+/// machine.
 fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, steps: u64) -> Outcome {
-    let (mut one, mut stretches, mut clock) = (Histogram::new(), Histogram::new(), Histogram::new());
+    let (mut one, mut intervals, mut clock) = (Histogram::new(), Histogram::new(), Histogram::new());
     let mut outcome = Outcome::default();
     let mut samples = Vec::with_capacity(BLOCK);
     let mut commands = Vec::with_capacity(BLOCK);
@@ -216,12 +222,12 @@ fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: 
         samples.extend((0..count).map(|_| signal.next(tick_s)));
         commands.clear();
         if (done / BLOCK as u64).is_multiple_of(MEAN_EVERY) {
-            // On a copy, so that each sample is stepped through once.
+            // On a copy, so that the controller processes each sample once.
             let mut copy = controller.clone();
-            for stretch in samples.chunks(STRETCH) {
+            for interval in samples.chunks(INTERVAL) {
                 let start = Instant::now();
-                commands.extend(stretch.iter().map(|sample| copy.step(sample)));
-                stretches.add(start.elapsed() / stretch.len() as u32);
+                commands.extend(interval.iter().map(|sample| copy.step(sample)));
+                intervals.add(start.elapsed() / interval.len() as u32);
             }
             black_box(&mut commands).clear();
         }
@@ -234,15 +240,15 @@ fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: 
             clock.add(Instant::now().elapsed());
         }
         for command in black_box(&commands) {
-            outcome.look(command);
+            outcome.record(command);
         }
-        outcome.look_at_gain(controller.estimator_gain());
+        outcome.record_gain(controller.estimator_gain());
         done += count as u64;
     }
     print_head("ns");
     one.print("step, with its clock", 1.0);
     clock.print("the clock alone", 1.0);
-    stretches.print(&format!("step, mean of {STRETCH}"), 1.0);
+    intervals.print(&format!("step, mean of {INTERVAL}"), 1.0);
     outcome
 }
 
@@ -257,7 +263,11 @@ fn run() -> Result<(), Box<dyn Error>> {
                 steps = Some(number as u64);
             }
             "--signal" => name = arguments.next().ok_or("--signal needs a name")?,
-            _ => return Err(format!("{argument} is none of --steps N, --free-running, --signal NAME").into()),
+            _ => {
+                return Err(
+                    format!("{argument} is not an option; there are --steps N, --free-running, --signal NAME").into()
+                );
+            }
         }
     }
     let (mut signal, mut settings) = Signal::named(&name)?;
@@ -271,8 +281,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let drive = if is_free { free_running } else { paced };
     let outcome = drive(&mut controller, &mut signal, tick_s, steps);
     println!("alarms {}, bad samples {}, commands not finite {}", outcome.alarms, outcome.faults, outcome.not_finite);
-    let least = outcome.min_eigenvalue.unwrap_or(f64::NAN);
-    println!("eigenvalues of the gain from {least:.4e} to {:.4e} 1/m²", outcome.max_eigenvalue);
+    let min = outcome.min_eigenvalue.unwrap_or(f64::NAN);
+    println!("eigenvalues of the gain from {min:.4e} to {:.4e} 1/m²", outcome.max_eigenvalue);
     let (low, high) = (1.0 / settings.estimator.reset_threshold, settings.estimator.initial_gain);
     println!("their bounds            from {low:.4e} to {high:.4e} 1/m²");
     Ok(())

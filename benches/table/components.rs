@@ -1,4 +1,4 @@
-//! A tick by component: each alone, fed with what it was given in a whole run.
+//! A tick by component: each alone, with its recorded inputs of a whole run.
 
 use std::hint::black_box;
 
@@ -7,34 +7,34 @@ use trocar::estimation::Rls;
 use trocar::sensor::ForceSensor;
 
 use crate::markdown::{Table, figure};
-use crate::parts::{BothSides, Detected, Estimated, Met, Nothing, Observed, Part, Sensed, Supervised};
+use crate::parts::{BothPlants, Detected, Estimated, Nothing, Observed, Part, Sensed, Supervised, TissuePart};
 use crate::record::Inputs;
 use crate::shipped::scenario;
 use crate::timing::{Cost, elapsed_s, time_ns};
 use crate::whole::{bare_ns, full_ns, ready};
 
-/// How many ticks are fed at once: their inputs fit into the nearest cache, where a tick would find them.
-const AT_ONCE: usize = 128;
+/// Ticks per batch: their inputs fit into the first-level cache, as in a run.
+const BATCH: usize = 128;
 
-/// Feeds a part, in the instruction set that the engine's single run is compiled for.
+/// Runs a part, in the instruction set of the engine's single run.
 #[allow(unsafe_code, reason = "calling a function that is compiled for an instruction set")]
-fn feed<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
+fn run<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the machine has the instructions that the function is compiled for, as was just asked.
-        return unsafe { feed_avx2(part, inputs) };
+        // SAFETY: the machine has the instructions that the function is compiled for, as was just checked.
+        return unsafe { run_avx2(part, inputs) };
     }
-    feed_here(part, inputs)
+    run_inline(part, inputs)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn feed_avx2<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
-    feed_here(part, inputs)
+fn run_avx2<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
+    run_inline(part, inputs)
 }
 
 #[inline(always)]
-fn feed_here<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
+fn run_inline<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
     let mut bits = 0;
     for input in inputs {
         bits ^= part.tick(input);
@@ -42,18 +42,18 @@ fn feed_here<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
     bits
 }
 
-/// What a part costs, in ns a tick.
+/// The cost of a part, in ns per tick.
 fn cost_ns<P: Part>(part: &P, inputs: &[P::Input]) -> Cost {
     time_ns(inputs.len() as f64, || {
         let mut part = part.clone();
         let mut spent_s = 0.0;
-        for inputs in inputs.chunks(AT_ONCE) {
-            // Fetched before the clock runs.
+        for inputs in inputs.chunks(BATCH) {
+            // Loads the inputs before the timing.
             for input in inputs {
                 black_box(*input);
             }
             spent_s += elapsed_s(|| {
-                black_box(feed(&mut part, inputs));
+                black_box(run(&mut part, inputs));
             });
         }
         spent_s
@@ -71,9 +71,9 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     let sensor = Sensed(ForceSensor::new(&scenario.sensor, tick_s, scenario.seed, 0));
     let detector = CusumDetector::with_distance(SquaredResidual::new(), &scenario.detector, tick_s);
     vec![
-        ("nothing (the loop that feeds)", Some(cost_ns(&Nothing(()), &inputs.sensor))),
-        ("both plants, stepped exactly", Some(cost_ns(&BothSides(engine.plants.clone()), &inputs.plants))),
-        ("tissue", Some(cost_ns(&Met(engine.parts.tissue.clone()), &inputs.tissue))),
+        ("nothing (the loop)", Some(cost_ns(&Nothing(()), &inputs.sensor))),
+        ("both plants, stepped exactly", Some(cost_ns(&BothPlants(engine.plants.clone()), &inputs.plants))),
+        ("tissue", Some(cost_ns(&TissuePart(engine.parts.tissue.clone()), &inputs.tissue))),
         ("force sensor with noise", is_noisy.then(|| cost_ns(&sensor, &inputs.sensor))),
         ("estimator", Some(cost_ns(&Estimated(Rls::new(&scenario.estimator)), &inputs.estimator))),
         ("detector", Some(cost_ns(&Detected(detector), &inputs.detector))),
@@ -95,10 +95,10 @@ pub fn section() -> String {
         table.row([name.to_owned()].into_iter().chain(cells(replayed)).chain(cells(layered)));
     }
     let about = format!(
-        "A single run. Each component alone is fed with what it was given in a whole run, {AT_ONCE} ticks at a time, \
-         which the clock and the loop are part of. In the engine a component waits for the one before it and does its \
-         work beside the others', so that the whole tick is not their sum. The tissue of `augmented` is a recorded \
-         force, that of `01_through_the_skin` is five layers, here called and in the engine in line."
+        "A single run. Each component runs alone with its recorded inputs of a whole run, {BATCH} ticks at a time; the \
+         time includes the clock and the loop. In the engine a component waits for the previous one and overlaps with \
+         others, so the whole tick is not their sum. The tissue of `augmented` is a recorded force, that of \
+         `01_through_the_skin` has five layers; here it is called, in the engine it is inlined."
     );
     table.section("A tick by component", &about)
 }

@@ -1,11 +1,11 @@
-//! A lane type that counts what is done with it.
+//! A lane type that counts its operations.
 
 use std::cell::Cell;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar::lane::{Lane, Mask};
 
-/// Operations, each once for all lanes together.
+/// Numbers of operations; an operation on all lanes counts once.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Counts {
     /// Additions and subtractions.
@@ -14,13 +14,13 @@ pub struct Counts {
     pub mul: u64,
     /// Divisions and square roots.
     pub div: u64,
-    /// Smaller and larger ones.
+    /// Minima and maxima.
     pub extreme: u64,
     /// Absolute values and changes of sign.
     pub sign: u64,
     /// Comparisons and selections.
     pub select: u64,
-    /// Logic on masks.
+    /// Logical operations on masks.
     pub mask: u64,
 }
 
@@ -29,7 +29,7 @@ thread_local! {
 }
 
 impl Counts {
-    /// What this thread has done since it was last asked.
+    /// The counts of this thread since the last call; resets them.
     pub fn take() -> Self {
         COUNTS.take()
     }
@@ -41,11 +41,11 @@ fn count(one: impl FnOnce(&mut Counts)) {
     COUNTS.set(counts);
 }
 
-/// Numbers side by side.
+/// Numbers in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Counted<const N: usize>([f64; N]);
 
-/// Truth values side by side.
+/// Truth values in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Truth<const N: usize>([bool; N]);
 

@@ -1,8 +1,8 @@
-//! The same experiment as an expert would write it by hand, and for nothing else: the baseline.
+//! The baseline: the same experiment written by hand, for this scenario only.
 //!
 //! A plain loop over `f64`: the recorded force replayed over time, both plants by constant matrices, recursive least
 //! squares with dead zone, normalisation and resetting, CUSUM with arming and cap, the automaton, and the force that
-//! decays. The scenario's numbers are read once; which kinds of thing there are is written into the code. No metrics.
+//! decays. The scenario's numbers are read once; the kinds of parts are fixed in the code. No metrics.
 
 use trocar::augmentation::{DecaySettings, ForceLawSettings, Freeze, Reengage};
 use trocar::detection::{DistanceKind, Motion};
@@ -10,7 +10,7 @@ use trocar::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar::scenario::Scenario;
 use trocar::time::nearest_ticks;
 
-/// The numbers of the experiment.
+/// The parameters of the experiment.
 pub struct Handwritten {
     desired_m: Vec<f64>,
     force_n: Vec<f64>,
@@ -49,10 +49,10 @@ enum Mode {
 }
 
 impl Handwritten {
-    /// The numbers of a scenario, with its desired positions (one more than ticks, m) and its forces (N).
+    /// Takes the parameters of a scenario, its desired positions (one more than ticks, m) and its forces (N).
     ///
     /// # Panics
-    /// Where the scenario has other kinds of things than are written here.
+    /// If the scenario has other kinds of parts.
     pub fn new(scenario: &Scenario, desired_m: Vec<f64>, force_n: Vec<f64>) -> Self {
         let tick_s = scenario.grid.tick_s();
         let (cusum, arming) = (&scenario.detector.cusum, &scenario.detector.arming);
@@ -60,7 +60,9 @@ impl Handwritten {
         let ForceLawSettings::Decay(DecaySettings { ratio, time_constant_s }) = augmentation.force else {
             panic!("another force law")
         };
-        let Reengage::Ramp { catch_up_speed_m_per_s } = augmentation.reengage else { panic!("another way back") };
+        let Reengage::Ramp { catch_up_speed_m_per_s } = augmentation.reengage else {
+            panic!("another re-engaging policy")
+        };
         assert!(augmentation.enabled && augmentation.freeze == Freeze::Measured, "another freeze");
         assert_eq!(scenario.detector.distance.kind, DistanceKind::SquaredResidual);
         assert!(arming.drop_only && arming.motion == Motion::NotWithdrawn && arming.minimum_depth_m == 0.0);
@@ -105,12 +107,12 @@ impl Handwritten {
         }
     }
 
-    /// How many ticks there are.
+    /// Number of ticks.
     pub fn ticks(&self) -> usize {
         self.force_n.len()
     }
 
-    /// Runs it, and writes the slave's position at each tick (m); gives the number of alarms.
+    /// Runs the experiment, and writes the slave's position at each tick (m); returns the number of alarms.
     pub fn run(&self, slave_m: &mut [f64]) -> u64 {
         self.run_here(slave_m)
     }
@@ -135,9 +137,9 @@ impl Handwritten {
         let (mut p, mut v, mut expected) = (0.0, 0.0, 0.0);
         let (mut g, mut quiet) = (0.0_f64, 0_usize);
         let mut mode = Mode::Teleoperation;
-        let (mut entered, mut refractory_until, mut calm, mut alarms) = (0, 0, 0, 0);
+        let (mut entered, mut refractory_until, mut quiet_ticks, mut alarms) = (0, 0, 0, 0);
         let (mut gap, mut frozen) = (0.0_f64, 0.0);
-        let (mut felt, mut anchor, mut last_force) = (0.0, 0.0, 0.0);
+        let (mut feedback_n, mut anchor, mut last_force) = (0.0, 0.0, 0.0);
 
         assert!(slave_m.len() == self.ticks() && self.desired_m.len() > self.ticks());
         for (k, slave_m) in slave_m.iter_mut().enumerate() {
@@ -186,15 +188,15 @@ impl Handwritten {
             match mode {
                 Mode::Teleoperation => {
                     if alarm && k >= refractory_until {
-                        (mode, entered, calm, frozen) = (Mode::Augmented, k, 0, x_e);
-                        (felt, anchor) = (last_force, last_force);
+                        (mode, entered, quiet_ticks, frozen) = (Mode::Augmented, k, 0, x_e);
+                        (feedback_n, anchor) = (last_force, last_force);
                         alarms += 1;
                     }
                 }
                 Mode::Augmented => {
-                    calm = if decision < self.exit_level { calm + 1 } else { 0 };
+                    quiet_ticks = if decision < self.exit_level { quiet_ticks + 1 } else { 0 };
                     let held = k - entered;
-                    let is_over = held >= self.hold_ticks.0 && calm >= self.exit_quiet_ticks;
+                    let is_over = held >= self.hold_ticks.0 && quiet_ticks >= self.exit_quiet_ticks;
                     if is_over || held >= self.hold_ticks.1 {
                         (mode, entered, gap) = (Mode::Reengaging, k, frozen - hand);
                     }
@@ -211,12 +213,12 @@ impl Handwritten {
                 Mode::Teleoperation => (hand + gap, force),
                 Mode::Augmented => {
                     let end = self.decay_ratio * anchor;
-                    felt = end + (felt - end) * self.decay;
-                    (frozen, felt)
+                    feedback_n = end + (feedback_n - end) * self.decay;
+                    (frozen, feedback_n)
                 }
                 Mode::Reengaging => {
                     let u = ((k - entered + 1) as f64 / self.blend_ticks as f64).min(1.0);
-                    (hand + gap, felt + u * u * (3.0 - 2.0 * u) * (force - felt))
+                    (hand + gap, feedback_n + u * u * (3.0 - 2.0 * u) * (force - feedback_n))
                 }
             };
             last_force = force;
@@ -230,7 +232,7 @@ impl Handwritten {
     }
 }
 
-/// `Σ_j columns[j] · inputs[j]`, even and odd `j` apart, so that fewer additions wait for each other.
+/// `Σ_j columns[j] · inputs[j]`, even and odd `j` separately, which shortens the chains of dependent additions.
 #[inline(always)]
 fn advance<const ROWS: usize, const COLUMNS: usize>(
     columns: &[[f64; ROWS]; COLUMNS],

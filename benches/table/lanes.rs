@@ -13,17 +13,17 @@ use crate::shipped::scenario_with;
 use crate::side_by_side::{cases, run_in, run_singly};
 use crate::timing::{Cost, elapsed_s, time_ns};
 
-/// What a pack of a scenario costs; without a set, its cases one after the other.
+/// The cost of a pack of a scenario.
 pub struct PackCost {
-    /// Which of the measured scenarios.
+    /// Name of the measured scenario.
     pub name: &'static str,
-    /// In which instruction set, where side by side.
+    /// The instruction set; `None` for cases one after the other.
     pub set: Option<InstructionSet>,
-    /// In ns per tick and case.
+    /// The cost in ns per tick and case.
     pub ns: Cost,
 }
 
-/// Every measured scenario in every instruction set, and singly.
+/// Measures every scenario in every instruction set, and one by one.
 pub fn measure() -> Vec<PackCost> {
     let mut costs = vec![];
     for (name, file, settings) in MEASURED {
@@ -39,8 +39,8 @@ pub fn measure() -> Vec<PackCost> {
     costs
 }
 
-/// What the scenarios with noise cost in the widest instruction set where their noise was drawn before, as in a sweep that has
-/// their seeds at many points.
+/// Measures the scenarios with noise in the widest instruction set with noise drawn in advance, as in a sweep that uses
+/// a seed at many points.
 pub fn measure_with_bank() -> Vec<PackCost> {
     let with_bank = |&(name, file, settings): &(&'static str, &str, &[&str])| {
         let cases = cases(&scenario_with(file, settings));
@@ -59,26 +59,28 @@ fn run_sharing(bank: &mut NoiseBank, cases: &[Scenario]) {
     }
 }
 
-/// How a pack is run.
-pub fn way_of(set: Option<InstructionSet>) -> &'static str {
+/// The name of the mode in which a pack runs.
+pub fn mode_of(set: Option<InstructionSet>) -> &'static str {
     set.map_or("one by one", name_of)
 }
 
-/// What packs cost.
+/// The section on the cost of packs.
 pub fn section(costs: &[PackCost], with_bank: &[PackCost]) -> String {
     let mut table = Table::new(2, &["ns per tick and case", "lanes", "best", "median", "one by one / best"]);
-    let drawn_now = costs.iter().map(|cost| (cost, way_of(cost.set).to_owned()));
-    let drawn_before = with_bank.iter().map(|cost| (cost, format!("{}, noise drawn before", way_of(cost.set))));
-    for (cost, way) in drawn_now.chain(drawn_before) {
+    let drawn_now = costs.iter().map(|cost| (cost, mode_of(cost.set).to_owned()));
+    let drawn_in_advance =
+        with_bank.iter().map(|cost| (cost, format!("{}, noise drawn in advance", mode_of(cost.set))));
+    for (cost, mode) in drawn_now.chain(drawn_in_advance) {
         let single = costs.iter().find(|other| other.name == cost.name && other.set.is_none());
         let gain = single.map_or(f64::NAN, |single| single.ns.best / cost.ns.best);
-        let names = [cost.name.to_owned(), way];
+        let names = [cost.name.to_owned(), mode];
         table.row(names.into_iter().chain([figure(cost.ns.best), figure(cost.ns.median), figure(gain)]));
     }
     let about = format!(
-        "{PACK} cases that differ in force scale, threshold and seed, on one thread, from ready scenarios to metrics: \
-         building the engines and laying them side by side is in it. Without AVX2 and AVX-512, cases run one by one. \
-         Drawing noise is in it too, but for the last rows: a sweep draws the noise of a seed once for all its points."
+        "{PACK} cases that differ in force scale, threshold and seed, on one thread, from resolved scenarios to \
+         metrics, including the construction of the engines and their lanes. Without AVX2 and AVX-512, cases run one by \
+         one. Drawing the noise is included, except in the last rows: a sweep draws the noise of a seed once for all \
+         its points."
     );
     table.section("Cases side by side", &about)
 }

@@ -1,4 +1,4 @@
-//! What ten times as many cases or ticks cost.
+//! The cost against the number of cases and ticks.
 
 use crate::markdown::{Table, figure};
 use crate::shipped::scenario_with;
@@ -6,7 +6,7 @@ use crate::sweeps::Sweep;
 use crate::timing::Cost;
 use crate::whole::full_ns;
 
-/// Ticks of each case where cases grow.
+/// Duration of each case in s.
 const CASE_S: f64 = 0.1;
 
 fn power(exponent: u32) -> String {
@@ -15,7 +15,7 @@ fn power(exponent: u32) -> String {
 
 /// Sweeps of 10² to 10⁶ short cases.
 fn cases() -> Table {
-    let header = ["cases", "s, best", "ns per tick and case", "ns per tick of each further case"];
+    let header = ["cases", "s, best", "ns per tick and case", "ns per tick of each additional case"];
     let mut table = Table::new(1, &header);
     let mut before: Option<(f64, f64)> = None;
     for exponent in 2..=6 {
@@ -23,8 +23,8 @@ fn cases() -> Table {
         let sweep = Sweep { axes: (10, 10), seeds, duration_s: CASE_S, noise_n: 0.025, has_cap: false };
         let Cost { best, .. } = sweep.run_s(2, [5, 5, 5, 2, 1][exponent as usize - 2]);
         let items = sweep.case_ticks();
-        let further = before.map_or("—".to_owned(), |(s, of)| figure(1e9 * (best - s) / (items - of)));
-        table.row([power(exponent), figure(best), figure(1e9 * best / items), further]);
+        let additional = before.map_or("—".to_owned(), |(s, of)| figure(1e9 * (best - s) / (items - of)));
+        table.row([power(exponent), figure(best), figure(1e9 * best / items), additional]);
         before = Some((best, items));
     }
     table
@@ -49,12 +49,12 @@ pub fn section() -> String {
     let of_cases = cases().section(
         "Cost against cases",
         "`trocar sweep` on two threads, cases of 0.1 s with noise, 10 force scales by 10 thresholds by 1 to 10⁴ seeds: \
-         reading the recording, starting and drawing are in every figure but those of the last column, which is what \
-         one row has more than the one above it.",
+         all figures include reading the recording, starting and drawing, except the last column, which is the \
+         difference to the row above.",
     );
     let of_ticks = ticks().section(
         "Cost against ticks",
-        "A single run with metrics, from a ready engine: a hand that swings on Kelvin-Voigt tissue.",
+        "A single run with metrics, from a ready engine: a sinusoidal hand motion on Kelvin-Voigt tissue.",
     );
     format!("{of_cases}\n{of_ticks}")
 }

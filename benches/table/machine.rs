@@ -1,4 +1,4 @@
-//! What the figures were measured on.
+//! The machine of the measurements.
 
 use std::hint::black_box;
 
@@ -6,11 +6,10 @@ use crate::markdown::Table;
 use crate::measured::{available, name_of};
 use crate::timing::{elapsed_s, time_ns};
 
-/// Rotations, and as many exclusive ors, in a run of the clock's measurement.
+/// Number of rotations, and of exclusive ors, in a measurement of the clock.
 const STEPS: u64 = 1_000_000;
 
-/// The clock's rate in GHz, where a rotation and an exclusive or take a cycle each, as they do on every x86-64: each
-/// waits for the one before it.
+/// The clock rate in GHz, if a dependent rotation and exclusive or take a cycle each, as on every x86-64.
 fn clock_ghz() -> f64 {
     let step_ns = time_ns(STEPS as f64, || {
         elapsed_s(|| {
@@ -24,14 +23,14 @@ fn clock_ghz() -> f64 {
     2.0 / step_ns.best
 }
 
-/// The processor's name as Linux gives it.
+/// The processor's name from Linux.
 fn model() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// The machine.
+/// The section on the machine.
 pub fn section() -> String {
     let mut table = Table::new(2, &["", ""]);
     let mut row = |name: &str, value: String| table.row([name.to_owned(), value]);

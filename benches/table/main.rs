@@ -1,7 +1,7 @@
-//! What everything costs on this machine, as the tables of `benches/README.md`.
+//! The cost of a tick on this machine, as the tables of `benches/README.md`.
 //!
-//! `cargo bench --bench table` measures and prints them; with `-- --write` the file is written, too. All is measured in
-//! one process and one run, so that ratios hold whatever the machine was doing; progress goes to standard error.
+//! `cargo bench --bench table` measures and prints them; `-- --write` also writes the file. All is measured in one
+//! process and one run, so that ratios are comparable; progress goes to standard error.
 
 mod components;
 mod counted;
@@ -26,18 +26,18 @@ mod whole;
 use std::io::Write;
 use std::path::Path;
 
-const HEAD: &str = "# What a tick costs
+const HEAD: &str = "# The cost of a tick
 
 Written by `cargo bench --bench table -- --write`, which takes one to two minutes; without `-- --write` the tables are
-printed only. All figures are of one run of that command: the best and the median of many repetitions, in ns per tick,
-or per tick and case where cases run side by side. On a machine that does other things besides, the best is what the
-code costs, and the distance to the median is what the others do.
+only printed. All figures are from one run of that command: the best and the median of many repetitions, in ns per tick,
+or per tick and case where cases run side by side. On a machine with other load, the best is the cost of the code, and
+the difference to the median is due to the load.
 ";
 
 fn main() {
     let has = |flag: &str| std::env::args().any(|argument| argument == flag);
     if !has("--bench") {
-        // Built and started by `cargo test --benches`: there is nothing to find out in an unoptimised build.
+        // Built and started by `cargo test --benches`: an unoptimised build is not measured.
         return;
     }
     let peaks = begin("the machine", peak::measure);
@@ -45,7 +45,7 @@ fn main() {
     let components = begin("a tick by component", components::section);
     let single = begin("a single run", single::section);
     let costs = begin("lanes", lanes::measure);
-    let with_bank = begin("lanes, noise drawn before", lanes::measure_with_bank);
+    let with_bank = begin("lanes, noise drawn in advance", lanes::measure_with_bank);
     let counts = begin("operations", operations::count);
     let sweeps = begin("sweeps", sweeps::section);
     let linear = begin("cost against cases and ticks", linear::section);
@@ -59,13 +59,13 @@ fn main() {
     }
 }
 
-/// Says what is measured, and measures it.
+/// Reports what is measured, and measures it.
 fn begin<T>(what: &str, measure: impl FnOnce() -> T) -> T {
     eprintln!("measuring {what}");
     measure()
 }
 
-/// Writes `README.md` in a folder under a temporary name first, so that there is never half a file.
+/// Writes `README.md` in a folder under a temporary name first, so that the file is never incomplete.
 fn write(folder: &Path, page: &str) -> std::io::Result<()> {
     let mut file = tempfile::Builder::new().prefix(".README").tempfile_in(folder)?;
     file.write_all(page.as_bytes())?;

@@ -1,19 +1,19 @@
-//! Tables in Markdown that can also be read as they are.
+//! Aligned tables in Markdown.
 
 use std::fmt::Write;
 
-/// How long a line of text may be, in characters.
+/// Maximum length of a line of text, in characters.
 const WIDTH: usize = 120;
 
-/// A table: names at the left, figures at the right.
+/// A table: names on the left, figures on the right.
 pub struct Table {
-    /// How many columns, from the left, are names.
+    /// Number of name columns, from the left.
     names: usize,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// An empty table of which the first `names` columns are not figures.
+    /// An empty table whose first `names` columns are names.
     pub fn new(names: usize, header: &[&str]) -> Self {
         Self { names, rows: vec![header.iter().map(|&cell| cell.to_owned()).collect()] }
     }
@@ -67,7 +67,7 @@ fn wrapped(paragraph: &str) -> String {
     lines.join("\n")
 }
 
-/// A figure to three digits, or in whole numbers where it has more.
+/// A figure to three digits, or as a whole number if it has more.
 pub fn figure(value: f64) -> String {
     let decimals = match value.abs() {
         size if size >= 99.95 => 0,
@@ -78,7 +78,7 @@ pub fn figure(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A share in per cent.
+/// A fraction in per cent.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }

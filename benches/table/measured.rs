@@ -1,12 +1,11 @@
-//! What more than one thing is measured of.
+//! The scenarios and instruction sets of several measurements.
 
 use trocar::engine::InstructionSet;
 
 /// The noise of the paper's force cell (4.1).
 pub const NOISE: &str = "sensor.force_noise_std_n=0.025";
 
-/// The scenarios of which more than one thing is measured: what they are called here, the file, and what is set
-/// besides.
+/// The scenarios of several measurements: name, file, and settings.
 pub const MEASURED: [(&str, &str, &[&str]); 5] = [
     ("augmented", "augmented", &[]),
     ("augmented, noise", "augmented", &[NOISE]),
@@ -20,7 +19,7 @@ pub fn available() -> impl Iterator<Item = InstructionSet> {
     InstructionSet::ALL.into_iter().filter(|set| set.is_available())
 }
 
-/// How an instruction set is called.
+/// The name of an instruction set.
 pub fn name_of(set: InstructionSet) -> &'static str {
     match set {
         InstructionSet::Avx512 => "AVX-512",

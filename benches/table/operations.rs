@@ -1,4 +1,4 @@
-//! How many operations a tick takes, counted as it runs.
+//! The number of operations of a tick, counted during a run.
 
 use trocar::engine::Observer;
 use trocar::metrics::MetricsObserver;
@@ -12,13 +12,13 @@ use crate::shipped::scenario_with;
 
 /// The operations of a tick, on average over a run.
 pub struct TickCounts {
-    /// Which of the measured scenarios.
+    /// Name of the measured scenario.
     pub name: &'static str,
-    /// How many cases side by side.
+    /// Number of cases side by side.
     pub lanes: usize,
-    /// Whether metrics are in it.
+    /// Whether metrics are included.
     pub metrics: bool,
-    /// All of a run.
+    /// The counts of a run.
     counts: Counts,
     ticks: f64,
 }
@@ -34,7 +34,7 @@ impl TickCounts {
         self.per_tick(add + mul + div + extreme)
     }
 
-    /// Those, and comparisons, selections and signs: all that vector registers are needed for.
+    /// These, and comparisons, selections and signs: all operations on vector registers.
     pub fn all(&self) -> f64 {
         self.arithmetic() + self.per_tick(self.counts.select + self.counts.sign)
     }
@@ -54,7 +54,7 @@ fn with_and_without<const N: usize>(name: &'static str, scenario: &Scenario) -> 
     [of(false, counts_of::<N>(scenario, &mut ())), of(true, counts_of::<N>(scenario, &mut observer))]
 }
 
-/// The measured scenarios, singly and side by side, without metrics and with them.
+/// Counts the measured scenarios, single and side by side, without and with metrics.
 pub fn count() -> Vec<TickCounts> {
     let of = |(name, file, settings)| {
         let scenario = scenario_with(file, settings);
@@ -63,7 +63,7 @@ pub fn count() -> Vec<TickCounts> {
     MEASURED.into_iter().flat_map(of).collect()
 }
 
-/// The operations of a tick.
+/// The section on the operations of a tick.
 pub fn section(all: &[TickCounts]) -> String {
     let header = [
         "operations per tick",
@@ -87,13 +87,12 @@ pub fn section(all: &[TickCounts]) -> String {
         table.row(names.into_iter().chain(counts).chain([figure(one.arithmetic())]));
     }
     let about = format!(
-        "Counted by running the engine over a number that counts (`benches/table/counted.rs`), as an average over the \
-         run. {PACK} cases side by side share each operation, so that a figure is per tick and case whatever the \
-         lanes; they take more of them as what only one case needs is done for all, and differ here in their noise \
-         alone. Counted is what the source says: of it the compiler drops what nobody reads, as the fourth row of the \
-         slave's matrix where cases are side by side (four multiplications and three additions). Drawing noise, \
-         integers, and what is done lane by lane around an event are not counted. Arithmetic is the first four \
-         columns."
+        "Counted by running the engine with a number type that counts (`benches/table/counted.rs`), averaged over the \
+         run. {PACK} cases side by side share each operation, so a figure per tick and case does not depend on the \
+         lanes; they need more operations because what one case needs is done for all, and differ here in their noise \
+         only. The count is that of the source: the compiler removes unused operations, such as the fourth row of the \
+         slave's matrix where cases are side by side (four multiplications and three additions). Drawing noise, integer \
+         operations, and operations per lane around an event are not counted. Arithmetic is the first four columns."
     );
     table.section("The operations of a tick", &about)
 }

@@ -1,4 +1,4 @@
-//! The components of a tick, each to be fed alone.
+//! The components of a tick, each run alone.
 
 use trocar::augmentation::{Situation, Supervisor};
 use trocar::detection::{CusumDetector, Detector, Evidence, SquaredResidual};
@@ -8,11 +8,11 @@ use trocar::metrics::MetricsObserver;
 use trocar::sensor::ForceSensor;
 use trocar::tissue::{AnyTissue, Tissue};
 
-/// Something that is fed once a tick.
+/// A component that runs once per tick.
 pub trait Part: Clone {
-    /// What it is fed.
+    /// Its input.
     type Input: Copy;
-    /// Takes a tick's input; gives bits of what came out, so that nothing is optimised away.
+    /// Processes a tick's input; returns bits of the result, so that nothing is optimised away.
     fn tick(&mut self, input: &Self::Input) -> u64;
 }
 
@@ -36,12 +36,12 @@ macro_rules! part {
 }
 
 part!(
-    /// Nothing: what feeding costs by itself.
+    /// Nothing: the cost of the loop.
     Nothing(()), f64, |_nothing, input| input.to_bits()
 );
 part!(
     /// Both plants.
-    BothSides(ExactPlants<f64>), [f64; 4], |plants, input| {
+    BothPlants(ExactPlants<f64>), [f64; 4], |plants, input| {
         let [desired_m, next_m, force_n, reference_m] = *input;
         let stepped = plants.step(desired_m, next_m, force_n, reference_m).is_ok();
         plants.slave().position_m.to_bits() ^ u64::from(stepped)
@@ -49,7 +49,7 @@ part!(
 );
 part!(
     /// The tissue.
-    Met(AnyTissue<f64>), (u64, f64, f64), |tissue, input| {
+    TissuePart(AnyTissue<f64>), (u64, f64, f64), |tissue, input| {
         let (tick, position_m, velocity_m_per_s) = *input;
         let reaction = tissue.react(tick, position_m, velocity_m_per_s);
         reaction.force_n.to_bits() ^ u64::from(reaction.ruptured)

@@ -1,4 +1,4 @@
-//! The most additions and multiplications that the machine does, by instruction set.
+//! The machine's peak rate of additions and multiplications, by instruction set.
 
 use std::hint::black_box;
 
@@ -7,16 +7,15 @@ use trocar::engine::InstructionSet;
 use crate::measured::available;
 use crate::timing::{elapsed_s, time_ns};
 
-/// Registers that are multiplied and added to in turn: enough that none waits for its last result, few enough for 16
-/// registers.
+/// Number of independent registers: enough to hide the latency, few enough for 16 registers.
 const CHAINS: usize = 12;
 const ROUNDS: u64 = 20_000;
 
 /// The peak of an instruction set.
 pub struct Peak {
-    /// Of which.
+    /// The instruction set.
     pub set: InstructionSet,
-    /// Numbers added or multiplied, per ns.
+    /// Additions and multiplications per ns.
     pub operations_per_ns: f64,
 }
 
@@ -58,11 +57,11 @@ rounds! {
     rounds_baseline, f64, f64::from, std::ops::Mul::mul, std::ops::Add::add;
 }
 
-/// Runs the rounds of a set that the machine has; gives how many numbers are in a register.
+/// Runs the rounds of an available set; returns the numbers per register.
 #[allow(unsafe_code, unused_unsafe, reason = "calling functions that are compiled for an instruction set")]
 fn run(set: InstructionSet) -> usize {
     assert!(set.is_available(), "{set:?}");
-    // SAFETY, for all: the machine has the instructions of the set, as was just asked.
+    // SAFETY, for all: the machine has the instructions of the set, as was just checked.
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 => {
@@ -81,7 +80,7 @@ fn run(set: InstructionSet) -> usize {
     }
 }
 
-/// The peak of every instruction set that there is.
+/// Measures the peak of every available instruction set.
 pub fn measure() -> Vec<Peak> {
     let peak = |set| {
         let lanes = run(set);

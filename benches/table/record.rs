@@ -1,4 +1,4 @@
-//! What each component of an engine is given over a whole run.
+//! The inputs of each component of an engine over a whole run.
 
 use trocar::augmentation::Situation;
 use trocar::detection::Evidence;
@@ -7,7 +7,7 @@ use trocar::estimation::{Estimator, Rls};
 use trocar::operator::Operator;
 use trocar::scenario::Scenario;
 
-/// Keeps every tick.
+/// Records every tick.
 struct Recorder(Vec<Signals<f64>>);
 
 impl Observer<f64> for Recorder {
@@ -18,25 +18,25 @@ impl Observer<f64> for Recorder {
 
 /// The inputs of a run, tick by tick.
 pub struct Inputs {
-    /// `x_d` now and at the next tick (m), the fed-back force (N), the slave's reference (m).
+    /// `x_d` now and at the next tick (m), the feedback force (N), the slave's reference (m).
     pub plants: Vec<[f64; 4]>,
-    /// The tick, and where the slave is and how it moves (m, m/s).
+    /// The tick, and the slave's position and velocity (m, m/s).
     pub tissue: Vec<(u64, f64, f64)>,
     /// The tissue's force in N.
     pub sensor: Vec<f64>,
     /// Measured force (N), depth below the contact (m), velocity (m/s).
     pub estimator: Vec<[f64; 3]>,
-    /// What the estimator made of it.
+    /// The detector's inputs, from the estimator.
     pub detector: Vec<Evidence<f64>>,
-    /// What the detector made of that, and the hand, and the measured force scaled to the master (N).
+    /// The supervisor's situation, and the measured force scaled to the master (N).
     pub supervisor: Vec<(Situation<f64>, f64)>,
-    /// What an observer sees.
+    /// The observer's signals.
     pub observer: Vec<Signals<f64>>,
 }
 
 impl Inputs {
-    /// Runs a scenario that reads positions exactly, with the paper's estimator. What the estimator is given is checked to be what it was
-    /// given in the run: it has to foretell the same, to the last bit.
+    /// Runs a scenario that reads positions exactly, with the paper's estimator. Checks that the estimator's inputs
+    /// give the same predictions as in the run, bit for bit.
     pub fn of(scenario: &Scenario) -> Self {
         let mut recorder = Recorder(Vec::with_capacity(scenario.grid.ticks() as usize));
         let mut engine = scenario.general_engine::<f64>(0).expect("a shipped scenario builds");
@@ -44,7 +44,7 @@ impl Inputs {
         engine.run(&mut recorder).expect("runs");
         let signals = recorder.0;
         let mut estimator = Rls::<f64>::new(&scenario.estimator);
-        let mut detector_sees = |s: &Signals<f64>| {
+        let mut evidence_of = |s: &Signals<f64>| {
             let (depth_m, velocity_m_per_s) = (s.slave_position_m - scenario.contact_m, s.slave_velocity_m_per_s);
             let estimate = estimator.update(s.measured_force_n, depth_m, velocity_m_per_s);
             assert_eq!(estimate.residual_n.to_bits(), s.residual_n.to_bits(), "tick {}", s.tick);
@@ -61,13 +61,13 @@ impl Inputs {
             };
             (situation, machines.force_scale * s.measured_force_n)
         };
-        let mut side = |s: &Signals<f64>| {
+        let mut plants_input = |s: &Signals<f64>| {
             let next_m = operator.desired_position_m(s.tick + 1, s.operator_force_n);
             [s.desired_position_m, next_m, s.feedback_force_n, s.slave_reference_m]
         };
-        let detector: Vec<_> = signals.iter().map(&mut detector_sees).collect();
+        let detector: Vec<_> = signals.iter().map(&mut evidence_of).collect();
         Self {
-            plants: signals.iter().map(&mut side).collect(),
+            plants: signals.iter().map(&mut plants_input).collect(),
             tissue: signals.iter().map(|s| (s.tick, s.slave_position_m, s.slave_velocity_m_per_s)).collect(),
             sensor: signals.iter().map(|s| s.tissue_force_n).collect(),
             estimator: detector.iter().map(|e| [e.force_n, e.depth_m, e.velocity_m_per_s]).collect(),

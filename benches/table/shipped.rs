@@ -2,7 +2,7 @@
 
 use trocar::scenario::{Scenario, Source};
 
-/// A shipped scenario as it is.
+/// A shipped scenario.
 pub fn scenario(name: &str) -> Scenario {
     scenario_with(name, &[])
 }

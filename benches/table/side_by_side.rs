@@ -1,4 +1,4 @@
-//! Cases side by side, and one after the other.
+//! Running cases side by side, and one after the other.
 
 use std::hint::black_box;
 
@@ -18,14 +18,14 @@ pub fn cases(base: &Scenario) -> Vec<Scenario> {
     (0..PACK).map(case).collect()
 }
 
-/// Side by side in an instruction set.
+/// Runs cases side by side in an instruction set.
 pub fn run_in(set: InstructionSet, cases: &[Scenario]) {
     for metrics in black_box(run_pack_in(set, black_box(cases))) {
         metrics.expect("runs");
     }
 }
 
-/// One after the other.
+/// Runs cases one after the other.
 pub fn run_singly(cases: &[Scenario]) {
     for case in cases {
         black_box(measure(black_box(case)).expect("runs"));

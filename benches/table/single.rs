@@ -1,4 +1,4 @@
-//! A single run beside the loop that is written by hand.
+//! A single run, compared with the loop written by hand.
 
 use std::hint::black_box;
 
@@ -9,10 +9,10 @@ use crate::shipped::{scenario, scenario_with};
 use crate::timing::{Cost, elapsed_s, time_ns};
 use crate::whole::{bare_ns, full_ns, ready};
 
-/// The share of the slave's greatest excursion to which the hand-written loop has to agree with the engine.
-const AGREEMENT: f64 = 1e-9;
+/// Tolerance of the hand-written loop against the engine, relative to the slave's maximum position.
+const TOLERANCE: f64 = 1e-9;
 
-/// Estimators that take the tick off its straight way.
+/// Estimators outside the fast path.
 const ESTIMATORS: [(&str, &str); 4] = [
     ("exponential forgetting", "estimator.forgetting=exponential"),
     ("with friction", "estimator.parameters=stiffness-damping-friction"),
@@ -20,7 +20,7 @@ const ESTIMATORS: [(&str, &str); 4] = [
     ("Hunt-Crossley", "estimator.parameters=hunt-crossley"),
 ];
 
-/// The baseline of the augmented scenario, once it has given the engine's trajectory.
+/// The baseline of the augmented scenario, checked against the engine's trajectory.
 fn baseline() -> (Handwritten, Vec<f64>) {
     let scenario = scenario("augmented");
     let (engine, mut observer) = ready(&scenario);
@@ -35,13 +35,13 @@ fn baseline() -> (Handwritten, Vec<f64>) {
     assert!(events > 0 && alarms == events, "{alarms} alarms by hand, {events} by the engine");
     let of_engine = inputs.observer.iter().map(|signals| signals.slave_position_m);
     let peak_m = of_engine.clone().fold(0.0, |peak: f64, x| peak.max(x.abs()));
-    let apart_m = of_engine.zip(&slave_m).fold(0.0, |most: f64, (x, y)| most.max((x - y).abs()));
-    assert!(apart_m <= AGREEMENT * peak_m, "{apart_m} m apart where the peak is {peak_m} m");
-    eprintln!("  by hand and by the engine: {:.1e} of the peak apart", apart_m / peak_m);
+    let difference_m = of_engine.zip(&slave_m).fold(0.0, |max: f64, (x, y)| max.max((x - y).abs()));
+    assert!(difference_m <= TOLERANCE * peak_m, "a difference of {difference_m} m with a peak of {peak_m} m");
+    eprintln!("  by hand and by the engine: difference {:.1e} of the peak", difference_m / peak_m);
     (handwritten, slave_m)
 }
 
-/// The baseline as it is, and where the machine has it compiled for AVX2, as the engine is.
+/// The costs of the baseline, and of the baseline compiled for AVX2 (as the engine is) if the machine has it.
 #[allow(unsafe_code, reason = "calling a function that is compiled for an instruction set")]
 fn baseline_costs() -> Vec<(&'static str, Cost)> {
     let (handwritten, mut slave_m) = baseline();
@@ -56,7 +56,7 @@ fn baseline_costs() -> Vec<(&'static str, Cost)> {
     if std::arch::is_x86_feature_detected!("avx2") {
         let wide = time_ns(ticks, || {
             elapsed_s(|| {
-                // SAFETY: the machine has the instructions that the function is compiled for, as was just asked.
+                // SAFETY: the machine has the instructions that the function is compiled for, as was just checked.
                 black_box(unsafe { black_box(&handwritten).run_avx2(black_box(&mut slave_m)) });
             })
         });
@@ -65,7 +65,7 @@ fn baseline_costs() -> Vec<(&'static str, Cost)> {
     costs
 }
 
-/// A single run.
+/// The section on a single run.
 pub fn section() -> String {
     let mut costs: Vec<_> = baseline_costs().into_iter().map(|(name, cost)| (name.to_owned(), cost)).collect();
     let reference = costs.iter().map(|(_, cost)| cost.best).fold(f64::INFINITY, f64::min);
@@ -84,9 +84,9 @@ pub fn section() -> String {
     }
     let about = format!(
         "From a ready engine to its metrics, one case, one thread. The loop written by hand \
-         (`benches/table/handwritten.rs`) does the `augmented` experiment and no other, without metrics; its slave was \
-         just found within {AGREEMENT:.0e} of its peak of the engine's over the whole run. Ratios are to the quicker \
-         of its two. The last four are other estimators than the paper's."
+         (`benches/table/handwritten.rs`) implements only the `augmented` experiment, without metrics; its slave \
+         position was just checked to agree with the engine's within {TOLERANCE:.0e} of the peak over the whole run. \
+         Ratios refer to the faster of its two versions. The last four rows use other estimators than the paper's."
     );
     table.section("A single run beside a loop written by hand", &about)
 }

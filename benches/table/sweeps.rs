@@ -10,11 +10,11 @@ const TICK_S: f64 = 1e-3;
 
 /// A sweep over force scale, threshold and seeds of the shipped augmented scenario.
 pub struct Sweep {
-    /// How many force scales and thresholds.
+    /// Number of force scales and of thresholds.
     pub axes: (u64, u64),
-    /// How many seeds.
+    /// Number of seeds.
     pub seeds: u64,
-    /// How long each case is, in s.
+    /// Duration of each case in s.
     pub duration_s: f64,
     /// Noise on the force in N.
     pub noise_n: f64,
@@ -23,7 +23,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// How many cases.
+    /// Number of cases.
     pub fn cases(&self) -> u64 {
         self.axes.0 * self.axes.1 * self.seeds
     }
@@ -52,7 +52,7 @@ impl Sweep {
         )
     }
 
-    /// Runs it with the program, so many times; the best and the median in s.
+    /// Runs the program `times` times; returns the best and the median in s.
     pub fn run_s(&self, threads: usize, times: usize) -> Cost {
         let run = |_| {
             let folder = tempfile::tempdir().expect("there is a temporary directory");
@@ -72,7 +72,7 @@ fn sweep(file: &Path, threads: usize) {
     assert!(status.success(), "trocar sweep: {status}");
 }
 
-/// Sweeps on one thread and on two.
+/// The section on sweeps, with one thread and with two.
 pub fn section() -> String {
     let header = ["sweep", "threads", "s, best", "s, median", "ns per tick and case", "one thread / this"];
     let mut table = Table::new(1, &header);
@@ -90,8 +90,8 @@ pub fn section() -> String {
             table.row([name.to_owned()].into_iter().chain(figures));
         }
     }
-    let about = "`trocar sweep` as a process: 10⁵ insertions of 7 s (40 force scales, 25 thresholds, 100 seeds; 7·10⁸ \
-         ticks), from the sweep file to Parquet, summary and heat maps. Two threads gain less where they share a core, \
-         or other programs run. With one cap for all thresholds, cases share the runs in which no alarm is another.";
+    let about = "`trocar sweep` as a process: 10⁵ insertions of 7 s (40 force scales, 25 thresholds, 100 seeds; 7·10⁸ ticks), \
+         from the sweep file to Parquet, summary and heat maps. The gain of two threads is smaller if they share a core \
+         or other programs run. With one cap for all thresholds, cases with identical alarms share runs.";
     table.section("A sweep end to end", about)
 }

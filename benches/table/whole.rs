@@ -12,7 +12,7 @@ pub fn ready(scenario: &Scenario) -> (Wired<f64, ExactPlants<f64>>, MetricsObser
     (engine, MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()))
 }
 
-/// What a tick costs in ns without metrics.
+/// The cost of a tick in ns without metrics.
 pub fn bare_ns(scenario: &Scenario) -> Cost {
     let (engine, _) = ready(scenario);
     time_ns(scenario.grid.ticks() as f64, || {
@@ -21,7 +21,7 @@ pub fn bare_ns(scenario: &Scenario) -> Cost {
     })
 }
 
-/// What a tick costs in ns with metrics.
+/// The cost of a tick in ns with metrics.
 pub fn full_ns(scenario: &Scenario) -> Cost {
     let (engine, observer) = ready(scenario);
     time_ns(scenario.grid.ticks() as f64, || {

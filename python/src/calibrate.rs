@@ -15,7 +15,7 @@ use crate::{convert, error};
     name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,
     slowest_rupture_s, fastest_harmless_s, variance_ratio
 ))]
-#[expect(clippy::too_many_arguments, reason = "Python's half names them")]
+#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
     name: &str,
@@ -32,15 +32,15 @@ pub(crate) fn calibrate<'py>(
     fastest_harmless_s: Option<f64>,
     variance_ratio: Option<f64>,
 ) -> PyResult<(Bound<'py, PyAny>, String, String)> {
-    let usual = CalibrationRequest::default();
+    let default = CalibrationRequest::default();
     let request = CalibrationRequest {
-        first_s: first_s.unwrap_or(usual.first_s),
+        first_s: first_s.unwrap_or(default.first_s),
         quiet_s,
         keeps_contact,
-        false_alarm_s: false_alarm_s.unwrap_or(usual.false_alarm_s),
-        slowest_rupture_s: slowest_rupture_s.unwrap_or(usual.slowest_rupture_s),
-        fastest_harmless_s: fastest_harmless_s.unwrap_or(usual.fastest_harmless_s),
-        variance_ratio: variance_ratio.unwrap_or(usual.variance_ratio),
+        false_alarm_s: false_alarm_s.unwrap_or(default.false_alarm_s),
+        slowest_rupture_s: slowest_rupture_s.unwrap_or(default.slowest_rupture_s),
+        fastest_harmless_s: fastest_harmless_s.unwrap_or(default.fastest_harmless_s),
+        variance_ratio: variance_ratio.unwrap_or(default.variance_ratio),
     };
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
     let (spec, _) = samples.spec(py, name, &settings)?;

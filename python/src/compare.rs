@@ -33,8 +33,8 @@ pub(crate) fn compare<'py>(
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
     let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
     let mut text = comparison_text(&comparison);
-    let further = [study.as_ref().map(seeds_text), facts.as_deref().map(facts_text)];
-    further.iter().flatten().for_each(|part| text.push_str(&format!("\n{part}")));
+    let extra = [study.as_ref().map(seeds_text), facts.as_deref().map(facts_text)];
+    extra.iter().flatten().for_each(|part| text.push_str(&format!("\n{part}")));
     let rows =
         comparison.table().rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values)).collect();
     let runs = comparison.runs.into_iter().map(|run| hand_over(py, run)).collect::<PyResult<_>>()?;

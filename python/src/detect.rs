@@ -60,7 +60,7 @@ type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, Bound<'py, 
 /// text.
 #[pyfunction]
 #[pyo3(signature = (name, time_s, position_m, velocity_m_per_s, force_n, settings, settings_file))]
-#[expect(clippy::too_many_arguments, reason = "Python's half names them")]
+#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn detect<'py>(
     py: Python<'py>,
     name: &str,

@@ -38,7 +38,7 @@ impl Step {
 #[pyclass(module = "trocar._core")]
 pub(crate) struct Detector {
     chain: DetectionChain,
-    fresh: DetectionChain,
+    initial: DetectionChain,
     is_filtered: bool,
     samples: u64,
 }
@@ -66,12 +66,12 @@ impl Detector {
         let chain = DetectionChain::new(&settings, interval_s, velocity).map_err(|_| {
             error::value(format!("interval_s is {interval_s:?}, must be a positive, finite number of seconds"))
         })?;
-        Ok(Self { fresh: chain.clone(), chain, is_filtered, samples: 0 })
+        Ok(Self { initial: chain.clone(), chain, is_filtered, samples: 0 })
     }
 
     /// Resets the detector to its initial state.
     fn reset(&mut self) {
-        (self.chain, self.samples) = (self.fresh.clone(), 0);
+        (self.chain, self.samples) = (self.initial.clone(), 0);
     }
 
     /// Number of processed samples.
@@ -122,7 +122,7 @@ impl Detector {
         for (name, length) in [("velocity", velocity.as_ref().map_or(count, Vec::len)), ("force", force.len())] {
             if length != count {
                 return Err(error::value(format!(
-                    "{name} has {length} samples and position has {count}; they must agree"
+                    "{name} has {length} samples and position has {count}; the lengths must be equal"
                 )));
             }
         }
@@ -191,13 +191,13 @@ impl Detector {
 fn check(reading: &Reading<f64>, at: Option<usize>) -> PyResult<()> {
     let all = [("position", reading.position_m), ("velocity", reading.velocity_m_per_s), ("force", reading.force_n)];
     // False for NaN.
-    let sound = |value: f64| value.abs() <= Limits::MAX_MAGNITUDE;
-    match all.into_iter().find(|(_, value)| !sound(*value)) {
+    let is_valid = |value: f64| value.abs() <= Limits::MAX_MAGNITUDE;
+    match all.into_iter().find(|(_, value)| !is_valid(*value)) {
         None => Ok(()),
         Some((name, value)) => {
             let at = at.map_or(String::new(), |at| format!("[{at}]"));
-            let most = Limits::MAX_MAGNITUDE;
-            Err(error::value(format!("{name}{at} is {value}, must be a finite number of at most {most:e} in SI units")))
+            let max = Limits::MAX_MAGNITUDE;
+            Err(error::value(format!("{name}{at} is {value}, must be a finite number of at most {max:e} in SI units")))
         }
     }
 }

@@ -23,11 +23,11 @@ pub(crate) fn interruptible<T: Send + 'static>(
 ) -> PyResult<T> {
     let stop = Arc::new(AtomicBool::new(false));
     let (send, receive) = sync_channel(1);
-    let seen = stop.clone();
+    let stop_flag = stop.clone();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(failed)?;
     let thread = move || {
         // The receiver can be closed.
-        let _ = send.send(pool.install(|| work(&seen)));
+        let _ = send.send(pool.install(|| work(&stop_flag)));
     };
     std::thread::Builder::new().name("trocar".into()).spawn(thread).map_err(failed)?;
     py.detach(move || {

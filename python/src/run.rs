@@ -52,19 +52,19 @@ impl Run {
     }
 }
 
-/// Records every tick and checks for signals, which end the run.
-struct Watch {
+/// Records every tick. Checks for signals, which end the run.
+struct TraceRecorder {
     trace: Trace,
-    looked: Option<Instant>,
+    last_check: Option<Instant>,
     signal: Option<PyErr>,
 }
 
-impl Observer<f64> for Watch {
+impl Observer<f64> for TraceRecorder {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<f64>) {
         self.trace.observe(signals);
         if signals.tick.is_multiple_of(TICKS) && signals.tick > 0 {
-            self.look();
+            self.check_signals();
         }
     }
 
@@ -74,13 +74,13 @@ impl Observer<f64> for Watch {
     }
 }
 
-impl Watch {
+impl TraceRecorder {
     #[cold]
     #[inline(never)]
-    fn look(&mut self) {
-        let looked = self.looked.get_or_insert_with(Instant::now);
-        if looked.elapsed() >= PERIOD {
-            *looked = Instant::now();
+    fn check_signals(&mut self) {
+        let last_check = self.last_check.get_or_insert_with(Instant::now);
+        if last_check.elapsed() >= PERIOD {
+            *last_check = Instant::now();
             self.signal = Python::attach(|py| py.check_signals()).err();
         }
     }
@@ -90,11 +90,11 @@ impl Watch {
 #[pyfunction]
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
-    let (outcome, Watch { trace, signal, .. }) = py.detach(|| {
+    let (outcome, TraceRecorder { trace, signal, .. }) = py.detach(|| {
         let trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
-        let mut watch = Watch { trace, looked: None, signal: None };
-        let outcome = observe(scenario, &mut watch);
-        (outcome, watch)
+        let mut recorder = TraceRecorder { trace, last_check: None, signal: None };
+        let outcome = observe(scenario, &mut recorder);
+        (outcome, recorder)
     });
     if let Some(signal) = signal {
         return Err(signal);

@@ -27,7 +27,7 @@ pub(crate) fn stability<'py>(
     let axis = |text: &str| Axis::parse(text).map_err(|reason| error::value(format!("{text}: {reason}")));
     let (x_axis, y_axis) = (axis(x)?, axis(y)?);
     if x_axis.parameter.varies_with(y_axis.parameter) {
-        return Err(error::value(format!("{y}: varies what {x} varies; name two parameters that differ")));
+        return Err(error::value(format!("{y}: varies the same parameter as {x}; name two different parameters")));
     }
     if !is_tissue(tissue) {
         let (low, high) = tissue;

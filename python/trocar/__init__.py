@@ -60,7 +60,7 @@ def keys() -> dict[str, tuple[str, str | None, str]]:
 
 
 def metrics() -> dict[str, tuple[str, str, str, str, str]]:
-    """Every metric that a sweep can keep, those of ruptures and events with the number 1: its scope (``run``, ``rupture``,
+    """Returns every metric that a sweep can record, those of ruptures and events with the number 1: its scope (``run``, ``rupture``,
     ``event``, ``link``, ``loop``), its label in tables, its SI unit, which values are better (``lower``, ``higher``, ``neither``),
     its meaning."""
     return {
@@ -69,10 +69,10 @@ def metrics() -> dict[str, tuple[str, str, str, str, str]]:
 
 
 def metric_names() -> list[str]:
-    """The names of :func:`metrics`."""
+    """Returns the names of :func:`metrics`."""
     return list(metrics())
 
 
 def trace_columns() -> dict[str, tuple[str, str]]:
-    """The columns of a trace: unit (empty for codes), meaning."""
+    """Returns the columns of a trace: unit (empty for codes), meaning."""
     return {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}

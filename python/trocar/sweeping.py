@@ -135,7 +135,7 @@ def sweep(
     if axes is None:
         given = (set, first_seed, metrics, points, design_seed)
         if isinstance(base, Scenario) or any(one is not None for one in given) or seeds != 1 or design != "grid":
-            raise ValueError("without axes, base must be the path of a sweep file, without further arguments about the sweep")
+            raise ValueError("without axes, base must be the path of a sweep file, without other arguments of the sweep")
         job = _Job(os.fspath(base), "", None, [])
     else:
         shared = dict(set or {})
@@ -206,7 +206,7 @@ def _over_workers(job: _Job, client: Any, shards: int | None, threads: int) -> S
         shards = 8 * max(1, sum(client.nthreads().values()))
     if shards < 1:
         raise ValueError(f"shards is {shards}, must be at least 1")
-    # The death of a worker counts as an attempt; `retries` are for errors that do not come from the shard.
+    # A lost worker counts as an attempt; `retries` are for errors that do not come from the shard.
     futures = client.map(job.run, [f"{shard}/{shards}" for shard in range(1, shards + 1)], [threads] * shards, pure=False, retries=2)
     try:
         parts = client.gather(futures)

@@ -1,4 +1,4 @@
-//! Running a scenario: its metrics, and its trace where wanted.
+//! Running a scenario for its metrics, and optionally its trace.
 
 mod pack;
 
@@ -12,14 +12,14 @@ use crate::metrics::{LinkMetrics, Metrics, MetricsObserver};
 use crate::scenario::{Scenario, ScenarioError};
 use crate::teleoperation::LinkReport;
 
-/// A scenario that was run.
+/// A scenario with its results.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// What was run.
+    /// The scenario.
     pub scenario: Scenario,
-    /// What it was worth.
+    /// Its metrics.
     pub metrics: Metrics,
-    /// Every tick of it.
+    /// Its trace, with every tick.
     pub trace: Trace,
 }
 
@@ -29,17 +29,17 @@ pub enum RunError {
     /// The scenario cannot be run as written.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The numerical integration gave up.
+    /// The numerical integration failed.
     #[error("{name}: {source}")]
     Integration {
         /// The scenario's name.
         name: String,
-        /// What the integrator says.
+        /// The integrator's error.
         source: IntegrationError,
     },
 }
 
-/// Runs a scenario and keeps its trace. The same scenario gives the same bits.
+/// Runs a scenario and records its trace. Results are reproducible bit for bit.
 ///
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
@@ -49,7 +49,7 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
     Ok(Run { scenario, metrics, trace })
 }
 
-/// [`run`] with some parts of a user's own in place of the scenario's.
+/// [`run`] with some of the user's own parts in place of the scenario's.
 ///
 /// # Errors
 /// As [`run`].
@@ -68,7 +68,7 @@ pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
     run_observed(scenario, ()).map(|(metrics, ())| metrics)
 }
 
-/// Runs a scenario for its metrics, under the eyes of one more observer, which does not see a diverged tick.
+/// Runs a scenario for its metrics with one more observer, which is not called for a diverged tick.
 ///
 /// # Errors
 /// As [`run`].
@@ -76,7 +76,7 @@ pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<
     run_observed(scenario, observer).map(|(metrics, _)| metrics)
 }
 
-/// [`observe`] with some parts of a user's own in place of the scenario's.
+/// [`observe`] with some of the user's own parts in place of the scenario's.
 ///
 /// # Errors
 /// As [`run`].
@@ -87,14 +87,14 @@ pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Obser
     Ok(with_link(scenario, metrics, engine.parts.link_report(0)))
 }
 
-/// [`observe`], compiled for the observer, which is given back.
+/// [`observe`], compiled for the observer, which it returns.
 fn run_observed<O: Observer<f64>>(scenario: &Scenario, observer: O) -> Result<(Metrics, O), RunError> {
     let mut engine = scenario.build()?;
     let (metrics, observer) = with_metrics(scenario, observer, |observers| engine.run(observers))?;
     Ok((with_link(scenario, metrics, engine.link_report()), observer))
 }
 
-/// Runs an engine of a scenario under its metrics and one more observer.
+/// Runs a scenario's engine with the metrics observer and one more.
 fn with_metrics<O: Observer<f64>>(
     scenario: &Scenario,
     observer: O,

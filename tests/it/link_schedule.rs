@@ -173,7 +173,7 @@ fn a_delays_file_and_a_delay_do_not_go_together_and_its_size_has_a_limit() {
     folder.file("d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0,0\n1,0,0\n2,0,0\n");
     for key in ["forward_delay_s", "backward_delay_s"] {
         let both = format!("delays_file = \"d.csv\"\n{key} = 0.01");
-        let message = format!("channel.{key} is 0.01, and channel.delays_file says how long samples take");
+        let message = format!("channel.{key} is 0.01, but channel.delays_file gives the delays");
         refuse(&folder, &both, &[&message, &format!("leave out channel.{key}, or channel.delays_file"), "x.toml:9"]);
     }
     let limited = |limit: &str| format!("delays_file = \"d.csv\"\n[recording]\n{limit}");

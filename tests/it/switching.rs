@@ -227,7 +227,7 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
 #[test]
 fn what_is_not_covered_is_said() {
     for (setting, word) in [
-        ("augmentation.enabled=false", "nothing switches"),
+        ("augmentation.enabled=false", "there are no events"),
         ("channel.forward_delay_s=0.01", "delay"),
         ("controller.kind=four-channel", "controller"),
     ] {

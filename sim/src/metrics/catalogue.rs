@@ -1,8 +1,8 @@
-//! How a metric is declared.
+//! The declaration of metrics.
 //!
-//! A metric is declared once, in a `metrics!` table: its key, label, unit, sentence, which way is better, where tables show it
-//! and how it is read. The table of a scope stands where the scope's numbers are: a run's in `summary.rs`, a rupture's in
-//! `rupture.rs`. Structs, JSON, comparison tables, sweep columns and documentation follow from the declarations.
+//! A metric is declared once, in a `metrics!` table: its key, label, unit, sentence, better direction, visibility in
+//! tables and reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in
+//! `rupture.rs`. Structs, JSON, comparison tables, sweep columns and documentation are generated from the declarations.
 
 use serde::Serialize;
 
@@ -16,12 +16,12 @@ pub enum Better {
     Lower,
     /// Larger ones.
     Higher,
-    /// It describes and does not judge.
+    /// It is descriptive only.
     Neither,
 }
 
 impl Better {
-    /// As in files.
+    /// Its name in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -32,28 +32,28 @@ impl Better {
     }
 }
 
-/// Where the tables of runs and of comparisons show a metric. Sweeps keep any metric that they are asked for.
+/// Where the tables of runs and of comparisons show a metric. A sweep stores every metric that its file lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
     /// In every table.
     Always,
-    /// Above all others, where a run defines it.
+    /// Above all others, if a run defines it.
     First,
-    /// Where it is not 0 in one of the runs.
+    /// If it is not 0 in one of the runs.
     WhereNonZero,
-    /// In none.
+    /// In no table.
     Never,
 }
 
-/// What a metric is about.
+/// What a metric describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scope {
     /// The run.
     Run,
-    /// One rupture of it.
+    /// One rupture of the run.
     Rupture,
-    /// One augmented event of it.
+    /// One augmented event of the run.
     Event,
     /// The link between master and slave.
     Link,
@@ -64,7 +64,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// As in files.
+    /// Its name in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -77,7 +77,7 @@ impl Scope {
         }
     }
 
-    /// What a key begins with; `number`, from 1, counts ruptures and events.
+    /// The prefix of keys; `number`, from 1, counts ruptures and events.
     pub(crate) fn key_prefix(self, number: usize) -> String {
         match self {
             Self::Run => String::new(),
@@ -88,7 +88,7 @@ impl Scope {
         }
     }
 
-    /// What a label begins with.
+    /// The prefix of labels.
     pub(crate) fn label_prefix(self, number: usize) -> String {
         match self {
             Self::Run => String::new(),
@@ -100,10 +100,10 @@ impl Scope {
     }
 }
 
-/// What is declared of a metric.
+/// The declaration of a metric.
 #[derive(Debug, Clone, Copy)]
 pub struct Declaration {
-    /// What it is about.
+    /// Its scope.
     pub scope: Scope,
     /// Its key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
     pub name: &'static str,
@@ -117,7 +117,7 @@ pub struct Declaration {
     pub better: Better,
     /// Where tables show it.
     pub shown: Shown,
-    /// What it means, in a sentence.
+    /// Its meaning, in a sentence.
     pub meaning: &'static str,
 }
 
@@ -134,22 +134,22 @@ impl Declaration {
         self.scope.label_prefix(number) + self.label
     }
 
-    /// Whether a name without prefix is its name, or was.
+    /// Whether a name without prefix is its current or former name.
     pub(crate) fn is_called(&self, name: &str) -> bool {
         self.name == name || self.former_name == Some(name)
     }
 }
 
-/// A metric and how it is read off what it is about.
+/// A metric and its reader.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric<Read> {
-    /// What is declared of it.
+    /// Its declaration.
     pub declaration: Declaration,
-    /// Its value in SI; none where it is undefined.
+    /// Its value in SI units; `None` if undefined.
     pub read: Read,
 }
 
-/// A field that is a metric by itself.
+/// A field that is itself a metric.
 pub(crate) trait Value {
     fn value(&self) -> Option<f64>;
 }
@@ -172,11 +172,11 @@ impl<T: Value> Value for Option<T> {
     }
 }
 
-/// Declares the metrics of a scope, and with `pub struct` the numbers that they are read off.
+/// Declares the metrics of a scope, and with `pub struct` the fields that they are read from.
 ///
 /// An entry is a doc comment of one line, which is the metric's sentence, and
-/// `name: Type = "label", Unit, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is no field and `=> read`
-/// is needed; without `= "label"` it is a field and no metric; `[Shown]`, `was` and `=> read` may be left out.
+/// `name: Type = "label", Unit, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is not a field and
+/// needs `=> read`; without `= "label"` it is a field and not a metric; `[Shown]`, `was` and `=> read` may be left out.
 macro_rules! metrics {
     (
         $(#[$attribute:meta])*

@@ -1,4 +1,4 @@
-//! What happened during one augmented event.
+//! The metrics of one augmented event.
 
 use serde::Serialize;
 
@@ -8,22 +8,22 @@ use crate::engine::Signals;
 use crate::time::TickGrid;
 
 metrics! {
-    /// The numbers of one event, from the alarm to the return to teleoperation.
+    /// The metrics of one event, from the alarm to the return to teleoperation.
     #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct EventMetrics in Event {
-        /// Time at which the alarm was taken and the slave was frozen.
+        /// Time at which the alarm was accepted and the slave was frozen.
         start_s: f64 = "start", Second, Neither [Never];
-        /// How long the slave was frozen; none if the run ended before.
+        /// Duration of the freeze; undefined if the run ended before.
         augmented_s: Option<f64> = "time augmented", Second, Neither [Never];
-        /// How long re-engaging took; none if the run ended before.
+        /// Duration of re-engaging; undefined if the run ended before.
         reengaging_s: Option<f64> = "time re-engaging", Second, Lower [Never];
         /// Position of the master when the slave was frozen.
         master_start_m: f64 = "master position at the start", Metre, Neither [Never];
         /// Position of the master when the slave was released, or at the last frozen tick.
         master_end_m: f64 = "master position at the release", Metre, Neither [Never];
-        /// Maximum distance of the frozen slave from where it was frozen.
+        /// Maximum distance of the frozen slave from its position at the freeze.
         frozen_motion_m: f64 = "motion while frozen", Metre, Lower [Never];
-        /// Maximum speed of the slave while re-engaging; none if it did not re-engage.
+        /// Maximum speed of the slave while re-engaging; undefined if it did not re-engage.
         peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed re-engaging", MetrePerSecond, Lower [Never];
         /// Change of the feedback force in the first tick of the event.
         entry_step_n: f64 = "force step at the start", Newton, Lower [Never];
@@ -36,7 +36,7 @@ metrics! {
     }
 }
 
-/// An event while it lasts.
+/// An open event.
 #[derive(Debug, Clone)]
 pub(super) struct EventWindow {
     start: u64,
@@ -69,7 +69,7 @@ impl EventWindow {
         }
     }
 
-    /// Takes a tick of the event; gives whether it goes on.
+    /// Processes a tick; returns whether the event is still open.
     pub(super) fn observe(&mut self, s: &Signals<f64>, step_n: f64) -> bool {
         let m = &mut self.metrics;
         if s.mode == Mode::Augmented.code() {

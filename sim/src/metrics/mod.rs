@@ -1,7 +1,7 @@
-//! What a run was worth, in numbers: streaming observers that keep nothing per tick.
+//! The metrics of a run, computed by streaming observers without storage per tick.
 //!
-//! A number that does not exist is `None`, never 0: the delay of a rupture that was missed, the travel at 0.3 s of a run
-//! that ended before.
+//! An undefined metric is `None`, never 0: the delay of a missed rupture, the travel at 0.3 s of a run that ended
+//! before.
 
 pub(crate) mod catalogue;
 mod event;
@@ -20,15 +20,15 @@ pub use rupture::RuptureMetrics;
 pub use summary::{Alarm, LinkMetrics, Metrics, ModeTimes, Outcome};
 pub use unit::Unit;
 
-/// How long after a rupture its consequences are looked at, in s: overshoot, master travel, force fall, steepest change;
-/// and how late an alarm may be and still be its detection.
+/// The window after a rupture in s: for overshoot, master travel, force fall and peak rate, and for the alarm that
+/// counts as its detection.
 pub const RUPTURE_WINDOW_S: f64 = 0.5;
 
-/// When the slave's travel is read, and how long the felt minimum is looked for, in s after the rupture.
+/// Time after the rupture in s at which the slave's travel is read; the minimum of the felt force is taken up to it.
 pub const TRAVEL_S: f64 = 0.3;
 
-/// The share of its value before the rupture at which a force counts as gone.
+/// The fraction of its value before the rupture at which a force counts as fallen.
 pub const FALLEN_SHARE: f64 = 0.05;
 
-/// A run has diverged once a position is beyond this, in m, or no number.
+/// A run has diverged once a position exceeds this bound in m, or is NaN.
 pub const DIVERGED_M: f64 = crate::operator::MAX_POSITION_M;

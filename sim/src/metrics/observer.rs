@@ -1,8 +1,8 @@
-//! From ticks to metrics.
+//! The observer that computes the metrics from ticks.
 
 mod live;
 
-use self::live::Live;
+use self::live::OpenWindows;
 use super::event::EventWindow;
 use super::rupture::RuptureWindow;
 use super::sums::{Sample, Sums};
@@ -12,14 +12,13 @@ use crate::engine::{Observer, Signals};
 use crate::lane::{Lane, Mask};
 use crate::time::TickGrid;
 
-/// Most ruptures, events and alarms of one run that are looked at one by one.
-const MAX_KEPT: usize = 4096;
+/// Maximum number of ruptures, events and alarms of a run that are recorded individually.
+const MAX_RECORDED: usize = 4096;
 
-/// Measured force in N beyond which a run has diverged: no needle meets a millionth of it. NaN is beyond
-/// any bound.
+/// Measured force in N beyond which a run has diverged: over a million times a needle's forces. NaN counts as beyond.
 const DIVERGED_N: f64 = 1e9;
 
-/// A tick's signals that only count if it is the run's last.
+/// The signals of a tick that are needed only of a run's first and last tick.
 #[derive(Debug, Clone, Copy)]
 struct Last<L> {
     slave_m: L,
@@ -49,7 +48,7 @@ impl<L: Lane> Last<L> {
     }
 }
 
-/// What is summed of a tick.
+/// The summands of a tick.
 #[inline(always)]
 fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     Sample {
@@ -62,23 +61,23 @@ fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     }
 }
 
-/// A copy for a tick that is looked at closely. Nothing there looks at the estimates: without them, fewer numbers wait in each
-/// tick for it.
+/// A copy of the signals for an event tick, without the estimates, which it does not use: fewer values stay live in
+/// every tick.
 #[inline(always)]
-fn seen<L: Lane>(s: &Signals<L>) -> Signals<L> {
+fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
     let zero = L::zero();
     let nothing = Signals { desired_position_m: zero, stiffness_n_per_m: zero, damping_n_s_per_m: zero, ..*s };
     Signals { distance: zero, decision: zero, ..nothing }
 }
 
-/// What one lane has lived through, kept apart from the sums as it seldom changes.
+/// The events of one lane; separate from the sums because they change rarely.
 #[derive(Debug, Clone)]
 struct History {
     ruptures: Vec<RuptureWindow>,
-    /// Windows before this one have closed.
+    /// Windows before this one are closed.
     first_open: usize,
     events: Vec<EventWindow>,
-    event_goes_on: bool,
+    is_event_open: bool,
     alarms: Vec<Alarm>,
     false_alarms: u64,
     ignored_alarms: u64,
@@ -88,17 +87,17 @@ struct History {
     step_excess_n: f64,
     diverged_at: Option<u64>,
     /// The last tick before the divergence.
-    last_sound: Option<Last<f64>>,
+    last_valid: Option<Last<f64>>,
 }
 
 impl History {
     fn new(ruptures: usize) -> Self {
         Self {
-            ruptures: Vec::with_capacity(ruptures.min(MAX_KEPT)),
+            ruptures: Vec::with_capacity(ruptures.min(MAX_RECORDED)),
             first_open: 0,
-            events: Vec::with_capacity(ruptures.clamp(16, MAX_KEPT)),
-            event_goes_on: false,
-            alarms: Vec::with_capacity(MAX_KEPT),
+            events: Vec::with_capacity(ruptures.clamp(16, MAX_RECORDED)),
+            is_event_open: false,
+            alarms: Vec::with_capacity(MAX_RECORDED),
             false_alarms: 0,
             ignored_alarms: 0,
             mode: Mode::Teleoperation.code(),
@@ -106,15 +105,15 @@ impl History {
             mode_switches: 0,
             step_excess_n: 0.0,
             diverged_at: None,
-            last_sound: None,
+            last_valid: None,
         }
     }
 
     fn has_open_window(&self) -> bool {
-        self.first_open < self.ruptures.len() || self.event_goes_on
+        self.first_open < self.ruptures.len() || self.is_event_open
     }
 
-    /// A tick at which something happens or is still happening.
+    /// An event tick: something happens, or a window is open.
     #[inline(always)]
     fn observe(&mut self, s: &Signals<f64>, force_step_n: f64, grid: &TickGrid) {
         while self.ruptures.get(self.first_open).is_some_and(|rupture| !rupture.contains(s.tick)) {
@@ -123,62 +122,65 @@ impl History {
         for rupture in &mut self.ruptures[self.first_open..] {
             rupture.observe(s);
         }
-        // Before the alarms: one at the very tick of a rupture is its detection.
-        if s.ruptured && self.ruptures.len() < MAX_KEPT {
+        // Before the alarms: an alarm at the tick of a rupture is its detection.
+        if s.ruptured && self.ruptures.len() < MAX_RECORDED {
             self.ruptures.push(RuptureWindow::open(s, *grid));
         }
         if s.alarm_taken {
-            // The latest rupture first: an alarm is about what has just happened.
+            // The latest rupture first: an alarm belongs to the most recent one.
             let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s.tick));
             self.false_alarms += u64::from(!matched);
-            if self.alarms.len() < MAX_KEPT {
+            if self.alarms.len() < MAX_RECORDED {
                 self.alarms.push(Alarm { time_s: grid.time_s(s.tick), matched });
             }
         } else if s.alarm {
             self.ignored_alarms += 1;
         }
         self.mode_ticks[s.mode as usize] += 1;
-        self.observe_event(s, force_step_n, grid);
+        self.observe_mode(s, force_step_n, grid);
     }
 
     #[inline(always)]
-    fn observe_event(&mut self, s: &Signals<f64>, step: f64, grid: &TickGrid) {
-        if self.event_goes_on || s.mode != self.mode {
+    fn observe_mode(&mut self, s: &Signals<f64>, step: f64, grid: &TickGrid) {
+        if self.is_event_open || s.mode != self.mode {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
-        if s.mode == Mode::Augmented.code() && self.mode == Mode::Teleoperation.code() && self.events.len() < MAX_KEPT {
+        if s.mode == Mode::Augmented.code()
+            && self.mode == Mode::Teleoperation.code()
+            && self.events.len() < MAX_RECORDED
+        {
             self.events.push(EventWindow::open(s, step, grid));
-            self.event_goes_on = true;
+            self.is_event_open = true;
         }
-        if self.event_goes_on {
-            self.event_goes_on = self.events.last_mut().is_some_and(|event| event.observe(s, step));
+        if self.is_event_open {
+            self.is_event_open = self.events.last_mut().is_some_and(|event| event.observe(s, step));
         }
         self.mode_switches += u64::from(s.mode != self.mode);
         self.mode = s.mode;
     }
 }
 
-/// Computes every metric of a run while it runs.
+/// Computes every metric during a run.
 #[derive(Debug, Clone)]
 pub struct MetricsObserver<L: Lane> {
     grid: TickGrid,
     ticks: u64,
     sums: Sums<L>,
     first: Last<L>,
-    /// The last tick that was looked at closely, and what came of it: the sums hold it masked.
-    last_close: (u64, Last<L>),
+    /// The last event tick and its signals, which the sums hold masked.
+    last_event_tick: (u64, Last<L>),
     histories: Vec<History>,
-    /// Of several lanes, what goes on in them.
-    live: Option<Box<Live<L>>>,
+    /// The open windows of several lanes; `None` for one lane.
+    windows: Option<Box<OpenWindows<L>>>,
     /// Lanes that have not diverged.
     running: usize,
-    /// Whether the next tick is looked at closely, whatever it brings: the first, and while something goes on.
-    is_watching: bool,
+    /// Whether the next tick is an event tick in any case: the first, and while a window is open.
+    next_is_event: bool,
     last_commanded_n: L,
 }
 
 impl<L: Lane> MetricsObserver<L> {
-    /// An observer with room for an expected number of ruptures; more are taken, at the price of an allocation.
+    /// An observer with capacity for an expected number of ruptures; more need an allocation.
     #[must_use]
     pub fn new(grid: TickGrid, expected_ruptures: usize) -> Self {
         let zero = L::zero();
@@ -188,11 +190,11 @@ impl<L: Lane> MetricsObserver<L> {
             ticks: 0,
             sums: Sums::new(),
             first: nothing,
-            last_close: (0, nothing),
+            last_event_tick: (0, nothing),
             histories: (0..L::WIDTH).map(|_| History::new(expected_ruptures)).collect(),
-            live: (L::WIDTH > 1).then(|| Box::new(Live::new())),
+            windows: (L::WIDTH > 1).then(|| Box::new(OpenWindows::new())),
             running: L::WIDTH,
-            is_watching: true,
+            next_is_event: true,
             last_commanded_n: zero,
         }
     }
@@ -201,15 +203,15 @@ impl<L: Lane> MetricsObserver<L> {
     #[must_use]
     pub fn metrics(&self, index: usize) -> Metrics {
         let mut history = std::borrow::Cow::Borrowed(&self.histories[index]);
-        if let Some(live) = self.live.as_ref().filter(|_| history.diverged_at.is_none()) {
-            live.store(index, history.to_mut(), self.ticks.saturating_sub(1));
+        if let Some(windows) = self.windows.as_ref().filter(|_| history.diverged_at.is_none()) {
+            windows.store(index, history.to_mut(), self.ticks.saturating_sub(1));
         }
         let ticks = history.diverged_at.unwrap_or(self.ticks);
         let tick_s = self.grid.tick_s();
         let ran = ticks > 0;
         let mean = |sum: f64, count: f64| (count > 0.0).then(|| sum / count);
         let totals = self.sums.totals_of(index, self.ticks);
-        let (first, last) = (self.first.lane(index), history.last_sound.unwrap_or(self.last(self.ticks).lane(index)));
+        let (first, last) = (self.first.lane(index), history.last_valid.unwrap_or(self.last(self.ticks).lane(index)));
         let energy = |sum: f64, first: f64, last: f64| ran.then_some((sum - 0.5 * (first + last)) * tick_s);
         let (slave_m, reference_m) = (last.slave_m, last.reference_m);
         let events: Vec<_> = history.events.iter().map(|event| event.close(&self.grid)).collect();
@@ -253,32 +255,32 @@ impl<L: Lane> MetricsObserver<L> {
 
     /// The last of the first `ticks` ticks.
     fn last(&self, ticks: u64) -> Last<L> {
-        let (tick, last) = self.last_close;
+        let (tick, last) = self.last_event_tick;
         if tick + 1 >= ticks { last } else { Last::of(&self.sums.recent(ticks - 1)) }
     }
 
-    /// [`MetricsObserver::observe_closely`] of several lanes, in line: a call would take them out of their registers.
+    /// [`MetricsObserver::observe_event`] of several lanes, inline: a call would spill their registers.
     #[inline(always)]
     fn observe_side_by_side(&mut self, signals: Signals<L>) {
         let s = &signals;
-        let Some(live) = &mut self.live else { return };
+        let Some(windows) = &mut self.windows else { return };
         let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
-        let sound = s.master_position_m.abs().le(bound_m)
+        let valid = s.master_position_m.abs().le(bound_m)
             & s.slave_position_m.abs().le(bound_m)
             & s.measured_force_n.abs().le(bound_n);
         let following = s.mode.lt(L::splat(0.5));
-        let running = live.running();
-        let diverging = running & !sound;
-        let running = running & sound;
+        let running = windows.running();
+        let diverging = running & !valid;
+        let running = running & valid;
         if diverging.any() {
-            let (tick, last) = self.last_close;
+            let (tick, last) = self.last_event_tick;
             let before = if tick + 1 >= s.tick { last } else { Last::of(&self.sums.recent(s.tick - 1)) };
             for index in (0..L::WIDTH).filter(|&index| diverging.lane(index)) {
                 let history = &mut self.histories[index];
-                live.store(index, history, s.tick.saturating_sub(1));
-                live.end(index);
+                windows.store(index, history, s.tick.saturating_sub(1));
+                windows.end(index);
                 history.diverged_at = Some(s.tick);
-                history.last_sound = Some(before.lane(index));
+                history.last_valid = Some(before.lane(index));
                 self.running -= 1;
             }
         }
@@ -287,53 +289,53 @@ impl<L: Lane> MetricsObserver<L> {
         if s.tick == 0 {
             self.first = last;
         }
-        self.last_close = (s.tick, last);
+        self.last_event_tick = (s.tick, last);
         self.sums.push(s.tick, sample.only(running, following));
 
         let now = L::splat(s.tick as f64);
         let force_step_n = (s.commanded_force_n - self.last_commanded_n).abs();
-        let asks = running & live.asks(now, s, !following | s.ruptured | s.alarm);
-        if asks.any() {
-            for index in (0..L::WIDTH).filter(|&index| asks.lane(index)) {
+        let needs_history = running & windows.needs_history(now, s, !following | s.ruptured | s.alarm);
+        if needs_history.any() {
+            for index in (0..L::WIDTH).filter(|&index| needs_history.lane(index)) {
                 let history = &mut self.histories[index];
-                live.store(index, history, s.tick.saturating_sub(1));
+                windows.store(index, history, s.tick.saturating_sub(1));
                 history.observe(&s.lane(index), force_step_n.lane(index), &self.grid);
             }
         }
-        live.follow(now, s, force_step_n);
-        if asks.any() {
-            for index in (0..L::WIDTH).filter(|&index| asks.lane(index)) {
-                live.load(index, &self.histories[index], s.tick);
+        windows.follow(now, s, force_step_n);
+        if needs_history.any() {
+            for index in (0..L::WIDTH).filter(|&index| needs_history.lane(index)) {
+                windows.load(index, &self.histories[index], s.tick);
             }
         }
-        self.is_watching = live.any_open();
+        self.next_is_event = windows.any_open();
     }
 
-    /// Where a lane has diverged.
+    /// The lanes that have diverged.
     #[inline(always)]
     fn ended(&self) -> L::Mask {
-        match &self.live {
-            Some(live) => !live.running(),
+        match &self.windows {
+            Some(windows) => !windows.running(),
             None => L::Mask::splat(false),
         }
     }
 
-    /// Adds a tick of several lanes to the sums, where nothing goes on but that some may have diverged.
+    /// Adds a quiet tick of several lanes to the sums; some lanes may have diverged.
     #[inline(always)]
     fn push_side_by_side(&mut self, s: &Signals<L>) {
-        let sample = match &self.live {
-            Some(live) if self.running < L::WIDTH => sample(s).only(live.running(), L::Mask::splat(true)),
+        let sample = match &self.windows {
+            Some(windows) if self.running < L::WIDTH => sample(s).only(windows.running(), L::Mask::splat(true)),
             _ => sample(s),
         };
         self.sums.push(s.tick, sample);
     }
 
-    /// A tick at which something happens or is still happening, and the first.
+    /// An event tick: something happens, a window is open, or it is the first.
     #[cold]
     #[inline]
-    fn observe_closely(&mut self, s: Signals<L>) {
+    fn observe_event(&mut self, s: Signals<L>) {
         let (bound_m, bound_n) = (L::splat(DIVERGED_M), L::splat(DIVERGED_N));
-        let sound = s.master_position_m.abs().le(bound_m)
+        let valid = s.master_position_m.abs().le(bound_m)
             & s.slave_position_m.abs().le(bound_m)
             & s.measured_force_n.abs().le(bound_n);
         let following = s.mode.lt(L::splat(0.5));
@@ -342,18 +344,18 @@ impl<L: Lane> MetricsObserver<L> {
         if s.tick == 0 {
             self.first = now;
         }
-        self.last_close = (s.tick, now);
-        self.sums.push(s.tick, sample.only(sound, following));
-        let eventful = !(sound & following) | s.ruptured | s.alarm;
-        self.is_watching = false;
+        self.last_event_tick = (s.tick, now);
+        self.sums.push(s.tick, sample.only(valid, following));
+        let eventful = !(valid & following) | s.ruptured | s.alarm;
+        self.next_is_event = false;
         for index in 0..L::WIDTH {
             let history = &mut self.histories[index];
             if history.diverged_at.is_some() {
                 continue;
             }
-            if !sound.lane(index) {
+            if !valid.lane(index) {
                 history.diverged_at = Some(s.tick);
-                history.last_sound = Some(before.lane(index));
+                history.last_valid = Some(before.lane(index));
                 self.running -= 1;
                 continue;
             }
@@ -361,7 +363,7 @@ impl<L: Lane> MetricsObserver<L> {
                 let force_step = (s.commanded_force_n - self.last_commanded_n).abs().lane(index);
                 history.observe(&s.lane(index), force_step, &self.grid);
             }
-            self.is_watching |= history.has_open_window();
+            self.next_is_event |= history.has_open_window();
         }
     }
 }
@@ -374,23 +376,23 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
 
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
-        // One way for the ticks that only add to the sums, which most are, and another, out of line, for all others. The
-        // strain is below 1 only in teleoperation and far from divergence; what is beyond is told apart out of line.
-        let strain = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
+        // Fast path: most ticks only add to the sums. All other ticks take the general path, out of line. `bound` is
+        // below 1 only in teleoperation and far from divergence; the general path distinguishes the rest.
+        let bound = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
             + (s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N) + s.mode);
-        let is_quiet = !(self.is_watching | s.ruptured.any() | s.alarm.any());
+        let is_quiet = !(self.next_is_event | s.ruptured.any() | s.alarm.any());
         if L::WIDTH > 1 {
-            let quiet = strain.lt(L::splat(1.0));
+            let quiet = bound.lt(L::splat(1.0));
             let ended = if self.running < L::WIDTH { self.ended() } else { L::Mask::splat(false) };
             if is_quiet && (quiet | ended).all() {
                 self.push_side_by_side(s);
             } else {
-                self.observe_side_by_side(seen(s));
+                self.observe_side_by_side(without_estimates(s));
             }
-        } else if is_quiet && strain.lt(L::splat(1.0)).all() {
+        } else if is_quiet && bound.lt(L::splat(1.0)).all() {
             self.sums.push(s.tick, sample(s));
         } else {
-            self.observe_closely(seen(s));
+            self.observe_event(without_estimates(s));
         }
         self.last_commanded_n = s.commanded_force_n;
         self.ticks = s.tick + 1;

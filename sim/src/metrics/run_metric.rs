@@ -2,7 +2,7 @@
 
 use super::{Declaration, EventMetrics, LinkMetrics, Metrics, RuptureMetrics};
 
-/// The highest number by which a rupture or an event can be named.
+/// The highest number of a rupture or event in a key.
 const MAX_NUMBERED: usize = 64;
 
 #[derive(Debug, Clone, Copy)]
@@ -13,7 +13,7 @@ enum Reader {
     Link(fn(&LinkMetrics) -> Option<f64>),
 }
 
-/// A metric of a run; of a rupture or an event, which one.
+/// A metric of a run, with the number of its rupture or event.
 #[derive(Debug, Clone, Copy)]
 pub struct RunMetric {
     declaration: &'static Declaration,
@@ -77,13 +77,13 @@ impl RunMetric {
             .or_else(|| key.strip_prefix("link_").and_then(of_link))
     }
 
-    /// What is declared of it.
+    /// Its declaration.
     #[must_use]
     pub fn declaration(&self) -> &'static Declaration {
         self.declaration
     }
 
-    /// Which rupture or event it is of, from 1; 1 for other metrics.
+    /// The number of its rupture or event, from 1; 1 for other metrics.
     #[must_use]
     pub fn number(&self) -> usize {
         self.number
@@ -101,7 +101,7 @@ impl RunMetric {
         self.declaration.full_label(self.number)
     }
 
-    /// Its value in SI; none where it is undefined.
+    /// Its value in SI units; `None` if undefined.
     #[must_use]
     pub fn read(&self, metrics: &Metrics) -> Option<f64> {
         match self.reader {

@@ -1,4 +1,4 @@
-//! What happened after one rupture.
+//! The metrics of one rupture.
 
 use serde::Serialize;
 
@@ -9,25 +9,25 @@ use crate::lane::Lane;
 use crate::time::{TickGrid, nearest_ticks};
 
 metrics! {
-    /// The numbers of one rupture. "At the rupture" is the tick of the rupture itself, the last one under load. What is measured
-    /// over a window does not exist where the run ended before it.
+    /// The metrics of one rupture. "At the rupture" is the tick of the rupture itself, the last one under load. A
+    /// metric over a window is undefined if the run ended before the window.
     #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct RuptureMetrics in Rupture {
         /// Time at which the layer ruptured.
         time_s: f64 = "time", Second, Neither [Never];
-        /// From the rupture to the alarm that announced it; none where it was missed.
+        /// Time from the rupture to its alarm; undefined if it was missed.
         detection_delay_s: Option<f64> = "detection delay", Second, Lower;
-        /// Maximum advance of the needle in the 0.5 s after the rupture: how far it lurches.
+        /// Maximum advance of the needle in the 0.5 s after the rupture.
         slave_overshoot_m: Option<f64> = "slave overshoot", Metre, Lower;
-        /// Advance of the needle 0.3 s after the rupture; negative where it came back.
+        /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
         slave_travel_m: Option<f64> = "slave travel at 0.3 s", Metre, Lower;
         /// Position of the master at the rupture.
         master_position_m: f64 = "master position", Metre, Neither [Never];
         /// Maximum advance of the master in the 0.5 s after the rupture.
         master_travel_m: Option<f64> = "master travel", Metre, Neither;
-        /// Time until the feedback force is down to 5 % of its value at the rupture; none if not within 0.5 s.
+        /// Time until the feedback force is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
         feedback_fall_s: Option<f64> = "feedback force down to 5 %", Second, Lower;
-        /// Time until the force on the hand is down to 5 % of its value at the rupture; none if not within 0.5 s.
+        /// Time until the force on the hand is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
         felt_fall_s: Option<f64> = "felt force down to 5 %", Second, Lower;
         /// Maximum rate of change of the force on the hand in the 0.5 s after the rupture.
         peak_force_rate_n_per_s: Option<f64> = "peak rate of the felt force", NewtonPerSecond, Higher;
@@ -36,7 +36,7 @@ metrics! {
     }
 }
 
-/// What grows from tick to tick after a rupture: of one run, or of several side by side.
+/// The extremes after a rupture, of one run or over lanes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extremes<L> {
     /// Positions at the rupture.
@@ -56,7 +56,7 @@ impl<L: Lane> Extremes<L> {
         Self { slave_m: s.slave_position_m, master_m: s.master_position_m, ..Self::from_force(s.operator_force_n) }
     }
 
-    /// Nothing yet, from a force on the hand and the position 0 on.
+    /// The initial extremes for a force on the hand, at position 0.
     pub(super) fn from_force(felt_n: L) -> Self {
         let zero = L::zero();
         Self {
@@ -70,7 +70,7 @@ impl<L: Lane> Extremes<L> {
         }
     }
 
-    /// Takes a tick after the rupture; `is_early`: the minimum of the felt force is still looked for.
+    /// Updates with a tick after the rupture; `is_early`: the minimum of the felt force is still updated.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<L>, is_early: L::Mask) {
         let felt_n = s.operator_force_n;
@@ -81,7 +81,7 @@ impl<L: Lane> Extremes<L> {
         self.min_felt_n = L::select(is_early, felt_n.min(self.min_felt_n), self.min_felt_n);
     }
 
-    /// Those of lane `index` alone.
+    /// The extremes of lane `index`.
     pub(super) fn lane(&self, index: usize) -> Extremes<f64> {
         Extremes {
             slave_m: self.slave_m.lane(index),
@@ -94,7 +94,7 @@ impl<L: Lane> Extremes<L> {
         }
     }
 
-    /// The same with lane `index` replaced.
+    /// These extremes with lane `index` replaced.
     pub(super) fn with_lane(self, index: usize, one: &Extremes<f64>) -> Self {
         Self {
             slave_m: self.slave_m.with_lane(index, one.slave_m),
@@ -108,7 +108,7 @@ impl<L: Lane> Extremes<L> {
     }
 }
 
-/// A rupture's window while it is open.
+/// A rupture's window.
 #[derive(Debug, Clone)]
 pub(super) struct RuptureWindow {
     pub(super) tick: u64,
@@ -122,7 +122,7 @@ pub(super) struct RuptureWindow {
     travel_m: Option<f64>,
     pub(super) feedback_fallen_at: Option<u64>,
     pub(super) felt_fallen_at: Option<u64>,
-    pub(super) seen: u64,
+    pub(super) observed_ticks: u64,
 }
 
 impl RuptureWindow {
@@ -139,7 +139,7 @@ impl RuptureWindow {
             travel_m: None,
             feedback_fallen_at: None,
             felt_fallen_at: None,
-            seen: 0,
+            observed_ticks: 0,
         }
     }
 
@@ -148,7 +148,7 @@ impl RuptureWindow {
         tick - self.tick <= self.window_ticks
     }
 
-    /// Takes an alarm as this rupture's detection, if it has none yet.
+    /// Takes an alarm as this rupture's detection; returns false if it already has one.
     pub(super) fn claim(&mut self, tick: u64) -> bool {
         let free = self.detected_at.is_none();
         if free {
@@ -157,11 +157,11 @@ impl RuptureWindow {
         free
     }
 
-    /// Takes a tick after the rupture.
+    /// Updates with a tick after the rupture.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<f64>) {
         let since = s.tick - self.tick;
-        self.seen = since;
+        self.observed_ticks = since;
         self.extremes.observe(s, since <= self.travel_ticks);
         if since == self.travel_ticks {
             self.travel_m = Some(s.slave_position_m - self.extremes.slave_m);
@@ -175,24 +175,24 @@ impl RuptureWindow {
         }
     }
 
-    /// Whether the run saw the whole window.
+    /// Whether the run covered the whole window.
     fn is_complete(&self) -> bool {
-        self.seen >= self.window_ticks
+        self.observed_ticks >= self.window_ticks
     }
 
-    /// Whether nothing announced the rupture in its whole window.
+    /// Whether its whole window passed without an alarm.
     pub(super) fn is_missed(&self) -> bool {
         self.detected_at.is_none() && self.is_complete()
     }
 
-    /// Whether nothing announced it before the run ended within its window.
+    /// Whether the run ended within its window without an alarm.
     pub(super) fn is_undecided(&self) -> bool {
         self.detected_at.is_none() && !self.is_complete()
     }
 
     pub(super) fn close(&self) -> RuptureMetrics {
         let (whole, extremes) = (self.is_complete(), &self.extremes);
-        let felt = self.seen >= self.travel_ticks && self.felt_n > 0.0;
+        let felt = self.observed_ticks >= self.travel_ticks && self.felt_n > 0.0;
         let since = |tick: u64| self.grid.time_s(tick - self.tick);
         RuptureMetrics {
             time_s: self.grid.time_s(self.tick),

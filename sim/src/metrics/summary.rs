@@ -1,4 +1,4 @@
-//! The numbers of a run.
+//! The metrics of a run and of its link.
 
 use serde::Serialize;
 
@@ -13,19 +13,19 @@ use crate::time::TickGrid;
 pub enum Outcome {
     /// Every tick was run.
     Completed,
-    /// A position left the bounds of the sensible; the run was ended there.
+    /// A position or force exceeded its bound, which ended the run.
     Diverged {
-        /// When, in s.
+        /// The time in s.
         time_s: f64,
     },
 }
 
-/// An alarm that was taken.
+/// An accepted alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Alarm {
-    /// When, in s.
+    /// The time in s.
     pub time_s: f64,
-    /// Whether it announced a rupture, the first to do so.
+    /// Whether it is the first alarm of a rupture.
     pub matched: bool,
 }
 
@@ -41,14 +41,14 @@ pub struct ModeTimes {
 }
 
 metrics! {
-    /// The numbers of the link between master and slave.
+    /// The metrics of the link between master and slave.
     #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
     pub struct LinkMetrics in Link {
         /// Number of outages of the link, in either direction.
         outages: u64 = "outages", Count, Neither [WhereNonZero];
         /// Duration of the longest outage.
         longest_outage_s: f64 = "longest outage", Second, Neither [WhereNonZero];
-        /// Time at which the slave gave the link up.
+        /// Time at which the slave stopped following the link.
         given_up_s: Option<f64> = "given up at", Second, Neither [WhereNonZero];
         /// Work of the master on the link, ∫ F_ed dx_h.
         master_port_energy_j: f64 = "energy from the master", Joule, Neither [Never];
@@ -56,13 +56,13 @@ metrics! {
         slave_port_energy_j: f64 = "energy from the slave", Joule, Neither [Never];
         /// Energy that the passivity controller dissipated at the master.
         master_dissipated_j: f64 = "energy dissipated at the master", Joule, Neither [WhereNonZero];
-        /// Energy that the passivity controller kept from the slave.
-        slave_refused_j: f64 = "energy kept from the slave", Joule, Neither [WhereNonZero];
+        /// Work that the passivity controller withheld from the slave.
+        slave_refused_j: f64 = "energy withheld from the slave", Joule, Neither [WhereNonZero];
     }
 }
 
 impl LinkMetrics {
-    /// The metrics of a link that ran on a grid.
+    /// The metrics of a link's report, in the times of a grid.
     #[must_use]
     pub fn new(report: &LinkReport, grid: &TickGrid) -> Self {
         let seconds = |ticks: f64| grid.time_s(ticks as u64);
@@ -82,34 +82,34 @@ metrics! {
     /// Every metric of one run.
     #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct Metrics in Run {
-        /// How it ended.
+        /// The outcome.
         outcome: Outcome;
         /// Time at which a position or force left its bounds, which ended the run.
         diverged_s = "diverged at", Second, Neither [First] => |m| match m.outcome {
             Outcome::Completed => None,
             Outcome::Diverged { time_s } => Some(time_s),
         };
-        /// How many ticks were run.
+        /// Number of ticks of the run.
         ticks: u64;
         /// One entry per rupture, in time order.
         ruptures: Vec<RuptureMetrics>;
         /// One entry per augmented event, in time order.
         events: Vec<EventMetrics>;
-        /// The alarms that were taken, in time order (the first 4096).
+        /// The accepted alarms, in time order (the first 4096).
         alarms: Vec<Alarm>;
-        /// How many layers ruptured in the run.
+        /// Number of layers that ruptured in the run.
         ruptures = "ruptures", Count, Neither [Never] => |m| count(m.ruptures.len());
-        /// Ruptures that an alarm announced within 0.5 s.
+        /// Ruptures with an alarm within 0.5 s.
         detected_ruptures = "detected ruptures", Count, Higher [Never] => |m| {
             count(m.alarms.iter().filter(|alarm| alarm.matched).count())
         };
-        /// Ruptures that no alarm announced within 0.5 s.
+        /// Ruptures without an alarm within 0.5 s.
         missed_ruptures: u64 = "missed ruptures", Count, Lower;
         /// Ruptures without an alarm, less than 0.5 s before the end of the run.
         undecided_ruptures: u64 = "undecided ruptures", Count, Neither [Never];
-        /// Alarms that announced no rupture, or one that had been announced before.
+        /// Alarms without a rupture, or for a rupture that already had an alarm.
         false_alarms: u64 = "false alarms", Count, Lower;
-        /// Alarms that were not taken, as an event was under way or had just ended.
+        /// Alarms ignored because an event was open or had just ended.
         ignored_alarms: u64 = "alarms ignored during events", Count, Neither;
         /// Maximum detection delay of the run's ruptures.
         max_detection_delay_s = "maximum detection delay", Second, Lower [Never] was "most_detection_delay_s" => |m| {
@@ -127,11 +127,11 @@ metrics! {
         min_felt_contrast = "minimum felt contrast", Share, Higher [Never] was "least_felt_contrast" => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.felt_contrast).reduce(f64::min)
         };
-        /// Number of augmented events: how often the slave was frozen.
+        /// Number of augmented events.
         events = "events", Count, Neither [Never] => |m| count(m.events.len());
         /// Mean of the absolute prediction error of the estimator, over the run.
         mean_absolute_residual_n: Option<f64> = "mean |prediction error|", Newton, Lower;
-        /// Minimum tissue force on the needle; negative where the tissue holds the needle back as it is pulled out.
+        /// Minimum tissue force on the needle; negative where it resists withdrawal.
         min_tissue_force_n: Option<f64> = "minimum tissue force", Newton, Neither was "least_tissue_force_n";
         /// Maximum tissue force on the needle, positive where it resists insertion.
         max_tissue_force_n: Option<f64> = "maximum tissue force", Newton, Neither was "greatest_tissue_force_n";
@@ -141,7 +141,7 @@ metrics! {
         final_slave_position_m: Option<f64> = "final slave position", Metre, Neither [Never];
         /// Distance of the slave from its reference at the last tick, relative to the reference: (x_ref - x_e) / x_ref.
         final_tracking_error: Option<f64> = "final tracking error", Share, Lower;
-        /// Maximum distance of the frozen slave from where it was frozen, over all events.
+        /// Maximum distance of the frozen slave from its position at the freeze, over all events.
         max_frozen_motion_m = "maximum motion while frozen", Metre, Lower was "most_frozen_motion_m" => |m| {
             m.events.iter().map(|event| event.frozen_motion_m).reduce(f64::max)
         };
@@ -163,7 +163,7 @@ metrics! {
         operator_energy_j: Option<f64> = "energy from the hand", Joule, Neither;
         /// Work of the needle on the tissue, ∫ f_e v_e dt.
         tissue_energy_j: Option<f64> = "energy into the tissue", Joule, Neither;
-        /// What the link did; none where positions and forces arrive at once and as they are.
+        /// The link's metrics; `None` for a direct link.
         link: Option<LinkMetrics>;
     }
 }

@@ -2,19 +2,20 @@
 
 use crate::lane::{Lane, by_index};
 
-/// How many partial sums there are of each quantity: tick `k` goes to number `k mod WAYS`, so that additions need not
-/// wait for each other. The order is fixed, whatever the machine and the number of lanes.
+/// Number of partial sums of each quantity: tick `k` is added to number `k mod WAYS`, so that additions are
+/// independent. The order is the same on every machine and for every number of lanes.
 const WAYS: usize = 4;
 
-/// How many ticks wait at most before they are added together, a multiple of [`WAYS`].
+/// Maximum number of ticks that are buffered before they are added, a multiple of [`WAYS`].
 const BLOCK: usize = 32;
 
-/// How many do. Side by side each tick fills registers by itself, and few leave the cache to what the tick needs.
-const fn ticks_waiting<L: Lane>() -> usize {
+/// Number of buffered ticks. Over lanes, each tick fills registers by itself, and a short buffer leaves the cache to
+/// the tick.
+const fn buffered_ticks<L: Lane>() -> usize {
     if L::WIDTH > 1 { 2 * WAYS } else { BLOCK }
 }
 
-/// What is summed of one tick.
+/// The summands of one tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample<L> {
     /// `e` in N.
@@ -32,7 +33,7 @@ pub(super) struct Sample<L> {
 }
 
 impl<L: Lane> Sample<L> {
-    /// A sample that leaves every sum and extreme as it is.
+    /// A sample that leaves every sum and extreme unchanged.
     #[inline(always)]
     fn neutral() -> Self {
         let zero = L::zero();
@@ -63,7 +64,7 @@ impl<L: Lane> Sample<L> {
     }
 }
 
-/// Samples that wait, one array per quantity.
+/// Buffered samples, one array per quantity.
 #[derive(Debug, Clone, Copy)]
 struct Block<L> {
     residual_n: [L; BLOCK],
@@ -96,17 +97,17 @@ pub(super) struct Totals {
     pub operator_power_w: f64,
     /// `Σ f_e v_e` in W.
     pub tissue_power_w: f64,
-    /// Least `f_e` in N.
+    /// Minimum `f_e` in N.
     pub min_force_n: f64,
-    /// Greatest `f_e` in N.
+    /// Maximum `f_e` in N.
     pub max_force_n: f64,
 }
 
-/// Sums that take a sample a tick.
+/// Running sums, one sample per tick.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(super) struct Sums<L> {
-    waiting: Block<L>,
+    buffer: Block<L>,
     partial: Partial<L>,
 }
 
@@ -114,7 +115,7 @@ impl<L: Lane> Sums<L> {
     pub(super) fn new() -> Self {
         let zero = [L::zero(); WAYS];
         Self {
-            waiting: Block::neutral(),
+            buffer: Block::neutral(),
             partial: Partial {
                 absolute_residual: zero,
                 squared_tracking_error: zero,
@@ -126,24 +127,24 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// Takes the sample that comes after `count` others.
+    /// Adds sample number `count`, from 0.
     #[inline(always)]
     pub(super) fn push(&mut self, count: u64, sample: Sample<L>) {
-        let (block, at) = (&mut self.waiting, count as usize % ticks_waiting::<L>());
+        let (block, at) = (&mut self.buffer, count as usize % buffered_ticks::<L>());
         block.residual_n[at] = sample.residual_n;
         block.slave_m[at] = sample.slave_m;
         block.reference_m[at] = sample.reference_m;
         block.operator_power_w[at] = sample.operator_power_w;
         block.tissue_power_w[at] = sample.tissue_power_w;
         block.tissue_force_n[at] = sample.tissue_force_n;
-        if at == ticks_waiting::<L>() - 1 {
-            self.partial.add::<L>(&self.waiting);
+        if at == buffered_ticks::<L>() - 1 {
+            self.partial.add::<L>(&self.buffer);
         }
     }
 
-    /// The sample number `index`, one of the last few, as it was pushed.
+    /// Sample number `index`, one of the last few.
     pub(super) fn recent(&self, index: u64) -> Sample<L> {
-        let (block, at) = (&self.waiting, index as usize % ticks_waiting::<L>());
+        let (block, at) = (&self.buffer, index as usize % buffered_ticks::<L>());
         Sample {
             residual_n: block.residual_n[at],
             slave_m: block.slave_m[at],
@@ -154,12 +155,13 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// The sums of lane `index` over `count` samples: by itself, as what is done after a run is not done in its instruction set.
+    /// The sums of lane `index` over `count` samples, in scalar arithmetic: after a run its instruction set is not
+    /// enabled.
     pub(super) fn totals_of(&self, index: usize, count: u64) -> Totals {
-        let Self { waiting, partial } = self;
-        let (still_waiting, neutral) = (count as usize % ticks_waiting::<L>(), Sample::<f64>::neutral());
+        let Self { buffer, partial } = self;
+        let (remaining, neutral) = (count as usize % buffered_ticks::<L>(), Sample::<f64>::neutral());
         let rest = |all: &[L; BLOCK], nothing: f64| -> [f64; BLOCK] {
-            std::array::from_fn(|at| if at < still_waiting { all[at].lane(index) } else { nothing })
+            std::array::from_fn(|at| if at < remaining { all[at].lane(index) } else { nothing })
         };
         let ways = |all: &[L; WAYS]| all.map(|way| way.lane(index));
         let mut sums = Partial {
@@ -171,23 +173,23 @@ impl<L: Lane> Sums<L> {
             max_force: ways(&partial.max_force),
         };
         sums.add::<L>(&Block {
-            residual_n: rest(&waiting.residual_n, neutral.residual_n),
-            slave_m: rest(&waiting.slave_m, neutral.slave_m),
-            reference_m: rest(&waiting.reference_m, neutral.reference_m),
-            operator_power_w: rest(&waiting.operator_power_w, neutral.operator_power_w),
-            tissue_power_w: rest(&waiting.tissue_power_w, neutral.tissue_power_w),
-            tissue_force_n: rest(&waiting.tissue_force_n, neutral.tissue_force_n),
+            residual_n: rest(&buffer.residual_n, neutral.residual_n),
+            slave_m: rest(&buffer.slave_m, neutral.slave_m),
+            reference_m: rest(&buffer.reference_m, neutral.reference_m),
+            operator_power_w: rest(&buffer.operator_power_w, neutral.operator_power_w),
+            tissue_power_w: rest(&buffer.tissue_power_w, neutral.tissue_power_w),
+            tissue_force_n: rest(&buffer.tissue_force_n, neutral.tissue_force_n),
         });
         let sum = |ways: [f64; WAYS]| (ways[0] + ways[1]) + (ways[2] + ways[3]);
-        let least = |ways: [f64; WAYS]| ways[0].min(ways[1]).min(ways[2].min(ways[3]));
-        let greatest = |ways: [f64; WAYS]| ways[0].max(ways[1]).max(ways[2].max(ways[3]));
+        let min = |ways: [f64; WAYS]| ways[0].min(ways[1]).min(ways[2].min(ways[3]));
+        let max = |ways: [f64; WAYS]| ways[0].max(ways[1]).max(ways[2].max(ways[3]));
         Totals {
             absolute_residual_n: sum(sums.absolute_residual),
             squared_tracking_error_m2: sum(sums.squared_tracking_error),
             operator_power_w: sum(sums.operator_power),
             tissue_power_w: sum(sums.tissue_power),
-            min_force_n: least(sums.min_force),
-            max_force_n: greatest(sums.max_force),
+            min_force_n: min(sums.min_force),
+            max_force_n: max(sums.max_force),
         }
     }
 }
@@ -207,7 +209,7 @@ impl<L: Lane> Block<L> {
 }
 
 impl<L: Lane> Partial<L> {
-    /// Adds a block that was filled by a run over `Width`, each quantity for itself.
+    /// Adds a block that was filled by a run over `Width`.
     #[inline(always)]
     fn add<Width: Lane>(&mut self, block: &Block<L>) {
         gather::<_, Width>(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());
@@ -215,16 +217,16 @@ impl<L: Lane> Partial<L> {
         gather::<_, Width>(&mut self.squared_tracking_error, &tracking_error, |sum, error| sum + error * error);
         gather::<_, Width>(&mut self.operator_power, &block.operator_power_w, |sum, power| sum + power);
         gather::<_, Width>(&mut self.tissue_power, &block.tissue_power_w, |sum, power| sum + power);
-        gather::<_, Width>(&mut self.min_force, &block.tissue_force_n, |least, force| force.min(least));
-        gather::<_, Width>(&mut self.max_force, &block.tissue_force_n, |greatest, force| force.max(greatest));
+        gather::<_, Width>(&mut self.min_force, &block.tissue_force_n, |min, force| force.min(min));
+        gather::<_, Width>(&mut self.max_force, &block.tissue_force_n, |max, force| force.max(max));
     }
 }
 
-/// Takes a block's values in their order, number `k` to partial result `k mod WAYS`.
+/// Adds a block's values in order, number `k` to partial result `k mod WAYS`.
 #[inline(always)]
 fn gather<L: Lane, Width: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
-    // By index: what iterators are made of may stay a call each where it is not compiled beside this.
-    for at in 0..ticks_waiting::<Width>() {
+    // By index: iterator methods might not be inlined here.
+    for at in 0..buffered_ticks::<Width>() {
         ways[at % WAYS] = take(ways[at % WAYS], values[at]);
     }
 }

@@ -2,32 +2,32 @@
 
 use serde::Serialize;
 
-/// The unit in which people read a quantity; the value itself stays in SI.
+/// The unit in which a quantity is displayed; the value itself is in SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Unit {
-    /// Metres, read in mm.
+    /// Metres, displayed in mm.
     Metre,
-    /// Metres per second, read in mm/s.
+    /// Metres per second, displayed in mm/s.
     MetrePerSecond,
-    /// Seconds, read in ms.
+    /// Seconds, displayed in ms.
     Second,
     /// Newtons.
     Newton,
     /// Newtons per second.
     NewtonPerSecond,
-    /// Joules, read in mJ.
+    /// Joules, displayed in mJ.
     Joule,
-    /// A share of 1, read in %.
+    /// A fraction, displayed in %.
     Share,
-    /// A number as it is: a ratio, an angle in rad, a frequency in Hz.
+    /// A plain number: a ratio, an angle in rad, a frequency in Hz.
     Number,
-    /// A number of things.
+    /// A count.
     Count,
 }
 
 impl Unit {
-    /// The SI unit in which values are; `"1"` for numbers without one.
+    /// The SI unit of the values; `"1"` for numbers without unit.
     #[must_use]
     pub fn si(self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! Several scenarios side by side.
+//! Running several scenarios in lanes.
 
 use std::ops::Range;
 
@@ -11,28 +11,28 @@ use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
 use crate::sensor::NoiseBank;
 
-/// How many scenarios run side by side at most; more make more packs.
+/// Maximum number of scenarios that run side by side; more make more packs.
 pub const PACK: usize = LANES;
 
-/// Fewest scenarios for which eight lanes are faster than one run after the other.
-const FEWEST: usize = 3;
+/// Minimum number of scenarios for which eight lanes are faster than separate runs.
+const MIN_SCENARIOS: usize = 3;
 
-/// Runs scenarios for their metrics, in their order, [`PACK`] by [`PACK`] side by side where they can be: each gives the bits
-/// that it gives alone.
+/// Runs scenarios for their metrics, in order, up to [`PACK`] side by side. The results are identical, bit for bit, to
+/// separate runs.
 ///
-/// Scenarios can be side by side where they differ in numbers alone: scales, gains, tissue, machines, thresholds, seeds.
-/// Those that differ in what there is (kinds of tissue and controller, ticks, delays, a sensor with noise and one without)
-/// are run one after the other. A scenario that cannot be run is an error at its own place and no hindrance to the others.
+/// Scenarios run side by side if they differ in numbers only: scales, gains, tissue, machines, thresholds, seeds.
+/// Scenarios that differ in structure (kinds of tissue and controller, ticks, delays, sensors with and without noise)
+/// run one after the other. A scenario that cannot be run gives an error at its index and does not affect the others.
 pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     run_pack_in(InstructionSet::widest(), scenarios)
 }
 
-/// [`run_pack`] in a given instruction set, or one after the other where the machine has not got it.
+/// [`run_pack`] in a given instruction set, or one after the other if the machine does not have it.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     metrics_of(run_pack_observed(set, &mut NoiseBank::new(0), scenarios, &()))
 }
 
-/// [`run_pack`] with noise that runs of the same seed share: the same bits, sooner.
+/// [`run_pack`] with noise shared between runs of the same seed: identical results, faster.
 pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     metrics_of(run_pack_observed(InstructionSet::widest(), bank, scenarios, &()))
 }
@@ -41,22 +41,22 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
     runs.into_iter().map(|run| run.map(|(metrics, ())| metrics)).collect()
 }
 
-/// What observes runs of a pack beside their metrics: one observer for the lanes of an engine.
+/// An additional observer of the runs of a pack: one for all lanes of an engine.
 pub(crate) trait RunObserver {
     /// The observer over lanes.
     type OverLanes<L: Lane>: Observer<L>;
-    /// What it has found in one run.
+    /// Its result for one run.
     type Finding;
 
-    /// An observer of the scenarios at these places of the list that is run, the first in lane 0. The lanes that are left over
-    /// run the last of them again.
+    /// An observer of the scenarios at these indices of the list, the first in lane 0. Unused lanes repeat the last
+    /// scenario.
     fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
 
-    /// What was found in lane `lane`.
+    /// The result of lane `lane`.
     fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
 }
 
-/// Nothing beside the metrics.
+/// No additional observer.
 impl RunObserver for () {
     type OverLanes<L: Lane> = ();
     type Finding = ();
@@ -66,10 +66,10 @@ impl RunObserver for () {
     fn finding<L: Lane>(_observer: &(), _lane: usize) {}
 }
 
-/// A run's metrics, and what its observer has found.
+/// A run's metrics, and its observer's result.
 type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
 
-/// [`run_pack_in`] with noise that runs of the same seed share and with an observer beside the metrics.
+/// [`run_pack_in`] with noise shared between runs of the same seed and with an additional observer.
 pub(crate) fn run_pack_observed<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
@@ -81,13 +81,13 @@ pub(crate) fn run_pack_observed<R: RunObserver>(
     packs.flat_map(|(k, pack)| run_eight(set, bank, pack, (k * PACK, observer))).collect()
 }
 
-/// Whether scenarios, [`PACK`] of them at most, can be run side by side on this machine.
+/// Whether scenarios, at most [`PACK`], can run side by side on this machine.
 #[must_use]
 pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
 }
 
-/// Up to eight scenarios, the first at the place `first` of the observer's list.
+/// Runs up to eight scenarios, the first at index `first` of the observer's list.
 fn run_eight<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
@@ -98,15 +98,15 @@ fn run_eight<R: RunObserver>(
         let over_one = observer.over_lanes::<f64>(first + k..first + k + 1);
         run_observed(&scenarios[k], over_one).map(|(metrics, one)| (metrics, R::finding(&one, 0)))
     };
-    let enough = scenarios.len() >= FEWEST && set != InstructionSet::Baseline;
-    let engines = if enough { Engines::of(scenarios) } else { None };
+    let is_worthwhile = scenarios.len() >= MIN_SCENARIOS && set != InstructionSet::Baseline;
+    let engines = if is_worthwhile { Engines::of(scenarios) } else { None };
     let together = engines.and_then(|mut engines| {
         engines.share_noise(bank);
         engines.run(set, scenarios, (first, observer))
     });
     match together {
         Some(runs) => {
-            // A link goes on counting after its lane has diverged, where a run of its own ends.
+            // A link continues to count after its lane has diverged, unlike in a separate run.
             let ends_early = |metrics: &Metrics| metrics.link.is_some() && metrics.outcome != Outcome::Completed;
             let each = runs.into_iter().enumerate();
             each.map(|(k, run)| if ends_early(&run.0) { alone(k) } else { Ok(run) }).collect()
@@ -119,7 +119,7 @@ fn run_eight<R: RunObserver>(
 struct Engines(Vec<ScenarioEngine>);
 
 impl Engines {
-    /// Nothing where there are none, or one cannot be built: that is for its own run to say.
+    /// `None` without scenarios, or if one cannot be built: its separate run reports the error.
     fn of(scenarios: &[Scenario]) -> Option<Self> {
         let engines: Result<Vec<_>, _> = scenarios.iter().map(Scenario::build).collect();
         engines.ok().filter(|engines| !engines.is_empty()).map(Self)
@@ -133,7 +133,7 @@ impl Engines {
         }
     }
 
-    /// Lanes that are left over run the last scenario again.
+    /// Unused lanes repeat the last scenario.
     fn lanes(&self) -> [&ScenarioEngine; LANES] {
         std::array::from_fn(|lane| &self.0[lane.min(self.0.len() - 1)])
     }
@@ -177,7 +177,7 @@ impl Engines {
     }
 }
 
-/// Runs engines in lanes, where they can share them.
+/// Runs engines in lanes; `None` if they cannot share them.
 fn side_by_side<L: Wide, R: RunObserver>(
     engines: [&Wired<f64, ExactPlants<f64>>; LANES],
     scenarios: &[Scenario],
@@ -196,14 +196,14 @@ fn run_gathered<L: Wide, P: Plants<L>, R: RunObserver>(
 ) -> Option<Vec<(Metrics, R::Finding)>> {
     let grid = scenarios.first()?.grid;
     let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
-    let beside = observer.over_lanes::<L>(first..first + scenarios.len());
-    let mut observers = (MetricsObserver::<L>::new(grid, ruptures), beside);
-    // Stepped exactly, nothing gives up.
+    let additional = observer.over_lanes::<L>(first..first + scenarios.len());
+    let mut observers = (MetricsObserver::<L>::new(grid, ruptures), additional);
+    // An exact engine does not fail.
     engine.run_wide(&mut observers).ok()?;
-    let (metrics, beside) = observers;
+    let (metrics, additional) = observers;
     let run = |lane: usize| {
         let link = engine.link_report(lane).map(|report| LinkMetrics::new(&report, &grid));
-        (Metrics { link, ..metrics.metrics(lane) }, R::finding(&beside, lane))
+        (Metrics { link, ..metrics.metrics(lane) }, R::finding(&additional, lane))
     };
     Some((0..scenarios.len()).map(run).collect())
 }

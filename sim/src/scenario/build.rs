@@ -31,22 +31,22 @@ pub enum ScenarioEngine {
 }
 
 impl ScenarioEngine {
-    /// Runs the scenario. The plain exact engine is compiled for the observer that watches it; the others call it, as there
-    /// is more in their ticks than such a call.
+    /// Runs the scenario. The exact engine is compiled for its observer; the other engines call it dynamically, because
+    /// the call costs little beside their ticks.
     ///
     /// # Errors
     /// As [`Engine::run`].
     pub fn run<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
-        let called: &mut dyn Observer<f64> = &mut *observer;
+        let dynamic: &mut dyn Observer<f64> = &mut *observer;
         match self {
             Self::Exact(engine) => engine.run(observer),
-            Self::Limited(engine) => engine.run(&mut { called }),
-            Self::Split(engine) => engine.run(&mut { called }),
-            Self::Integrated(engine) => engine.run(&mut { called }),
+            Self::Limited(engine) => engine.run(&mut { dynamic }),
+            Self::Split(engine) => engine.run(&mut { dynamic }),
+            Self::Integrated(engine) => engine.run(&mut { dynamic }),
         }
     }
 
-    /// What the link has seen; none where positions and forces arrive at once and as they are.
+    /// The link's totals; `None` for a direct link.
     #[must_use]
     pub fn link_report(&self) -> Option<LinkReport> {
         match self {
@@ -59,10 +59,10 @@ impl ScenarioEngine {
 }
 
 impl Scenario {
-    /// The engine that the scenario asks for, ready at tick 0.
+    /// The scenario's engine, ready at tick 0.
     ///
     /// # Errors
-    /// [`ScenarioError`] where the parameters make no machine that can be computed with.
+    /// [`ScenarioError`] if the parameters give no computable plant.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         Ok(match self.engine {
             EngineKind::Exact if self.is_split() => ScenarioEngine::Split(Box::new(self.split_engine(0)?)),
@@ -72,7 +72,7 @@ impl Scenario {
         })
     }
 
-    /// The engine that the scenario asks for, with some parts of a user's own.
+    /// The scenario's engine, with some of the user's own parts.
     ///
     /// # Errors
     /// As [`Scenario::build`].
@@ -89,16 +89,15 @@ impl Scenario {
     /// The exact engine over lanes, all running this scenario, lane `i` with the noise of stream `first_stream + i`.
     ///
     /// # Errors
-    /// As [`Scenario::build`], and for a scenario with actuator limits, which takes [`Scenario::limited_engine`], or with
-    /// delays of no whole number of ticks, which takes [`Scenario::split_engine`].
+    /// As [`Scenario::build`], and for a scenario with actuator limits, which needs [`Scenario::limited_engine`], or
+    /// with delays that are not whole ticks, which needs [`Scenario::split_engine`].
     pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Wired<L, ExactPlants<L>>, ScenarioError> {
         if !self.actuators.are_none() {
-            return Err(
-                ScenarioError::new("this engine has no actuator limits").at(self.values().section_place("actuator"))
-            );
+            return Err(ScenarioError::new("this engine does not support actuator limits")
+                .at(self.values().section_place("actuator")));
         }
         if self.is_split() {
-            let message = "this engine has no samples that arrive between ticks";
+            let message = "this engine does not support samples that arrive between ticks";
             return Err(ScenarioError::new(message).at(self.values().section_place("channel")));
         }
         self.wired(self.exact_plants()?, first_stream)
@@ -139,16 +138,16 @@ impl Scenario {
         Ok(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m))
     }
 
-    /// The steps of master and slave over a whole tick.
+    /// The discrete steps of master and slave over a whole tick, computed once per set of parameters.
     pub(super) fn whole_steps(&self) -> Result<(Cow<'_, MasterStep>, Cow<'_, SlaveStep>), PlantError> {
-        let (sides, tick_s) = ((&self.master, &self.arm, &self.slave), self.grid.tick_s());
-        if let Some(kept) = self.steps.get().filter(|kept| kept.are_of(sides, self.timing, tick_s)) {
-            return Ok((Cow::Borrowed(&kept.master), Cow::Borrowed(&kept.slave)));
+        let (parameters, tick_s) = ((&self.master, &self.arm, &self.slave), self.grid.tick_s());
+        if let Some(stored) = self.steps.get().filter(|stored| stored.are_of(parameters, self.timing, tick_s)) {
+            return Ok((Cow::Borrowed(&stored.master), Cow::Borrowed(&stored.slave)));
         }
-        let made = Steps::new(sides, self.timing, tick_s)?;
-        let steps = (Cow::Owned(made.master.clone()), Cow::Owned(made.slave.clone()));
-        // Another thread may have been first, with the same numbers; or they belong to a copy that was changed.
-        let _ = self.steps.set(made);
+        let built = Steps::new(parameters, self.timing, tick_s)?;
+        let steps = (Cow::Owned(built.master.clone()), Cow::Owned(built.slave.clone()));
+        // Another thread may have stored the same steps first, or steps of a modified copy are stored.
+        let _ = self.steps.set(built);
         Ok(steps)
     }
 
@@ -189,7 +188,7 @@ impl Scenario {
             .split(self.backward.share, self.forward.share)
     }
 
-    /// A side that cannot be built, at the place of what is wrong with it.
+    /// The error of a plant that cannot be built, at the place of its parameters.
     fn unbuildable(&self, error: &PlantError) -> ScenarioError {
         match error {
             PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
@@ -198,11 +197,11 @@ impl Scenario {
             }
             PlantError::Build { side, .. } => ScenarioError::new(error.to_string())
                 .at(self.values().section_place(side))
-                .remedy(format!("look at the numbers of [{side}]")),
+                .remedy(format!("check the values of [{side}]")),
         }
     }
 
-    /// Where the person begins, in m; both plants begin there at rest.
+    /// Initial position of the operator in m; both plants start there at rest.
     pub(super) fn start_m(&self) -> f64 {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),
@@ -211,7 +210,7 @@ impl Scenario {
         }
     }
 
-    /// The same scenario in somebody's hand: where it begins is where the hand is, and nothing else trembles or reacts.
+    /// This scenario moved by a live hand: it starts at the hand's position, without simulated tremor or reflex.
     #[must_use]
     pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
         self.operator = OperatorSpec::Hand(hand);

@@ -1,6 +1,6 @@
-//! The scenarios and recordings that the binary carries, so that it works from any directory.
+//! The scenarios and recordings embedded in the binary, so that it works from any directory.
 
-/// What a path begins with that means a file of the binary's own.
+/// The prefix of a path to an embedded file.
 pub const PREFIX: &str = "builtin:";
 
 const FILES: &[(&str, &[u8])] = &[
@@ -45,18 +45,18 @@ const FILES: &[(&str, &[u8])] = &[
     ("own_ctrl_pop.csv", include_bytes!("../../scenarios/recordings/own_ctrl_pop.csv")),
 ];
 
-/// The content of a file of the binary's own, by its name without [`PREFIX`].
+/// The content of an embedded file, by its name without [`PREFIX`].
 #[must_use]
 pub fn content(name: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(known, _)| *known == name).map(|(_, content)| *content)
 }
 
-/// The names of all of them.
+/// The names of all embedded files.
 pub fn names() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
 
-/// The scenarios among them, each with the question that heads it.
+/// The embedded scenarios, each with the question in its first line.
 pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     let scenarios = FILES.iter().filter(|(name, _)| name.ends_with(".toml"));
     scenarios.map(|(name, content)| {
@@ -70,15 +70,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_scenario_of_the_folder_is_carried_and_headed_by_a_question() {
+    fn every_scenario_of_the_folder_is_embedded_and_begins_with_a_question() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
         let files = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
         let mut on_disk: Vec<String> = files.filter_map(|name| name.into_string().ok()).collect();
         on_disk.retain(|name| name.ends_with(".toml"));
         on_disk.sort();
-        let mut carried: Vec<String> = questions().map(|(name, _)| name.to_owned()).collect();
-        carried.sort();
-        assert_eq!(on_disk, carried);
+        let mut embedded: Vec<String> = questions().map(|(name, _)| name.to_owned()).collect();
+        embedded.sort();
+        assert_eq!(on_disk, embedded);
         for (name, question) in questions() {
             assert!(question.contains('?'), "{name}: {question}");
         }

@@ -1,4 +1,4 @@
-//! From files to entries: a scenario, what it is based on, and what the command line sets.
+//! From files to entries: a scenario, its bases, and the settings of the command line.
 
 use std::collections::HashSet;
 use std::fs::File;
@@ -26,19 +26,19 @@ const MAX_BASES: usize = 32;
 pub enum Source {
     /// A file on disk.
     Disk(PathBuf),
-    /// One of the binary's own, by name.
+    /// An embedded file, by name.
     Builtin(String),
-    /// A text in memory; its own paths are relative to where the program runs.
+    /// A text in memory; paths in it are relative to the working directory.
     Text {
-        /// What messages call it.
+        /// Its name in messages.
         name: Arc<str>,
-        /// All of it.
+        /// Its content.
         text: Arc<str>,
     },
 }
 
 impl Source {
-    /// What a user wrote on the command line: a path, or `builtin:` and a name.
+    /// The source that a command-line argument names: a path, or `builtin:` and a name.
     #[must_use]
     pub fn parse(text: &str) -> Self {
         match text.strip_prefix(builtin::PREFIX) {
@@ -47,7 +47,7 @@ impl Source {
         }
     }
 
-    /// What a file at this source means by a path.
+    /// The source that a path inside this source names.
     #[must_use]
     pub fn relative(&self, text: &str) -> Self {
         match (Self::parse(text), self) {
@@ -57,7 +57,7 @@ impl Source {
         }
     }
 
-    /// The file as messages name it.
+    /// Its name in messages.
     #[must_use]
     pub fn display(&self) -> String {
         match self {
@@ -67,7 +67,7 @@ impl Source {
         }
     }
 
-    /// The file's name without its ending.
+    /// The file's name without its extension.
     #[must_use]
     pub fn stem(&self) -> String {
         let path = match self {
@@ -78,7 +78,7 @@ impl Source {
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// The same source in its one form, for telling whether two are the same file and for writing it down.
+    /// The canonical form of the source, for comparison and for the echo.
     #[must_use]
     pub fn canonical(&self) -> Self {
         match self {
@@ -98,7 +98,7 @@ impl Source {
             Self::Disk(path) => {
                 let cannot = |error: std::io::Error| {
                     let shipped =
-                        "a path begins where the file that names it lies; `builtin:NAME.toml` is a shipped scenario";
+                        "a path is relative to the file that contains it; `builtin:NAME.toml` is a shipped scenario";
                     refuse(format!("cannot be read: {error}")).remedy(shipped)
                 };
                 let metadata = path.metadata().map_err(cannot)?;
@@ -127,33 +127,33 @@ pub struct Entry {
     pub value: toml::Value,
     /// The value as it was written, for messages.
     pub written: String,
-    /// Where the key stands.
+    /// Place of the key.
     pub key_place: Place,
-    /// Where the value stands.
+    /// Place of the value.
     pub value_place: Place,
-    /// The file that the entry's own paths are relative to.
+    /// The file that the entry's paths are relative to.
     pub source: Source,
 }
 
-/// Every entry of a scenario, its bases and its command-line settings; the first one of a path counts.
+/// Every entry of a scenario, its bases and its command-line settings; the first entry of a path takes effect.
 ///
 /// # Errors
-/// A file that cannot be read, is no TOML, or is based on itself; a setting that is not `section.key=value`.
+/// A file that cannot be read, is not TOML, or is based on itself; a setting that is not `section.key=value`.
 pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
     for setting in settings.iter().rev() {
         entries.extend(parse_setting(setting)?);
     }
-    let mut seen = HashSet::new();
+    let mut visited = HashSet::new();
     let mut next = Some((source.clone(), None));
     while let Some((source, place)) = next {
-        if !seen.insert(source.canonical()) {
+        if !visited.insert(source.canonical()) {
             let message = format!("{} is based on itself", source.display());
             return Err(ScenarioError::new(message).at(place).remedy("base must name another file"));
         }
-        if seen.len() > MAX_BASES {
+        if visited.len() > MAX_BASES {
             let message = format!("the chain of bases is longer than {MAX_BASES}");
-            return Err(ScenarioError::new(message).at(place).remedy("base on a file nearer to the first"));
+            return Err(ScenarioError::new(message).at(place).remedy("name a base nearer to the first file"));
         }
         let text = source.read().map_err(|error| error.at(place))?;
         let file = parse(&source.display(), &text, &source)?;
@@ -164,10 +164,10 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
     Ok(entries)
 }
 
-/// Every entry of one file that is no scenario but written in the same manner, in the order of their paths.
+/// Every entry of a file in the syntax of a scenario, in the order of their paths.
 ///
 /// # Errors
-/// A file that cannot be read, or is no TOML.
+/// A file that cannot be read, or is not TOML.
 pub fn entries(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     parse(&source.display(), &source.read()?, source)
 }
@@ -191,7 +191,7 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     flatten("", table.get_ref(), &mut |path, key: Range<usize>, value: &Spanned<DeValue<'_>>| {
         let raw = text.get(value.span()).unwrap_or_default();
         let read = || match value.get_ref() {
-            // The text of a section's header is not that of a value.
+            // A section's header is not the text of a value.
             DeValue::Table(_) => Ok(toml::Value::Table(toml::Table::new())),
             _ => ValueDeserializer::parse(raw).and_then(toml::Value::deserialize),
         };
@@ -214,19 +214,19 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     Ok(entries)
 }
 
-/// A value's text on one line of a message.
+/// A value's text on one line, shortened for a message.
 fn shorten(raw: &str) -> String {
-    const MOST: usize = 60;
+    const MAX_CHARS: usize = 60;
     let line = raw.split_whitespace().collect::<Vec<_>>().join(" ");
-    if line.chars().count() <= MOST { line } else { line.chars().take(MOST).chain(['…']).collect() }
+    if line.chars().count() <= MAX_CHARS { line } else { line.chars().take(MAX_CHARS).chain(['…']).collect() }
 }
 
 type Leaf<'a> = dyn FnMut(String, Range<usize>, &Spanned<DeValue<'_>>) -> Result<(), ScenarioError> + 'a;
 
-/// Visits every value that is not a section of others: an empty table that is no section is a mistake to be named.
+/// Visits every value that is not a section. An empty table that is no section is visited too, so that it is reported.
 fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(), ScenarioError> {
     for (key, value) in table {
-        // A quoted key with a dot in it is no path.
+        // A quoted key that contains a dot is not a path.
         let name = key.get_ref();
         let name = if name.contains('.') { format!("{name:?}") } else { name.to_string() };
         let path = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
@@ -240,7 +240,7 @@ fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(),
     Ok(())
 }
 
-/// `section.key=value` as a document of its own; a value that is no TOML is a text.
+/// Parses `section.key=value` as a document; a value that is not TOML is a text.
 pub(super) fn parse_setting(setting: &str) -> Result<Vec<Entry>, ScenarioError> {
     let remedy = "write --set section.key=value, as in --set scaling.force=2";
     let Some((key, value)) = setting.split_once('=') else {
@@ -249,7 +249,7 @@ pub(super) fn parse_setting(setting: &str) -> Result<Vec<Entry>, ScenarioError> 
     let (key, value) = (key.trim(), value.trim());
     let is_toml = ValueDeserializer::parse(value).and_then(toml::Value::deserialize).is_ok();
     let value = if is_toml { value.to_owned() } else { toml::Value::String(value.to_owned()).to_string() };
-    // Paths on the command line are relative to where the user is.
+    // Paths on the command line are relative to the working directory.
     let here = Source::Disk(PathBuf::new());
     let entries = parse("--set", &format!("{key} = {value}"), &here)?;
     if entries.iter().any(|entry| entry.path == "base") {

@@ -1,12 +1,12 @@
-//! How the plants are brought from tick to tick.
+//! How the plants are stepped from tick to tick.
 
 trocar_core::choice! {
-    /// Between ticks: matrix exponentials, or numerical integration as a check.
+    /// Stepping between ticks: matrix exponentials, or numerical integration as a check.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum EngineKind at "simulation.engine" = Exact {
-        /// By matrix exponentials.
+        /// Matrix exponentials.
         "exact" => Exact,
-        /// By numerical integration, as a check.
+        /// Numerical integration, as a check.
         "dop853" => Dop853,
     }
 }

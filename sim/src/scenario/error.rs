@@ -1,22 +1,22 @@
-//! What is wrong with a scenario, and where.
+//! Errors in scenarios, with their place in the file.
 
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A stretch of a file.
+/// A range of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     /// The file as the user named it.
     pub file: Arc<str>,
     /// Its whole text.
     pub text: Arc<str>,
-    /// The bytes meant, within the text.
+    /// The byte range within the text.
     pub span: Range<usize>,
 }
 
 impl Place {
-    /// Line and column of its beginning, from 1.
+    /// Line and column of its start, from 1.
     #[must_use]
     pub fn line_and_column(&self) -> (usize, usize) {
         let before = self.text.get(..self.span.start).unwrap_or(&self.text);
@@ -29,11 +29,11 @@ impl Place {
 /// A scenario that cannot be run as written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenarioError {
-    /// What is wrong, with the number and what is allowed.
+    /// The error, with the value and the allowed range.
     pub message: String,
-    /// Where, if it stands in a file.
+    /// The place, if the error is in a file.
     pub place: Option<Place>,
-    /// What to do about it.
+    /// How to correct it.
     pub remedy: Option<String>,
 }
 

@@ -1,7 +1,7 @@
-//! Every key of a scenario: where it stands, what it holds, its default and its meaning.
+//! Every key of a scenario: its section, type, default and meaning.
 //!
-//! Validation, the resolved echo, the JSON Schema and the starter file are all read off this one table. A key is declared beside
-//! what it sets; here stand the sections, and the order of the groups.
+//! Validation, the resolved echo, the JSON Schema and the starter file are generated from this table. A key is declared
+//! beside the part that it sets; this file holds the sections and the order of the groups.
 
 use trocar_core::settings::{Key, count, joined};
 
@@ -18,34 +18,34 @@ use crate::sensor::SensorSettings;
 use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySettings, RecoverySettings, Scales};
 use crate::tissue::TissueSettings;
 
-/// The sections, in the order in which they are written, with what each is about.
+/// The sections in the order in which they are written, each with its subject.
 pub const SECTIONS: [(&str, &str); 23] = [
-    ("simulation", "How long, how finely, by which engine."),
-    ("master", "The machine in the hand (eq. 28) and its force controller (eq. 29)."),
-    ("arm", "The arm that holds it (eq. 32-35), in the paper's letters."),
-    ("slave", "The machine that holds the needle (eq. 30) and its position controller (eq. 31)."),
-    ("actuator", "What the motors of both plants can do; needs simulation.control = \"sampled\"."),
-    ("scaling", "What a newton and a millimetre become on the other side."),
-    ("controller", "Which of positions and forces go which way."),
+    ("simulation", "Duration, tick and engine."),
+    ("master", "The master (eq. 28) and its force controller (eq. 29)."),
+    ("arm", "The operator's arm (eq. 32-35), in the paper's symbols."),
+    ("slave", "The slave (eq. 30) and its position controller (eq. 31)."),
+    ("actuator", "Motor limits of both plants; they need simulation.control = \"sampled\"."),
+    ("scaling", "Scale factors between the two sides."),
+    ("controller", "The teleoperation architecture: which signals each side receives."),
     ("channel", "The link between the plants."),
-    ("passivity", "What keeps the link from making energy, whatever its delay."),
-    ("operator", "What the person wants to do."),
-    ("tissue", "What the needle meets."),
-    ("tissue.skin", "The first of its layers, for kind = \"layers\"."),
+    ("passivity", "The passivity scheme, which keeps the link from generating energy under delay."),
+    ("operator", "The operator's motion."),
+    ("tissue", "The tissue that the needle enters."),
+    ("tissue.skin", "The first layer, for kind = \"layers\"."),
     ("tissue.fat", "The second layer."),
     ("tissue.muscle", "The third layer."),
     ("tissue.capsule", "The fourth layer: the organ's membrane."),
     ("tissue.organ", "The last layer."),
     ("recording", "The recording that operator or tissue replay, and that detect reads."),
     ("recording.columns", "Its columns, by the names in the file's header."),
-    ("recording.scale", "The factor that turns each column into SI."),
+    ("recording.scale", "The factor that converts each column to SI units."),
     ("sensor", "How force and position are measured."),
     ("estimator", "The online estimation of the tissue (eq. 12-18)."),
     ("detector", "The detection of ruptures (eq. 19-27)."),
-    ("augmentation", "What happens on a detection (section 5.1)."),
+    ("augmentation", "The response to an alarm (section 5.1)."),
 ];
 
-/// Every key, in the order in which they are written: those of the layers last.
+/// Every key, in the order in which they are written; the layers' keys are last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
 const GROUPS: [&[Key]; 30] = [
@@ -96,13 +96,13 @@ mod tests {
         if std::env::var_os("BLESS").is_some() {
             std::fs::write(&path, text).expect("written");
         }
-        let kept = std::fs::read_to_string(&path).expect("a snapshot");
-        let differing = kept.lines().zip(text.lines()).find(|(kept, now)| kept != now);
-        assert!(kept == text, "{name} differs at {differing:?}; BLESS=1 writes it anew");
+        let expected = std::fs::read_to_string(&path).expect("a snapshot");
+        let differing = expected.lines().zip(text.lines()).find(|(expected, now)| expected != now);
+        assert!(expected == text, "{name} differs at {differing:?}; BLESS=1 writes it anew");
     }
 
     #[test]
-    fn regress_every_key_is_as_it_was() {
+    fn regress_every_key_matches_the_snapshot() {
         let mut text = String::new();
         for key in KEYS {
             let range = if let Kind::Number(range) = key.kind {

@@ -10,30 +10,30 @@ pub fn find(path: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.path == path)
 }
 
-/// Whether a path is a section's.
+/// Whether a path names a section.
 #[must_use]
 pub fn is_section(path: &str) -> bool {
     SECTIONS.iter().any(|(section, _)| *section == path)
 }
 
-/// From which likeness on a name may be meant.
-const NEAR: f64 = 0.8;
+/// Minimum similarity of a suggested name.
+const MIN_SIMILARITY: f64 = 0.8;
 
-/// The known key nearest to a path in spelling, if any is near.
+/// The known key with the most similar spelling, if any is similar enough.
 #[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
-    let likeness =
+    let similarity =
         |known: &str| strsim::jaro_winkler(path, known).max(0.98 * strsim::jaro_winkler(&last(path), &last(known)));
-    let best = KEYS.iter().map(|key| (likeness(key.path), key.path)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 > NEAR).then_some(best.1)
+    let best = KEYS.iter().map(|key| (similarity(key.path), key.path)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 > MIN_SIMILARITY).then_some(best.1)
 }
 
-/// The one of some names that is nearest in spelling, if any is near.
+/// The known name with the most similar spelling, if any is similar enough.
 pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
-    let likeness = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
-    let best = known.into_iter().map(likeness).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 > NEAR).then_some(best.1)
+    let similarity = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
+    let best = known.into_iter().map(similarity).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 > MIN_SIMILARITY).then_some(best.1)
 }
 
 #[cfg(test)]

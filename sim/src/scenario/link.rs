@@ -1,4 +1,4 @@
-//! From values to what joins the plants.
+//! From values to the link's settings.
 
 use super::error::ScenarioError;
 use super::values::Values;
@@ -8,7 +8,7 @@ use crate::teleoperation::{
     RecoverySettings, Scales, Scheme,
 };
 
-/// The architecture, the recovery and the passivity around two machines.
+/// The architecture, the recovery and the passivity scheme for two machines.
 pub(super) fn link_settings(
     values: &mut Values,
     master: &MasterParameters,
@@ -17,7 +17,7 @@ pub(super) fn link_settings(
     let controller = ControllerSettings::read(values)?;
     let passivity = PassivitySettings::read(values)?;
     let scales = Scales::read(values)?;
-    agree(values, (controller.kind, passivity.scheme, scales), master, slave)?;
+    check_compatible(values, (controller.kind, passivity.scheme, scales), master, slave)?;
     let (slave_drag, slave_inertia) = if controller.kind.models_slave() {
         slave.slow_motion().map_err(|error| match error {
             PlantError::Parameter(invalid) => values.out_of_range(&invalid),
@@ -40,28 +40,28 @@ pub(super) fn link_settings(
     Ok(LinkSettings { controller, machines, recovery: RecoverySettings::read(values)?, passivity })
 }
 
-/// Checks that architecture, scheme and machines go together.
-fn agree(
+/// Checks that architecture, scheme and machines are compatible.
+fn check_compatible(
     values: &Values,
     (kind, scheme, scales): (ControllerKind, Scheme, Scales),
     master: &MasterParameters,
     slave: &SlaveParameters,
 ) -> Result<(), ScenarioError> {
     if kind.couples_positions() && !scheme.carries_positions() {
-        let message = "waves carry a velocity and a force; this controller.kind sends positions back as well";
+        let message = "wave variables carry velocity and force only; this controller.kind also sends positions back";
         let others = ControllerKind::ALL.iter().filter(|kind| !kind.couples_positions());
         let others: Vec<_> = others.map(|kind| format!("\"{}\"", kind.word())).collect();
         let remedy = format!("use controller.kind = {}, or another passivity.scheme", others.join(" or "));
         return Err(values.error("passivity.scheme", message).remedy(remedy));
     }
     if kind != ControllerKind::PositionForce && master.coupling == Coupling::AsPrinted {
-        let message = "a master on which the hand does not act has only the paper's controller";
+        let message = "a master without the hand's force supports the paper's controller only";
         let (coupling, kind) = (Coupling::Physical.word(), ControllerKind::PositionForce.word());
         let remedy = format!("use master.coupling = \"{coupling}\", or controller.kind = \"{kind}\"");
         return Err(values.error("master.coupling", message).remedy(remedy));
     }
     if kind.models_slave() && slave.damping == Damping::AsPrinted {
-        let message = format!("{} makes the slave follow by damping its velocity", kind.word());
+        let message = format!("{} needs velocity damping of the slave", kind.word());
         return Err(values
             .error("slave.damping", message)
             .remedy(format!("use slave.damping = \"{}\"", Damping::Velocity.word())));
@@ -71,7 +71,7 @@ fn agree(
             let message = format!("{key} is 0, must be above 0 for this controller.kind or passivity.scheme");
             return Err(values
                 .error(key, message)
-                .remedy("a scale of 0 opens the loop: use position-force, no scheme"));
+                .remedy("a scale of 0 opens the loop: use position-force without a scheme"));
         }
     }
     Ok(())

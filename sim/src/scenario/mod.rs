@@ -1,4 +1,4 @@
-//! Scenarios: TOML in, a validated and resolved description out, echoed with every default written out.
+//! Scenarios: from TOML to a validated and resolved description; the echo contains every default.
 
 mod build;
 mod builtin;

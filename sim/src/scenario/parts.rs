@@ -17,21 +17,21 @@ use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use crate::teleoperation::{Connection, DirectLink, Link};
 use crate::tissue::{AnyTissue, DepthReplay, RecordedForce};
 
-/// Set the two directions' random numbers apart from all others with the same seed.
+/// Separate the random streams of the two directions from all others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
 const BACKWARD: u64 = 0x6261_636b_7761_7264;
 
 impl Scenario {
-    /// The scenario around two machines, compiled for any parts.
+    /// The engine around `plants`, compiled for any parts.
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
-        let link = self.joined(first_stream)?;
+        let link = self.link(first_stream)?;
         let (operator, tissue) = (self.person(first_stream)?, self.any_tissue()?);
-        Ok(self.around(plants, operator, tissue, self.any_sensor(first_stream)?, link))
+        Ok(self.with_any_chain(plants, operator, tissue, self.any_sensor(first_stream)?, link))
     }
 
-    /// The scenario around two machines, compiled for its parts where they are common.
+    /// The engine around `plants`, compiled for its parts if they are a frequent combination.
     pub(super) fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
-        let link: Link<L> = self.joined(first_stream)?;
+        let link: Link<L> = self.link(first_stream)?;
         if !link.is_direct() {
             return self.general(plants, first_stream).map(Wired::Any);
         }
@@ -45,18 +45,18 @@ impl Scenario {
         let reads_exactly = self.sensor.reads_force_exactly();
         Ok(match (self.replay().filter(|_| is_baseline), self.any_tissue()?) {
             (Some(operator), AnyTissue::Recording(tissue)) if reads_exactly => {
-                Wired::Paper(self.baseline(plants, operator, tissue, PerfectSensor, link))
+                Wired::Paper(self.with_paper_chain(plants, operator, tissue, PerfectSensor, link))
             }
             (Some(operator), AnyTissue::Recording(tissue)) => {
-                Wired::NoisyRecording(self.baseline(plants, operator, tissue, force_sensor(), link))
+                Wired::NoisyRecording(self.with_paper_chain(plants, operator, tissue, force_sensor(), link))
             }
             (Some(operator), AnyTissue::Layers(tissue)) => {
-                Wired::NoisyLayers(self.baseline(plants, operator, tissue, force_sensor(), link))
+                Wired::NoisyLayers(self.with_paper_chain(plants, operator, tissue, force_sensor(), link))
             }
             (Some(operator), AnyTissue::Depth(tissue)) if reads_exactly => {
-                Wired::Depth(self.baseline(plants, operator, tissue, PerfectSensor, link))
+                Wired::Depth(self.with_paper_chain(plants, operator, tissue, PerfectSensor, link))
             }
-            (_, tissue) => Wired::AnyDirect(self.around(
+            (_, tissue) => Wired::AnyDirect(self.with_any_chain(
                 plants,
                 self.person(first_stream)?,
                 tissue,
@@ -66,8 +66,8 @@ impl Scenario {
         })
     }
 
-    /// Parts with any built-in estimator and detector around two machines.
-    fn around<L: Lane, P, O, T, S, K>(
+    /// The engine with any built-in estimator and detector.
+    fn with_any_chain<L: Lane, P, O, T, S, K>(
         &self,
         plants: P,
         operator: O,
@@ -82,8 +82,8 @@ impl Scenario {
         self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link })
     }
 
-    /// Parts with the paper's estimator and detector around two machines.
-    fn baseline<L: Lane, P, O, T, S, K>(
+    /// The engine with the paper's estimator and detector.
+    fn with_paper_chain<L: Lane, P, O, T, S, K>(
         &self,
         plants: P,
         operator: O,
@@ -101,10 +101,10 @@ impl Scenario {
         Engine { grid: self.grid, plants, parts }
     }
 
-    /// The parts with some of a user's own; all of them are called.
+    /// The parts with some of the user's own, dynamically dispatched.
     pub(super) fn own_wiring(&self, own: OwnParts) -> Result<OwnWiring, ScenarioError> {
         let tick_s = self.grid.tick_s();
-        let link = self.joined(0)?;
+        let link = self.link(0)?;
         let link: Box<dyn Connection<f64> + Send> = match (own.architecture, own.scheme) {
             (None, None) => Box::new(link),
             (Some(architecture), None) => Box::new(link.with_architecture(architecture)),
@@ -142,12 +142,12 @@ impl Scenario {
         })
     }
 
-    /// Where the slave's reference begins, in m.
+    /// Initial reference of the slave in m.
     fn reference_m(&self) -> f64 {
         self.position_scale() * self.start_m()
     }
 
-    /// What the needle meets.
+    /// The scenario's tissue.
     fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
         let start_m = self.position_scale() * self.start_m();
         let tissue = match &self.tissue {
@@ -173,12 +173,12 @@ impl Scenario {
         Supervisor::new(&self.augmentation, self.detector.cusum.threshold, self.grid.tick_s(), reference_m)
     }
 
-    /// The ticks of scheduled alarms. Without augmentation there is nothing that an alarm could begin.
+    /// The ticks of scheduled alarms; none without augmentation, which they trigger.
     fn alarm_ticks(&self) -> Arc<[u64]> {
         if self.augmentation.enabled { self.events.clone() } else { Arc::default() }
     }
 
-    /// The motion of a person who follows what is known beforehand, whatever they feel.
+    /// The motion of an operator who replays known positions, independent of the felt force.
     fn replay(&self) -> Option<Replay> {
         match &self.operator {
             OperatorSpec::Recording(positions)
@@ -190,27 +190,27 @@ impl Scenario {
         }
     }
 
-    /// What joins the two sides.
-    fn joined<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
+    /// The link between the two sides.
+    fn link<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
         let (at_master, at_slave) = (L::splat(start_m), L::splat(self.position_scale() * start_m));
-        let forth = [at_master, zero, zero, zero, zero];
-        let forth = Delay::new(self.forward.whole, forth).irregular(
+        let initial = [at_master, zero, zero, zero, zero];
+        let forward = Delay::new(self.forward.whole, initial).irregular(
             &self.irregularity,
             &self.forward_schedule,
             tick_s,
-            forth,
+            initial,
             (self.seed ^ FORWARD, first_stream),
         );
-        let back = [zero, at_slave, zero, zero, zero, zero];
-        let back = Delay::new(self.backward.whole, back).irregular(
+        let initial = [zero, at_slave, zero, zero, zero, zero];
+        let backward = Delay::new(self.backward.whole, initial).irregular(
             &self.irregularity,
             &self.backward_schedule,
             tick_s,
-            back,
+            initial,
             (self.seed ^ BACKWARD, first_stream),
         );
-        Link::new(&self.link, (forth, back), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
+        Link::new(&self.link, (forward, backward), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
     }
 
     /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.

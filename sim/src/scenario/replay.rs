@@ -1,4 +1,4 @@
-//! The recording that a scenario replays, or that a detection reads.
+//! The recording that a scenario or a detection reads.
 
 use std::sync::Arc;
 
@@ -20,8 +20,8 @@ use crate::time::{TickGrid, whole_ticks};
 
 const FILE: &str = FileSettings::KEYS[0].path;
 
-/// Most samples that an uneven recording may become at its even interval, whatever recording.max_samples says: as many as a
-/// run has ticks.
+/// Upper limit of the samples of a resampled recording, even if recording.max_samples is larger: the maximum ticks of a
+/// run.
 const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 
 /// A recording with its labels, as a scenario describes it.
@@ -29,36 +29,37 @@ const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 pub struct RecordingSpec {
     /// The samples, in SI units and this crate's signs.
     pub recording: Recording,
-    /// When layers rupture, in s after the first sample.
+    /// Times of layer ruptures, in s after the first sample.
     pub ruptures_s: Vec<f64>,
 }
 
-/// What detecting ruptures in a recording needs.
+/// Everything that rupture detection in a recording needs.
 #[derive(Debug, Clone)]
 pub struct DetectionSpec {
     /// The recording and its labels.
     pub recording: RecordingSpec,
-    /// Everything else.
+    /// The settings.
     pub settings: DetectionSettings,
 }
 
-/// What detecting ruptures needs apart from the samples.
+/// The settings of rupture detection.
 #[derive(Debug, Clone)]
 pub struct DetectionSettings {
     /// The estimator.
     pub estimator: RlsSettings,
     /// The detector.
     pub detector: DetectorSettings,
-    /// Where the tissue begins, in m.
+    /// Position of the tissue's surface in m.
     pub contact_m: f64,
-    /// Step of the positions in m, for the velocity filter; 0: not known, and taken from the recording where there is one.
+    /// Resolution of the positions in m, for the velocity filter; 0: unknown, estimated from the recording if there is
+    /// one.
     pub position_resolution_m: f64,
-    /// Acceleration that the velocity filter expects, in m/s².
+    /// Standard deviation of the acceleration in the velocity filter, in m/s².
     pub acceleration_std_m_per_s2: f64,
 }
 
 impl DetectionSettings {
-    /// Resolves the values that detection needs apart from a recording; derived ones are filled in.
+    /// Resolves the values of detection without a recording; fills in derived ones.
     ///
     /// # Errors
     /// As [`Scenario::load`](super::Scenario::load).
@@ -78,7 +79,7 @@ impl DetectionSettings {
 }
 
 impl DetectionSpec {
-    /// Resolves the values that detection needs; derived ones are filled in.
+    /// Resolves the values of detection; fills in derived ones.
     ///
     /// # Errors
     /// As [`Scenario::load`](super::Scenario::load).
@@ -88,8 +89,8 @@ impl DetectionSpec {
         Self::new(values, settings, recording)
     }
 
-    /// The same for samples that are at hand, in place of the recording that the values may name: its labels and its limits
-    /// are taken from them, columns and signs are not.
+    /// As [`DetectionSpec::resolve`], for samples in memory. The values give labels and limits; columns and signs are
+    /// not used.
     ///
     /// # Errors
     /// As [`Scenario::load`](super::Scenario::load).
@@ -105,7 +106,8 @@ impl DetectionSpec {
     }
 }
 
-/// The ticks of the labelled ruptures: the last ones under load, so a label between two ticks means the one before.
+/// The ticks of the labelled ruptures: each the last tick under load, so a label between two ticks gives the earlier
+/// one.
 pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]> {
     let tick_s = grid.tick_s();
     let tick = |label: &f64| whole_ticks(*label, tick_s).unwrap_or((label / tick_s) as u64);
@@ -114,7 +116,7 @@ pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]>
     ticks.into()
 }
 
-/// The depths at which layers rupture: where the needle was at the last sample before each label, in m.
+/// The depths at which layers rupture, in m: the needle's position at the last sample before each label.
 pub(super) fn rupture_depths(spec: &RecordingSpec) -> Arc<[f64]> {
     let (time_s, position_m) = (spec.recording.time_s(), spec.recording.position_m());
     let start_s = time_s.first().copied().unwrap_or(0.0);
@@ -139,7 +141,7 @@ fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(),
     Ok(())
 }
 
-/// Checks that the recording is one of a needle.
+/// Checks that the magnitudes are plausible for a needle.
 fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
     const MAX_MAGNITUDE: f64 = Limits::MAX_MAGNITUDE;
     let quantities = [
@@ -157,21 +159,21 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
     Ok(())
 }
 
-/// Checks that a recording with a long gap does not become endless: detection takes evenly spaced samples, and fills gaps with
-/// them. Twice the recording's own number are never too many.
+/// Limits the number of resampled samples: detection resamples evenly and fills gaps. Twice the recording's own number
+/// is always allowed.
 fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), ScenarioError> {
     let interval_s = recording.median_interval_s();
     // Between ascending times the median is a tick.
     let samples = recording.ticks_covered(interval_s).unwrap_or(0) as u64;
-    let most = (Limits::read(values)?.max_samples as u64).min(MAX_EVEN_SAMPLES);
-    if samples <= most.max(2 * recording.len() as u64) {
+    let max_samples = (Limits::read(values)?.max_samples as u64).min(MAX_EVEN_SAMPLES);
+    if samples <= max_samples.max(2 * recording.len() as u64) {
         return Ok(());
     }
     let gap_s = recording.time_s().windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
     let key = ["recording.max_gap_s", "recording.max_samples"].into_iter().find(|key| values.place(key).is_some());
     let message = format!(
-        "evenly spaced, the recording would have {:.3e} samples, at most {most} (recording.max_samples): its longest gap, \
-         {gap_s} s, would be filled with samples {interval_s:.3e} s apart",
+        "evenly spaced, the recording would have {:.3e} samples, at most {max_samples} (recording.max_samples): \
+         its longest gap, {gap_s} s, would be filled with samples {interval_s:.3e} s apart",
         samples as f64
     );
     Err(values.error(key.unwrap_or(FILE), message).remedy("cut the recording at the gap"))
@@ -187,8 +189,8 @@ pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
     }
 }
 
-/// The content of a table of the binary's own that a key names.
-pub(super) fn carried(values: &Values, key: &str, name: &str) -> Result<&'static [u8], ScenarioError> {
+/// The content of the embedded table that a key names.
+pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'static [u8], ScenarioError> {
     builtin::content(name).ok_or_else(|| {
         let known: Vec<_> = builtin::names().filter(|name| name.ends_with(".csv")).collect();
         let message = format!("there is no recording {}", Source::Builtin(name.to_owned()).display());
@@ -196,7 +198,7 @@ pub(super) fn carried(values: &Values, key: &str, name: &str) -> Result<&'static
     })
 }
 
-/// Where the values say that a recording's quantities are found, with the signs that they say.
+/// The columns of a recording's quantities, with scales and signs, as the values give them.
 ///
 /// # Errors
 /// As [`Scenario::load`](super::Scenario::load).
@@ -216,7 +218,7 @@ pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> 
     })
 }
 
-/// That a recording is to be replayed and there is none.
+/// The error that the recording to replay is missing.
 pub(super) fn missing_recording(values: &Values) -> ScenarioError {
     values
         .error(FILE, "recording.file is missing, and operator or tissue replay a recording")
@@ -233,11 +235,11 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
     let source = source.canonical();
     let read = match &source {
         Source::Disk(path) => open_csv(path, &columns, &limits),
-        Source::Builtin(name) => read_csv(&source.display(), carried(values, FILE, name)?, &columns, &limits),
+        Source::Builtin(name) => read_csv(&source.display(), embedded(values, FILE, name)?, &columns, &limits),
         Source::Text { name, text } => read_csv(name, text.as_bytes(), &columns, &limits),
     };
     let recording = read.map_err(|error| {
-        // A column that is not there is a matter of its key, if one was written.
+        // A missing column is an error of its key, if the key was written.
         let column = error.place.column.as_deref();
         let named = |key: &&Key| column.is_some() && values.optional_word(key.path) == column;
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
@@ -249,7 +251,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
     Ok(spec)
 }
 
-/// A recording of a needle with the labels that values give it.
+/// A checked recording with the labels of the values.
 fn labelled(values: &mut Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
     check_magnitudes(values, &recording)?;
     let ruptures_s = FileSettings::read(values)?.ruptures_s;

@@ -1,4 +1,4 @@
-//! From values to what the engine needs: nothing optional is left that a run would have to guess.
+//! From values to what the engine needs: a resolved scenario leaves nothing undetermined.
 
 use std::sync::{Arc, OnceLock};
 
@@ -30,7 +30,7 @@ use crate::tissue::{ReplaySettings, TissueSettings};
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
 
-/// Most ticks of one scenario: at 1 kHz half an hour, in a trace 0.3 GB.
+/// Maximum ticks of a scenario: about half an hour at 1 kHz, 0.3 GB as a trace.
 const MAX_TICKS: f64 = 2e6;
 
 /// A delay in ticks.
@@ -38,12 +38,13 @@ const MAX_TICKS: f64 = 2e6;
 pub struct DelayTicks {
     /// Whole ticks.
     pub whole: u64,
-    /// The rest, at least 0 and below 1: when within a tick its sample arrives.
+    /// The fraction of a tick, at least 0 and below 1: when within a tick a sample arrives.
     pub share: f64,
 }
 
 impl DelayTicks {
-    /// A delay (both in s); its sample is read as it arrives, or by a receiver that `waits_for_tick` on the next one.
+    /// The ticks of a delay (both in s). A receiver that `waits_for_tick` reads a sample at the next tick, any other
+    /// when it arrives.
     #[must_use]
     pub fn new(delay_s: f64, tick_s: f64, waits_for_tick: bool) -> Self {
         let ticks = delay_s / tick_s;
@@ -55,7 +56,8 @@ impl DelayTicks {
     }
 }
 
-/// Whether what arrives within a tick is read at the next one: only the paper's continuous controllers take it as it arrives.
+/// Whether a sample that arrives within a tick is read at the next one. Only the paper's continuous controllers read it
+/// when it arrives.
 #[must_use]
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
     timing == ControlTiming::Sampled || !link.is_baseline()
@@ -64,15 +66,15 @@ pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
 /// A scenario that can be run.
 #[derive(Debug, Clone)]
 pub struct Scenario {
-    /// Names its folder and its lines.
+    /// Name of the output folder and of its lines in figures.
     pub name: String,
     /// Its ticks.
     pub grid: TickGrid,
     /// How the plants are stepped.
     pub engine: EngineKind,
-    /// Where the controllers run.
+    /// In continuous time or on the tick.
     pub timing: ControlTiming,
-    /// The seed of its noise.
+    /// The seed of its random numbers.
     pub seed: u64,
     /// The master.
     pub master: MasterParameters,
@@ -80,25 +82,25 @@ pub struct Scenario {
     pub arm: ArmParameters,
     /// The slave.
     pub slave: SlaveParameters,
-    /// What their motors can do.
+    /// The motors' limits.
     pub actuators: ActuatorLimits,
-    /// What the plants make of what they are sent.
+    /// Controller, recovery and passivity of the link.
     pub link: LinkSettings,
     /// Delay from master to slave.
     pub forward: DelayTicks,
     /// Delay from slave to master.
     pub backward: DelayTicks,
-    /// What the link does besides.
+    /// Jitter and loss of the link.
     pub irregularity: Irregularity,
-    /// What samples from master to slave meet at known times.
+    /// Scheduled outages and delays from master to slave.
     pub forward_schedule: Schedule,
-    /// The same from slave to master.
+    /// Scheduled outages and delays from slave to master.
     pub backward_schedule: Schedule,
-    /// The person.
+    /// The operator's motion.
     pub operator: OperatorSpec,
-    /// How their hand trembles.
+    /// The operator's tremor.
     pub tremor: TremorSettings,
-    /// How they react to a fall of the felt force.
+    /// The operator's reaction to a drop of the felt force.
     pub reflex: ReflexSettings,
     /// The tissue.
     pub tissue: TissueSpec,
@@ -106,17 +108,17 @@ pub struct Scenario {
     pub sensor: SensorSettings,
     /// The estimator.
     pub estimator: RlsSettings,
-    /// Where the estimator takes the tissue to begin, in m.
+    /// The estimator's contact position, in m.
     pub contact_m: f64,
     /// The detector.
     pub detector: DetectorSettings,
     /// The supervisor.
     pub augmentation: AugmentationSettings,
-    /// The ticks at which it is alarmed besides, increasing.
+    /// The ticks of scheduled alarms, increasing.
     pub events: Arc<[u64]>,
     /// Shared by the scenarios of a [`Template`](super::Template).
     pub(super) values: Arc<Values>,
-    /// Both plants' steps, once they were made.
+    /// Both plants' steps, once computed.
     pub(super) steps: Arc<OnceLock<Steps>>,
 }
 
@@ -124,7 +126,7 @@ impl Scenario {
     /// Loads a scenario with its bases, overridden by `section.key=value` settings.
     ///
     /// # Errors
-    /// [`ScenarioError`] with the place and the remedy for anything that is wrong with it or its recording.
+    /// [`ScenarioError`] with place and remedy, for the scenario or its recording.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         Self::resolve(Values::load(source, settings)?)
     }
@@ -185,7 +187,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The values that it was resolved from, derived ones included.
+    /// The values that it was resolved from, including derived ones.
     #[must_use]
     pub fn values(&self) -> &Values {
         &self.values
@@ -205,7 +207,7 @@ impl Scenario {
         self.values.to_toml()
     }
 
-    /// When layers rupture in truth, in s, where that is known beforehand.
+    /// The true times of layer ruptures in s, if known beforehand.
     #[must_use]
     pub fn rupture_times_s(&self) -> Vec<f64> {
         match &self.tissue {
@@ -216,13 +218,13 @@ impl Scenario {
         }
     }
 
-    /// Slave's motion per master's.
+    /// Slave motion per master motion.
     #[must_use]
     pub fn position_scale(&self) -> f64 {
         self.link.machines.position_scale
     }
 
-    /// Checks what involves more than one key, and that the plants can be built.
+    /// Checks relations between keys, and that the plants can be built.
     fn check(&self) -> Result<(), ScenarioError> {
         let out_of_range = |error| self.values.out_of_range(&error);
         self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
@@ -242,10 +244,10 @@ impl Scenario {
         }
     }
 
-    /// Checks that the person stays where an insertion can be; beyond, every run would count as diverged.
+    /// Checks the range of the operator's positions; beyond it every run would count as diverged.
     pub(super) fn check_reach(&self) -> Result<(), ScenarioError> {
-        let farthest_m = MAX_POSITION_M / self.position_scale().max(1.0);
-        let beyond = |position: &f64| position.abs() >= farthest_m;
+        let max_m = MAX_POSITION_M / self.position_scale().max(1.0);
+        let beyond = |position: &f64| position.abs() >= max_m;
         let (key, position) = match &self.operator {
             OperatorSpec::Recording(positions) => {
                 let key = if replays_position(&self.values) { "recording.file" } else { MotionSettings::KEY.path };
@@ -256,12 +258,12 @@ impl Scenario {
             OperatorSpec::Hand(_) => return Ok(()),
         };
         let Some(position) = position else { return Ok(()) };
-        let message = format!("the person goes to {position} m, must stay within {farthest_m} m of 0, on either side");
+        let message = format!("the operator moves to {position} m, must stay within {max_m} m of 0, on either side");
         Err(self.values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
     }
 }
 
-/// Whether the person replays the recording.
+/// Whether the operator replays the recording.
 pub(super) fn replays_position(values: &Values) -> bool {
     values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
 }
@@ -273,7 +275,7 @@ pub(super) fn replays_force(values: &Values) -> bool {
         .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
 }
 
-/// The name, which becomes a folder's.
+/// The name, checked for use as a folder's name.
 fn checked_name(values: &Values, name: String) -> Result<String, ScenarioError> {
     if harmless_name(&name) == name {
         return Ok(name);
@@ -304,8 +306,7 @@ fn grid(values: &mut Values, run: &RunSettings, recording: Option<&RecordingSpec
     TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
 }
 
-/// The delays from master to slave and back; their samples are read as they arrive, or by a receiver that `waits_for_tick` on
-/// the next one.
+/// The delays from master to slave and back; a receiver that `waits_for_tick` reads samples at the next tick.
 pub(super) fn delays(
     values: &mut Values,
     grid: &TickGrid,

@@ -4,10 +4,10 @@ use super::resolve::Scenario;
 use crate::rig::{Limits, Settings, VelocitySource};
 
 impl Scenario {
-    /// What a rig's controller has to be told to do what this scenario's does: what was tried in simulation, taken along.
+    /// The settings with which a rig's controller acts as this scenario's.
     ///
-    /// Architecture and passivity of the link stay behind: [`crate::rig`] is the paper's own scheme. The limits are the
-    /// defaults, as a scenario knows none.
+    /// Architecture and passivity of the link are not transferred: [`crate::rig`] implements the paper's scheme. The
+    /// limits are the defaults, because a scenario has none.
     #[must_use]
     pub fn rig_settings(&self) -> Settings {
         let resolution_m = self.sensor.position_resolution_m;

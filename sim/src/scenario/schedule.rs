@@ -1,4 +1,4 @@
-//! From values to what the link does at known times: outages, and delays read from a file.
+//! From values to the link's scheduled outages and the delays read from a file.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use trocar_core::settings::Key;
 
 use super::document::Source;
 use super::error::ScenarioError;
-use super::replay::{carried, limiting_key};
+use super::replay::{embedded, limiting_key};
 use super::schedule_settings::{EventSettings, ScheduleSettings};
 use super::value::Value;
 use super::values::Values;
@@ -19,7 +19,7 @@ const OUTAGES: &str = ScheduleSettings::KEYS[0].path;
 const FILE: &str = ScheduleSettings::KEYS[1].path;
 const EVENTS: &str = EventSettings::KEYS[0].path;
 
-/// The timetables from master to slave and back.
+/// The schedules from master to slave and back.
 pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
     let settings = ScheduleSettings::read(values)?;
     let outages = outages(values, &settings.outages_s, grid.tick_s())?;
@@ -32,7 +32,7 @@ fn first_tick(time_s: f64, tick_s: f64) -> u64 {
     whole_ticks(time_s, tick_s).unwrap_or((time_s / tick_s).ceil().max(0.0) as u64)
 }
 
-/// The ticks at which the supervisor is alarmed whatever the detector says.
+/// The ticks of scheduled alarms, independent of the detector.
 pub(super) fn events(values: &mut Values, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
     let times_s = EventSettings::read(values)?.events_s;
     let refuse = |message: String, remedy: &str| Err(values.error(EVENTS, message).remedy(remedy));
@@ -43,7 +43,7 @@ pub(super) fn events(values: &mut Values, grid: &TickGrid) -> Result<Arc<[u64]>,
     if let Some(k) = (1..ticks.len()).find(|&k| ticks[k] <= ticks[k - 1]) {
         return refuse(
             format!("{EVENTS} has {} after {}, must ascend by ticks", times_s[k], times_s[k - 1]),
-            "sort the events; one needs no saying twice",
+            "sort the events and remove duplicates",
         );
     }
     Ok(ticks)
@@ -74,12 +74,12 @@ fn outages(values: &Values, times_s: &[f64], tick_s: f64) -> Result<Arc<[Range<u
     Ok(pairs.iter().map(|pair| first_tick(pair[0], tick_s)..first_tick(pair[1], tick_s)).collect())
 }
 
-/// The delays of each tick's samples as rows of a trace come in.
+/// The delay of each tick's samples, built row by row from a delay log.
 struct DelayTable {
     tick_s: f64,
     ticks: usize,
     begin_s: Option<f64>,
-    /// What the last row says, which holds until the next.
+    /// The delays of the last row, which hold until the next.
     holding: [u32; 2],
     delays: [Vec<u32>; 2],
 }
@@ -87,8 +87,8 @@ struct DelayTable {
 impl DelayTable {
     fn new(grid: &TickGrid) -> Self {
         let ticks = grid.ticks() as usize;
-        let room = || Vec::with_capacity(ticks);
-        Self { tick_s: grid.tick_s(), ticks, begin_s: None, holding: [0; 2], delays: [room(), room()] }
+        let empty = || Vec::with_capacity(ticks);
+        Self { tick_s: grid.tick_s(), ticks, begin_s: None, holding: [0; 2], delays: [empty(), empty()] }
     }
 
     fn take(&mut self, row: &DelayRow) {
@@ -99,7 +99,7 @@ impl DelayTable {
         self.begin_s.get_or_insert(row.time_s);
         self.holding = [row.forward_s, row.backward_s].map(|delay_s| {
             let ticks = delay_s.map(|delay_s| nearest_ticks(delay_s, self.tick_s));
-            // What comes after the run's end never comes: the link need not keep it.
+            // A sample that arrives after the run's end counts as lost, so that the link does not store it.
             let ticks = ticks.filter(|&ticks| ticks < self.ticks as u64);
             ticks.and_then(|ticks| u32::try_from(ticks).ok()).unwrap_or(Schedule::LOST)
         });
@@ -113,13 +113,13 @@ impl DelayTable {
     }
 }
 
-/// The whole ticks that each tick's samples take forth and back; none without a file.
+/// The delay of each tick's samples in whole ticks, forward and backward; empty without a file.
 fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
     let Some(source) = values.file(FILE) else { return Ok([Arc::default(), Arc::default()]) };
     let DelaySettings { forward_delay_s, backward_delay_s } = DelaySettings::read(values)?;
     for (delay_s, Key { path: key, .. }) in [forward_delay_s, backward_delay_s].into_iter().zip(DelaySettings::KEYS) {
         if delay_s != 0.0 {
-            let message = format!("{key} is {delay_s:?}, and {FILE} says how long samples take");
+            let message = format!("{key} is {delay_s:?}, but {FILE} gives the delays");
             return Err(values.error(key, message).remedy(format!("leave out {key}, or {FILE}")));
         }
     }
@@ -130,7 +130,7 @@ fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2]
     let take = |row: &DelayRow| table.take(row);
     let read = match &source {
         Source::Disk(path) => open_delays(path, &limits, max_s, take),
-        Source::Builtin(name) => read_delays(&source.display(), carried(values, FILE, name)?, &limits, max_s, take),
+        Source::Builtin(name) => read_delays(&source.display(), embedded(values, FILE, name)?, &limits, max_s, take),
         Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, max_s, take),
     };
     read.map_err(|error| {
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_outside_the_run_and_between_ticks_are_passed_over() {
+    fn rows_outside_the_run_and_between_ticks_are_skipped() {
         let rows =
             [(-1.0, Some(0.001)), (-0.5, Some(0.002)), (0.0031, Some(0.003)), (0.0039, Some(0.004)), (7.0, None)];
         assert_eq!(filled(&rows), [2, 2, 2, 2, 4, 4, 4, 4, 4, 4]);

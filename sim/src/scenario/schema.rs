@@ -1,4 +1,4 @@
-//! A JSON Schema of scenarios, so that editors complete and check them.
+//! A JSON Schema of scenarios, for completion and checks in editors.
 
 use serde_json::{Map, Value as Json, json};
 use trocar_core::settings::{Fallback, Key, Kind};
@@ -29,7 +29,7 @@ fn table(about: &str) -> Json {
     json!({ "type": "object", "description": about, "additionalProperties": false, "properties": {} })
 }
 
-/// Puts a property at a path of tables that are there.
+/// Inserts a property at a path of existing tables.
 fn insert(schema: &mut Json, path: &[&str], property: Json) {
     let Some((first, rest)) = path.split_first() else { return };
     let properties = &mut schema["properties"];
@@ -50,9 +50,9 @@ fn property(key: &Key) -> Json {
             put(if open { "exclusiveMinimum" } else { "minimum" }, json!(low));
             put("maximum", json!(range.high()));
         }
-        Kind::Whole(least) => {
+        Kind::Whole(min) => {
             put("type", json!("integer"));
-            put("minimum", json!(least));
+            put("minimum", json!(min));
         }
         Kind::Sign => {
             put("enum", json!([1, -1]));

@@ -1,4 +1,4 @@
-//! From values to what involves more than one part's settings.
+//! From values to settings that depend on more than one part.
 
 use super::error::ScenarioError;
 use super::values::Values;
@@ -15,40 +15,40 @@ const SLAVE_LAG: &str = "actuator.slave_lag_s";
 
 /// The master's parameters.
 pub(super) fn master(values: &mut Values) -> Result<MasterParameters, ScenarioError> {
-    let is_fed_positions = ControllerKind::read(values)?.couples_positions();
-    MasterParameters::read(values, is_fed_positions)
+    let couples_positions = ControllerKind::read(values)?.couples_positions();
+    MasterParameters::read(values, couples_positions)
 }
 
-/// The arm's parameters: its grip's, where no number says otherwise.
+/// The arm's parameters: the grip's, unless a key overrides them.
 pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
     let grip = Grip::read(values)?;
     ArmParameters::read(values, grip)
 }
 
-/// What the actuators can do, checked against where the controllers run.
+/// The actuators' limits, checked against the controllers' timing.
 pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<ActuatorLimits, ScenarioError> {
     let limits = ActuatorLimits::read(values)?;
     let lags = [(MASTER_LAG, limits.master_lag_s), (SLAVE_LAG, limits.slave_lag_s)];
-    let given = [MASTER_LIMIT, SLAVE_LIMIT, MASTER_RATE, SLAVE_RATE].into_iter().find(|key| values.is_given(key));
+    let limiting = [MASTER_LIMIT, SLAVE_LIMIT, MASTER_RATE, SLAVE_RATE].into_iter().find(|key| values.is_given(key));
     let lagging = lags.into_iter().find(|(_, lag_s)| *lag_s > 0.0).map(|(key, _)| key);
     let slows_slave = limits.slave_lag_s > 0.0 || limits.slave_command.or(limits.slave_command_rate_per_s).is_some();
     if slows_slave && ComplianceSettings::read(values)?.compliance_m_per_n > 0.0 {
         let message =
-            format!("{COMPLIANCE} acts like a change of the slave's command, which its motor is to pass whole");
-        return Err(values.error(COMPLIANCE, message).remedy("leave it out, or the slave's limits and lag"));
+            format!("{COMPLIANCE} acts as a change of the slave's command, which needs a motor without limits and lag");
+        return Err(values.error(COMPLIANCE, message).remedy("remove it, or the slave's limits and lag"));
     }
-    let (key, reason, limit) = match (given, lagging, timing) {
+    let (key, reason, limit) = match (limiting, lagging, timing) {
         (Some(key), _, ControlTiming::Continuous) => {
-            let unknown = "when a continuous controller saturates between two ticks is not known, so that the tick could not \
-                           be stepped exactly";
+            let unknown = "the time at which a continuous controller saturates between two ticks is unknown, so an exact \
+                           step is not possible";
             (key, unknown, "limit")
         }
         (_, Some(key), ControlTiming::Continuous) => {
-            (key, "a motor's lag is stepped under a command that is held from tick to tick", "lag")
+            (key, "the motor's lag is modelled for a command held from tick to tick", "lag")
         }
         (_, _, ControlTiming::Sampled) | (None, None, ControlTiming::Continuous) => return Ok(limits),
     };
     let sampled = format!("simulation.control = \"{}\"", ControlTiming::Sampled.word());
     let message = format!("{key} needs {sampled}: {reason}");
-    Err(values.error(key, message).remedy(format!("set {sampled}, or leave the {limit} out")))
+    Err(values.error(key, message).remedy(format!("set {sampled}, or remove the {limit}")))
 }

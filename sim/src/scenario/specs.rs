@@ -1,4 +1,4 @@
-//! What a person does and what the needle meets, as a scenario says it.
+//! The operator's motion and the tissue, as a scenario describes them.
 
 use std::sync::Arc;
 
@@ -10,44 +10,44 @@ use crate::recording::Resampled;
 use crate::time::TickGrid;
 use crate::tissue::{DepthCurves, ReplayIndex, ReplaySettings, TissueSettings};
 
-/// What the person does.
+/// The operator's motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorSpec {
-    /// Positions in m, one a tick: recorded, or computed beforehand.
+    /// Positions in m, one per tick: recorded, or computed beforehand.
     Recording(Arc<[f64]>),
     /// A constant speed.
     Ramp {
-        /// Where it begins, in m.
+        /// Start position in m.
         start_m: f64,
-        /// Where it ends, in m.
+        /// End position in m.
         end_m: f64,
-        /// How fast it gets there, in m/s.
+        /// Speed in m/s.
         speed_m_per_s: f64,
     },
-    /// Whatever a hand does that is there now.
+    /// The motion of a live hand.
     Hand(Arc<Hand>),
 }
 
-/// What the needle meets.
+/// The tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TissueSpec {
-    /// Forces in N, one a tick, and the ticks of the labelled ruptures.
+    /// Forces in N, one per tick, and the ticks of the labelled ruptures.
     Recording {
-        /// Forces in N, one a tick.
+        /// Forces in N, one per tick.
         force_n: Arc<[f64]>,
-        /// When the labels place a rupture.
+        /// Ticks of the labelled ruptures.
         rupture_ticks: Arc<[u64]>,
     },
     /// A recording by depth.
     Depth {
-        /// What the recording felt at each depth.
+        /// The recorded force at each depth.
         curves: Arc<DepthCurves>,
         /// Depths at which layers rupture, in m.
         rupture_depths_m: Arc<[f64]>,
-        /// Travel over which the force turns to that of the way out, in m.
+        /// Travel over which the force changes to the withdrawal force, in m.
         presliding_m: f64,
     },
-    /// A tissue that is made of settings alone.
+    /// A tissue model defined by settings alone.
     Model(Box<TissueSettings>),
 }
 
@@ -58,7 +58,7 @@ impl From<TissueSettings> for TissueSpec {
 }
 
 impl TissueSpec {
-    /// The settings of a tissue that is made of them alone.
+    /// The settings of a tissue model, which needs no recording.
     #[must_use]
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
@@ -68,7 +68,7 @@ impl TissueSpec {
     }
 }
 
-/// What the person does, given the recording (as it is and on the ticks) where one is replayed.
+/// The operator's motion, given the recording (original and resampled) if one is replayed.
 pub(super) fn operator(
     values: &mut Values,
     grid: &TickGrid,
@@ -89,7 +89,7 @@ pub(super) fn operator(
     })
 }
 
-/// What the needle meets, given the recording (as it is and on the ticks) where one is replayed.
+/// The tissue, given the recording (original and resampled) if one is replayed.
 pub(super) fn tissue(
     values: &mut Values,
     grid: &TickGrid,

@@ -1,4 +1,4 @@
-//! A scenario to begin with: every key, its meaning and its default, as comments.
+//! The starter scenario: every key with its meaning and default, as comments.
 
 use std::fmt::Write as _;
 
@@ -8,12 +8,12 @@ use super::key_table::SECTIONS;
 use super::value::Value;
 use super::values::{harmless_name, keys_of};
 
-/// The text of a starter scenario of a given name, or of the nearest one that a folder can have.
+/// The text of a starter scenario of a given name, made valid as a folder's name.
 #[must_use]
 pub fn starter(name: &str) -> String {
     let mut text = format!(
         "# A trocar scenario. Check it with `trocar check`, run it with `trocar run`.\n\
-         # Every key is here with its default, commented out: uncomment what you change. The base comes before defaults.\n\
+         # Every key is here with its default, commented out: uncomment what you change. The base overrides defaults.\n\
          # Lengths in m, times in s, forces in N, positive when they resist insertion.\n\
          \n\
          name = {}\n\
@@ -37,7 +37,7 @@ pub fn starter(name: &str) -> String {
     text
 }
 
-/// What a key allows, where its default does not show it.
+/// The allowed values of a key, if its default does not show them.
 fn must(key: &Key) -> String {
     match key.kind {
         Kind::Choice(_) => format!("({})", key.kind),

@@ -1,11 +1,11 @@
-//! Both plants' steps over whole ticks, which take longer to make than some hundred ticks to run: made once for all scenarios
-//! that are copies of one another but for other parts.
+//! Both plants' steps over whole ticks. Computing them takes longer than running some hundred ticks, so copies of a
+//! scenario with the same plants share them.
 
 use crate::plant::{
     ArmParameters, ControlTiming, MasterParameters, MasterStep, PlantError, SlaveParameters, SlaveStep,
 };
 
-/// The steps, and what they were made of.
+/// The steps, and the parameters that they were computed from.
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
     master_parameters: (MasterParameters, ArmParameters),
@@ -16,12 +16,16 @@ pub(super) struct Steps {
     pub(super) slave: SlaveStep,
 }
 
-/// What a scenario's steps are made of.
-pub(super) type Sides<'a> = (&'a MasterParameters, &'a ArmParameters, &'a SlaveParameters);
+/// The parameters that a scenario's steps depend on.
+pub(super) type PlantParameters<'a> = (&'a MasterParameters, &'a ArmParameters, &'a SlaveParameters);
 
 impl Steps {
-    /// The steps on ticks of `tick_s` (s).
-    pub(super) fn new((master, arm, slave): Sides<'_>, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
+    /// The steps for a tick of `tick_s` (s).
+    pub(super) fn new(
+        (master, arm, slave): PlantParameters<'_>,
+        timing: ControlTiming,
+        tick_s: f64,
+    ) -> Result<Self, PlantError> {
         Ok(Self {
             master_parameters: (*master, *arm),
             slave_parameters: slave.clone(),
@@ -32,8 +36,8 @@ impl Steps {
         })
     }
 
-    /// Whether they were made of this: a scenario's fields are open to change.
-    pub(super) fn are_of(&self, (master, arm, slave): Sides<'_>, timing: ControlTiming, tick_s: f64) -> bool {
+    /// Whether they were computed from these parameters; a scenario's public fields may have changed.
+    pub(super) fn are_of(&self, (master, arm, slave): PlantParameters<'_>, timing: ControlTiming, tick_s: f64) -> bool {
         self.master_parameters == (*master, *arm)
             && self.slave_parameters == *slave
             && self.timing == timing
@@ -64,6 +68,6 @@ mod tests {
         assert_ne!(steps(&other).1, first.1);
         assert_eq!(steps(&base), first);
         let (master, _) = base.whole_steps().expect("built");
-        assert!(matches!(master, Cow::Borrowed(_)), "made again");
+        assert!(matches!(master, Cow::Borrowed(_)), "computed again");
     }
 }

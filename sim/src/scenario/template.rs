@@ -1,8 +1,8 @@
-//! Many scenarios that differ in a few keys, made without reading a file again.
+//! Many scenarios that differ in a few keys, built without reading a file again.
 //!
-//! A key belongs to a [`Part`] of a scenario. Changing it runs the very functions that resolve this part of a file, so that
-//! what a file would not be allowed to say is refused here too, in the same words. What only building the machines can show
-//! is left to the run, which builds them anyway.
+//! A key belongs to a [`Part`] of a scenario. Changing it runs the functions that resolve this part of a file, so the
+//! same values are refused with the same messages. Errors that appear only when the plants are built are left to the
+//! run, which builds them.
 
 use std::sync::Arc;
 
@@ -26,12 +26,12 @@ use crate::operator::{ReflexSettings, TremorSettings};
 use crate::plant::SlaveParameters;
 use crate::sensor::SensorSettings;
 
-/// What a key reaches.
+/// The part of a scenario that a key affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     /// The seed alone.
     Seed,
-    /// What joins the two sides.
+    /// The link's settings.
     Link,
     /// Master, arm, slave and motors, and with them the link.
     Machines,
@@ -47,17 +47,17 @@ enum Part {
     Detector,
     /// The supervisor.
     Augmentation,
-    /// The tissue, where it replays no recording.
+    /// The tissue, if it replays no recording.
     Tissue,
-    /// The turning force of a recording by depth.
+    /// The presliding travel of a recording by depth.
     Presliding,
-    /// Where the hand wants to go, where it replays no recording.
+    /// The operator's motion, if it replays no recording.
     Motion,
     /// Tremor and reflex.
-    Habits,
+    TremorAndReflex,
     /// Nothing in this scenario.
     Nothing,
-    /// Everything: the scenario is resolved anew, its recording read again.
+    /// Everything: the scenario is resolved again, its recording read again.
     Whole,
 }
 
@@ -80,14 +80,14 @@ impl Part {
             ("tissue", _) if !replays_force(base.values()) => Self::Tissue,
             (_, "tissue.presliding_m") if matches!(base.tissue, TissueSpec::Depth { .. }) => Self::Presliding,
             ("tissue", _) => Self::Nothing,
-            ("operator", _) if path.contains("tremor") || path.contains("reflex") => Self::Habits,
+            ("operator", _) if path.contains("tremor") || path.contains("reflex") => Self::TremorAndReflex,
             ("operator", _) if !replays_position(base.values()) => Self::Motion,
             ("operator", _) => Self::Nothing,
             _ => Self::Whole,
         }
     }
 
-    /// The sections whose derived values follow from this part's keys.
+    /// The sections whose derived values depend on this part's keys.
     fn derives(self) -> &'static [&'static str] {
         match self {
             Self::Machines => &["master.", "arm."],
@@ -101,7 +101,7 @@ impl Part {
 /// A scenario with some keys left open.
 #[derive(Debug, Clone)]
 pub struct Template {
-    /// As written, without what follows from it.
+    /// The written values, without derived ones.
     written: Values,
     first: Scenario,
     keys: Vec<&'static Key>,
@@ -109,8 +109,8 @@ pub struct Template {
 }
 
 impl Template {
-    /// The scenario of a file with its bases, overridden by entries and by `section.key=value` settings, with `open` keys:
-    /// each with its first value and the place where its values are written.
+    /// The scenario of a file with its bases, overridden by entries and by `section.key=value` settings, with `open`
+    /// keys, each with its first value and the place of its values.
     ///
     /// # Errors
     /// As [`Scenario::load`], for the scenario with the first values; an open key that a setting or an entry fixes.
@@ -131,7 +131,7 @@ impl Template {
                 let message = format!("{} is both swept and set", entry.path);
                 return Err(ScenarioError::new(message)
                     .at(Some(entry.value_place.clone()))
-                    .remedy("do one of the two"));
+                    .remedy("sweep it or set it"));
             }
         }
         for (key, value, place) in open {
@@ -162,13 +162,13 @@ impl Template {
         &self.first
     }
 
-    /// Whether a key has a value that is written or a default, and follows from no other.
+    /// Whether a key has a written or default value, not a derived one.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.written.is_given(path)
     }
 
-    /// The scenario with these values of the open keys and this seed, resolved as a file is, values and all.
+    /// The scenario with these values of the open keys and this seed, fully resolved as from a file.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -181,7 +181,7 @@ impl Template {
         Scenario::resolve(written)
     }
 
-    /// What makes scenarios of it; each thread has its own.
+    /// A factory of its scenarios; each thread has its own.
     #[must_use]
     pub fn factory(&self) -> CaseFactory<'_> {
         let values = self.first.values().clone();
@@ -195,23 +195,23 @@ impl Template {
     }
 }
 
-/// Makes scenarios of a [`Template`].
+/// Builds scenarios from a [`Template`].
 #[derive(Debug, Clone)]
 pub struct CaseFactory<'a> {
     template: &'a Template,
-    /// Those of the last scenario.
+    /// The values of the last scenario.
     values: Values,
-    /// Keys that follow from others, to be derived anew.
+    /// Keys whose values are derived again.
     derived: Vec<&'static str>,
     scenario: Scenario,
 }
 
 impl CaseFactory<'_> {
-    /// The scenario with these values of the open keys and this seed. It is what [`Template::whole`] gives, but for its
-    /// [`Scenario::values`], which are those of the first scenario.
+    /// The scenario with these values of the open keys and this seed: as [`Template::whole`], except that its
+    /// [`Scenario::values`] are those of the first scenario.
     ///
     /// # Errors
-    /// As [`Scenario::load`], but for machines that cannot be built, which [`Scenario::build`] refuses.
+    /// As [`Scenario::load`], except for plants that cannot be built, which [`Scenario::build`] refuses.
     pub fn build(&mut self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
         if self.template.parts.contains(&Part::Whole) {
             return self.template.whole(values, seed);
@@ -224,7 +224,7 @@ impl CaseFactory<'_> {
         }
         let template = self.template;
         if let Err(error) = template.parts.iter().try_for_each(|part| self.set(*part)) {
-            // Half of it may have been set.
+            // Some parts may already be changed.
             *self = template.factory();
             return Err(error);
         }
@@ -232,7 +232,7 @@ impl CaseFactory<'_> {
         Ok(self.scenario.clone())
     }
 
-    /// Resolves one part anew.
+    /// Resolves one part again.
     fn set(&mut self, part: Part) -> Result<(), ScenarioError> {
         let (scenario, values) = (&mut self.scenario, &mut self.values);
         match part {
@@ -281,7 +281,7 @@ impl CaseFactory<'_> {
                 scenario.operator = operator(values, &scenario.grid, None)?;
                 scenario.check_reach()?;
             }
-            Part::Habits => {
+            Part::TremorAndReflex => {
                 scenario.tremor = TremorSettings::read(values)?;
                 scenario.reflex = ReflexSettings::read(values)?;
                 let invalid = |error| values.out_of_range(&error);
@@ -296,7 +296,7 @@ impl CaseFactory<'_> {
 fn set_link(scenario: &mut Scenario, values: &mut Values) -> Result<(), ScenarioError> {
     let position_scale = scenario.position_scale();
     scenario.link = link_settings(values, &scenario.master, &scenario.slave)?;
-    // Looking at every position takes longer than everything else.
+    // Checking every position takes longer than everything else.
     if scenario.position_scale() == position_scale { Ok(()) } else { scenario.check_reach() }
 }
 
@@ -313,7 +313,7 @@ mod tests {
     use super::*;
 
     /// The values of a key that a sweep might try.
-    fn tries(key: &Key, scenario: &Scenario) -> Vec<Value> {
+    fn trial_values(key: &Key, scenario: &Scenario) -> Vec<Value> {
         match key.kind {
             Kind::Number(_) => {
                 let now = scenario.values().optional_number(key.path).unwrap_or(0.01);
@@ -326,23 +326,23 @@ mod tests {
         }
     }
 
-    fn told(mut scenario: Scenario) -> String {
+    fn debug_text(mut scenario: Scenario) -> String {
         scenario.values = Arc::new(Values::default());
-        // What was kept of building it says nothing of it.
+        // The cached steps are not part of the comparison.
         scenario.steps = Arc::default();
         format!("{scenario:?}")
     }
 
-    /// Casts every value of every key of some sections, and holds it against the file's way.
-    fn cast_is_whole(name: &str, sections: &[&str]) -> usize {
+    /// Builds every value of every key of some sections by the factory, and compares with the resolution from a file.
+    fn count_compared(name: &str, sections: &[&str]) -> usize {
         let base = Source::Builtin(name.into());
         let scenario = Scenario::load(&base, &[]).expect("good");
         let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };
         let mut compared = 0;
         for key in KEYS.iter().filter(|key| sections.iter().any(|section| key.path.starts_with(section))) {
             let is_good = |value: &Value| Value::accept(&key.kind, &value.to_toml()).is_some();
-            let values: Vec<Value> = tries(key, &scenario).into_iter().filter(is_good).collect();
-            // What cannot be swept from its first value on is not swept.
+            let values: Vec<Value> = trial_values(key, &scenario).into_iter().filter(is_good).collect();
+            // A key without a valid first value is skipped.
             let first =
                 |value: &&Value| Template::new(&base, vec![], &[], &[(key, (*value).clone(), place.clone())]).is_ok();
             let Some(first) = values.iter().find(first) else { continue };
@@ -350,12 +350,14 @@ mod tests {
             let mut factory = template.factory();
             for (seed, value) in (7..).zip(&values) {
                 let value = std::slice::from_ref(value);
-                let cast = factory.build(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
-                let whole = template.whole(value, seed).and_then(|scenario| scenario.build().map(|_| told(scenario)));
-                match (cast, whole) {
-                    (Ok(cast), Ok(whole)) => assert!(cast == whole, "{name}: {} = {value:?}", key.path),
-                    (cast, whole) => assert_eq!(
-                        cast.err().map(|error| error.message),
+                let built =
+                    factory.build(value, seed).and_then(|scenario| scenario.build().map(|_| debug_text(scenario)));
+                let whole =
+                    template.whole(value, seed).and_then(|scenario| scenario.build().map(|_| debug_text(scenario)));
+                match (built, whole) {
+                    (Ok(built), Ok(whole)) => assert!(built == whole, "{name}: {} = {value:?}", key.path),
+                    (built, whole) => assert_eq!(
+                        built.err().map(|error| error.message),
                         whole.err().map(|error| error.message),
                         "{name}: {} = {value:?}",
                         key.path
@@ -368,9 +370,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cast_is_what_a_file_would_give_key_by_key() {
-        assert!(cast_is_whole("01_augmented.toml", &[""]) > 300);
-        assert!(cast_is_whole("20_four_channel.toml", &["controller", "scaling", "slave", "master", "passivity"]) > 30);
-        assert!(cast_is_whole("depth_augmented.toml", &["tissue.presliding", "scaling", "operator.start"]) > 5);
+    fn the_factory_agrees_with_a_file_key_by_key() {
+        assert!(count_compared("01_augmented.toml", &[""]) > 300);
+        assert!(
+            count_compared("20_four_channel.toml", &["controller", "scaling", "slave", "master", "passivity"]) > 30
+        );
+        assert!(count_compared("depth_augmented.toml", &["tissue.presliding", "scaling", "operator.start"]) > 5);
     }
 }

@@ -1,9 +1,9 @@
-//! What a key holds, and whether a TOML value is that.
+//! The value of a key, and its conversion from TOML.
 
 use toml::Value as Toml;
 use trocar_core::settings::{Constant, Kind, Range};
 
-/// What a key was given or has by default.
+/// The value of a key, written or default.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// A number.
@@ -35,14 +35,14 @@ fn number(toml: &Toml) -> Option<f64> {
 }
 
 impl Value {
-    /// The value of a kind that a TOML value is; `None` if it is none.
+    /// The TOML value as a value of this kind; `None` if it is not one.
     #[must_use]
     pub fn accept(kind: &Kind, toml: &Toml) -> Option<Self> {
         match kind {
             Kind::Number(range) => number(toml).filter(|&v| range.contains(v)).map(Self::Number),
-            Kind::Whole(least) => {
+            Kind::Whole(min) => {
                 let whole = toml.as_integer().and_then(|v| u64::try_from(v).ok())?;
-                (whole >= *least).then_some(Self::Whole(whole))
+                (whole >= *min).then_some(Self::Whole(whole))
             }
             Kind::Sign => number(toml).filter(|v| v.abs() == 1.0).map(Self::Number),
             Kind::Numbers => {

@@ -1,4 +1,4 @@
-//! Every key with its value and where that was written.
+//! Every key with its value and its place in the file.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -12,28 +12,27 @@ use super::keys::{find, is_section, nearest};
 use super::value::Value;
 use crate::error::InvalidValue;
 
-/// A value and where it comes from.
+/// A value and its origin.
 #[derive(Debug, Clone)]
 struct Given {
     value: Value,
-    /// Where it was written; none for a default.
+    /// Where it was written; `None` for a default.
     place: Option<Place>,
     /// The file that a path is relative to.
     source: Option<Source>,
 }
 
-/// The values of a scenario by key. Keys without a value are not there.
+/// The values of a scenario by key. Keys without a value are absent.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
     given: HashMap<&'static str, Given>,
 }
 
 impl Values {
-    /// The values of a file, its bases, and `section.key=value` settings that override them, with the defaults of every
-    /// key that has one.
+    /// The values of a file, its bases, and `section.key=value` settings that override them, and the defaults.
     ///
     /// # Errors
-    /// Whatever is wrong with the files, an unknown key, or a value that its key does not allow.
+    /// A file that cannot be read or parsed, an unknown key, or a value that its key does not allow.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         for entry in gather(source, settings)? {
@@ -62,15 +61,15 @@ impl Values {
         Ok(values)
     }
 
-    /// Checks an entry and keeps it, unless its key was given before.
+    /// Checks an entry and stores it, unless its key already has a value.
     pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
         let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
         let Some(value) = Value::accept(&key.kind, &entry.value) else {
             let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind);
             let mut error = ScenarioError::new(message).at(Some(entry.value_place));
             if let (Kind::Choice(words), Some(word)) = (key.kind, entry.value.as_str()) {
-                let best = words.iter().max_by(|a, b| likeness(word, a).total_cmp(&likeness(word, b)));
-                if let Some(best) = best.filter(|best| likeness(word, best) > 0.7) {
+                let best = words.iter().max_by(|a, b| similarity(word, a).total_cmp(&similarity(word, b)));
+                if let Some(best) = best.filter(|best| similarity(word, best) > 0.7) {
                     error = error.remedy(format!("did you mean \"{best}\"?"));
                 }
             }
@@ -90,37 +89,37 @@ impl Values {
         }
     }
 
-    /// Gives a key the value that follows from others.
+    /// Sets a derived value.
     pub(super) fn derive(&mut self, path: &'static str, value: Value) {
         self.given.insert(path, Given { value, place: None, source: None });
     }
 
-    /// Gives a key the value that follows from others, unless it has one.
+    /// Sets a derived value, unless the key has one.
     pub(super) fn derive_if_missing(&mut self, path: &'static str, value: Value) {
         if !self.is_given(path) {
             self.derive(path, value);
         }
     }
 
-    /// Gives a key the value that its own means, as a path written in full.
+    /// Replaces a value by its resolved form, such as a full path, and keeps its place.
     pub(super) fn derive_keeping_place(&mut self, path: &'static str, value: Value) {
         let place = self.place(path);
         self.given.insert(path, Given { value, place, source: None });
     }
 
-    /// Gives a key a value that was written at a place.
+    /// Sets a value that was written at a place.
     pub(super) fn give(&mut self, path: &'static str, value: Value, place: Place) {
         self.given.insert(path, Given { value, place: Some(place), source: None });
     }
 
-    /// Gives a key that has a value another one, at the same place.
+    /// Replaces the value of a key that has one, and keeps its place.
     pub(super) fn replace(&mut self, path: &str, value: Value) {
         if let Some(given) = self.given.get_mut(path) {
             given.value = value;
         }
     }
 
-    /// Takes the value of a key away.
+    /// Removes the value of a key.
     pub(super) fn remove(&mut self, path: &str) {
         self.given.remove(path);
     }
@@ -158,7 +157,7 @@ impl Values {
     /// An error about a value out of range, at the place of its key.
     #[must_use]
     pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
-        // Where only the other key of a relation was written, that is the one to look at.
+        // If only the other key of a relation was written, the error is at that key.
         let related = || KEYS.iter().filter(|key| error.requirement.contains(key.path));
         let place = self.place(error.name).or_else(|| related().find_map(|key| self.place(key.path)));
         ScenarioError::new(error.to_string()).at(place)
@@ -177,7 +176,7 @@ impl Values {
         }
     }
 
-    /// The file that a key names, and where that is; `None` if the key has no value.
+    /// The source that a key names; `None` if the key has no value.
     pub(super) fn file(&self, path: &str) -> Option<Source> {
         let given = self.given.get(path)?;
         let Value::Text(text) = &given.value else { return None };
@@ -200,7 +199,7 @@ impl Values {
         serde_json::Value::Object(keys_of(section).filter_map(entry).collect())
     }
 
-    /// What was written of some sections and is no default, as `section.key=value` settings.
+    /// The written values of some sections, as `section.key=value` settings.
     #[must_use]
     pub fn written_settings(&self, sections: &[&str]) -> Vec<String> {
         let written = |key: &&Key| self.place(key.path).is_some();
@@ -214,7 +213,7 @@ impl Values {
         self.sections_toml(std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)))
     }
 
-    /// The values of some sections as a TOML document; the section `""` holds the keys that stand in none.
+    /// The values of some sections as a TOML document; the section `""` holds the keys without a section.
     #[must_use]
     pub fn sections_toml<'a>(&self, sections: impl IntoIterator<Item = &'a str>) -> String {
         let mut text = String::new();
@@ -246,7 +245,7 @@ impl settings::Source for Values {
     }
 
     fn optional_number(&self, path: &str) -> Option<f64> {
-        // A number that is missing is no error here, and putting one into words takes longer than all else.
+        // A missing number is no error here; formatting one would dominate the time.
         match self.get(path) {
             Some(Value::Number(value)) => Some(*value),
             _ => None,
@@ -298,7 +297,7 @@ impl settings::Source for Values {
     }
 }
 
-/// A name as a folder can have it: letters, digits and `-_.+ `, not hidden, no file that a comparison writes.
+/// A name that is valid for a folder: letters, digits and `-_.+ `, not hidden, and not a file that a comparison writes.
 #[must_use]
 pub fn harmless_name(name: &str) -> String {
     let harmless = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '_' };
@@ -313,12 +312,12 @@ pub fn harmless_name(name: &str) -> String {
     }
 }
 
-/// The keys that stand in a section, in the order in which they are written.
+/// The keys of a section, in the order in which they are written.
 pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
     KEYS.iter().filter(move |key| key.path.rsplit_once('.').map_or("", |(parent, _)| parent) == section)
 }
 
-fn likeness(a: &str, b: &str) -> f64 {
+fn similarity(a: &str, b: &str) -> f64 {
     strsim::jaro_winkler(a, b)
 }
 
@@ -330,7 +329,7 @@ fn unknown(entry: &Entry) -> ScenarioError {
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
     let error = ScenarioError::new(format!("there is no key {path}")).at(place);
-    let section = SECTIONS.iter().map(|(section, _)| *section).find(|section| likeness(path, section) > 0.85);
+    let section = SECTIONS.iter().map(|(section, _)| *section).find(|section| similarity(path, section) > 0.85);
     match nearest(path).or(section) {
         Some(known) => error.remedy(format!("did you mean {known}?")),
         None => error.remedy("`trocar init` writes a scenario with every key"),

@@ -1,4 +1,4 @@
-//! Everything that is said of one loop.
+//! The analysis of one loop.
 
 use super::{
     ClosedLoop, Hybrid, Limit, LoopSettings, Margins, Mode, Parameter, Ports, SampledBound, Search, Sensitivity,
@@ -6,16 +6,16 @@ use super::{
 };
 use crate::lti::Complex64;
 
-/// How many frequencies ports are looked at, evenly spaced in their logarithm from [`LOWEST_HZ`] on.
+/// Number of frequencies of the two-port, logarithmically spaced from [`LOWEST_HZ`].
 const FREQUENCIES: usize = 400;
 
-/// The lowest frequency of the ports' figures in Hz.
+/// The lowest frequency of the two-port in Hz.
 pub const LOWEST_HZ: f64 = 0.1;
 
-/// The highest, as a share of the tick's rate: beyond a quarter of it images of the sampling count.
+/// The highest frequency as a fraction of the sampling rate: above a quarter of it, sampling images matter.
 const HIGHEST_SHARE: f64 = 0.25;
 
-/// The parameters whose limits are looked for.
+/// The parameters whose limits are computed.
 pub const LIMITED: [Parameter; 4] =
     [Parameter::ForceScale, Parameter::PositionScale, Parameter::Stiffness, Parameter::Delay];
 
@@ -26,9 +26,9 @@ pub struct PortPoint {
     pub frequency_hz: f64,
     /// The hybrid matrix.
     pub hybrid: Hybrid,
-    /// What the hand feels in the tissue, `Z_t` in N·s/m.
+    /// The impedance transmitted to the hand, `Z_t` in N·s/m.
     pub transmitted: Complex64,
-    /// What it would feel of the tissue through an ideal teleoperator, the scales times `Z_e`.
+    /// The impedance that an ideal teleoperator transmits: the scales times `Z_e`.
     pub ideal: Complex64,
     /// Whether the conditions of absolute stability hold.
     pub is_absolutely_stable: bool,
@@ -36,22 +36,22 @@ pub struct PortPoint {
     pub is_passive: bool,
 }
 
-/// A loop, analysed.
+/// The analysis of a loop.
 #[derive(Debug, Clone)]
 pub struct Analysis {
-    /// What was analysed.
+    /// The loop.
     pub settings: LoopSettings,
     /// Its dominant mode.
     pub mode: Mode,
     /// Its margins.
     pub margins: Margins,
-    /// How far each of [`LIMITED`] can go.
+    /// The stability limit of each of [`LIMITED`].
     pub limits: Vec<Limit>,
-    /// What those depend on.
+    /// The sensitivities of these limits.
     pub sensitivities: Vec<Sensitivity>,
-    /// The two-port, by frequency; empty where it has no hybrid matrix.
+    /// The two-port, by frequency; empty if it has no hybrid matrix.
     pub ports: Vec<PortPoint>,
-    /// The condition of Colgate and Schenkel, where it applies.
+    /// The condition of Colgate and Schenkel, if it applies.
     pub sampled: Option<SampledBound>,
 }
 
@@ -77,8 +77,8 @@ impl Analysis {
         })
     }
 
-    /// Whether the two-port is absolutely stable, and whether it is passive, at every frequency that [`Analysis::of`] looks at;
-    /// `None` where it has no hybrid matrix.
+    /// Whether the two-port is absolutely stable, and whether it is passive, at every frequency of [`Analysis::of`];
+    /// `None` if it has no hybrid matrix.
     ///
     /// # Errors
     /// [`StabilityError`].

@@ -1,24 +1,24 @@
-//! An axis of a map as people write it.
+//! The text form of a map's axis.
 
 use super::{Axis, Parameter, Spacing};
 use crate::scenario::{Kind, Range, Value, find_key, nearest_of};
 
-/// Most values of an axis.
+/// Maximum number of values of an axis.
 const MAX_VALUES: usize = 2000;
 
-/// Ratio of an axis's ends from which on it is spaced by ratios.
-const WIDE: f64 = 50.0;
+/// Ratio of an axis's ends from which it is logarithmic by default.
+const LOGARITHMIC_RATIO: f64 = 50.0;
 
-const MANNER: &str = "write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200";
+const SYNTAX: &str = "write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200";
 
 impl Axis {
-    /// An axis as people write it: `KEY=LOW:HIGH:COUNT[:log|:linear]`; without a word it is spaced by ratios where `HIGH` is 50
-    /// times `LOW` or more.
+    /// Parses `KEY=LOW:HIGH:COUNT[:log|:linear]`. By default the axis is logarithmic if `HIGH` is at least 50 times
+    /// `LOW`.
     ///
     /// # Errors
-    /// What is wrong with it, and the remedy, in words.
+    /// A message with the error and the remedy.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let (key, range) = text.split_once('=').ok_or_else(|| MANNER.to_owned())?;
+        let (key, range) = text.split_once('=').ok_or_else(|| SYNTAX.to_owned())?;
         let key = key.trim();
         let parameter = Parameter::of_key(key).ok_or_else(|| {
             let known: Vec<&str> = Parameter::all().map(Parameter::key).collect();
@@ -28,7 +28,7 @@ impl Axis {
         })?;
         let parts: Vec<&str> = range.split(':').map(str::trim).collect();
         let [low, high, count, spacing @ ..] = parts.as_slice() else {
-            return Err(MANNER.to_owned());
+            return Err(SYNTAX.to_owned());
         };
         let number = |text: &str| {
             let toml = text.parse().ok().map(toml::Value::Float);
@@ -41,19 +41,18 @@ impl Axis {
         };
         let (low, high) = (number(low)?, number(high)?);
         if low >= high {
-            return Err(format!("{low} is not below {high}; write the lesser value first"));
+            return Err(format!("{low} is not below {high}; write the smaller value first"));
         }
-        let count: usize = count
-            .parse()
-            .ok()
-            .filter(|count| (2..=MAX_VALUES).contains(count))
-            .ok_or_else(|| format!("{count:?} is not a number of values, a whole number from 2 to {MAX_VALUES}"))?;
+        let count: usize =
+            count.parse().ok().filter(|count| (2..=MAX_VALUES).contains(count)).ok_or_else(|| {
+                format!("{count:?} is not a valid count, must be a whole number from 2 to {MAX_VALUES}")
+            })?;
         let spacing = match *spacing {
-            [] if low > 0.0 && high >= WIDE * low => Spacing::Logarithmic,
+            [] if low > 0.0 && high >= LOGARITHMIC_RATIO * low => Spacing::Logarithmic,
             [] | ["linear"] => Spacing::Linear,
             ["log"] if low > 0.0 => Spacing::Logarithmic,
             ["log"] => return Err("a logarithmic axis begins above 0".into()),
-            _ => return Err("after the count there may be :log or :linear".into()),
+            _ => return Err("after the count, only :log or :linear is allowed".into()),
         };
         Ok(Axis { parameter, low, high, count, spacing })
     }
@@ -72,10 +71,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_axis_is_refused_with_the_reason() {
+    fn an_invalid_axis_is_refused_with_the_reason() {
         for (text, reason) in [
-            ("scaling.force", MANNER),
-            ("scaling.force=1:2", MANNER),
+            ("scaling.force", SYNTAX),
+            ("scaling.force=1:2", SYNTAX),
             ("scaling.force=2:1:5", "not below"),
             ("scaling.force=1:2:1", "from 2 to 2000"),
             ("scaling.force=nan:2:5", "\"nan\" is not"),

@@ -1,4 +1,4 @@
-//! Both sides, joined.
+//! The closed loop of both sides.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,7 +8,7 @@ use super::side::Side;
 use super::{LoopSettings, StabilityError};
 use crate::lti::{Complex64, eigenvalues};
 
-/// Most states of a matrix that is written out.
+/// Maximum states of an explicit matrix.
 const MAX_STATES: u64 = 4000;
 
 /// The whole loop in permanent contact.
@@ -28,12 +28,12 @@ impl ClosedLoop {
     /// The loop of these settings.
     ///
     /// # Errors
-    /// [`StabilityError`] for parameters out of range or numbers beyond computing.
+    /// [`StabilityError`] for parameters out of range or numerical failure.
     pub fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
         Self::of(&Machines::new(settings)?, settings, None)
     }
 
-    /// The loop around machines that fit the settings; what it has in common with another one is taken over.
+    /// The loop of machines that match the settings; reuses what it has in common with `other`.
     pub(super) fn of(
         machines: &Machines,
         settings: &LoopSettings,
@@ -64,13 +64,13 @@ impl ClosedLoop {
         self.tick_s
     }
 
-    /// Whole ticks of delay there and back.
+    /// Whole ticks of round-trip delay.
     #[must_use]
     pub fn round_trip_ticks(&self) -> u64 {
         self.forward + self.backward
     }
 
-    /// How many states the loop has, delay lines included.
+    /// Number of states, including delay lines.
     #[must_use]
     pub fn states(&self) -> u64 {
         let held = u64::from(self.master.before.is_some()) + u64::from(self.slave.before.is_some());
@@ -86,42 +86,41 @@ impl ClosedLoop {
         self.responses[0].at(z) * self.responses[1].at(z) * delay
     }
 
-    /// The force fed back per metre that arrives at the slave as its reference, both on the tick, the whole delay between them,
-    /// at `z = exp(j angle_rad)`.
+    /// The feedback force per metre of the slave's reference at `z = exp(j angle_rad)`, both sampled, including the
+    /// whole round-trip delay.
     pub(super) fn force_per_reference(&self, angle_rad: f64) -> Complex64 {
         let delay = Complex64::from_polar(1.0, -(self.round_trip_ticks() as f64) * angle_rad);
         self.responses[1].at(Complex64::from_polar(1.0, angle_rad)) * delay
     }
 
-    /// The matrix that takes the loop from one tick to the next, with the effect of the desired position at the tick and at
-    /// the next.
+    /// The one-tick state matrix, with the input columns of the desired position at the tick and at the next.
     ///
-    /// States: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral where there is one;
-    /// from the returned index on the slave's, beginning with `x_e, v_e`; then what is on its way to the slave, what is on
-    /// its way to the master, latest first, and the last samples where one arrives within a tick.
+    /// States: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral if there is one;
+    /// from the returned index on, the slave's, beginning with `x_e, v_e`; then the delay lines to the slave and to the
+    /// master, latest sample first, and the last samples where one arrives within a tick.
     ///
     /// # Errors
-    /// [`StabilityError::TooLarge`] for more delay than a matrix can hold.
-    #[allow(clippy::type_complexity, reason = "three parts that are always taken apart at once")]
+    /// [`StabilityError::TooLarge`] if the delay needs more states than allowed.
+    #[allow(clippy::type_complexity, reason = "three parts that are always destructured at once")]
     pub fn matrix(&self) -> Result<(DMatrix<f64>, [DVector<f64>; 2], usize), StabilityError> {
         let states = self.states();
         if states > MAX_STATES {
-            return Err(StabilityError::TooLarge { ticks: self.round_trip_ticks(), states, most: MAX_STATES });
+            return Err(StabilityError::TooLarge { ticks: self.round_trip_ticks(), states, max: MAX_STATES });
         }
         let (n, of_master, of_slave) = (states as usize, self.master.a.nrows(), self.slave.a.nrows());
         let (forward, backward) = (self.forward as usize, self.backward as usize);
-        let lines = of_master + of_slave;
-        let mut held = lines + forward + backward;
+        let lines_at = of_master + of_slave;
+        let mut held = lines_at + forward + backward;
         let mut matrix = DMatrix::zeros(n, n);
         matrix.view_mut((0, 0), (of_master, of_master)).copy_from(&self.master.a);
         matrix.view_mut((of_master, of_master), (of_slave, of_slave)).copy_from(&self.slave.a);
-        // From which side, by which line, to which side.
+        // From which side, through which delay line, to which side.
         let ways = [
-            (&self.master, 0, (lines, forward), &self.slave, of_master),
-            (&self.slave, of_master, (lines + forward, backward), &self.master, 0),
+            (&self.master, 0, (lines_at, forward), &self.slave, of_master),
+            (&self.slave, of_master, (lines_at + forward, backward), &self.master, 0),
         ];
         for (from, from_at, (line, ticks), to, to_at) in ways {
-            // What arrives now, as weights on the states.
+            // The arriving sample, as weights on the states.
             let mut arrives = DVector::zeros(n);
             let mut sent = DVector::zeros(n);
             sent.rows_mut(from_at, from.c.len()).copy_from(&from.c);
@@ -155,7 +154,7 @@ impl ClosedLoop {
         Ok((matrix, desired, of_master))
     }
 
-    /// Whether every motion of the loop dies out.
+    /// Whether the loop is asymptotically stable.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].

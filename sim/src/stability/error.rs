@@ -1,4 +1,4 @@
-//! Why a loop has no verdict.
+//! Errors of the stability analysis.
 
 use thiserror::Error;
 
@@ -6,7 +6,7 @@ use crate::error::InvalidValue;
 use crate::lti;
 use crate::plant::PlantError;
 
-/// What stops an analysis.
+/// The reason why an analysis failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StabilityError {
     /// A side cannot be built.
@@ -15,31 +15,29 @@ pub enum StabilityError {
     /// A parameter is out of range.
     #[error(transparent)]
     Parameter(#[from] InvalidValue),
-    /// Algebra that fails on the numbers it is given.
-    #[error("the loop cannot be computed with: {0}")]
+    /// A numerical failure of the linear algebra.
+    #[error("the linear algebra of the loop failed: {0}")]
     Algebra(#[from] lti::Error),
-    /// The response turns faster than can be followed.
-    #[error(
-        "the loop's response turns more often than can be followed in {evaluations} evaluations; shorten the delay"
-    )]
+    /// The phase of the response changes too fast to be tracked.
+    #[error("the phase of the loop's response cannot be tracked in {evaluations} evaluations; shorten the delay")]
     TooFast {
-        /// How many were tried.
+        /// Number of evaluations.
         evaluations: usize,
     },
     /// The one-tick matrix would be too large.
-    #[error("the loop over {ticks} ticks of delay has {states} states, at most {most}; shorten the delay")]
+    #[error("the loop over {ticks} ticks of delay has {states} states, at most {max}; shorten the delay")]
     TooLarge {
-        /// Ticks of delay, there and back.
+        /// Round-trip delay in ticks.
         ticks: u64,
-        /// How many states the matrix would have.
+        /// Number of states that the matrix would have.
         states: u64,
-        /// How many it may have.
-        most: u64,
+        /// Maximum number of states.
+        max: u64,
     },
-    /// The solver of semidefinite programmes gives up.
-    #[error("no certificate can be looked for: the solver says {status}")]
+    /// The semidefinite solver failed.
+    #[error("the search for a certificate failed: the solver reports {status}")]
     Solver {
-        /// What it says.
+        /// The solver's status.
         status: String,
     },
 }

@@ -1,25 +1,25 @@
-//! How far a parameter can be taken before the loop is no longer stable.
+//! The stability limits of a parameter.
 
 use super::machines::Machines;
 use super::{ClosedLoop, LoopSettings, Parameter, StabilityError};
 use crate::teleoperation::ControllerKind;
 
-/// How many halvings a boundary is found by: beyond the digits of a double.
-const HALVINGS: usize = 80;
+/// Number of bisections of a boundary: beyond the precision of a double.
+const BISECTIONS: usize = 80;
 
-/// Where to look for boundaries.
+/// The scan for boundaries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Least value above 0.
+    /// Minimum value above 0.
     pub low: f64,
-    /// Greatest value.
+    /// Maximum value.
     pub high: f64,
-    /// How many values between are looked at, evenly spaced in their logarithm; a stable gap between two is not seen.
+    /// Number of logarithmically spaced values; a change and return between two neighbours is not detected.
     pub points: usize,
 }
 
 impl Search {
-    /// The range in which a parameter's limit is looked for.
+    /// The search range of a parameter's limit.
     #[must_use]
     pub fn of(parameter: Parameter) -> Self {
         let (low, high) = match parameter {
@@ -42,26 +42,26 @@ impl Search {
 /// The stable ranges of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
-    /// Which parameter.
+    /// The parameter.
     pub parameter: Parameter,
-    /// Its value in the loop at hand.
+    /// Its value in the given loop.
     pub value: f64,
     /// The ranges over which the loop is stable, increasing.
     pub stable: Vec<(f64, f64)>,
-    /// Where was looked.
+    /// The scan that was used.
     pub search: Search,
 }
 
 impl Limit {
-    /// The end of the stable range that the present value lies in; where it lies in none, of the last one below it. `None`
-    /// without any, infinite where the range goes on to the end of the search.
+    /// The upper end of the stable range that contains the present value, otherwise of the last range below it. `None`
+    /// without any; infinite if the range reaches the end of the search.
     #[must_use]
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
         Some(if end >= self.search.high { f64::INFINITY } else { end })
     }
 
-    /// Whether there is a further stable range above.
+    /// Whether another stable range lies above.
     #[must_use]
     pub fn is_not_all(&self) -> bool {
         let last = self.stable.last().map_or(0.0, |(_, end)| *end);
@@ -69,14 +69,14 @@ impl Limit {
     }
 }
 
-/// Whether the loop is stable with other values, on machines that are made anew only where they have to be.
-pub(super) struct Judge<'a> {
+/// Tests the loop's stability with changed values; rebuilds the machines only if necessary.
+pub(super) struct StabilityTester<'a> {
     settings: &'a LoopSettings,
     machines: Machines,
     closed: ClosedLoop,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> StabilityTester<'a> {
     pub(super) fn new(settings: &'a LoopSettings) -> Result<Self, StabilityError> {
         let machines = Machines::new(settings)?;
         Ok(Self { settings, closed: ClosedLoop::of(&machines, settings, None)?, machines })
@@ -85,20 +85,20 @@ impl<'a> Judge<'a> {
     pub(super) fn is_stable(&self, changes: &[(Parameter, f64)]) -> Result<bool, StabilityError> {
         let with = |settings: LoopSettings, change: &(Parameter, f64)| settings.with(change.0, change.1);
         let settings = changes.iter().fold(self.settings.clone(), with);
-        if self.machines.fit(&settings) {
+        if self.machines.matches(&settings) {
             return ClosedLoop::of(&self.machines, &settings, Some(&self.closed))?.is_stable();
         }
         ClosedLoop::new(&settings)?.is_stable()
     }
 
-    /// Where between two values the verdict changes, the last that has the first one's verdict.
+    /// The boundary between two values, by bisection: the last value with the verdict `first`.
     pub(super) fn boundary(
         &self,
         parameter: Parameter,
         (mut here, mut there): (f64, f64),
         first: bool,
     ) -> Result<f64, StabilityError> {
-        for _ in 0..HALVINGS {
+        for _ in 0..BISECTIONS {
             let middle = 0.5 * (here + there);
             if middle == here || middle == there {
                 break;
@@ -109,16 +109,15 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Over which values of a parameter the loop is stable, the others as they are.
+/// The stable ranges of a parameter, with the others unchanged.
 ///
-/// The range is scanned first, as the stable values need not be one interval, then each change of the verdict is found by
-/// halving. A delay whose samples wait for the next
-/// tick has its limit at a whole one.
+/// The range is scanned first, because the stable values need not be one interval; then each change of the verdict is
+/// bisected. A delay whose samples wait for the next tick has its limit at a whole tick.
 ///
 /// # Errors
-/// [`StabilityError`] where the loop cannot be built or followed at one of the values.
+/// [`StabilityError`] if the loop cannot be built or analysed at one of the values.
 pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
-    let judge = Judge::new(settings)?;
+    let tester = StabilityTester::new(settings)?;
     let mut stable = vec![];
     let mut last: Option<(f64, bool)> = None;
     let mut start = None;
@@ -126,11 +125,11 @@ pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Sea
     let is_scale = matches!(parameter, Parameter::ForceScale | Parameter::PositionScale);
     let is_baseline = settings.link.controller.kind == ControllerKind::PositionForce;
     for value in search.values(parameter.may_be_zero() && (is_baseline || !is_scale)) {
-        let verdict = judge.is_stable(&[(parameter, value)])?;
+        let verdict = tester.is_stable(&[(parameter, value)])?;
         match last {
             None if verdict => start = Some(value),
             Some((before, was)) if was != verdict => {
-                let at = judge.boundary(parameter, (before, value), was)?;
+                let at = tester.boundary(parameter, (before, value), was)?;
                 if verdict {
                     start = Some(at);
                 } else if let Some(from) = start.take() {

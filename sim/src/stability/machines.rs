@@ -1,4 +1,4 @@
-//! The machines' exact steps: what of a loop takes matrix exponentials, kept while only gains and tissue change.
+//! The machines' exact steps: the loop's matrix exponentials, reused while only gains and tissue change.
 
 use super::{LoopSettings, StabilityError};
 use crate::plant::{
@@ -6,9 +6,9 @@ use crate::plant::{
     SlaveParameters, SlaveStep,
 };
 
-/// What the steps depend on.
+/// The parameters of the steps.
 #[derive(Debug, Clone, PartialEq)]
-struct Made {
+struct StepParameters {
     tick_s: f64,
     timing: ControlTiming,
     master: MasterParameters,
@@ -18,7 +18,7 @@ struct Made {
     shares: (f64, f64),
 }
 
-impl Made {
+impl StepParameters {
     fn of(settings: &LoopSettings) -> Self {
         Self {
             tick_s: settings.tick_s,
@@ -32,14 +32,14 @@ impl Made {
     }
 }
 
-/// Both machines over a tick, and over what is left of one when a sample arrives within it.
+/// Both machines over a tick, and over its rest after a sample that arrives within it.
 #[derive(Debug, Clone)]
 pub(super) struct Machines {
-    made: Made,
-    /// With its controller, or where that is sampled without.
+    parameters: StepParameters,
+    /// With its controller, or without it if the controller is sampled.
     pub(super) master: MasterStep,
     pub(super) slave: SlaveStep,
-    /// With a sampled controller, what the machines' motors do.
+    /// The motors' steps, with a sampled controller.
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
     pub(super) late_master: Option<MasterStep>,
     pub(super) late_slave: Option<SlaveStep>,
@@ -47,8 +47,8 @@ pub(super) struct Machines {
 
 impl Machines {
     pub(super) fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
-        let made = Made::of(settings);
-        let Made { tick_s, timing, master, arm, slave, lags_s, shares } = &made;
+        let parameters = StepParameters::of(settings);
+        let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &parameters;
         let of_machine = |tick_s| -> Result<(MasterStep, SlaveStep), PlantError> {
             Ok(match timing {
                 ControlTiming::Continuous => {
@@ -75,13 +75,13 @@ impl Machines {
             late_slave: late(shares.0)?.map(|(_, slave)| slave),
             master: master_step,
             slave: slave_step,
-            made,
+            parameters,
         })
     }
 
-    /// Whether they are those of these settings.
-    pub(super) fn fit(&self, settings: &LoopSettings) -> bool {
-        let Made { tick_s, timing, master, arm, slave, lags_s, shares } = &self.made;
+    /// Whether they match these settings.
+    pub(super) fn matches(&self, settings: &LoopSettings) -> bool {
+        let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &self.parameters;
         let LoopSettings { actuators, .. } = settings;
         *tick_s == settings.tick_s
             && *timing == settings.timing

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::limit::Judge;
+use super::limit::StabilityTester;
 use super::{LoopSettings, Parameter, StabilityError};
 
-/// How far apart the values of an axis are.
+/// The spacing of an axis's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
     /// Equal differences.
@@ -17,15 +17,15 @@ pub enum Spacing {
 /// One axis of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// What varies.
+    /// The parameter.
     pub parameter: Parameter,
     /// First value.
     pub low: f64,
     /// Last value, above the first.
     pub high: f64,
-    /// How many values, at least 2.
+    /// Number of values, at least 2.
     pub count: usize,
-    /// How they are spaced.
+    /// Their spacing.
     pub spacing: Spacing,
 }
 
@@ -45,9 +45,9 @@ impl Axis {
 /// Verdicts on a grid, and the boundary between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StabilityMap {
-    /// Across.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// The vertical axis.
     pub y: Axis,
     /// Whether the loop is stable, row by row from the lowest `y`.
     pub stable: Vec<bool>,
@@ -69,35 +69,35 @@ impl StabilityMap {
     }
 }
 
-/// Rows of a grid on all cores, each with its own judge: the verdict at each point.
+/// The verdict at each point of a grid, in parallel by rows.
 pub(super) fn verdicts<T: Send>(
     settings: &LoopSettings,
     (x, y): (&Axis, &Axis),
-    verdict: impl Fn(&Judge<'_>, f64, f64) -> Result<T, StabilityError> + Sync,
+    verdict: impl Fn(&StabilityTester<'_>, f64, f64) -> Result<T, StabilityError> + Sync,
 ) -> Result<Vec<T>, StabilityError> {
     let rows: Vec<Vec<T>> = (0..y.count)
         .into_par_iter()
         .map(|row| {
             let of_row = settings.with(y.parameter, y.value(row));
-            let judge = Judge::new(&of_row)?;
-            (0..x.count).map(|column| verdict(&judge, x.value(column), y.value(row))).collect()
+            let tester = StabilityTester::new(&of_row)?;
+            (0..x.count).map(|column| verdict(&tester, x.value(column), y.value(row))).collect()
         })
         .collect::<Result<_, _>>()?;
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// The map of a loop over two parameters, with the boundary found on every edge of the grid that it crosses.
+/// The map of a loop over two parameters, with the boundary bisected on every edge of the grid that it crosses.
 ///
 /// # Errors
-/// [`StabilityError`] where the loop cannot be built or followed at a point.
+/// [`StabilityError`] if the loop cannot be built or analysed at a point.
 pub fn map(settings: &LoopSettings, x: Axis, y: Axis) -> Result<StabilityMap, StabilityError> {
-    let stable = verdicts(settings, (&x, &y), |judge, x_value, _| judge.is_stable(&[(x.parameter, x_value)]))?;
+    let stable = verdicts(settings, (&x, &y), |tester, x_value, _| tester.is_stable(&[(x.parameter, x_value)]))?;
     let mut map = StabilityMap { x, y, stable, boundary: vec![] };
     map.boundary = boundary(settings, &map)?;
     Ok(map)
 }
 
-/// Whether a point lies within a share of the boundary, either way along either axis.
+/// Whether a point lies within a relative distance `share` of the boundary, along either axis in either direction.
 ///
 /// # Errors
 /// As [`map`].
@@ -106,13 +106,13 @@ pub fn is_near_boundary(
     point: [(Parameter, f64); 2],
     share: f64,
 ) -> Result<bool, StabilityError> {
-    let judge = Judge::new(settings)?;
-    let here = judge.is_stable(&point)?;
+    let tester = StabilityTester::new(settings)?;
+    let here = tester.is_stable(&point)?;
     for index in 0..2 {
         for factor in [1.0 + share, 1.0 / (1.0 + share)] {
             let mut other = point;
             other[index].1 *= factor;
-            if judge.is_stable(&other)? != here {
+            if tester.is_stable(&other)? != here {
                 return Ok(true);
             }
         }
@@ -120,21 +120,21 @@ pub fn is_near_boundary(
     Ok(false)
 }
 
-/// Marching squares, with the crossings of edges found by halving.
+/// Marching squares, with bisected crossings of the edges.
 fn boundary(settings: &LoopSettings, map: &StabilityMap) -> Result<Vec<[(f64, f64); 2]>, StabilityError> {
-    const HALVINGS: usize = 12;
+    const BISECTIONS: usize = 12;
     let StabilityMap { x, y, .. } = map;
     let crossing = |a: (usize, usize), b: (usize, usize)| -> Result<Option<(f64, f64)>, StabilityError> {
         let first = map.is_stable(a.0, a.1);
         if first == map.is_stable(b.0, b.1) {
             return Ok(None);
         }
-        let judge = Judge::new(settings)?;
+        let tester = StabilityTester::new(settings)?;
         let at = |(column, row): (usize, usize)| (x.value(column), y.value(row));
         let (mut here, mut there) = (at(a), at(b));
-        for _ in 0..HALVINGS {
+        for _ in 0..BISECTIONS {
             let middle = (0.5 * (here.0 + there.0), 0.5 * (here.1 + there.1));
-            let verdict = judge.is_stable(&[(x.parameter, middle.0), (y.parameter, middle.1)])?;
+            let verdict = tester.is_stable(&[(x.parameter, middle.0), (y.parameter, middle.1)])?;
             if verdict == first { here = middle } else { there = middle }
         }
         Ok(Some((0.5 * (here.0 + there.0), 0.5 * (here.1 + there.1))))
@@ -159,7 +159,7 @@ fn boundary(settings: &LoopSettings, map: &StabilityMap) -> Result<Vec<[(f64, f6
             let points: Vec<(f64, f64)> = around.into_iter().flatten().collect();
             match points[..] {
                 [a, b] => pieces.push([a, b]),
-                // A saddle: which corners belong together is not known; either pairing is within the cell.
+                // A saddle: the pairing is ambiguous; either one is within the cell.
                 [a, b, c, d] => pieces.extend([[a, b], [c, d]]),
                 _ => {}
             }
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_axis_ends_where_it_was_asked_to() {
+    fn an_axis_ends_at_its_limits() {
         let axis = |spacing| Axis { parameter: Parameter::Stiffness, low: 10.0, high: 2000.0, count: 200, spacing };
         for spacing in [Spacing::Linear, Spacing::Logarithmic] {
             let axis = axis(spacing);

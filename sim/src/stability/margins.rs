@@ -1,36 +1,36 @@
-//! How far the loop gain is from making the loop unstable.
+//! The stability margins of the loop gain.
 
 use std::f64::consts::{PI, TAU};
 
 use super::winding::Sample;
 use super::{ClosedLoop, StabilityError};
 
-/// Halvings by which a crossing is found.
-const HALVINGS: usize = 60;
+/// Number of bisections of a crossing.
+const BISECTIONS: usize = 60;
 
-/// What the loop gain can be changed by, at one frequency after the other, before the loop is no longer stable. `None` where no
-/// such change does it.
+/// The changes of the loop gain that make the loop unstable. `None` where no such change does.
 ///
-/// The critical point is `L = 1` (the link feeds back with the sign that `L` has), so a loop gain that crosses the positive
-/// real axis does so at its phase crossover. `L` is that of the ticks: `z = exp(jωT)`, held inputs and all.
+/// The critical point is `L = 1` (the link feeds back with the sign that `L` has), so a loop gain that crosses the
+/// positive real axis does so at its phase crossover. `L` is the sampled loop gain at `z = exp(jωT)`, including the
+/// holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Margins {
-    /// Least factor above 1 on the gain.
+    /// Minimum destabilising factor above 1 on the gain.
     pub gain: Option<f64>,
-    /// Where that is, in Hz.
+    /// Its frequency in Hz.
     pub gain_frequency_hz: Option<f64>,
-    /// Greatest factor below 1: a loop that needs its gain has one.
+    /// Maximum destabilising factor below 1, for a conditionally stable loop.
     pub gain_below: Option<f64>,
-    /// Least phase in rad, either way.
+    /// Minimum phase in rad, in either direction.
     pub phase_rad: Option<f64>,
-    /// Where that is, in Hz.
+    /// Its frequency in Hz.
     pub phase_frequency_hz: Option<f64>,
-    /// Least further delay in s around the loop, in one continuous piece.
+    /// Minimum additional delay in s around the loop, as a continuous delay.
     pub delay_s: Option<f64>,
 }
 
 impl ClosedLoop {
-    /// The margins of a stable loop; none of one that is not.
+    /// The margins of a stable loop; all `None` for an unstable one.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
@@ -48,10 +48,10 @@ impl ClosedLoop {
                 return;
             }
             let factor = 1.0 / real;
-            if factor > 1.0 && margins.gain.is_none_or(|least| factor < least) {
+            if factor > 1.0 && margins.gain.is_none_or(|min| factor < min) {
                 (margins.gain, margins.gain_frequency_hz) = (Some(factor), Some(hz(angle)));
             }
-            if factor < 1.0 && margins.gain_below.is_none_or(|greatest| factor > greatest) {
+            if factor < 1.0 && margins.gain_below.is_none_or(|max| factor > max) {
                 margins.gain_below = Some(factor);
             }
         };
@@ -69,22 +69,22 @@ impl ClosedLoop {
             }
             let angle = self.crossing(from, to, excess);
             let lead = self.loop_gain(1.0, angle).arg();
-            if margins.phase_rad.is_none_or(|least| lead.abs() < least) {
+            if margins.phase_rad.is_none_or(|min| lead.abs() < min) {
                 (margins.phase_rad, margins.phase_frequency_hz) = (Some(lead.abs()), Some(hz(angle)));
             }
             let delay_s = lead.rem_euclid(TAU) / angle * self.tick_s();
-            if margins.delay_s.is_none_or(|least| delay_s < least) {
+            if margins.delay_s.is_none_or(|min| delay_s < min) {
                 margins.delay_s = Some(delay_s);
             }
         }
         Ok(margins)
     }
 
-    /// The angle in rad between two samples at which something of the response changes its sign.
+    /// The angle in rad between two samples at which a function of the response changes its sign.
     fn crossing(&self, from: &Sample, to: &Sample, of: impl Fn(&Sample) -> f64) -> f64 {
         let (mut low, mut high) = (from.angle_rad, to.angle_rad);
         let sign = of(from).signum();
-        for _ in 0..HALVINGS {
+        for _ in 0..BISECTIONS {
             let angle_rad = 0.5 * (low + high);
             let middle = Sample { angle_rad, gain: self.loop_gain(1.0, angle_rad) };
             if of(&middle).signum() == sign { low = angle_rad } else { high = angle_rad }

@@ -1,21 +1,21 @@
-//! Where the teleoperator is stable, from its matrices alone: the engine is not asked.
+//! Linear stability analysis of the teleoperator, from its matrices, without the engine.
 //!
-//! In permanent contact with a linear tissue `f_e = K x_e + B v_e` everything between person and tissue is linear and
-//! repeats every tick, so one matrix takes the loop from tick to tick ([`ClosedLoop::matrix`]), and the loop is stable where
-//! every eigenvalue of it lies inside the unit circle. The master's side and the slave's meet only in the two delayed numbers
-//! that go over the link, so the same is said by one loop gain
+//! In permanent contact with a linear tissue `f_e = K x_e + B v_e` the loop between operator and tissue is linear and
+//! tick-invariant. One matrix takes it from tick to tick ([`ClosedLoop::matrix`]); the loop is stable if all its
+//! eigenvalues lie inside the unit circle. The two sides interact only through the two delayed signals of the link, so
+//! the loop gain is equivalent:
 //!
 //! ```text
 //! L(z) = z^-(d_forward + d_backward) H_master(z) H_slave(z),      the closed loop's poles are the zeros of 1 - L(z)
 //! ```
-//! and counted by how often `1 - L` winds around 0 (Nyquist), whose cost does not grow with the cube of the delay
-//! ([`ClosedLoop::poles_outside`]). From the same response come the margins ([`ClosedLoop::margins`]).
+//! The unstable poles are counted by the winding number of `1 - L` around 0 (Nyquist); the cost does not grow with the
+//! cube of the delay ([`ClosedLoop::poles_outside`]). The same response gives the margins ([`ClosedLoop::margins`]).
 //!
-//! What the person and the tissue are is left open in [`Ports`]: hybrid parameters, Llewellyn's parameter, passivity,
+//! [`Ports`] assumes no particular operator and tissue: hybrid parameters, Llewellyn's parameter, passivity,
 //! transparency. [`SampledWall`] is the passivity condition of a sampled-data display.
 //!
-//! Contact that is lost, events, and limits of the motors are not linear and not here; `stability_check` holds the verdicts
-//! against the engine.
+//! Loss of contact, events and limits of the motors are not linear and not covered; `stability_check` compares the
+//! verdicts with the engine.
 
 mod analysis;
 mod axis_text;

@@ -1,23 +1,23 @@
-//! The motion of the loop that dies out last, or grows fastest.
+//! The dominant mode of the loop.
 
 use super::{ClosedLoop, StabilityError};
 use crate::lti::{Complex64, eigenvalues};
 
-/// Most states whose eigenvalues are all computed.
+/// Maximum states for which all eigenvalues are computed.
 const MAX_STATES: u64 = 240;
 
-/// The closed loop's pole of the greatest modulus.
+/// The closed loop's pole with the maximum modulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
     /// The pole, its imaginary part at least 0.
     pub pole: Complex64,
     /// Its modulus: the spectral radius of the one-tick matrix. The loop is stable below 1.
     pub spectral_radius: f64,
-    /// `-Re s / |s|` with `z = exp(s T)`: 1 does not swing, below 0 it grows.
+    /// `-Re s / |s|` with `z = exp(s T)`: 1 does not oscillate, below 0 it grows.
     pub damping_ratio: f64,
     /// `|Im s| / 2π` in Hz.
     pub frequency_hz: f64,
-    /// `Re s` in 1/s: how fast it grows.
+    /// `Re s` in 1/s, the growth rate.
     pub growth_per_s: f64,
 }
 
@@ -35,24 +35,24 @@ impl Mode {
 }
 
 impl ClosedLoop {
-    /// The dominant mode: from the eigenvalues of the one-tick matrix; where a long delay makes that large, by counting the
-    /// poles outside circles.
+    /// The dominant mode: from the eigenvalues of the one-tick matrix, or, if a long delay makes it large, by counting
+    /// the poles outside circles.
     ///
     /// # Errors
-    /// [`StabilityError`] where neither can be computed.
+    /// [`StabilityError`] if neither can be computed.
     pub fn dominant_mode(&self) -> Result<Mode, StabilityError> {
         let pole = if self.states() <= MAX_STATES {
             let (matrix, _, _) = self.matrix()?;
             let poles = eigenvalues(&matrix)?;
-            let greatest = poles.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
-            greatest.unwrap_or_else(|| Complex64::new(0.0, 0.0))
+            let dominant = poles.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
+            dominant.unwrap_or_else(|| Complex64::new(0.0, 0.0))
         } else {
             self.outermost_pole()?
         };
         Ok(Mode::new(Complex64::new(pole.re, pole.im.abs()), self.tick_s()))
     }
 
-    /// The outermost pole, by halving the radius of a circle that has poles outside.
+    /// The outermost pole, by bisecting the radius of a circle with poles outside.
     fn outermost_pole(&self) -> Result<Complex64, StabilityError> {
         let (mut inside, mut outside) = (0.0, 1.0);
         while self.poles_outside(outside)? > 0 {

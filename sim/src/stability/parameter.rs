@@ -1,6 +1,6 @@
-//! The parameters of the loop, by the keys that scenarios have for them.
+//! The parameters of the loop, by their scenario keys.
 
-/// What can be varied.
+/// A parameter that can be varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "each is the scenario key that `key` gives")]
 pub enum Parameter {
@@ -33,8 +33,8 @@ pub enum Parameter {
     SlaveLag,
 }
 
-/// Each parameter with its key, and what it is called in tables and figures. `channel.delay_s` is no key of a scenario: it
-/// is both delays, kept alike.
+/// Each parameter with its key, and its name in tables and figures. `channel.delay_s` is not a scenario key: it sets
+/// both delays.
 const TABLE: [(Parameter, &str, &str); 27] = {
     use Parameter as P;
     [
@@ -92,14 +92,14 @@ impl Parameter {
         TABLE[self as usize].2
     }
 
-    /// Whether varying it varies the other one too.
+    /// Whether varying it also varies the other.
     #[must_use]
     pub fn varies_with(self, other: Self) -> bool {
         let both_ways = |a: Self, b: Self| a == Self::Delay && matches!(b, Self::ForwardDelay | Self::BackwardDelay);
         self == other || both_ways(self, other) || both_ways(other, self)
     }
 
-    /// Whether 0 is a value of it that makes sense.
+    /// Whether 0 is a valid value.
     #[must_use]
     pub fn may_be_zero(self) -> bool {
         !matches!(self, Self::Tick | Self::MasterMass | Self::ArmMass | Self::AccelerationBandwidth)

@@ -1,14 +1,14 @@
-//! The teleoperator as a two-port between hand and tissue, both left open.
+//! The teleoperator as a two-port between hand and tissue.
 
 use super::{LoopSettings, StabilityError};
 use crate::lti::{Complex64, Continuous, StateSpace};
 use crate::plant::{ControlTiming, Coupling, slave_system};
 use crate::teleoperation::{MasterGains, SlaveGains};
 
-/// Rounding that a comparison with 0 allows for, relative to what is compared.
+/// Relative rounding tolerance of comparisons with 0.
 const ROUNDING: f64 = 1e-12;
 
-/// Whether a port of this impedance or admittance gives no power away: its real part is at least 0, up to rounding.
+/// Whether a port of this impedance or admittance is passive: its real part is at least 0, up to rounding.
 #[must_use]
 pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
@@ -17,12 +17,12 @@ pub fn is_passive_impedance(immittance: Complex64) -> bool {
 /// The hybrid matrix at one frequency (Hannaford 1989, *A design framework for teleoperators with kinesthetic feedback*):
 ///
 /// ```text
-/// | F_h  |   | h11  h12 | | v_h |      h11: what the hand feels of the machine while the needle is free, in N·s/m
-/// |      | = |          | |     |      h12: what it feels of the tissue's force;  h21: minus what the needle does of its motion
-/// | -v_e |   | h21  h22 | | f_e |      h22: how far the needle yields to the tissue, in m/(N·s)
+/// | F_h  |   | h11  h12 | | v_h |      h11: impedance at the hand with a free needle, in N·s/m
+/// |      | = |          | |     |      h12: force transmission;  h21: minus the motion transmission
+/// | -v_e |   | h21  h22 | | f_e |      h22: admittance at the needle, in m/(N·s)
 /// ```
-/// `v_h` and `F_h` are those of the master under the hand, the arm is the person's. Ideal are `h11 = h22 = 0`, `h12 = 1`,
-/// `h21 = -1` (times the scales).
+/// `v_h` and `F_h` are the master's at the hand; the arm belongs to the operator. The ideal is `h11 = h22 = 0`,
+/// `h12 = 1`, `h21 = -1` (times the scales).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hybrid {
     /// `[[h11, h12], [h21, h22]]`.
@@ -30,18 +30,18 @@ pub struct Hybrid {
 }
 
 impl Hybrid {
-    /// Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`: at least 1, with both real parts at least 0,
-    /// at every frequency, is what makes the two-port stable with whatever passive hand and tissue (Llewellyn 1952, *Some
-    /// fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic interaction
-    /// with virtual environments*). Infinite where nothing goes around.
+    /// Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`: the two-port is stable with every
+    /// passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952, *Some
+    /// fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic
+    /// interaction with virtual environments*). Infinite if `h12 h21 = 0`.
     #[must_use]
     pub fn llewellyn(&self) -> f64 {
         let [[h11, _], [_, h22]] = self.h;
-        let around = self.h[0][1] * self.h[1][0];
-        if around.norm() == 0.0 {
+        let loop_gain = self.h[0][1] * self.h[1][0];
+        if loop_gain.norm() == 0.0 {
             return f64::INFINITY;
         }
-        (2.0 * h11.re * h22.re - around.re) / around.norm()
+        (2.0 * h11.re * h22.re - loop_gain.re) / loop_gain.norm()
     }
 
     /// Whether the conditions of absolute stability hold at this frequency, up to rounding.
@@ -51,9 +51,9 @@ impl Hybrid {
         is_passive_impedance(h11) && is_passive_impedance(h22) && self.llewellyn() >= 1.0 - ROUNDING
     }
 
-    /// Whether the two-port takes no more power from one side than it gets from the other at this frequency: the Hermitian
-    /// part of `H` is positive semidefinite, `4 Re h11 Re h22 >= |h12 + h21*|²`. `(force, position)` are the scales, by
-    /// which powers on the two sides are made comparable (`F_h v_h` against `s_f/s_p f_e v_e`).
+    /// Whether the two-port is passive at this frequency: the Hermitian part of `H` is positive semidefinite,
+    /// `4 Re h11 Re h22 >= |h12 + h21*|²`. `(force, position)` are the scales, which make the powers on the two sides
+    /// comparable (`F_h v_h` against `s_f/s_p f_e v_e`).
     #[must_use]
     pub fn is_passive(&self, (force, position): (f64, f64)) -> bool {
         let [[h11, h12], [h21, h22]] = self.h;
@@ -63,15 +63,16 @@ impl Hybrid {
         is_passive_impedance(h11) && is_passive_impedance(h22) && own - both >= -ROUNDING * (size + own.abs())
     }
 
-    /// What the hand feels where the needle is in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in N·s/m.
+    /// The impedance at the hand when the needle is in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in
+    /// N·s/m.
     #[must_use]
     pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
         let [[h11, h12], [h21, h22]] = self.h;
         h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
     }
 
-    /// What the hand feels of a needle that is held fast, `h11 - h12 h21 / h22`; `None` where the slave does not yield at all,
-    /// so that this is without bound.
+    /// The impedance at the hand when the needle is clamped, `h11 - h12 h21 / h22`; `None` if the slave is rigid
+    /// (unbounded).
     #[must_use]
     pub fn stiffest(&self) -> Option<Complex64> {
         let [[h11, h12], [h21, h22]] = self.h;
@@ -81,10 +82,10 @@ impl Hybrid {
 
 /// The two-port of a loop.
 ///
-/// In continuous time, where what goes over the link is held from tick to tick: a hold is `(1 - exp(-sT)) / (sT)`, and the
-/// images of the sampling are left out, so that the figures mean something well below half the tick's rate. At the port of
-/// the slave `f_e` is what its force sensor reads: in this model the tissue moves the needle off its reference only by
-/// `slave.compliance_m_per_n`, and `h22` is 0 without it.
+/// In continuous time, with the link's signals held from tick to tick: a hold is `(1 - exp(-sT)) / (sT)`. Sampling
+/// images are neglected, so the results are valid well below half the sampling rate. At the slave's port `f_e` is the
+/// force sensor's reading: the tissue moves the needle off its reference only by `slave.compliance_m_per_n`, and `h22`
+/// is 0 without it.
 #[derive(Debug, Clone)]
 pub struct Ports {
     settings: LoopSettings,
@@ -94,7 +95,7 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// The two-port of these settings; `K` and `B` do not count.
+    /// The two-port of these settings; `K` and `B` are not used.
     ///
     /// # Errors
     /// [`StabilityError`] for parameters out of range.
@@ -108,7 +109,7 @@ impl Ports {
         })
     }
 
-    /// Powers of both sides are compared by these scales, force and position.
+    /// The scales of force and position that make the powers of both sides comparable.
     #[must_use]
     pub fn scales(&self) -> (f64, f64) {
         (self.settings.link.machines.force_scale, self.settings.link.machines.position_scale)
@@ -123,10 +124,11 @@ impl Ports {
 
     /// The hybrid matrix at a frequency above 0.
     ///
-    /// `None` where it does not exist: at a pole, or with a hand that does not act on the master and no force controller.
+    /// `None` if it does not exist: at a pole, or if the hand does not act on the master and there is no force
+    /// controller.
     ///
     /// # Errors
-    /// [`StabilityError`] where a response cannot be computed.
+    /// [`StabilityError`] if a response cannot be computed.
     pub fn at(&self, omega_rad_per_s: f64) -> Result<Option<Hybrid>, StabilityError> {
         let Self { settings, at_master, at_slave, .. } = self;
         let s = Complex64::new(0.0, omega_rad_per_s);
@@ -134,15 +136,15 @@ impl Ports {
         let tick_s = settings.tick_s;
         let before = (-s * tick_s).exp();
         let hold = (one - before) / (s * tick_s);
-        let way = |delay_s: f64| (-s * delay_s).exp() * hold;
+        let link = |delay_s: f64| (-s * delay_s).exp() * hold;
         let arrival_s = |whole: u64, share: f64| (whole as f64 + share) * tick_s;
-        let (forth, back) = (settings.forward(), settings.backward());
-        let to_slave = way(arrival_s(forth.whole, forth.share));
-        let to_master = way(arrival_s(back.whole, back.share));
+        let (forward, backward) = (settings.forward(), settings.backward());
+        let to_slave = link(arrival_s(forward.whole, forward.share));
+        let to_master = link(arrival_s(backward.whole, backward.share));
         let machines = &settings.link.machines;
         let scale = machines.position_scale;
 
-        // What the sensors and the differentiators make of what they are given.
+        // The responses of force sensor and differentiator.
         let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * tick_s;
         let read = if settings.force_bandwidth_hz > 0.0 {
             let (keep, mean) = ((-ticks).exp(), -(-ticks).exp_m1() / ticks);
@@ -162,8 +164,8 @@ impl Ports {
             ControlTiming::Sampled => {
                 let [to_reference, to_position, to_velocity] = settings.slave.control();
                 let motor = response / (one + s * settings.actuators.slave_lag_s);
-                let around = motor * hold * (s * to_velocity + to_position);
-                motor * to_reference / (one - around)
+                let loop_gain = motor * hold * (s * to_velocity + to_position);
+                motor * to_reference / (one - loop_gain)
             }
         };
         // x_e = from_hand F_h + from_motion v_h + from_tissue f_e

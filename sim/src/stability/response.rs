@@ -1,22 +1,22 @@
-//! The response of a side at a complex point, fast enough to be asked millions of times.
+//! The response of a side at a complex point, fast enough for millions of evaluations.
 
 use nalgebra::{DMatrix, DVector, Hessenberg};
 
 use super::side::Side;
 use crate::lti::Complex64;
 
-/// Most states of a side.
-const MOST: usize = 10;
+/// Maximum states of a side.
+const MAX_STATES: usize = 10;
 
-/// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)` with `A` balanced and in Hessenberg form, so that each point costs the square
-/// of the states, and small states beside large ones do no harm.
+/// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)` with `A` balanced and in Hessenberg form, so that a point costs O(n²),
+/// and states of different scales do no harm.
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     n: usize,
-    a: [[f64; MOST]; MOST],
-    now: [f64; MOST],
-    before: [f64; MOST],
-    c: [f64; MOST],
+    a: [[f64; MAX_STATES]; MAX_STATES],
+    now: [f64; MAX_STATES],
+    before: [f64; MAX_STATES],
+    c: [f64; MAX_STATES],
 }
 
 impl Response {
@@ -33,7 +33,7 @@ impl Response {
             n,
             a: std::array::from_fn(|i| std::array::from_fn(|j| if i < n && j < n { h[(i, j)] } else { 0.0 })),
             now: padded(&rows(&side.now)),
-            before: side.before.as_ref().map_or([0.0; MOST], |before| padded(&rows(before))),
+            before: side.before.as_ref().map_or([0.0; MAX_STATES], |before| padded(&rows(before))),
             c: padded(&c),
         }
     }
@@ -44,8 +44,8 @@ impl Response {
         let n = self.n;
         let zero = Complex64::new(0.0, 0.0);
         let inverse = z.inv();
-        let mut rows = [[zero; MOST]; MOST];
-        let mut right = [zero; MOST];
+        let mut rows = [[zero; MAX_STATES]; MAX_STATES];
+        let mut right = [zero; MAX_STATES];
         for i in 0..n {
             for j in i.saturating_sub(1)..n {
                 rows[i][j] = Complex64::new(-self.a[i][j], 0.0);

@@ -1,4 +1,4 @@
-//! The passivity of a machine that is fed a force computed from its sampled position.
+//! The passivity of a machine under a force computed from its sampled position.
 
 use std::f64::consts::PI;
 
@@ -6,11 +6,11 @@ use super::{ClosedLoop, LoopSettings, StabilityError};
 use crate::lti::Complex64;
 use crate::teleoperation::ControllerKind;
 
-/// How many frequencies a bound is the greatest of.
+/// Number of frequencies over which a bound is maximised.
 const FREQUENCIES: usize = 4000;
 
-/// `F = H(z) x` from the sampled position, held from tick to tick, against a machine of damping `b`: passive towards the hand
-/// where
+/// `F = H(z) x` from the sampled position, held from tick to tick, against a machine of damping `b`: passive at the
+/// hand if
 ///
 /// ```text
 /// b > (T / 2) / (1 - cos ωT) · Re[ (1 - exp(-jωT)) H(exp(jωT)) ]    for all 0 <= ω <= π/T
@@ -24,14 +24,14 @@ pub struct SampledWall {
 }
 
 impl SampledWall {
-    /// The least damping in N·s/m for a force law, which is given `ωT` in rad, 0 excluded, and answers in N/m.
+    /// The minimum damping in N·s/m for a force law, which maps `ωT` in rad (above 0) to N/m.
     #[must_use]
     pub fn min_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
         let share = |k: usize| {
-            // Close to 0 as well as to π, where bounds are usually greatest.
+            // Denser near 0; includes π, where bounds are usually greatest.
             let part = k as f64 / FREQUENCIES as f64;
             let angle = PI * part * part;
-            // 1 - cos ωT by half the angle, as the difference is all rounding close to 0.
+            // 1 - cos ωT by the half-angle formula, because the difference cancels near 0.
             let fall = 2.0 * (0.5 * angle).sin().powi(2);
             let step = Complex64::new(fall, angle.sin());
             0.5 * self.tick_s / fall * (step * law(angle)).re
@@ -40,19 +40,19 @@ impl SampledWall {
     }
 }
 
-/// The condition applied to a loop: the force that comes back over the link is the law, the master's own damping is `b`.
+/// The condition applied to a loop: the force from the link is the law, the master's damping is `b`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledBound {
-    /// Damping that passivity asks for in N·s/m.
+    /// Damping that passivity requires, in N·s/m.
     pub min_damping_n_s_per_m: f64,
-    /// Damping that there is.
+    /// Damping of the master, in N·s/m.
     pub damping_n_s_per_m: f64,
 }
 
 impl SampledBound {
-    /// The bound of a loop. `None` where the condition says nothing about it: with a force integral (the force then depends
-    /// on more than the sampled position), with another controller than the paper's, with samples that arrive between
-    /// ticks, or with a motor that lags.
+    /// The bound of a loop. `None` if the condition does not apply: with a force integral (the force then depends on
+    /// more than the sampled position), a controller other than the paper's, samples that arrive between ticks, or a
+    /// motor lag.
     ///
     /// # Errors
     /// [`StabilityError`] where the loop cannot be built.
@@ -75,7 +75,7 @@ impl SampledBound {
         }))
     }
 
-    /// Whether there is enough.
+    /// Whether the damping suffices.
     #[must_use]
     pub fn is_passive(&self) -> bool {
         self.damping_n_s_per_m > self.min_damping_n_s_per_m
@@ -87,16 +87,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_virtual_wall_asks_for_half_a_tick_of_stiffness_and_its_damping() {
+    fn a_virtual_wall_needs_half_a_tick_of_stiffness_and_its_damping() {
         let wall = SampledWall { tick_s: 2e-3 };
         for (k, b) in [(1000.0, 0.0), (1000.0, 3.0), (0.0, 5.0), (500.0, -2.0)] {
             let law = |angle: f64| {
                 let before = Complex64::from_polar(1.0, -angle);
                 (Complex64::new(1.0, 0.0) - before) * (b / wall.tick_s) + k
             };
-            let least = wall.min_damping_n_s_per_m(law);
+            let min = wall.min_damping_n_s_per_m(law);
             let expected = k * wall.tick_s / 2.0 + f64::abs(b);
-            assert!((least - expected).abs() < 1e-5 * (1.0 + expected), "{least} {expected}");
+            assert!((min - expected).abs() < 1e-5 * (1.0 + expected), "{min} {expected}");
         }
     }
 }

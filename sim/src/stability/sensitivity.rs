@@ -1,21 +1,21 @@
-//! What each limit depends on.
+//! The sensitivities of the limits.
 
 use rayon::prelude::*;
 
-use super::limit::Judge;
+use super::limit::StabilityTester;
 use super::{Limit, LoopSettings, Parameter, StabilityError};
 
 /// Relative step of the differences.
 const STEP: f64 = 1e-4;
 
-/// By how many per cent a limit changes where a parameter grows by one per cent.
+/// The relative change of a limit per relative change of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
-    /// Whose limit.
+    /// The limit's parameter.
     pub limit: Parameter,
-    /// What is changed.
+    /// The changed parameter.
     pub parameter: Parameter,
-    /// `d ln(limit) / d ln(parameter)`; `None` where a limit is lost within the step, as at the edge of a whole tick.
+    /// `d ln(limit) / d ln(parameter)`; `None` if the limit is lost within the step, as at the edge of a whole tick.
     pub relative: Option<f64>,
 }
 
@@ -34,7 +34,7 @@ pub fn sensitivities(settings: &LoopSettings, limits: &[Limit]) -> Result<Vec<Se
             if parameter != limit.parameter
                 && parameter != Parameter::Delay
                 && !both_delays
-                && is_there(settings, parameter)
+                && is_effective(settings, parameter)
             {
                 pairs.push((limit.parameter, largest, parameter));
             }
@@ -52,8 +52,8 @@ pub fn sensitivities(settings: &LoopSettings, limits: &[Limit]) -> Result<Vec<Se
         .collect()
 }
 
-/// Whether a parameter has a say in the loop.
-fn is_there(settings: &LoopSettings, parameter: Parameter) -> bool {
+/// Whether a parameter affects the loop.
+fn is_effective(settings: &LoopSettings, parameter: Parameter) -> bool {
     let couples = settings.link.controller.kind != crate::teleoperation::ControllerKind::PositionForce;
     let of_controller = matches!(
         parameter,
@@ -66,14 +66,14 @@ fn is_there(settings: &LoopSettings, parameter: Parameter) -> bool {
     settings.get(parameter) != 0.0 && (couples || !of_controller)
 }
 
-/// The limit near one that is known.
+/// The limit near a known one.
 fn nearby(settings: &LoopSettings, limit: Parameter, known: f64) -> Result<Option<f64>, StabilityError> {
-    let judge = Judge::new(settings)?;
+    let tester = StabilityTester::new(settings)?;
     let mut reach = 10.0 * STEP;
     while reach < 0.3 {
         let (low, high) = (known * (1.0 - reach), known * (1.0 + reach));
-        if judge.is_stable(&[(limit, low)])? && !judge.is_stable(&[(limit, high)])? {
-            return judge.boundary(limit, (low, high), true).map(Some);
+        if tester.is_stable(&[(limit, low)])? && !tester.is_stable(&[(limit, high)])? {
+            return tester.boundary(limit, (low, high), true).map(Some);
         }
         reach *= 3.0;
     }

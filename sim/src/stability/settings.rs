@@ -1,4 +1,4 @@
-//! What the linearised loop is made of: the numbers of a scenario that its stability depends on.
+//! The linearised loop: the parameters of a scenario on which its stability depends.
 
 use super::Parameter;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
@@ -11,7 +11,7 @@ use crate::tissue::TissueSettings;
 pub struct LoopSettings {
     /// Time between two ticks in s.
     pub tick_s: f64,
-    /// Where the controllers run.
+    /// In continuous time or on the tick.
     pub timing: ControlTiming,
     /// The master.
     pub master: MasterParameters,
@@ -19,15 +19,15 @@ pub struct LoopSettings {
     pub arm: ArmParameters,
     /// The slave.
     pub slave: SlaveParameters,
-    /// The motors; only their lags count here.
+    /// The motors; only their lags are used.
     pub actuators: ActuatorLimits,
     /// Architecture, scales and compliance.
     pub link: LinkSettings,
-    /// First-order bandwidth of the force reading in Hz; 0 is without a lag.
+    /// First-order bandwidth of the force reading in Hz; 0: no lag.
     pub force_bandwidth_hz: f64,
-    /// From master to slave, in s.
+    /// Delay from master to slave, in s.
     pub forward_delay_s: f64,
-    /// From slave to master, in s.
+    /// Delay from slave to master, in s.
     pub backward_delay_s: f64,
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,
@@ -37,7 +37,7 @@ pub struct LoopSettings {
 
 impl LoopSettings {
     /// The loop of a scenario. `K` and `B` are those of its `tissue.stiffness_n_per_m` and `tissue.damping_n_s_per_m`
-    /// (200 N/m and 5 N·s/m where nothing says otherwise), whatever its tissue is.
+    /// (by default 200 N/m and 5 N·s/m), for every kind of tissue.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let values = scenario.values();
@@ -65,7 +65,7 @@ impl LoopSettings {
         }
     }
 
-    /// What of a scenario the linear loop leaves out, in words; empty where it is all there.
+    /// The parts of a scenario that the linear loop does not model; empty if it models all.
     #[must_use]
     pub fn unmodelled(scenario: &Scenario) -> Vec<&'static str> {
         let limits = &scenario.actuators;
@@ -77,14 +77,17 @@ impl LoopSettings {
         [
             (
                 !matches!(scenario.tissue.settings(), Some(TissueSettings::KelvinVoigt(_))),
-                "the tissue: a spring and a damper stand for it",
+                "the tissue (replaced by a spring and a damper)",
             ),
-            (scenario.augmentation.enabled, "the augmentation: see its switching below"),
-            (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme: the loop is the plain one"),
-            (limited, "the limits of the motors: their lags are there"),
+            (scenario.augmentation.enabled, "the augmentation (see the switching analysis below)"),
+            (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme (the loop is analysed without it)"),
+            (limited, "the limits of the motors (their lags are modelled)"),
             (!scenario.irregularity.is_none() || logged, "jitter, loss, outages and logged delays"),
-            (scenario.reflex.reacts(), "the person's reflex"),
-            (scenario.sensor.position_resolution_m > 0.0, "the steps of the position reading and its filter"),
+            (scenario.reflex.reacts(), "the operator's reflex"),
+            (
+                scenario.sensor.position_resolution_m > 0.0,
+                "the quantisation of the position sensor and the velocity filter",
+            ),
         ]
         .into_iter()
         .filter_map(|(is_there, what)| is_there.then_some(what))
@@ -98,7 +101,7 @@ impl LoopSettings {
         *copy.places(parameter)[0]
     }
 
-    /// The same loop with another value of a parameter; gains that follow from it follow.
+    /// This loop with another value of a parameter; dependent gains are updated.
     #[must_use]
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
@@ -113,13 +116,13 @@ impl LoopSettings {
         other
     }
 
-    /// The delay from master to slave, as the receiver takes it.
+    /// The delay from master to slave, as the receiver reads it.
     #[must_use]
     pub fn forward(&self) -> DelayTicks {
         DelayTicks::new(self.forward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// The delay from slave to master, as the receiver takes it.
+    /// The delay from slave to master, as the receiver reads it.
     #[must_use]
     pub fn backward(&self) -> DelayTicks {
         DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
@@ -131,7 +134,7 @@ impl LoopSettings {
         waits_for_tick(self.timing, &self.link)
     }
 
-    /// Where a parameter stands.
+    /// The fields that hold a parameter.
     fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {
         use Parameter as P;
         let machines = &mut self.link.machines;

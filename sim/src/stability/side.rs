@@ -1,14 +1,15 @@
-//! One side with everything that acts on it alone, from what arrives there to what it sends.
+//! One side, from the received signal to the sent one.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
 use super::{LoopSettings, StabilityError};
 
-/// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is what arrives, `y` what is sent, both at the tick.
+/// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal, `y` the sent one, both
+/// at the tick.
 ///
-/// The linear parts of what a side is sent are summed before they go over the link, so that each direction carries one
-/// number. `b_before` is not 0 where a sample arrives within a tick.
+/// The sent signals are summed linearly before the link, so that each direction carries one number. `b_before` is
+/// nonzero if a sample arrives within a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Side {
     pub(super) a: DMatrix<f64>,
@@ -19,15 +20,15 @@ pub(super) struct Side {
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
 }
 
-/// States are added one by one to a side of fixed size.
+/// A state matrix of fixed size to which states are added.
 struct States {
     a: DMatrix<f64>,
     used: usize,
 }
 
 impl States {
-    fn new(most: usize) -> Self {
-        Self { a: DMatrix::zeros(most, most), used: 0 }
+    fn new(max: usize) -> Self {
+        Self { a: DMatrix::zeros(max, max), used: 0 }
     }
 
     fn add(&mut self, count: usize) -> usize {
@@ -35,7 +36,7 @@ impl States {
         self.used - count
     }
 
-    /// Makes state `to` the weighted sum of states at the next tick.
+    /// Sets state `to` at the next tick to a weighted sum of states.
     fn set(&mut self, to: usize, weights: &DVector<f64>) {
         for (j, &weight) in weights.iter().enumerate() {
             self.a[(to, j)] = weight;
@@ -43,20 +44,20 @@ impl States {
     }
 }
 
-/// Most states of a side: five or three of the machine, and of motor, acceleration and force reading one, two and two.
-const MOST: usize = 10;
+/// Maximum states of a side: five or three of the machine, one of the motor, two of the acceleration, two of the force
+/// reading.
+const MAX_STATES: usize = 10;
 
 /// A signal as weights on the states.
 fn zero() -> DVector<f64> {
-    DVector::zeros(MOST)
+    DVector::zeros(MAX_STATES)
 }
 
 fn unit(state: usize) -> DVector<f64> {
-    DVector::from_fn(MOST, |i, _| f64::from(u8::from(i == state)))
+    DVector::from_fn(MAX_STATES, |i, _| f64::from(u8::from(i == state)))
 }
 
-/// The acceleration that a side sends: differences of the velocity through a low pass, as
-/// `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
+/// The acceleration that a side sends, as `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
 fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LoopSettings) -> DVector<f64> {
     let bandwidth_hz = settings.link.controller.four_channel.acceleration_bandwidth_hz;
     let weight = -libm::expm1(-std::f64::consts::TAU * bandwidth_hz * settings.tick_s);
@@ -67,7 +68,7 @@ fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LoopSet
     now
 }
 
-/// The force as read, `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k` with a bandwidth.
+/// The force reading, `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k` with a bandwidth.
 fn reading(states: &mut States, force: &DVector<f64>, settings: &LoopSettings) -> DVector<f64> {
     let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
     if settings.force_bandwidth_hz <= 0.0 {
@@ -83,13 +84,14 @@ fn reading(states: &mut States, force: &DVector<f64>, settings: &LoopSettings) -
 }
 
 impl Side {
-    /// The master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` what the slave's reference is made of.
+    /// The master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of the
+    /// slave's reference.
     pub(super) fn master(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let scale = link.machines.position_scale;
         let step = &machines.master;
-        let mut states = States::new(MOST);
+        let mut states = States::new(MAX_STATES);
         let motion = states.add(4);
         let integral_gain = settings.master.force_integral_gain;
         let integral = (integral_gain != 0.0).then(|| states.add(1));
@@ -128,10 +130,10 @@ impl Side {
                 }
                 let mut input = command.clone();
                 if let Some(at) = integral {
-                    for i in 0..MOST {
+                    for i in 0..MAX_STATES {
                         states.a[(i, at)] = if i == at { 1.0 } else { command[i] * integral_gain };
                     }
-                    for j in 0..MOST {
+                    for j in 0..MAX_STATES {
                         states.a[(at, j)] -= settings.tick_s * hand[j];
                     }
                     input[at] = settings.tick_s;
@@ -149,12 +151,12 @@ impl Side {
         Ok(Self::of(states, now, split, sent, Some(desired)))
     }
 
-    /// The slave on its tissue: `w` is what the link makes the reference of, `y` the part of `F_ed` that it sends.
+    /// The slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
     pub(super) fn slave(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let step = &machines.slave;
-        let mut states = States::new(MOST);
+        let mut states = States::new(MAX_STATES);
         let motion = states.add(3);
         let place = |column: &[f64; 3]| -> DVector<f64> {
             let mut all = zero();
@@ -184,8 +186,8 @@ impl Side {
             }
         };
         let read = reading(&mut states, &force, settings);
-        let apply_compliance = &read * at_slave.own_force + &force * link.machines.compliance_m_per_n;
-        states.a -= &now * apply_compliance.transpose();
+        let deflection = &read * at_slave.own_force + &force * link.machines.compliance_m_per_n;
+        states.a -= &now * deflection.transpose();
         let mut sent = &read * (at_master.force * link.machines.force_scale)
             - &position * at_master.position
             - &velocity * (at_master.velocity + at_master.drag);
@@ -196,7 +198,7 @@ impl Side {
         Ok(Self::of(states, now, split, sent, None))
     }
 
-    /// Only the states that there are. Over a split tick the last sample acts at first, this one for the rest:
+    /// Keeps only the used states. In a split tick the last sample acts first, the new one for the rest:
     /// `Γ(T) w_{k-1} + Γ_late (w_k - w_{k-1})`.
     fn of(
         states: States,

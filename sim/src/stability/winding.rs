@@ -1,14 +1,14 @@
-//! How many poles of the closed loop lie outside a circle, by the argument principle.
+//! The number of closed-loop poles outside a circle, by the argument principle.
 
 use std::f64::consts::PI;
 
 use super::{ClosedLoop, StabilityError};
 use crate::lti::Complex64;
 
-/// Most points at which one response is asked.
+/// Maximum number of evaluations of a response.
 const MAX_EVALUATIONS: usize = 4_000_000;
 
-/// Below this `1 - L` cannot go around 0.
+/// Below this gain `1 - L` cannot encircle 0.
 const SMALL_GAIN: f64 = 0.25;
 
 /// An open-loop pole nearer to the circle than this, relative to its radius, counts as on it.
@@ -29,18 +29,18 @@ impl Sample {
 }
 
 impl ClosedLoop {
-    /// How many poles of the closed loop lie outside the circle of a radius or on it.
+    /// The number of closed-loop poles outside or on the circle of a radius.
     ///
-    /// `1 - L = det(z I - M) / det(z I - M_open)`, with `M_open` the loop without its link; so by the argument principle the
-    /// poles outside are those of the open loop outside less the turns of `1 - L` along the circle. Its points are set close
-    /// where the open loop has poles near, and then halved until `1 - L` moves by less than 0.6 of its distance from 0 and
-    /// the delay's phase by less than 0.8 rad, or the loop gain is too small to matter.
+    /// `1 - L = det(z I - M) / det(z I - M_open)`, with `M_open` the loop without its link. By the argument principle
+    /// the number of poles outside is that of the open loop minus the winding number of `1 - L` along the circle. The
+    /// points are dense near open-loop poles; steps are bisected until `1 - L` changes by less than 0.6 of its distance
+    /// from 0 and the delay's phase by less than 0.8 rad, or the loop gain is too small to matter.
     ///
-    /// An open-loop pole on the circle has no response: there the circle is taken smaller by a few parts in 10⁹, which counts
-    /// what stays on it as outside.
+    /// At an open-loop pole on the circle the response does not exist: the radius is then reduced by a few parts in
+    /// 10⁹, which counts such poles as outside.
     ///
     /// # Errors
-    /// [`StabilityError::TooFast`] where that takes too many points.
+    /// [`StabilityError::TooFast`] if that needs too many points.
     pub fn poles_outside(&self, radius: f64) -> Result<usize, StabilityError> {
         let mut radius = radius;
         while self.open_poles.iter().any(|pole| (pole.norm() - radius).abs() < ON_THE_CIRCLE * radius) {
@@ -54,7 +54,7 @@ impl ClosedLoop {
             touches |= step.abs().is_nan() || step.abs() > 1.5;
             turned += step;
         })?;
-        // Upper half of the circle; the lower one turns as often.
+        // Upper half of the circle; the lower half contributes the same.
         let turns = (turned / PI).round();
         if touches || !turns.is_finite() {
             return Ok(outside.max(1));
@@ -62,7 +62,8 @@ impl ClosedLoop {
         Ok((outside as f64 - turns).max(0.0) as usize)
     }
 
-    /// Goes along the upper half of a circle in steps over which `1 - L` keeps its direction, and shows the ends of each.
+    /// Walks along the upper half of a circle in steps over which `1 - L` changes little; calls `step` with the ends of
+    /// each.
     pub(super) fn walk(&self, radius: f64, mut step: impl FnMut(&Sample, &Sample)) -> Result<(), StabilityError> {
         let sample = |angle_rad: f64| Sample { angle_rad, gain: self.loop_gain(radius, angle_rad) };
         let ticks = 1.0 + self.round_trip_ticks() as f64;
@@ -95,14 +96,14 @@ impl ClosedLoop {
         Ok(())
     }
 
-    /// Angles in rad at which the response is asked first, increasing from 0 to π.
+    /// Initial angles of the response in rad, increasing from 0 to π.
     fn angles(&self, radius: f64) -> Vec<f64> {
-        const AROUND: [f64; 4] = [0.0, 0.5, 1.6, 6.0];
+        const OFFSETS: [f64; 4] = [0.0, 0.5, 1.6, 6.0];
         let mut angles: Vec<f64> = vec![0.0, PI];
         angles.extend((0..12).map(|k| PI * 0.5_f64.powi(k)));
         for pole in self.open_poles.iter().filter(|pole| pole.im >= 0.0 && pole.norm() > 1e-3) {
             let (at, reach) = (pole.arg(), (pole.norm() / radius - 1.0).abs());
-            angles.extend(AROUND.iter().flat_map(|share| [at - share * reach, at + share * reach]));
+            angles.extend(OFFSETS.iter().flat_map(|share| [at - share * reach, at + share * reach]));
         }
         angles.retain(|angle| (0.0..=PI).contains(angle));
         angles.sort_by(f64::total_cmp);

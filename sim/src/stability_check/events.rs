@@ -1,40 +1,41 @@
-//! The worst sequence of events that an analysis found, as a scenario that shows it in the engine.
+//! The worst sequence of events of an analysis, as a scenario for the engine.
 
 use crate::augmentation::Reengage;
 use crate::scenario::{Scenario, ScenarioError, Source};
 use crate::stability::Switching;
 
-/// How deep the needle rests, in m.
+/// Depth of the resting needle, in m.
 const DEPTH_M: f64 = 0.01;
 
-/// How far away the hand is let go, in m.
+/// Initial offset of the hand, in m.
 const DISPLACEMENT_M: f64 = 1e-3;
 
-/// As a share of what a ramp closes in a tick: small enough that the gap of an event closes in one, as in the analysis.
+/// The offset as a fraction of what a ramp closes in a tick: small enough that an event's gap closes in one tick, as in
+/// the analysis.
 const SMALL: f64 = 0.1;
 
-/// How many events of a sequence that goes round are shown, and how long the run is at most, in s.
+/// Number of events of a periodic sequence, and maximum length of the run, in s.
 const EVENTS: usize = 12;
 const LONGEST_S: f64 = 60.0;
 
-/// How long a run goes on after the last event, in s.
+/// Time after the last event, in s.
 const AFTER_S: f64 = 0.5;
 
-/// Begins and lengths, in ticks, on one stiffness.
-struct Shown {
+/// The sequence: starts and freeze length in ticks, on one stiffness.
+struct Demonstration {
     stiffness_n_per_m: f64,
     starts: Vec<u64>,
     held_ticks: u64,
 }
 
-/// The sequence to show: one that grows where there is one, else the one that takes the needle farthest, else the one that dies
-/// out slowest.
-fn shown(switching: &Switching) -> Shown {
+/// The sequence to run: a growing one if there is one, else the one that moves the needle farthest, else the one that
+/// decays slowest.
+fn demonstration(switching: &Switching) -> Demonstration {
     let phases = switching.phases;
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     if let Some(reach) = switching.reach.as_ref().filter(|_| switching.shown.lower < 1.0) {
         let worst = &reach.worst;
-        return Shown {
+        return Demonstration {
             stiffness_n_per_m: worst.stiffness_n_per_m,
             starts: worst.starts.clone(),
             held_ticks: worst.held_ticks,
@@ -42,7 +43,7 @@ fn shown(switching: &Switching) -> Shown {
     }
     let cycles = &switching.shown.worst;
     let Some(first) = cycles.first() else {
-        return Shown { stiffness_n_per_m: stiffest, starts: vec![], held_ticks: phases.held.0 };
+        return Demonstration { stiffness_n_per_m: stiffest, starts: vec![], held_ticks: phases.held.0 };
     };
     let mut tick = 2;
     let mut starts = vec![];
@@ -50,21 +51,21 @@ fn shown(switching: &Switching) -> Shown {
         starts.push(tick);
         tick += first.held_ticks + phases.blend + cycle.dwell_ticks;
     }
-    Shown {
+    Demonstration {
         stiffness_n_per_m: if first.vertex == 0 { softest } else { stiffest },
         starts,
         held_ticks: first.held_ticks,
     }
 }
 
-/// The scenario of a source and settings, changed so that it shows the worst sequence of events: the needle rests in a spring
-/// and a damper, the force reading is zeroed there, the hand is let go a little away from where it wants to be, and the
-/// supervisor is alarmed at the sequence's instants and by nothing else.
+/// The scenario of a source and settings, changed to run the worst sequence of events: the needle rests in a spring and
+/// a damper with the force reading zeroed, the hand starts a little away from its desired position, and alarms occur
+/// only at the sequence's times.
 ///
 /// # Errors
-/// [`ScenarioError`] as loading has it.
+/// As [`Scenario::load`].
 pub fn worst_events(source: &Source, settings: &[String], switching: &Switching) -> Result<Scenario, ScenarioError> {
-    let Shown { stiffness_n_per_m, starts, held_ticks } = shown(switching);
+    let Demonstration { stiffness_n_per_m, starts, held_ticks } = demonstration(switching);
     let phases = switching.phases;
     let of_loop = &switching.settings.of_loop;
     let tick_s = of_loop.tick_s;
@@ -83,7 +84,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "operator.kind=ramp".to_owned(),
         format!("operator.start_m={displacement_m:?}"),
         "operator.end_m=0.0".to_owned(),
-        // There in the first tick.
+        // Reached in the first tick.
         format!("operator.speed_m_per_s={:?}", 2.0 * displacement_m / tick_s),
         "operator.tremor_amplitude_m=0.0".to_owned(),
         "operator.reflex=none".to_owned(),
@@ -95,7 +96,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "sensor.force_noise_std_n=0.0".to_owned(),
         "sensor.force_resolution_n=0.0".to_owned(),
         "sensor.position_resolution_m=0.0".to_owned(),
-        // Never alarmed by itself.
+        // The detector never alarms.
         "detector.threshold=1e6".to_owned(),
         format!("augmentation.events_s=[{}]", events.join(", ")),
         format!("augmentation.min_hold_s={}", at(held_ticks)),

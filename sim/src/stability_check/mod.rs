@@ -1,9 +1,9 @@
-//! The linear verdicts, held against what the engine does.
+//! Comparison of the linear verdicts with the engine.
 //!
-//! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue whose surface the needle can leave, as always in the
-//! engine; the force sensor's bias takes the resting force away, so that nothing moves until the person moves their hand by a
-//! micrometre and back. What is left of the needle's motion late in the run is then compared with what was left before: an
-//! instability shows as growth long before contact is lost.
+//! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue whose surface the needle can leave. The force
+//! sensor's bias cancels the resting force, so that nothing moves until the hand moves by a micrometre and back. The
+//! needle's motion late in the run is compared with its earlier motion: an unstable loop grows long before contact is
+//! lost.
 
 mod events;
 mod run;
@@ -21,10 +21,10 @@ use crate::scenario::Scenario;
 use crate::stability::{LoopSettings, Parameter, StabilityError, StabilityMap, is_near_boundary};
 use thiserror::Error;
 
-/// How near to the boundary, relative to either parameter, a verdict is not judged.
+/// Relative distance to the boundary, in either parameter, within which a verdict is not counted.
 pub const BAND: f64 = 0.005;
 
-/// Why verdicts cannot be compared.
+/// The reason why verdicts cannot be compared.
 #[derive(Debug, Error)]
 pub enum CheckError {
     /// The loop cannot be analysed.
@@ -44,20 +44,20 @@ pub struct Disagreement {
     pub y: f64,
     /// Whether the linear loop is stable there.
     pub analytic_stable: bool,
-    /// What the engine did.
+    /// The engine's verdict.
     pub simulated: Verdict,
     /// Whether the boundary is nearer than [`BAND`].
     pub is_near_boundary: bool,
 }
 
-/// The engine's verdicts beside a map's.
+/// The engine's verdicts for a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// Row by row, as the map's; none where the check was stopped.
+    /// Row by row, as the map's; `None` where the check was stopped.
     pub simulated: Vec<Option<Verdict>>,
-    /// Points that were run and are not within [`BAND`] of the boundary.
+    /// Number of points that were run and are not within [`BAND`] of the boundary.
     pub judged: usize,
-    /// Where the two differ.
+    /// The points at which the two differ.
     pub disagreements: Vec<Disagreement>,
 }
 
@@ -70,10 +70,10 @@ impl Check {
     }
 }
 
-/// Runs the engine at every point of a map; `done` is told of each, and `stop` ends it early.
+/// Runs the engine at every point of a map; calls `done` after each; `stop` ends it early.
 ///
 /// # Errors
-/// [`CheckError`] where a point cannot be analysed or run.
+/// [`CheckError`] if a point cannot be analysed or run.
 pub fn check(
     (scenario, settings): (&Scenario, &LoopSettings),
     map: &StabilityMap,

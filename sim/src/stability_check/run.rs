@@ -1,4 +1,4 @@
-//! One run from equilibrium, and what it says.
+//! One run from equilibrium, and its verdict.
 
 use std::sync::Arc;
 
@@ -12,57 +12,57 @@ use crate::stability::LoopSettings;
 use crate::time::TickGrid;
 use crate::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
 
-/// How deep the needle rests, in m.
+/// Depth of the resting needle, in m.
 const DEPTH_M: f64 = 0.01;
 
-/// How far the hand moves, in m, and for how long, in s.
+/// Amplitude of the hand's motion in m, and its duration in s.
 const NUDGE_M: f64 = 1e-6;
 const NUDGE_S: f64 = 0.02;
 
-/// A share of the depth beyond which a motion has grown: contact is about to be lost.
+/// Fraction of the depth beyond which a motion counts as grown: contact is about to be lost.
 const GROWN: f64 = 0.3;
 
-/// A share of the greatest speed below which a motion has died out, in its square.
-const DIED_OUT: f64 = 1e-18;
+/// Fraction of the maximum squared speed below which a motion counts as decayed.
+const DECAYED: f64 = 1e-18;
 
-/// Shortest run in s, and how much longer it is for the delay around the loop.
+/// Minimum length of a run in s, and its extension per second of round-trip delay.
 const SHORTEST_S: f64 = 8.0;
 const PER_DELAY: f64 = 60.0;
 
-/// What a small motion comes to.
+/// The outcome of a small motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// It dies out.
+    /// It decays.
     Decays,
     /// It grows.
     Grows,
-    /// It is still there at the end, neither less nor more, or is no number.
+    /// It neither decays nor grows until the end, or is NaN.
     Undecided,
 }
 
-/// Watches the needle's speed over four quarters of a run.
-struct Watch {
+/// Observes the needle's speed over four quarters of a run.
+struct SpeedObserver {
     quarter: u64,
     /// Sums of squares.
     sums: [f64; 4],
-    greatest: f64,
+    max: f64,
     verdict: Option<Verdict>,
 }
 
-impl Observer<f64> for Watch {
+impl Observer<f64> for SpeedObserver {
     fn observe(&mut self, signals: &Signals<f64>) {
         let (position, velocity) = (signals.slave_position_m, signals.slave_velocity_m_per_s);
         let square = velocity * velocity;
         let now = (signals.tick / self.quarter).min(3) as usize;
         self.sums[now] += square;
-        self.greatest = self.greatest.max(square);
+        self.max = self.max.max(square);
         // False for NaN, which counts as grown too.
         let is_small = position.abs() < GROWN * DEPTH_M && square.is_finite();
         if !is_small {
             self.verdict = Some(Verdict::Grows);
         } else if signals.tick.is_multiple_of(self.quarter) && now > 0 {
             let mean = self.sums[now - 1] / self.quarter as f64;
-            if self.greatest > 0.0 && mean < DIED_OUT * self.greatest {
+            if self.max > 0.0 && mean < DECAYED * self.max {
                 self.verdict = Some(Verdict::Decays);
             }
         }
@@ -76,7 +76,7 @@ impl Observer<f64> for Watch {
 /// Runs a loop's settings in the engine, with the scenario's estimator and detector and without augmentation.
 ///
 /// # Errors
-/// [`RunError`] where the settings make no machine.
+/// [`RunError`] if the settings give no computable plant.
 pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict, RunError> {
     let tick_s = settings.tick_s;
     let length_s = SHORTEST_S + PER_DELAY * (settings.forward_delay_s + settings.backward_delay_s);
@@ -109,11 +109,12 @@ pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict,
         force_bandwidth_hz: settings.force_bandwidth_hz,
         ..SensorSettings::default()
     };
-    let mut watch = Watch { quarter: (run.grid.ticks() / 4).max(1), sums: [0.0; 4], greatest: 0.0, verdict: None };
+    let mut observer =
+        SpeedObserver { quarter: (run.grid.ticks() / 4).max(1), sums: [0.0; 4], max: 0.0, verdict: None };
     let integration = |source| RunError::Integration { name: scenario.name.clone(), source };
-    run.build()?.run(&mut watch).map_err(integration)?;
-    let [_, second, _, fourth] = watch.sums;
-    Ok(watch.verdict.unwrap_or(match fourth.partial_cmp(&second) {
+    run.build()?.run(&mut observer).map_err(integration)?;
+    let [_, second, _, fourth] = observer.sums;
+    Ok(observer.verdict.unwrap_or(match fourth.partial_cmp(&second) {
         Some(std::cmp::Ordering::Less) => Verdict::Decays,
         Some(std::cmp::Ordering::Greater) => Verdict::Grows,
         _ => Verdict::Undecided,

@@ -1,4 +1,4 @@
-//! Everything that is said of where a scenario is stable.
+//! The stability study of a scenario.
 
 use std::sync::atomic::AtomicBool;
 
@@ -6,29 +6,29 @@ use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{Analysis, Axis, LoopSettings, StabilityError, StabilityMap, Switching, SwitchingSettings, map};
 
-/// The stiffest tissue that events are looked at on, in N/m.
+/// Maximum tissue stiffness of the switching analysis, in N/m.
 pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
 
-/// A scenario's loop, its map over two parameters, its events, and what the engine says of them.
+/// A scenario's loop, its map over two parameters, its events, and the comparison with the engine.
 #[derive(Debug, Clone)]
 pub struct StabilityStudy {
     /// The scenario's name.
     pub name: String,
-    /// What of the scenario is not in the linear loop.
+    /// The parts of the scenario that the linear loop does not model.
     pub unmodelled: Vec<&'static str>,
     /// The loop.
     pub analysis: Analysis,
     /// The map.
     pub map: StabilityMap,
-    /// The events, or why nothing is said of them.
+    /// The switching analysis, or why there is none.
     pub switching: Result<Switching, &'static str>,
-    /// The engine's word on the map, where it was asked.
+    /// The comparison of the map with the engine, if it was run.
     pub check: Option<Check>,
 }
 
 impl StabilityStudy {
-    /// Analyses a scenario, maps it over two axes, and lets events happen while the tissue's stiffness (N/m) is anything from
-    /// the first to the second of `tissue`, which [`is_tissue`] allows. The engine is not asked.
+    /// Analyses a scenario, its map over two axes, and its switching with any tissue stiffness (N/m) in the range
+    /// `tissue`, which must satisfy [`is_tissue`]. Does not run the engine.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -44,7 +44,8 @@ impl StabilityStudy {
         Ok(Self { name, unmodelled, analysis, map, switching, check: None })
     }
 
-    /// Asks the engine at every point of the map; `done` is told of each run, those not begun when `stop` is set are left out.
+    /// Runs the engine at every point of the map; calls `done` after each run; runs not begun when `stop` is set are
+    /// skipped.
     ///
     /// # Errors
     /// [`CheckError`].
@@ -59,7 +60,7 @@ impl StabilityStudy {
     }
 }
 
-/// Whether events can be looked at on a tissue between these stiffnesses in N/m: ascending, from 0 to
+/// Whether the switching can be analysed for a tissue between these stiffnesses in N/m: ascending, from 0 to
 /// [`MAX_STIFFNESS_N_PER_M`].
 #[must_use]
 pub fn is_tissue((low, high): (f64, f64)) -> bool {

@@ -1,8 +1,8 @@
-//! What joins the two sides, as a tick uses it.
+//! The interface between the two sides at a tick.
 
 use crate::lane::Lane;
 
-/// What the master's side knows of itself at a tick.
+/// The master's measurements at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct AtMaster<L> {
     /// `x_h` in m.
@@ -13,7 +13,7 @@ pub struct AtMaster<L> {
     pub hand_force_n: L,
 }
 
-/// What the slave's side measures of itself at a tick.
+/// The slave's measurements at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct AtSlave<L> {
     /// `x_e` in m.
@@ -24,48 +24,48 @@ pub struct AtSlave<L> {
     pub force_n: L,
 }
 
-/// What a link has recorded by the end of a run, in one lane.
+/// The link's totals at the end of a run, in one lane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkReport {
-    /// Outages of either direction.
+    /// Number of outages, both directions together.
     pub outages: u64,
-    /// Ticks of the longest.
+    /// Length of the longest outage in ticks.
     pub longest_outage_ticks: f64,
-    /// The tick at which the slave gave the link up.
+    /// The tick at which the slave stopped following the link (`channel.recovery = "give-up"`).
     pub given_up_tick: Option<f64>,
-    /// `∫ F_ed dx_h` in J: what the master's machine put into the link.
+    /// `∫ F_ed dx_h` in J: energy from the master into the link.
     pub master_port_j: f64,
-    /// `∫ f_e dx_e` in J: what the needle put into the tissue, as measured.
+    /// `∫ f_e dx_e` in J: energy from the needle into the tissue, by the measured force.
     pub slave_port_j: f64,
-    /// What passivity dissipated at the master's side in J.
+    /// Energy that the passivity scheme dissipated at the master, in J.
     pub master_dissipated_j: f64,
-    /// What it kept from the slave in J.
+    /// Work that the passivity scheme withheld from the slave, in J.
     pub slave_refused_j: f64,
 }
 
-/// What joins master and slave. A tick calls [`to_slave`](Connection::to_slave), [`to_master`](Connection::to_master) and
-/// [`limit`](Connection::limit) in this order, each once.
+/// The connection of master and slave. A tick calls [`to_slave`](Connection::to_slave),
+/// [`to_master`](Connection::to_master) and [`limit`](Connection::limit) once each, in this order.
 pub trait Connection<L: Lane> {
-    /// Slave's motion per master's.
+    /// Slave motion per master motion.
     fn position_scale(&self) -> L;
 
-    /// Force fed back per force measured.
+    /// Feedback force per measured force.
     fn force_scale(&self) -> L;
 
-    /// From the master to the slave: the target for the slave's reference, in m.
+    /// From the master to the slave: the target of the slave's reference, in m.
     fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L;
 
-    /// From the slave, in `mode`, to the master: the mode that has arrived there, and the force (N) that its controller
-    /// feeds back where no law changes it.
+    /// From the slave, in `mode`, to the master: the received mode, and the feedback force (N) before the force law.
     fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L);
 
-    /// The force that is fed back (N), where the force law asks for `force_n`.
+    /// The feedback force (N), given the force law's `force_n`.
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L;
 
-    /// The reference that the slave's controller works on (m), where the tissue pushes the slave off it with a force (N).
+    /// The slave's reference (m), shifted by the slave's compliance under the tissue force (N).
     fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L;
 
-    /// What has been recorded so far in lane `index`; none where positions and forces arrive at once and as they are.
+    /// The totals so far in lane `index`; `None` for a direct link (no delay, no architecture or scheme that changes
+    /// the signals).
     fn report(&self, index: usize) -> Option<LinkReport>;
 }
 

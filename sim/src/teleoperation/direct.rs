@@ -3,8 +3,8 @@
 use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::lane::Lane;
 
-/// Position and force arrive in the tick that sends them, scaled: what a [`Link`](super::Link) of which
-/// [`is_direct`](super::Link::is_direct) holds does, bit for bit, without its state.
+/// Position and force arrive in the tick that sends them, scaled. Identical, bit for bit, to a [`Link`](super::Link)
+/// that [`is_direct`](super::Link::is_direct), but stateless.
 #[derive(Debug, Clone, Copy)]
 pub struct DirectLink<L> {
     pub(super) position_scale: L,
@@ -12,7 +12,7 @@ pub struct DirectLink<L> {
 }
 
 impl<L: Lane> DirectLink<L> {
-    /// Slave's motion per master's, and force fed back per force measured.
+    /// Slave motion per master motion, and feedback force per measured force.
     #[must_use]
     pub fn new(position_scale: f64, force_scale: f64) -> Self {
         Self { position_scale: L::splat(position_scale), force_scale: L::splat(force_scale) }

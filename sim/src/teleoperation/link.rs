@@ -1,9 +1,9 @@
-//! The full link: one tick of it, from the master to the slave and back.
+//! The full link: one tick, from the master to the slave and back.
 
 use super::architecture::{Architecture, ArrivedAtMaster, MasterSample, SlaveSample};
 use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
 use super::direct::DirectLink;
-use super::passivity::{PassivityScheme, Port, SlavePort, Surroundings};
+use super::passivity::{PassivityScheme, Port, SchemeContext, SlavePort};
 use super::recovery::{Receiver, RecoverySettings};
 use super::{AnyArchitecture, AnyScheme, ControllerKind, LinkSettings};
 use crate::channel::Delay;
@@ -16,15 +16,15 @@ pub type FromMaster<L> = Delay<L, 5>;
 /// scheme's payload.
 pub type FromSlave<L> = Delay<L, 6>;
 
-/// Both directions of the link, and what each side does with them: an architecture, a passivity scheme, a receiver on each
-/// side. Without a choice they are the built-in ones.
+/// Both directions of the link, the architecture, the passivity scheme and a receiver on each side. The type parameters
+/// default to the built-in parts.
 #[derive(Debug, Clone)]
 pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     forward: FromMaster<L>,
     backward: FromSlave<L>,
     architecture: A,
     scheme: P,
-    /// Whether each side is sent what the paper's is: position and force as they are.
+    /// Whether position and force are transmitted unchanged, as in the paper.
     is_plain: bool,
     scales: DirectLink<L>,
     energy_scale: L,
@@ -33,12 +33,12 @@ pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     forces: Receiver<L>,
     master_port: Port<L>,
     slave_port: Port<L>,
-    /// What the scheme on the slave's side has sent, as it has arrived.
+    /// The slave's scheme payload, as received by the master.
     payload: L,
 }
 
 impl<L: Lane> Link<L> {
-    /// A link at rest, the master at `start_m` (m), on ticks of `tick_s` (s).
+    /// A link at rest, the master at `start_m` (m), with a tick of `tick_s` (s).
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -55,8 +55,8 @@ impl<L: Lane> Link<L> {
         let architecture = AnyArchitecture::new(controller, machines, tick_s)?;
         let reference_m = L::splat(machines.position_scale * start_m);
         let is_immediate = forward.is_immediate() && backward.is_immediate();
-        let around = Surroundings { tick_s, start_m: L::splat(start_m), reference_m, is_immediate };
-        let scheme = AnyScheme::new(passivity, &around);
+        let context = SchemeContext { tick_s, start_m: L::splat(start_m), reference_m, is_immediate };
+        let scheme = AnyScheme::new(passivity, &context);
         let receiver = |settings: &RecoverySettings, speed, start| Receiver::new(settings, speed, tick_s, start);
         Ok(Self {
             is_plain: controller.kind == ControllerKind::PositionForce
@@ -81,13 +81,13 @@ impl<L: Lane> Link<L> {
 }
 
 impl<L: Lane, A, P> Link<L, A, P> {
-    /// The same link, at rest, with another architecture.
+    /// This link, at rest, with another architecture.
     #[must_use]
     pub fn with_architecture<B: Architecture<L>>(self, architecture: B) -> Link<L, B, P> {
         self.with(|_, scheme| (architecture, scheme))
     }
 
-    /// The same link, at rest, with another passivity scheme.
+    /// This link, at rest, with another passivity scheme.
     #[must_use]
     pub fn with_scheme<Q: PassivityScheme<L>>(self, scheme: Q) -> Link<L, A, Q> {
         self.with(|architecture, _| (architecture, scheme))
@@ -114,13 +114,13 @@ impl<L: Lane, A, P> Link<L, A, P> {
         }
     }
 
-    /// Whether positions and forces arrive at once and as they are.
+    /// Whether positions and forces arrive without delay and unchanged.
     #[must_use]
     pub fn is_direct(&self) -> bool {
         self.is_plain && self.forward.is_immediate() && self.backward.is_immediate()
     }
 
-    /// The same without state, where it [is direct](Link::is_direct).
+    /// The equivalent stateless link, if it [is direct](Link::is_direct).
     #[must_use]
     pub fn as_direct(&self) -> Option<DirectLink<L>> {
         self.is_direct().then_some(self.scales)
@@ -195,11 +195,11 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
         if self.is_direct() {
             return None;
         }
-        let (forth, back) = (self.positions.outages(index), self.forces.outages(index));
+        let (forward, backward) = (self.positions.outages(index), self.forces.outages(index));
         Some(LinkReport {
-            outages: (forth.0 + back.0) as u64,
-            longest_outage_ticks: forth.1.max(back.1),
-            given_up_tick: forth.2,
+            outages: (forward.0 + backward.0) as u64,
+            longest_outage_ticks: forward.1.max(backward.1),
+            given_up_tick: forward.2,
             master_port_j: self.master_port.energy_j.lane(index),
             slave_port_j: self.slave_port.energy_j.lane(index),
             master_dissipated_j: self.scheme.dissipated_j().lane(index),

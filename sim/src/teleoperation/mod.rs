@@ -1,6 +1,6 @@
-//! What goes over the link, and what each side makes of what arrives: architectures, recovery from outages, passivity.
+//! The link and its two ends: architectures, recovery from outages, passivity.
 //!
-//! An architecture and a passivity scheme are each a file and a line below. A part of one's own is any [`Architecture`] or
+//! A built-in architecture or passivity scheme is a file and a line below. A user's part implements [`Architecture`] or
 //! [`PassivityScheme`]; [`Link::with_architecture`] and [`Link::with_scheme`] put it into a link.
 
 #[macro_use]
@@ -24,7 +24,7 @@ pub use recovery::{Recovery, RecoverySettings};
 pub use settings::{ComplianceSettings, LinkSettings, Machines, Scales};
 
 architectures! {
-    /// The paper's; with local force feedback; a spring between the machines; all of it, transparent (Lawrence 1993).
+    /// The paper's; with local force feedback; with a spring between the machines; four-channel, transparent (Lawrence 1993).
     shared { coupling: CouplingSettings, local_force: LocalForceSettings }
     "position-force" => PositionForce = position_force::PositionForce,
     "local-force" => LocalForce = local_force::LocalForce,
@@ -34,7 +34,7 @@ architectures! {
 
 schemes! {
     /// Observer and controller at both ports (Hannaford and Ryu 2002), wave variables (Niemeyer and Slotine 1991),
-    /// a tank of energy on each side (Franken et al. 2011).
+    /// an energy tank on each side (Franken et al. 2011).
     "none" => None = no_scheme::NoScheme,
     "time-domain" => TimeDomain = time_domain::TimeDomain { time_domain: TimeDomainSettings }
         shared { damping: DampingSettings },

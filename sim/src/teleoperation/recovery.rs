@@ -1,20 +1,20 @@
-//! What a receiver does when samples come again after an outage.
+//! Recovery of a receiver after an outage.
 
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
 trocar_core::choice! {
-    /// After an outage the slave runs to the hand, keeps the distance that has opened, or stays for good.
+    /// After an outage the slave catches up with the hand, keeps the offset, or stays where it is.
     ///
-    /// While an outage lasts, the last sample is held.
+    /// During an outage the last sample is held.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Recovery at "channel.recovery" = Ramp {
-        /// Its reference runs to the hand's, never faster than the recovery speed, until it is there.
+        /// The reference catches up with the target at no more than the recovery speed.
         "ramp" => Ramp,
-        /// From where it is: the distance that the hand has gone meanwhile stays between them.
+        /// The reference continues from its position; the offset from the hand's motion during the outage remains.
         "hold" => Hold,
-        /// Not at all: it stays where it is until the end, and the run says since when. A master that hears nothing gives up
-        /// too: the force goes to 0.
+        /// The slave stays where it is until the end; the run reports the time. A master without samples gives up too:
+        /// the force goes to 0.
         "give-up" => GiveUp,
     }
 }
@@ -23,19 +23,19 @@ trocar_core::settings! {
     /// What counts as an outage, and what happens after it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RecoverySettings in "channel.recovery_" {
-        /// How long no sample has to come for an outage.
+        /// Time without a sample that counts as an outage.
         outage_s: f64 at "channel.outage_s" [NON_NEGATIVE] = 0.1,
-        /// How the slave goes on.
+        /// How the slave resumes.
         policy: Recovery,
-        /// Greatest speed of the slave's reference while it runs to the hand.
+        /// Maximum speed of the slave's reference while it catches up with the hand.
         speed_m_per_s: f64 [POSITIVE] = 0.03,
-        /// Greatest rate of the fed-back force while it runs to the live one.
+        /// Maximum rate of the feedback force while it returns to the received one.
         force_rate_n_per_s: f64 [POSITIVE] = 50.0,
     }
 }
 
 impl RecoverySettings {
-    /// The same for forces, of which no difference is to stay.
+    /// The settings for forces, which keep no offset.
     pub(super) fn of_forces(&self) -> Self {
         let policy = if self.policy == Recovery::Hold { Recovery::Ramp } else { self.policy };
         Self { policy, ..*self }
@@ -46,18 +46,18 @@ impl RecoverySettings {
 ///
 /// ```text
 /// live        y = target + gap
-/// lost        y = the last one, from when no sample has come for the outage's length
-/// recovering  y runs to target + gap by at most a step a tick, until it is there
+/// lost        y is held, once no sample has come for the outage's length
+/// recovering  y moves to target + gap by at most a step per tick
 /// ```
-/// The gap is 0 but for [`Recovery::Hold`], where it is what has opened during the outage.
+/// The gap is 0 except for [`Recovery::Hold`], where it is the offset after the outage.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver<L: Lane> {
     policy: Recovery,
     outage_ticks: L,
-    /// The tick from which on silence counts, even if nothing has come yet.
+    /// The tick from which on missing samples count even before the first sample.
     expected_tick: L,
     step: L,
-    /// Ticks since the last fresh sample; none count before the first, or before it is expected.
+    /// Ticks since the last fresh sample; counting begins with the first sample or at the expected tick.
     silent: L,
     has_begun: L::Mask,
     is_lost: L::Mask,
@@ -70,11 +70,11 @@ pub(super) struct Receiver<L: Lane> {
     given_up_at: L,
 }
 
-/// The tick of what has not happened.
+/// Stands for "no tick".
 const NEVER: f64 = -1.0;
 
 impl<L: Lane> Receiver<L> {
-    /// A receiver that has `initial`, on ticks of `tick_s` (s), and recovers at `speed` a second.
+    /// A receiver that holds `initial`, with a tick of `tick_s` (s), and recovers at `speed` per second.
     pub(super) fn new(settings: &RecoverySettings, speed: f64, tick_s: f64, initial: L) -> Self {
         let nowhere = L::Mask::splat(false);
         Self {
@@ -95,15 +95,15 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
-    /// The same where the first sample is to come within `ticks`: a link that is dead from the start is an outage too, which
-    /// a receiver that waits for ever would end with a jump to wherever the other side has gone.
+    /// Expects the first sample within `ticks`. A link that is down from the start is then an outage too; without this
+    /// its first sample would make the output jump.
     pub(super) fn expecting_within(mut self, ticks: u64) -> Self {
         self.expected_tick = L::splat(ticks as f64);
         self
     }
 
-    /// What to make of the target that the sample in hand stands for; `given_up` is what it is to run to once given up, if
-    /// not to where it is.
+    /// The output for the latest sample's target; `given_up` is the final value after giving up, by default the held
+    /// one.
     #[inline(always)]
     pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         if (is_fresh & !(self.is_lost | self.is_recovering)).all() {
@@ -112,7 +112,7 @@ impl<L: Lane> Receiver<L> {
         self.recover(target, is_fresh, given_up)
     }
 
-    /// A tick at which nothing is missing and nothing to be made up for.
+    /// The fast path: every lane has a fresh sample and is neither lost nor recovering.
     #[inline(always)]
     fn receive(&mut self, target: L) -> L {
         self.has_begun = L::Mask::splat(true);
@@ -125,7 +125,7 @@ impl<L: Lane> Receiver<L> {
         self.last
     }
 
-    /// Any tick.
+    /// The general path.
     #[inline(always)]
     fn recover(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -138,7 +138,7 @@ impl<L: Lane> Receiver<L> {
         self.longest = L::select(is_out, self.longest.max(silent), self.longest);
         self.silent = silent;
 
-        let toward = match self.policy {
+        let goal = match self.policy {
             Recovery::Hold => {
                 self.gap = L::select(ends, self.last - target, self.gap);
                 self.is_lost = is_out;
@@ -156,11 +156,11 @@ impl<L: Lane> Receiver<L> {
                 L::select(self.is_lost, given_up.unwrap_or(self.last), target)
             }
         };
-        let run = self.last + (toward - self.last).clamp(-self.step, self.step);
-        let has_arrived = (toward - self.last).abs().le(self.step);
+        let limited = self.last + (goal - self.last).clamp(-self.step, self.step);
+        let has_arrived = (goal - self.last).abs().le(self.step);
         let is_held = self.is_lost & !self.is_recovering;
-        let live = L::select(is_held, self.last, toward);
-        self.last = L::select(self.is_recovering & !has_arrived, run, live);
+        let live = L::select(is_held, self.last, goal);
+        self.last = L::select(self.is_recovering & !has_arrived, limited, live);
         if self.policy == Recovery::Ramp {
             self.is_recovering = self.is_recovering & !has_arrived;
         }
@@ -168,7 +168,7 @@ impl<L: Lane> Receiver<L> {
         self.last
     }
 
-    /// How often, how many ticks at most, and at which tick it was given up, in lane `index`.
+    /// Number of outages, length of the longest in ticks, and the tick of giving up, in lane `index`.
     pub(super) fn outages(&self, index: usize) -> (f64, f64, Option<f64>) {
         let given_up = self.given_up_at.lane(index);
         (self.outages.lane(index), self.longest.lane(index), (given_up >= 0.0).then_some(given_up))
@@ -187,7 +187,7 @@ mod tests {
 
     const TICK_S: f64 = 1e-3;
 
-    /// A hand at 10 mm/s whose samples do not come from tick 100 to 399.
+    /// A hand at 10 mm/s whose samples are missing from tick 100 to 399.
     fn through_an_outage(policy: Recovery) -> (Vec<f64>, Receiver<f64>) {
         let settings = RecoverySettings { policy, ..RecoverySettings::DEFAULT };
         let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.0);
@@ -209,7 +209,7 @@ mod tests {
         assert!(out[99..400].iter().all(|&x| x == out[99]));
         let fastest = out.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         assert!(fastest <= 3e-5 + 1e-18, "{fastest}");
-        // 3 mm to make up at 30 mm/s against a hand that goes on at 10 mm/s: 150 ms.
+        // 3 mm at 30 mm/s towards a hand that moves on at 10 mm/s: 150 ms.
         assert!((out[548] - 5.48e-3).abs() > 1e-6 && (out[552] - 5.52e-3).abs() < 1e-15, "{}", out[552]);
         assert_eq!(receiver.outages(0), (1.0, 300.0, None));
     }
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn given_up_is_given_up() {
+    fn a_receiver_that_gave_up_stays_where_it_is() {
         let (out, receiver) = through_an_outage(Recovery::GiveUp);
         assert!(out[200..].iter().all(|&x| x == out[99]));
         assert_eq!(receiver.outages(0).2, Some(199.0));
@@ -240,7 +240,7 @@ mod tests {
         let (out, outages) = start(20);
         assert!(out.windows(2).all(|pair| pair[1] - pair[0] <= 3e-5 + 1e-18) && out[499] == 5e-3, "{}", out[499]);
         assert_eq!(outages, (1.0, 280.0, None));
-        // One that is as slow as that is not dead: what comes first is taken as it is.
+        // A link that is expected to be that slow is not down: the first sample is used unchanged.
         let (out, outages) = start(300);
         assert_eq!((out[300], outages), (5e-3, (0.0, 0.0, None)));
     }
@@ -258,21 +258,21 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_comes_and_goes_the_way_back_has_its_speed(
-            // How long the link is dead or alive, in turn, and where the hand goes meanwhile.
-            spells in prop::collection::vec((1_usize..300, -0.1..0.1f64), 2..12), fresh_share in 0.2..1.0f64,
+        fn recovery_never_exceeds_its_speed(
+            // Alternating durations of outage and operation, and the hand's speed in each.
+            phases in prop::collection::vec((1_usize..300, -0.1..0.1f64), 2..12), fresh_share in 0.2..1.0f64,
         ) {
             let settings = RecoverySettings::DEFAULT;
             let step = settings.speed_m_per_s * TICK_S;
             let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.0).expecting_within(0);
             let (mut hand, mut sample, mut out, mut silent, mut behind) = (0.0, 0.0, 0.0, 0_u64, false);
-            let mut luck = 0.0_f64;
-            for (index, (ticks, speed)) in spells.into_iter().enumerate() {
+            let mut spread = 0.0_f64;
+            for (index, (ticks, speed)) in phases.into_iter().enumerate() {
                 for _ in 0..ticks {
                     hand += speed * TICK_S;
-                    // A sequence that is spread evenly: as good as chance here, and the same when a case is tried again.
-                    luck = (luck + 0.618_033_988_749_895).fract();
-                    let is_fresh = index % 2 == 1 && luck < fresh_share;
+                    // An evenly spread sequence: reproducible, and random enough here.
+                    spread = (spread + 0.618_033_988_749_895).fract();
+                    let is_fresh = index % 2 == 1 && spread < fresh_share;
                     sample = if is_fresh { hand } else { sample };
                     silent = if is_fresh { 0 } else { silent + 1 };
                     behind |= silent >= 100;
@@ -282,7 +282,7 @@ mod tests {
                     } else {
                         prop_assert_eq!(next, sample);
                     }
-                    prop_assert!(silent < 100 || next == out, "it moves while nothing comes");
+                    prop_assert!(silent < 100 || next == out, "it moves during an outage");
                     behind &= next != sample || silent >= 100;
                     out = next;
                 }

@@ -1,12 +1,12 @@
-//! What a line in a registry of built-in parts stands for:
+//! A line in a registry of built-in parts:
 //!
 //! ```text
 //! "word in scenarios" => Kind = file::Part { name: Settings },
 //! ```
-//! The kind by its word, the settings of all parts under their names, and the enum that runs whichever part was chosen, over
-//! lanes, without a call. Other parts may be built from the same settings: a key acts for the kinds that are built from it.
+//! It defines the kind's word, the settings of all parts, and the enum with static dispatch over lanes. Several parts
+//! may read the same settings: a key acts for the kinds that read it.
 
-/// The registry of architectures. The settings ahead of its lines are those of several.
+/// The registry of architectures. `shared` lists the settings of several kinds.
 macro_rules! architectures {
     (
         $(#[doc = $about:literal])*
@@ -24,14 +24,14 @@ macro_rules! architectures {
         }
 
         impl ControllerKind {
-            /// The kinds that are built from some keys.
+            /// The kinds that read these keys.
             const fn built_from(keys: &[trocar_core::settings::Key]) -> trocar_core::settings::ActsFor {
                 use architecture::BuiltInArchitecture;
                 let kinds = &[$(($word, <architecture::$file::$Part<f64> as BuiltInArchitecture<f64>>::KEYS)),*];
                 trocar_core::settings::ActsFor::built_from(keys, Self::KEY.path, kinds)
             }
 
-            /// Whether the force that is fed back depends on where both machines are, so that the slave sends its position.
+            /// Whether the feedback force depends on both machines' positions, so that the slave sends its position.
             #[must_use]
             pub fn couples_positions(self) -> bool {
                 use architecture::BuiltInArchitecture;
@@ -40,7 +40,7 @@ macro_rules! architectures {
                 }
             }
 
-            /// Whether its gains follow from how the slave moves ([`Machines::slave_drag`] and
+            /// Whether the gains depend on the slave's dynamics ([`Machines::slave_drag`] and
             /// [`Machines::slave_inertia`]).
             #[must_use]
             pub fn models_slave(self) -> bool {
@@ -52,27 +52,27 @@ macro_rules! architectures {
         }
 
         trocar_core::settings! {
-            /// The architecture, and the settings of all of them.
+            /// The kind of architecture, and the settings of all kinds.
             #[derive(Debug, Clone, Copy, PartialEq)]
             pub struct ControllerSettings in "controller." {
-                /// Who is sent what.
+                /// The kind.
                 kind: ControllerKind,
                 $(
-                    /// Those of several kinds.
+                    /// Settings of several kinds.
                     $shared: $Shared for (ControllerKind::built_from($Shared::KEYS)),
                 )*
                 $($(
-                    /// Those of one kind.
+                    /// Settings of one kind.
                     $own: $Own for (ControllerKind::built_from($Own::KEYS)),
                 )?)*
             }
         }
 
         impl ControllerSettings {
-            /// The gains around two machines.
+            /// The gains for two machines.
             ///
             /// # Errors
-            /// [`InvalidValue`](crate::error::InvalidValue) where a law of the slave needs a `K_p` that is 0.
+            /// [`InvalidValue`](crate::error::InvalidValue) if the law divides by `K_p` and `K_p` is 0.
             pub fn gains(&self, machines: &Machines) -> Result<(MasterGains, SlaveGains), crate::error::InvalidValue> {
                 use architecture::BuiltInArchitecture;
                 match self.kind {
@@ -81,14 +81,14 @@ macro_rules! architectures {
             }
         }
 
-        /// A built-in architecture at work.
+        /// A built-in architecture.
         #[derive(Debug, Clone)]
         pub enum AnyArchitecture<L> {
             $(#[doc = concat!("`", $word, "`")] $Kind(architecture::$file::$Part<L>),)*
         }
 
         impl<L: crate::lane::Lane> AnyArchitecture<L> {
-            /// The one that is chosen, on ticks of `tick_s` (s).
+            /// The chosen architecture, with a tick of `tick_s` (s).
             fn new(
                 settings: &ControllerSettings,
                 machines: &Machines,
@@ -129,7 +129,7 @@ macro_rules! architectures {
     };
 }
 
-/// The registry of passivity schemes. Settings of several of them are declared with the first.
+/// The registry of passivity schemes. Settings of several kinds are declared with the first.
 macro_rules! schemes {
     (
         $(#[doc = $about:literal])*
@@ -149,14 +149,14 @@ macro_rules! schemes {
         }
 
         impl Scheme {
-            /// The kinds that are built from some keys.
+            /// The kinds that read these keys.
             const fn built_from(keys: &[trocar_core::settings::Key]) -> trocar_core::settings::ActsFor {
                 use passivity::BuiltInScheme;
                 let kinds = &[$(($word, <passivity::$file::$Part<f64> as BuiltInScheme<f64>>::KEYS)),*];
                 trocar_core::settings::ActsFor::built_from(keys, Self::KEY.path, kinds)
             }
 
-            /// Whether positions go back to the master beside what the scheme sends.
+            /// Whether the slave's position reaches the master besides the payload.
             #[must_use]
             pub fn carries_positions(self) -> bool {
                 use passivity::BuiltInScheme;
@@ -167,36 +167,36 @@ macro_rules! schemes {
         }
 
         trocar_core::settings! {
-            /// The scheme, and the settings of all of them.
+            /// The scheme, and the settings of all schemes.
             #[derive(Debug, Clone, Copy, PartialEq)]
             pub struct PassivitySettings in "passivity." {
-                /// Which scheme there is.
+                /// The scheme.
                 scheme: Scheme,
                 $(
                     $(
-                        /// Those of one kind.
+                        /// Settings of one kind.
                         $own: $Own for (Scheme::built_from($Own::KEYS)),
                     )?
                     $(
-                        /// Those of several kinds.
+                        /// Settings of several kinds.
                         $shared: $Shared for (Scheme::built_from($Shared::KEYS)),
                     )?
                 )*
             }
         }
 
-        /// A built-in passivity scheme at work.
+        /// A built-in passivity scheme.
         #[derive(Debug, Clone)]
         pub enum AnyScheme<L> {
             $(#[doc = concat!("`", $word, "`")] $Kind(passivity::$file::$Part<L>),)*
         }
 
         impl<L: crate::lane::Lane> AnyScheme<L> {
-            /// The one that is chosen; the one that does nothing where the chosen one would change nothing.
-            fn new(settings: &PassivitySettings, around: &passivity::Surroundings<L>) -> Self {
+            /// The chosen scheme, or `None` if it would change nothing.
+            fn new(settings: &PassivitySettings, context: &passivity::SchemeContext<L>) -> Self {
                 use passivity::BuiltInScheme;
                 let built = match settings.scheme {
-                    $(Scheme::$Kind => passivity::$file::$Part::build(settings, around).map(Self::$Kind),)*
+                    $(Scheme::$Kind => passivity::$file::$Part::build(settings, context).map(Self::$Kind),)*
                 };
                 built.unwrap_or(Self::None(passivity::no_scheme::NoScheme::default()))
             }

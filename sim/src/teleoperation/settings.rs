@@ -1,29 +1,29 @@
-//! What a link is told besides its two directions.
+//! Settings of a link besides its two directions.
 
 use super::recovery::RecoverySettings;
 use super::{ControllerKind, ControllerSettings, PassivitySettings, Scheme};
 
 trocar_core::settings! {
-    /// What a newton and a metre become on the other side.
+    /// Scale factors between the two sides.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Scales in "scaling." {
-        /// Force fed back per force measured.
+        /// Feedback force per measured force.
         force: f64 [SCALE] = 1.0,
-        /// Slave's motion per master's.
+        /// Slave motion per master motion.
         position: f64 [SCALE] = 1.0,
     }
 }
 
 trocar_core::settings! {
-    /// How stiff the slave is under the tissue.
+    /// The slave's compliance.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ComplianceSettings in "slave." {
-        /// How far the tissue pushes the resting slave off its reference; the paper's is stiff.
+        /// Static deflection of the slave under the tissue force; the paper's slave is stiff.
         compliance_m_per_n: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
-/// Everything that a link is told but its two directions.
+/// All settings of a link except its two directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkSettings {
     /// The architecture.
@@ -37,7 +37,7 @@ pub struct LinkSettings {
 }
 
 impl LinkSettings {
-    /// Whether it is the paper's: position and force sent and taken as they are.
+    /// Whether it is the paper's: position and force are transmitted unchanged.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
         self.controller.kind == ControllerKind::PositionForce
@@ -57,14 +57,14 @@ pub struct Machines {
     pub proportional_gain: f64,
     /// `K_v` of the slave.
     pub velocity_gain: f64,
-    /// Command `U_s` that a slow motion of the slave takes per m/s.
+    /// Command `U_s` per m/s of a slow motion of the slave.
     pub slave_drag: f64,
-    /// And per m/s².
+    /// Command `U_s` per m/s² of a slow motion of the slave.
     pub slave_inertia: f64,
-    /// How far the tissue pushes the resting slave off its reference, in m/N.
+    /// Static deflection of the slave under the tissue force, in m/N.
     pub compliance_m_per_n: f64,
-    /// Slave's motion per master's.
+    /// Slave motion per master motion.
     pub position_scale: f64,
-    /// Force fed back per force measured.
+    /// Feedback force per measured force.
     pub force_scale: f64,
 }

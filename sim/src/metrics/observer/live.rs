@@ -1,8 +1,8 @@
-//! What goes on in several lanes at once.
+//! The open windows of several lanes.
 //!
-//! A lane's [`History`] changes seldom: a rupture, an alarm, a change of mode, the end of a window. In between, open windows
-//! take a few extremes a tick, which are kept here side by side. At a tick that asks for more, the lane's numbers go back to
-//! its history, the history takes the tick as that of a single run does, and the numbers come here again.
+//! A lane's [`History`] changes rarely: a rupture, an alarm, a change of mode, the end of a window. In between, an open
+//! window updates a few extremes per tick, which are held here over lanes. At a tick that needs the history, the lane's
+//! values are stored to it, it observes the tick as in a single run, and the values are loaded again.
 
 use super::{History, RuptureWindow};
 use crate::augmentation::Mode;
@@ -11,21 +11,21 @@ use crate::lane::{Lane, Mask};
 use crate::metrics::FALLEN_SHARE;
 use crate::metrics::rupture::Extremes;
 
-/// Most open ruptures of a lane that are kept side by side; a lane with more of them takes every tick by itself.
+/// Maximum open ruptures of a lane that are held over lanes; a lane with more observes every tick by its history.
 const SLOTS: usize = 4;
 
-/// The tick of what does not come.
+/// Stands for "no tick".
 const NEVER: f64 = f64::INFINITY;
 
 /// An open rupture in each lane, or none.
 #[derive(Debug, Clone, Copy)]
 struct Slot<L> {
-    /// The next tick at which more happens than that extremes grow: the travel is read, or the window closes.
+    /// The next tick that needs the history: the travel is read, or the window closes.
     next_tick: L,
     travel_tick: L,
-    /// Forces at or below which one counts as gone.
-    feedback_gone_n: L,
-    felt_gone_n: L,
+    /// Levels at or below which a force counts as fallen.
+    feedback_fallen_n: L,
+    felt_fallen_n: L,
     extremes: Extremes<L>,
 }
 
@@ -35,72 +35,77 @@ impl<L: Lane> Slot<L> {
         Self {
             next_tick: L::splat(NEVER),
             travel_tick: zero,
-            feedback_gone_n: none,
-            felt_gone_n: none,
+            feedback_fallen_n: none,
+            felt_fallen_n: none,
             extremes: Extremes::from_force(zero),
         }
     }
 
-    /// Where the tick asks for more than [`Slot::follow`].
+    /// The lanes whose tick needs the history instead of [`Slot::follow`].
     #[inline(always)]
-    fn asks(&self, now: L, s: &Signals<L>) -> L::Mask {
-        now.ge(self.next_tick) | s.feedback_force_n.le(self.feedback_gone_n) | s.operator_force_n.le(self.felt_gone_n)
+    fn needs_history(&self, now: L, s: &Signals<L>) -> L::Mask {
+        now.ge(self.next_tick)
+            | s.feedback_force_n.le(self.feedback_fallen_n)
+            | s.operator_force_n.le(self.felt_fallen_n)
     }
 
-    /// [`RuptureWindow::observe`] of a tick that does not ask for more.
+    /// [`RuptureWindow::observe`] of a tick that does not need the history.
     #[inline(always)]
     fn follow(&mut self, now: L, s: &Signals<L>) {
         self.extremes.observe(s, now.le(self.travel_tick));
     }
 
-    /// Takes a window over into lane `lane`.
+    /// Loads a window into lane `lane`.
     fn load(&mut self, lane: usize, window: &RuptureWindow) {
         let travel_tick = window.tick + window.travel_ticks;
-        let next_tick =
-            if window.seen < window.travel_ticks { travel_tick } else { window.tick + window.window_ticks + 1 };
-        let gone = |is_gone: bool, before: f64| {
-            if before > 0.0 && !is_gone { FALLEN_SHARE * before } else { f64::NEG_INFINITY }
+        let next_tick = if window.observed_ticks < window.travel_ticks {
+            travel_tick
+        } else {
+            window.tick + window.window_ticks + 1
+        };
+        let fallen = |has_fallen: bool, before: f64| {
+            if before > 0.0 && !has_fallen { FALLEN_SHARE * before } else { f64::NEG_INFINITY }
         };
         let set = |all: &mut L, value: f64| *all = all.with_lane(lane, value);
         set(&mut self.next_tick, next_tick as f64);
         set(&mut self.travel_tick, travel_tick as f64);
-        set(&mut self.feedback_gone_n, gone(window.feedback_fallen_at.is_some(), window.feedback_n));
-        set(&mut self.felt_gone_n, gone(window.felt_fallen_at.is_some(), window.felt_n));
+        set(&mut self.feedback_fallen_n, fallen(window.feedback_fallen_at.is_some(), window.feedback_n));
+        set(&mut self.felt_fallen_n, fallen(window.felt_fallen_at.is_some(), window.felt_n));
         self.extremes = self.extremes.with_lane(lane, &window.extremes);
     }
 
-    /// Leaves lane `lane` without a window.
+    /// Removes lane `lane`'s window.
     fn clear(&mut self, lane: usize) {
         self.next_tick = self.next_tick.with_lane(lane, NEVER);
-        self.feedback_gone_n = self.feedback_gone_n.with_lane(lane, f64::NEG_INFINITY);
-        self.felt_gone_n = self.felt_gone_n.with_lane(lane, f64::NEG_INFINITY);
+        self.feedback_fallen_n = self.feedback_fallen_n.with_lane(lane, f64::NEG_INFINITY);
+        self.felt_fallen_n = self.felt_fallen_n.with_lane(lane, f64::NEG_INFINITY);
     }
 
-    /// Gives lane `lane`'s window what it has seen up to a tick.
+    /// Stores lane `lane`'s values up to a tick to its window.
     fn store(&self, lane: usize, window: &mut RuptureWindow, tick: u64) {
-        window.seen = tick - window.tick;
+        window.observed_ticks = tick - window.tick;
         window.extremes = self.extremes.lane(lane);
     }
 }
 
 /// The lanes' open windows and events.
 #[derive(Debug, Clone)]
-pub(super) struct Live<L: Lane> {
+pub(super) struct OpenWindows<L: Lane> {
     slots: [Slot<L>; SLOTS],
-    /// How many slots each lane has in use, more than [`SLOTS`] where it takes every tick by itself.
+    /// Open windows of each lane; more than [`SLOTS`] if its history observes every tick.
     in_use: Vec<usize>,
-    /// The most of any lane, [`SLOTS`] at most.
+    /// The maximum over the lanes, at most [`SLOTS`].
     max_in_use: usize,
-    /// The tick from which on the numbers are here.
+    /// The tick from which on the values are held here.
     since: Vec<u64>,
-    /// 1 where the lane has not diverged.
+    /// 1 if the lane has not diverged.
     runs: L,
-    /// 1 where a window or an event is open.
+    /// 1 if a window or an event is open.
     is_open: L,
-    /// 1 where there are more windows than slots.
+    /// 1 if there are more windows than slots.
     is_crowded: L,
     mode: L,
-    /// Of the event under way, as in its metrics; only what belongs to the mode is meant.
+    /// Values of the open event, as in its metrics; only those of the present mode are valid.
     slave_start_m: L,
     master_end_m: L,
     frozen_motion_m: L,
@@ -108,8 +113,8 @@ pub(super) struct Live<L: Lane> {
     step_excess_n: L,
 }
 
-impl<L: Lane> Live<L> {
-    /// Lanes in teleoperation with nothing open.
+impl<L: Lane> OpenWindows<L> {
+    /// Lanes in teleoperation without open windows.
     pub(super) fn new() -> Self {
         let zero = L::zero();
         Self {
@@ -129,30 +134,30 @@ impl<L: Lane> Live<L> {
         }
     }
 
-    /// Where a lane has not diverged.
+    /// The lanes that have not diverged.
     #[inline(always)]
     pub(super) fn running(&self) -> L::Mask {
         self.runs.gt(L::splat(0.5))
     }
 
-    /// Whether a window or an event is open anywhere.
+    /// Whether a window or an event is open in any lane.
     #[inline(always)]
     pub(super) fn any_open(&self) -> bool {
         self.is_open.gt(L::splat(0.5)).any()
     }
 
-    /// Where a tick is for the histories; `eventful`: where something happens.
+    /// The lanes whose histories must observe a tick; `eventful`: the lanes with an event.
     #[inline(always)]
-    pub(super) fn asks(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
+    pub(super) fn needs_history(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
         let half = L::splat(0.5);
-        let mut asks = s.ruptured | s.alarm | self.is_crowded.gt(half) | (s.mode - self.mode).abs().gt(half);
+        let mut needs_history = s.ruptured | s.alarm | self.is_crowded.gt(half) | (s.mode - self.mode).abs().gt(half);
         for slot in &self.slots[..self.max_in_use] {
-            asks = asks | slot.asks(now, s);
+            needs_history = needs_history | slot.needs_history(now, s);
         }
-        asks & (eventful | self.is_open.gt(half))
+        needs_history & (eventful | self.is_open.gt(half))
     }
 
-    /// Takes a tick of which no lane's numbers are read before they are loaded anew, unless it does not ask for more.
+    /// Updates the values of all lanes; those of a lane that needs the history are overwritten by the next load.
     #[inline(always)]
     pub(super) fn follow(&mut self, now: L, s: &Signals<L>, force_step_n: L) {
         for slot in &mut self.slots[..self.max_in_use] {
@@ -164,7 +169,7 @@ impl<L: Lane> Live<L> {
         self.step_excess_n = (force_step_n - s.allowed_force_step_n).max(self.step_excess_n);
     }
 
-    /// Takes lane `lane` over from its history, which has seen `tick`.
+    /// Loads lane `lane` from its history, which has observed `tick`.
     pub(super) fn load(&mut self, lane: usize, history: &History, tick: u64) {
         let open = &history.ruptures[history.first_open..];
         self.in_use[lane] = open.len();
@@ -189,7 +194,7 @@ impl<L: Lane> Live<L> {
         }
     }
 
-    /// Gives lane `lane`'s history what it has seen up to `tick`.
+    /// Stores lane `lane`'s values up to `tick` to its history.
     pub(super) fn store(&self, lane: usize, history: &mut History, tick: u64) {
         let ticks = tick.saturating_sub(self.since[lane]);
         if ticks == 0 || self.is_open.lane(lane) == 0.0 && history.mode == Mode::Teleoperation.code() {
@@ -199,7 +204,7 @@ impl<L: Lane> Live<L> {
             slot.store(lane, window, tick);
         }
         history.mode_ticks[history.mode as usize] += ticks;
-        if !history.event_goes_on {
+        if !history.is_event_open {
             return;
         }
         history.step_excess_n = self.step_excess_n.lane(lane);
@@ -213,7 +218,7 @@ impl<L: Lane> Live<L> {
         }
     }
 
-    /// Takes lane `lane` out.
+    /// Ends lane `lane`.
     pub(super) fn end(&mut self, lane: usize) {
         self.runs = self.runs.with_lane(lane, 0.0);
         self.is_open = self.is_open.with_lane(lane, 0.0);

@@ -1,4 +1,4 @@
-//! The certificate: found by a solver, verified without it.
+//! The certificate: found by a solver, verified independently.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -9,27 +9,27 @@ use super::sdp;
 use super::settings::Phases;
 use crate::stability::StabilityError;
 
-/// Doublings by which a Gramian is summed: more ticks than any loop remembers.
+/// Number of doublings in a Gramian's sum: 2^40 ticks, longer than any transient.
 const DOUBLINGS: usize = 40;
 
-/// The solver's margin below which no certificate is looked at: chosen here, far above what the solver's own accuracy of 1e-8
-/// could feign, so that the dwell found is the same on every machine.
+/// The minimum margin of a certificate: far above the solver's accuracy of 1e-8, so that the dwell is the same on every
+/// machine.
 const MIN_MARGIN: f64 = 1e-3;
 
-/// Functions that prove that any sequence of events dies out.
+/// Lyapunov functions that prove that every sequence of events decays.
 #[derive(Debug, Clone)]
 pub struct Certificate {
-    /// Ticks of teleoperation between two events that it takes.
+    /// Required ticks of teleoperation between two events.
     pub dwell_ticks: u64,
-    /// At the beginning of an event `V` is at most this times what it was at the beginning of the one before: below 1, verified.
+    /// Verified bound of the ratio of `V` at the beginnings of consecutive events; below 1.
     pub contraction: f64,
-    /// The greatest common margin of all conditions, scaled, as the solver has it.
+    /// The solver's common margin of all scaled conditions.
     pub margin: f64,
-    /// How many conditions were verified.
+    /// Number of verified conditions.
     pub conditions: usize,
     /// `P` of the function at the beginning of events, on the loop's states.
     pub at_events: DMatrix<f64>,
-    /// All matrices and what they are of.
+    /// All matrices, each with its space.
     matrices: Vec<(DMatrix<f64>, Space)>,
 }
 
@@ -40,12 +40,12 @@ impl Certificate {
     }
 }
 
-/// What takes scaled states to states of a space: those that the loop's inputs reach become a ball.
+/// The map from scaled states to states of a space; it maps the unit ball to the states reachable by the loop's inputs.
 fn scales(modes: &Modes) -> Result<impl Fn(Space) -> DMatrix<f64>, StabilityError> {
     let n = modes.states();
     let middle = (modes.teleoperation(0) + modes.teleoperation(1)) * 0.5;
     let size_of = |column: &DMatrix<f64>| column.norm().max(f64::MIN_POSITIVE);
-    // Each input by itself would rest in a state; they are taken as large as that one is for each other.
+    // The inputs are normalised by the position that each reaches.
     let inputs = [modes.of_reference(), modes.of_force(), modes.of_desired()];
     let mut gramian: DMatrix<f64> = DMatrix::zeros(n, n);
     for input in &inputs {
@@ -65,7 +65,7 @@ fn scales(modes: &Modes) -> Result<impl Fn(Space) -> DMatrix<f64>, StabilityErro
         .map(|found| found.l())
         .ok_or(StabilityError::Solver { status: "the loop's states do not scale".into() })?;
     let inverse = of_loop.clone().try_inverse().ok_or(StabilityError::Solver { status: "singular".into() })?;
-    // A metre of reference and a newton of force, as large as where they make the sides rest.
+    // A metre of reference and a newton of force, scaled by their equilibria.
     let rest = |input: &DMatrix<f64>| {
         let apart = DMatrix::identity(n, n) - modes.apart(0);
         let state = apart.lu().solve(input).unwrap_or_else(|| input.clone());
@@ -74,11 +74,11 @@ fn scales(modes: &Modes) -> Result<impl Fn(Space) -> DMatrix<f64>, StabilityErro
     let (metre, newton) = (rest(&modes.of_reference()), rest(&modes.of_force()));
     let frozen = modes.frozen_states();
     Ok(move |space| {
-        let with = |further: &[f64]| {
-            let all = n + further.len();
+        let with = |extra: &[f64]| {
+            let all = n + extra.len();
             let mut scale = DMatrix::zeros(all, all);
             scale.view_mut((0, 0), (n, n)).copy_from(&of_loop);
-            for (k, value) in further.iter().enumerate() {
+            for (k, value) in extra.iter().enumerate() {
                 scale[(n + k, n + k)] = 1.0 / value;
             }
             scale
@@ -92,26 +92,25 @@ fn scales(modes: &Modes) -> Result<impl Fn(Space) -> DMatrix<f64>, StabilityErro
     })
 }
 
-/// What a certificate is to say most about.
+/// The quantities whose bounds a certificate minimises.
 #[derive(Debug, Clone)]
 pub(super) struct Focus {
-    /// Where motions begin.
+    /// The initial states.
     pub(super) starts: Vec<DVector<f64>>,
-    /// What is to stay small: a row of each space's states.
+    /// The quantities to bound: rows on each space's states.
     pub(super) rows: Vec<(Space, DMatrix<f64>)>,
     /// A certificate with a margin for the same conditions.
     pub(super) plain: Certificate,
 }
 
-/// How much of a certificate with a margin is added to one without, in steps of four.
+/// The fraction of a certificate with a margin that is added to one without, in factors of four.
 const MIN_DILUTION: f64 = 1e-6;
 const DILUTIONS: i32 = 12;
 
-/// How far beyond 0 conditions are kept where the margin is not theirs.
-const BEYOND: f64 = 1e-6;
+/// The fixed margin of the conditions when bounds are minimised.
+const FIXED_MARGIN: f64 = 1e-6;
 
-/// The certificate for a dwell, where there is one that verifies: with the greatest margin, or the least bound of what is in
-/// focus.
+/// The verified certificate for a dwell, if there is one: with the maximum margin, or the minimum bound of the focus.
 ///
 /// # Errors
 /// [`StabilityError::Solver`].
@@ -124,7 +123,7 @@ pub(super) fn certify(
     Ok(attempt(modes, phases, choice, focus)?.certificate)
 }
 
-/// A certificate, or how far from one the solver says that the conditions are.
+/// A certificate if found, and the solver's margin.
 #[derive(Debug, Clone)]
 pub(super) struct Attempt {
     pub(super) margin: f64,
@@ -148,7 +147,7 @@ pub(super) fn attempt(
     let at_events = *conditions.roles.dwelling.last().unwrap_or(&0);
     if let Some(Focus { starts, rows, .. }) = focus {
         for condition in &mut scaled_conditions {
-            (condition.least, condition.weight) = (BEYOND * condition.weight, 0.0);
+            (condition.offset, condition.weight) = (FIXED_MARGIN * condition.weight, 0.0);
         }
         let longest = rows.iter().map(|(space, row)| (row * scale(*space)).norm()).fold(f64::MIN_POSITIVE, f64::max);
         for (space, row) in rows {
@@ -161,7 +160,7 @@ pub(super) fn attempt(
                     terms,
                     weight: 0.0,
                     row: Some(scaled_row.clone()),
-                    least: 0.0,
+                    offset: 0.0,
                 });
             }
         }
@@ -171,7 +170,7 @@ pub(super) fn attempt(
         normal = sdp::Normal::Level(at_events, starts.into_iter().map(|start| start / longest).collect());
     }
     let (scaled, margin) = match sdp::solve(&conditions.sizes(modes), &scaled_conditions, &normal) {
-        // Nothing is lost but tightness.
+        // The bound is then less tight.
         Err(_) if focus.is_some() => return Ok(Attempt { margin: 0.0, certificate: None }),
         solved => solved?,
     };
@@ -185,7 +184,7 @@ pub(super) fn attempt(
             let inverse =
                 scale(space).try_inverse().unwrap_or_else(|| DMatrix::identity(size(modes, space), size(modes, space)));
             let plain = inverse.transpose() * matrix * inverse;
-            // Symmetric to the last bit.
+            // Exactly symmetric.
             (&plain + plain.transpose()) * 0.5
         })
         .collect();
@@ -194,8 +193,8 @@ pub(super) fn attempt(
     };
     let matrices = match focus {
         None => Some(matrices).filter(|matrices| holds(matrices)),
-        // What is in focus is found at the edge of what holds. The conditions are homogeneous: a little of a certificate that has
-        // a margin takes it back inside.
+        // The minimum bound lies on the boundary of the feasible set. The conditions are homogeneous: adding a little
+        // of a certificate with a margin restores feasibility.
         Some(Focus { plain, .. }) => (0..DILUTIONS).find_map(|k| {
             let share = MIN_DILUTION * 4.0_f64.powi(k);
             let diluted = matrices.iter().zip(&plain.matrices).map(|(matrix, (other, _))| matrix + other * share);
@@ -214,7 +213,7 @@ pub(super) fn attempt(
     Ok(Attempt { margin, certificate })
 }
 
-/// The least factor by which `V` falls over an event, by halving, each step verified.
+/// The verified contraction of `V` over an event, by bisection.
 fn contraction(conditions: &Conditions, matrices: &[DMatrix<f64>]) -> f64 {
     let entering: Vec<_> = conditions.list.iter().filter(|condition| condition.name == "entering").collect();
     let holds = |factor: f64| {
@@ -234,12 +233,12 @@ fn contraction(conditions: &Conditions, matrices: &[DMatrix<f64>]) -> f64 {
     above
 }
 
-/// Verified: `(c x)² <= bound² xᵀ P x`, for the least such `bound` to a part in a thousand.
+/// The verified minimum `bound` with `(c x)² <= bound² xᵀ P x`, to a part in a thousand.
 pub(super) fn peak(p: &DMatrix<f64>, c: &DMatrix<f64>) -> f64 {
     let Some(inverse) = p.clone().try_inverse() else { return f64::INFINITY };
     let square = (c * inverse * c.transpose())[(0, 0)];
     let mut bound = square.abs().sqrt().max(f64::MIN_POSITIVE);
-    // The first that verifies, from where it has to be on.
+    // The first value that verifies, from the unverified minimum upwards.
     for _ in 0..60 {
         bound *= 1.0005;
         let weight = Interval::exact((1.0 / (bound * bound)).next_up());

@@ -1,12 +1,12 @@
-//! The inequalities that make a certificate.
+//! The inequalities of a certificate.
 //!
-//! Each mode has a function of its states, `V = xᵀ P x`, that follows the phases of an event around. With the maps of
-//! `modes.rs`, at both ends `v` of the stiffness's range (the maps are affine in `K`, the inequalities convex in the maps, so
-//! that they hold for each `K` between, and for one that changes from tick to tick):
+//! Each mode has a Lyapunov function `V = xᵀ P x`, linked along the phases of an event. With the maps of `modes.rs`, at
+//! both ends `v` of the stiffness's range (the maps are affine in `K`, the inequalities convex in the maps, so they
+//! also hold for each `K` between, and for one that changes from tick to tick):
 //!
 //! ```text
 //! dwelling        A_vᵀ P_T(t+1) A_v < P_T(t), 0 <= t < d - 1;   then A_vᵀ P_T(d-1) A_v < P_T(d-1)
-//! entering        E_vᵀ P_F E_v < P_T(d-1);   where frozen ticks are all alike, E is followed by the shortest freeze
+//! entering        E_vᵀ P_F E_v < P_T(d-1);   where all frozen ticks are equal, E is followed by the shortest freeze
 //! frozen          F_vᵀ P_F F_v < (1 + ε) P_F
 //! releasing       Rᵀ (P_R(0) ⊕ p_R(0)) R < (1 + ε)^-(longest - shortest) P_F
 //! cross-fade      (B_vᵀ P_R(t+1) B_v) ⊕ p_R(t+1) < P_R(t) ⊕ p_R(t)
@@ -14,14 +14,14 @@
 //! closing the gap [A_v b]ᵀ P_G [A_v b] < a P_G ⊕ (1 - a) γ, so that max(xᵀ P_G x, γ g²) cannot grow while |g| does not
 //! closed          P_T(0) < P_G
 //! ```
-//! `V` is then less at the beginning of each event than at the beginning of the one before, `d` ticks of teleoperation having
-//! passed between: the origin is reached exponentially, whatever the order and the lengths of the phases (dwell-time
-//! conditions after Geromel and Colaneri, *SIAM J. Control Optim.* 45, 2006; functions linear between nodes after Allerhand
-//! and Shaked, *IEEE Trans. Autom. Control* 56, 2011). A gap that is kept (`clutch`) goes on into the next event: there the
-//! function at the events is `max(xᵀ P_G x, γ g²)`, and no dwell is asked for.
+//! With at least `d` ticks of teleoperation between events, `V` decreases from the beginning of one event to that of
+//! the next: the state converges exponentially for every order and length of the phases (dwell-time conditions after
+//! Geromel and Colaneri, *SIAM J. Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked,
+//! *IEEE Trans. Autom. Control* 56, 2011). A kept gap (`clutch`) persists into the next event: the function at the
+//! events is then `max(xᵀ P_G x, γ g²)`, and no dwell is needed.
 //!
-//! `P_T` and `P_R` are linear in time between nodes; a condition for a tick is then linear in time as well, and holds in
-//! between where it does for the first and the last tick of a piece.
+//! `P_T` and `P_R` are linear in time between nodes; a condition for a tick is then also linear in time, and holds
+//! within a piece if it holds for its first and last tick.
 
 use nalgebra::DMatrix;
 
@@ -31,16 +31,16 @@ use super::sdp;
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
 
-/// Pieces of `P_T`.
+/// Number of pieces of `P_T`.
 const DWELL_PIECES: u64 = 2;
 
-/// Pieces of `P_R`.
+/// Number of pieces of `P_R`.
 const BLEND_PIECES: u64 = 1;
 
-/// By what factor `V` may grow between the shortest and the longest freeze.
+/// The factor by which `V` may grow between the shortest and the longest freeze.
 pub(super) const GROWTH_FROZEN: f64 = 1.1;
 
-/// What a condition from tick to tick has to give beside one over an event.
+/// The weight of a condition per tick relative to one per event.
 const PER_TICK: f64 = 1e-2;
 
 /// A space of states.
@@ -52,7 +52,7 @@ pub(super) enum Space {
     Gap,
 }
 
-/// `c Mᵀ X M`, with the map as it was computed and as what it encloses.
+/// `c Mᵀ X M`, with an enclosure of the map.
 #[derive(Debug, Clone)]
 pub(super) struct Term {
     pub(super) factor: super::interval::Interval,
@@ -60,17 +60,17 @@ pub(super) struct Term {
     pub(super) map: Enclosure,
 }
 
-/// A sum of terms that is to be positive definite.
+/// A sum of terms that must be positive definite.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
     pub(super) name: &'static str,
     pub(super) terms: Vec<Term>,
-    /// What its rows stand for.
+    /// The spaces of its rows.
     pub(super) rows: Vec<Space>,
     pub(super) weight: f64,
 }
 
-/// All conditions for a dwell, and the unknown matrices of which they are.
+/// All conditions for a dwell, and their unknown matrices.
 #[derive(Debug, Clone)]
 pub(super) struct Conditions {
     pub(super) unknowns: Vec<Space>,
@@ -78,10 +78,10 @@ pub(super) struct Conditions {
     pub(super) roles: Roles,
 }
 
-/// Which unknown is which.
+/// The roles of the unknowns.
 #[derive(Debug, Clone)]
 pub(super) struct Roles {
-    /// `P_T` at the nodes; the last one holds from then on. Only `P_G` where a gap is kept.
+    /// `P_T` at the nodes; the last one is constant from then on. Only `P_G` if the gap is kept.
     pub(super) dwelling: Vec<usize>,
     pub(super) frozen: usize,
     pub(super) fading: Vec<usize>,
@@ -89,7 +89,7 @@ pub(super) struct Roles {
     pub(super) closing: Option<(usize, usize)>,
 }
 
-/// Which numbers a certificate is looked for with.
+/// The parameters of a certificate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Choice {
     /// Ticks of teleoperation between events.
@@ -98,7 +98,7 @@ pub(super) struct Choice {
     pub(super) decay: f64,
 }
 
-/// Building conditions.
+/// Builds the conditions.
 struct Builder<'a> {
     modes: &'a Modes,
     unknowns: Vec<Space>,
@@ -109,7 +109,7 @@ fn number(value: f64) -> super::interval::Interval {
     super::interval::Interval::exact(value)
 }
 
-/// A quotient, which rounds.
+/// A quotient, with rounding.
 fn share(part: u64, whole: u64) -> super::interval::Interval {
     super::interval::Interval::rounded(part as f64 / whole as f64)
 }
@@ -128,7 +128,7 @@ impl Builder<'_> {
         spaces.iter().map(|&space| size(self.modes, space)).sum()
     }
 
-    /// The rows of an identity that give the part at `index` of a sum of spaces.
+    /// The rows of an identity that select the part at `index` of a sum of spaces.
     fn part(&self, spaces: &[Space], index: usize) -> Enclosure {
         let before = self.size(&spaces[..index]);
         let rows = self.size(&spaces[index..=index]);
@@ -136,7 +136,7 @@ impl Builder<'_> {
     }
 }
 
-/// How many states a space has.
+/// Number of states of a space.
 pub(super) fn size(modes: &Modes, space: Space) -> usize {
     match space {
         Space::Loop => modes.states(),
@@ -150,9 +150,9 @@ fn term(factor: super::interval::Interval, unknown: usize, map: &Enclosure) -> T
     Term { factor, unknown, map: map.clone() }
 }
 
-/// The pieces of a phase: their ticks.
-fn pieces(ticks: u64, most: u64) -> Vec<u64> {
-    let count = most.min(ticks);
+/// The lengths of a phase's pieces in ticks.
+fn pieces(ticks: u64, max: u64) -> Vec<u64> {
+    let count = max.min(ticks);
     (0..count).map(|k| (k + 1) * ticks / count - k * ticks / count).collect()
 }
 
@@ -160,9 +160,9 @@ impl Conditions {
     pub(super) fn new(modes: &Modes, phases: Phases, choice: Choice) -> Self {
         let mut builder = Builder { modes, unknowns: vec![], list: vec![] };
         let closing = modes.has_gap().then(|| (builder.unknown(Space::Loop), builder.unknown(Space::Gap)));
-        let lengths = if modes.forgets() { pieces(choice.dwell - 1, DWELL_PIECES) } else { vec![] };
+        let lengths = if modes.gap_closes() { pieces(choice.dwell - 1, DWELL_PIECES) } else { vec![] };
         let dwelling = match closing {
-            Some((of_loop, _)) if !modes.forgets() => vec![of_loop],
+            Some((of_loop, _)) if !modes.gap_closes() => vec![of_loop],
             _ => (0..=lengths.len()).map(|_| builder.unknown(Space::Loop)).collect(),
         };
         let frozen = builder.unknown(Space::Frozen);
@@ -189,7 +189,7 @@ impl Conditions {
         self.unknowns.iter().map(|&space| size(modes, space)).collect()
     }
 
-    /// What the solver is given: maps between states scaled by `scale`, which takes scaled states to states.
+    /// The conditions for the solver, on states scaled by `scale`, which maps scaled states to states.
     pub(super) fn scaled(&self, scale: impl Fn(Space) -> DMatrix<f64>) -> Vec<sdp::Condition> {
         let inverse = |space| scale(space).try_inverse().unwrap_or_else(|| scale(space));
         self.list
@@ -208,14 +208,14 @@ impl Conditions {
                     unknown: term.unknown,
                     map: inverse(self.unknowns[term.unknown]) * middle(&term.map) * &rows,
                 });
-                sdp::Condition { terms: terms.collect(), weight: condition.weight, row: None, least: 0.0 }
+                sdp::Condition { terms: terms.collect(), weight: condition.weight, row: None, offset: 0.0 }
             })
             .collect()
     }
 }
 
 impl Condition {
-    /// What is to be positive definite, for matrices that are what they are.
+    /// The enclosure of the condition's matrix, for exact unknown matrices.
     pub(super) fn enclosure(&self, unknowns: &[DMatrix<f64>]) -> Enclosure {
         let mut sum: Option<Enclosure> = None;
         for Term { factor, unknown, map } in &self.terms {
@@ -236,7 +236,7 @@ impl Condition {
 
 impl Builder<'_> {
     fn dwell(&mut self, roles: &Roles, lengths: &[u64]) {
-        if !self.modes.forgets() {
+        if !self.modes.gap_closes() {
             return;
         }
         let rows = [Space::Loop];
@@ -259,16 +259,16 @@ impl Builder<'_> {
     fn freeze(&mut self, roles: &Roles, gaps: &[usize], phases: Phases, choice: Choice) {
         let modes = self.modes;
         let (shortest, longest) = phases.held;
-        let alike = modes.is_frozen_alike();
-        let further = if alike { longest - shortest } else { longest };
+        let is_unique = modes.is_frozen_map_unique();
+        let extra = if is_unique { longest - shortest } else { longest };
         let at_events = *roles.dwelling.last().unwrap_or(&0);
         for vertex in 0..2 {
             let mut map = rounded(&modes.entry(vertex));
-            if alike {
+            if is_unique {
                 map = product(&power(&rounded(&modes.frozen(0, 1.0)), shortest), &map);
             }
             let (rows, mut terms) = match roles.closing {
-                Some((of_loop, of_gap)) if !modes.forgets() => {
+                Some((of_loop, of_gap)) if !modes.gap_closes() => {
                     let rows = vec![Space::Loop, Space::Gap];
                     let gap = term(number(1.0 - choice.decay), of_gap, &self.part(&rows, 1));
                     let terms = vec![term(number(choice.decay), of_loop, &self.part(&rows, 0)), gap];
@@ -285,12 +285,12 @@ impl Builder<'_> {
         }
         let rows = [Space::Frozen];
         let one = self.part(&rows, 0);
-        let rate = if further == 0 { 0.0 } else { GROWTH_FROZEN.ln() / further as f64 };
-        // A double that is exact, and its power rounded up.
+        let rate = if extra == 0 { 0.0 } else { GROWTH_FROZEN.ln() / extra as f64 };
+        // An exact double, and its power rounded up.
         let rate = 1.0 + (rate * 2.0_f64.powi(40)).floor() * 2.0_f64.powi(-40);
-        let grown = power(&vec![vec![number(rate)]], further)[0][0];
-        if further > 0 {
-            for vertex in 0..if alike { 1 } else { 2 } {
+        let grown = power(&vec![vec![number(rate)]], extra)[0][0];
+        if extra > 0 {
+            for vertex in 0..if is_unique { 1 } else { 2 } {
                 for &share in modes.shares() {
                     let map = rounded(&modes.frozen(vertex, share));
                     let terms = vec![term(number(rate), roles.frozen, &one), term(number(-1.0), roles.frozen, &map)];
@@ -314,11 +314,11 @@ impl Builder<'_> {
         let one = self.part(rows, 0);
         let mut begin = 0;
         for (piece, &ticks) in lengths.iter().enumerate() {
-            // The corners of what `(w, w K)` can be.
-            let (least, most) = (if piece == 0 { 0.0 } else { weight(begin) }, weight(begin + ticks));
-            let mut corners = vec![(0, most), (1, most), (0, least)];
-            if least > 0.0 {
-                corners.push((1, least));
+            // The corners of the range of `(w, w K)`.
+            let (min, max) = (if piece == 0 { 0.0 } else { weight(begin) }, weight(begin + ticks));
+            let mut corners = vec![(0, max), (1, max), (0, min)];
+            if min > 0.0 {
+                corners.push((1, min));
             }
             begin += ticks;
             for (vertex, weight) in corners {
@@ -360,7 +360,7 @@ impl Builder<'_> {
             ];
             self.add("closing the gap", &rows, PER_TICK, terms);
         }
-        if modes.forgets() {
+        if modes.gap_closes() {
             let rows = [Space::Loop];
             let one = self.part(&rows, 0);
             let terms = vec![term(number(1.0), closing, &one), term(number(-1.0), roles.dwelling[0], &one)];

@@ -1,4 +1,4 @@
-//! What one event does at its end: how far the needle moves and what the hand feels of it, by policy.
+//! The end of one event: needle motion and feedback force, by policy.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,37 +7,37 @@ use super::{Phases, SwitchingSettings};
 use crate::augmentation::{Reengage, cross_fade};
 use crate::stability::StabilityError;
 
-/// How long the end of an event is looked at, in s.
-const LOOK_S: f64 = 3.0;
+/// Simulated time after the release, in s.
+const DURATION_S: f64 = 3.0;
 
-/// Stiffnesses that are tried between the least and the greatest.
+/// Number of stiffnesses between minimum and maximum.
 const STIFFNESSES: usize = 9;
 
-/// What a policy does to needle and hand, the most of it on any stiffness tried.
+/// The effect of a policy on needle and hand: the maximum over the stiffnesses.
 ///
-/// The hand rests where it wants to be, away from the needle by a gap; the needle rests, just touching the tissue; nothing is
-/// felt. Then the slave is released.
+/// The hand rests at its desired position, at a gap from the needle; the needle rests at the tissue's surface; the
+/// force is 0. Then the slave is released.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EventBound {
     /// The policy.
     pub reengage: Reengage,
-    /// How far the slave's reference jumps in the tick, in m.
+    /// Jump of the slave's reference in the tick, in m.
     pub reference_jump_m: f64,
-    /// How far the needle goes, in m.
+    /// Maximum motion of the needle, in m.
     pub slave_motion_m: f64,
-    /// Its greatest speed in m/s.
+    /// Maximum speed of the needle in m/s.
     pub slave_speed_m_per_s: f64,
-    /// The greatest fed-back force in N.
+    /// Maximum feedback force in N.
     pub force_n: f64,
-    /// The greatest change of it from one tick to the next, in N.
+    /// Maximum change of the feedback force from one tick to the next, in N.
     pub force_step_n: f64,
 }
 
 impl EventBound {
-    /// For each policy, the slave's reference and the hand (scaled to the slave) `gap_m` apart.
+    /// The bounds of each policy, with the slave's reference and the hand (scaled to the slave) `gap_m` apart.
     ///
     /// # Errors
-    /// [`StabilityError`] where a loop cannot be built.
+    /// [`StabilityError`] if a loop cannot be built.
     pub fn of_each_policy(settings: &SwitchingSettings, gap_m: f64) -> Result<Vec<Self>, StabilityError> {
         let speed = match settings.augmentation.reengage {
             Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
@@ -74,7 +74,7 @@ impl EventBound {
         Ok(all)
     }
 
-    /// Runs the end of one event.
+    /// Simulates the end of one event.
     fn release(&mut self, modes: &Modes, phases: Phases, tick_s: f64, speed_m_per_s: f64, gap_m: f64) {
         let n = modes.states();
         let at = modes.master_states();
@@ -83,9 +83,9 @@ impl EventBound {
         let (hand, slave, felt) = (modes.hand(), modes.slave(), modes.force(0));
         let read = |row: &DMatrix<f64>, state: &DVector<f64>| (row * state)[(0, 0)];
         let scale = hand.iter().copied().fold(0.0, f64::max);
-        let wish_m = gap_m / scale;
+        let desired_m = gap_m / scale;
         let mut state = DVector::zeros(n);
-        (state[0], state[2]) = (wish_m, wish_m);
+        (state[0], state[2]) = (desired_m, desired_m);
         let mut gap = match self.reengage {
             Reengage::Snap => 0.0,
             Reengage::Ramp { .. } | Reengage::Clutch => -gap_m,
@@ -95,7 +95,7 @@ impl EventBound {
             Reengage::Clutch | Reengage::Snap => 0.0,
         };
         let mut before = 0.0;
-        for tick in 0..(LOOK_S / tick_s) as u64 {
+        for tick in 0..(DURATION_S / tick_s) as u64 {
             let weight = cross_fade(((tick + 1) as f64 / phases.blend as f64).min(1.0));
             if tick > 0 {
                 gap -= gap.clamp(-closing, closing);
@@ -108,7 +108,7 @@ impl EventBound {
             self.force_n = self.force_n.max(fed_back.abs());
             self.force_step_n = self.force_step_n.max((fed_back - before).abs());
             before = fed_back;
-            state = &apart * &state + &of_reference * reference + &of_force * fed_back + &of_desired * wish_m;
+            state = &apart * &state + &of_reference * reference + &of_force * fed_back + &of_desired * desired_m;
             self.slave_motion_m = self.slave_motion_m.max(read(&slave, &state).abs());
             self.slave_speed_m_per_s = self.slave_speed_m_per_s.max(state[at + 1].abs());
         }

@@ -1,7 +1,7 @@
-//! Arithmetic that keeps its rounding errors, for verifying what the solver has found.
+//! Interval arithmetic, for verifying the solver's results.
 //!
-//! Each operation is rounded outwards by one step of a double, so that the result of exact arithmetic lies within (Moore,
-//! *Interval Analysis*; Rump, *Acta Numerica* 2010, whose directed roundings are not at hand here). A symmetric matrix of
+//! Each operation is rounded outwards by one step of a double, so that the exact result lies within (Moore, *Interval
+//! Analysis*; Rump, *Acta Numerica* 2010, whose directed rounding is not available here). A symmetric matrix of
 //! intervals all of whose pivots stay above 0 is positive definite for every choice within the intervals.
 
 use nalgebra::DMatrix;
@@ -19,9 +19,9 @@ impl Interval {
         Self { low: value, high: value }
     }
 
-    /// A number that was computed, as far off as some roundings take it.
+    /// The enclosure of a computed number with several roundings.
     pub(super) fn rounded(value: f64) -> Self {
-        /// Roundings of the longest sum that an entry of a one-tick map is made of, with some to spare.
+        /// Upper limit of the roundings in an entry of a one-tick map.
         const ROUNDINGS: f64 = 16.0;
         let reach = (value.abs() * (ROUNDINGS * f64::EPSILON)).next_up();
         if value == 0.0 {
@@ -34,8 +34,8 @@ impl Interval {
     fn squared(self) -> Self {
         let (a, b) = (self.low.abs(), self.high.abs());
         let spans_zero = self.low <= 0.0 && self.high >= 0.0;
-        let least = if spans_zero { 0.0 } else { (a.min(b) * a.min(b)).next_down() };
-        Self { low: least.max(0.0), high: (a.max(b) * a.max(b)).next_up() }
+        let min = if spans_zero { 0.0 } else { (a.min(b) * a.min(b)).next_down() };
+        Self { low: min.max(0.0), high: (a.max(b) * a.max(b)).next_up() }
     }
 
     /// `self / divisor` for a divisor above 0.
@@ -63,14 +63,10 @@ impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let ends = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
-        let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let min = ends.iter().copied().fold(f64::INFINITY, f64::min);
+        let max = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         // A product with an exact 0 is exact; most entries of the maps are.
-        if least == 0.0 && most == 0.0 {
-            Self::exact(0.0)
-        } else {
-            Self { low: least.next_down(), high: most.next_up() }
-        }
+        if min == 0.0 && max == 0.0 { Self::exact(0.0) } else { Self { low: min.next_down(), high: max.next_up() } }
     }
 }
 
@@ -82,7 +78,7 @@ pub(super) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::rounded(matrix[(i, j)])).collect()).collect()
 }
 
-/// The enclosure of a matrix that is what it is.
+/// The enclosure of an exact matrix.
 pub(super) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::exact(matrix[(i, j)])).collect()).collect()
 }
@@ -122,11 +118,11 @@ pub(super) fn transpose(a: &Enclosure) -> Enclosure {
     (0..columns).map(|j| a.iter().map(|row| row[j]).collect()).collect()
 }
 
-/// Whether every symmetric matrix within is positive definite; false where the intervals are too wide to tell.
+/// Whether every symmetric matrix within is positive definite; false if the intervals are too wide to decide.
 pub(super) fn is_positive_definite(matrix: &Enclosure) -> bool {
     let n = matrix.len();
     let mut rest = matrix.clone();
-    // By powers of two, which round nothing, so that all rows are about as large.
+    // Scaling by powers of two, which is exact, makes all rows of similar size.
     let scales: Vec<f64> = (0..n).map(|k| (-0.5 * rest[k][k].high.abs().log2()).round().exp2()).collect();
     for (i, row) in rest.iter_mut().enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {
@@ -156,7 +152,7 @@ mod tests {
 
     #[test]
     fn every_operation_holds_the_exact_result() {
-        // 0.1 + 0.2 and 0.1 * 0.1 of the doubles, which no double is.
+        // The exact 0.1 + 0.2 and 0.1 * 0.1 of these doubles are not doubles.
         let (tenth, fifth) = (Interval::exact(0.1), Interval::exact(0.2));
         for result in [tenth + fifth, tenth * tenth, fifth - tenth, tenth.over(fifth)] {
             assert!(result.low < result.high && result.high - result.low < 1e-15);
@@ -171,11 +167,11 @@ mod tests {
     fn a_matrix_is_positive_definite_until_an_eigenvalue_is_not() {
         let hilbert = DMatrix::from_fn(5, 5, |i, j| 1.0 / (i + j + 1) as f64);
         assert!(is_positive_definite(&rounded(&hilbert)));
-        let least = hilbert.symmetric_eigenvalues().min();
-        let less = |share: f64| &hilbert - DMatrix::identity(5, 5) * (share * least);
+        let smallest = hilbert.symmetric_eigenvalues().min();
+        let less = |share: f64| &hilbert - DMatrix::identity(5, 5) * (share * smallest);
         assert!(is_positive_definite(&exact(&less(0.999))));
         assert!(!is_positive_definite(&exact(&less(1.001))));
-        let wide = hilbert.map(|value| Interval { low: value - least, high: value + least });
+        let wide = hilbert.map(|value| Interval { low: value - smallest, high: value + smallest });
         let wide: Enclosure = (0..5).map(|i| (0..5).map(|j| wide[(i, j)]).collect()).collect();
         assert!(!is_positive_definite(&wide));
     }

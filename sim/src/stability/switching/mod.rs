@@ -1,10 +1,10 @@
 //! Events: teleoperation, frozen, re-engaging, as a switched linear system.
 //!
-//! The paper leaves out the stability of its event-based scheme, as one that "would require hybrid modelling". Here it is:
-//! the maps of each phase (`modes`), a certificate that any sequence of events that are some time apart dies out (`conditions`,
-//! `certificate`; found by semidefinite programming, verified in interval arithmetic), what it says of how far a motion can go
-//! (`reach`), sequences of events that grow most, which say how tight that is (`products`), and what each way of re-engaging
-//! does at the end of one event (`event`).
+//! The paper leaves out the stability of its event-based scheme, as one that "would require hybrid modelling". This
+//! module analyses it: the maps of each phase (`modes`), a certificate that every sequence of events with a minimum
+//! dwell between them decays (`conditions`, `certificate`; found by semidefinite programming, verified in interval
+//! arithmetic), the bounds of motions that it gives (`reach`), the sequences with the maximum growth, which show how
+//! tight it is (`products`), and the effect of each re-engaging policy at the end of one event (`event`).
 
 mod certificate;
 mod conditions;
@@ -33,51 +33,51 @@ use crate::stability::StabilityError;
 use conditions::Choice;
 use modes::Modes;
 
-/// The longest dwell that a certificate is looked for with, in s.
+/// The maximum dwell in the search for a certificate, in s.
 pub const LONGEST_DWELL_S: f64 = 4.0;
 
-/// Up to which ratio the shortest certified dwell is narrowed down.
-const NARROW: f64 = 1.03;
+/// The ratio of bounds at which the search for the shortest certified dwell ends.
+const MAX_RATIO: f64 = 1.03;
 
-/// How fast the gap's part of a function is forgotten; see `conditions`. Each is tried.
+/// Values of `a` in `conditions`, the decay of the gap's part of a function. Each is tried.
 const DECAYS: [f64; 4] = [1.0 - 1.0 / 32.0, 1.0 - 1.0 / 64.0, 1.0 - 1.0 / 128.0, 1.0 - 1.0 / 256.0];
 
-/// The gap that the end of an event is looked at with, in m: as far as the hand goes in the paper's figure 16.
+/// The gap at the end of an event, in m: the hand's travel in the paper's figure 16.
 pub const GAP_M: f64 = 0.009;
 
-/// What was found for one dwell.
+/// The result for one dwell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DwellPoint {
     /// Ticks of teleoperation between two events.
     pub dwell_ticks: u64,
-    /// The verified factor of `V` from one event to the next; none where no certificate was found.
+    /// The verified factor of `V` from one event to the next; `None` without a certificate.
     pub contraction: Option<f64>,
-    /// The solver's margin: the conditions can be met where it is above 0; 0 where the solver gave up.
+    /// The solver's margin: the conditions are feasible if it is above 0; 0 if the solver failed.
     pub margin: f64,
     /// Bounds of the growth per event of the sequences tried.
     pub growth: (f64, f64),
 }
 
-/// Everything that is said of the switching.
+/// The analysis of the switching.
 #[derive(Debug, Clone)]
 pub struct Switching {
-    /// What was analysed.
+    /// The analysed loop and events.
     pub settings: SwitchingSettings,
     /// Its phases.
     pub phases: Phases,
-    /// The certificate with the shortest dwell found; none where the loop has none up to [`LONGEST_DWELL_S`].
+    /// The certificate with the shortest dwell; `None` without one up to [`LONGEST_DWELL_S`].
     pub certificate: Option<Certificate>,
-    /// How far motions go where events are as far apart as the supervisor keeps them; none where that is not certified.
+    /// Bounds of motions with the supervisor's refractory time between events; `None` if it is not certified.
     pub reach: Option<Reach>,
-    /// Growth per event at the certified dwell, or without one at the scenario's own.
+    /// Growth per event at the certified dwell, or without one at the refractory time.
     pub growth: Growth,
-    /// The same on one stiffness throughout, which a scenario can show, at the dwell that the supervisor sees to.
+    /// The growth on one constant stiffness, which a scenario can simulate, at the refractory time.
     pub shown: Growth,
-    /// Whole ticks of teleoperation at which `growth` was looked at.
+    /// Ticks of teleoperation between events in `growth`.
     pub dwell_ticks: u64,
-    /// The longest dwell, of those tried up to there, at which some sequence grows.
+    /// The longest tried dwell up to `dwell_ticks` at which some sequence grows.
     pub growing_dwell_ticks: Option<u64>,
-    /// Each dwell that was looked at, increasing.
+    /// The results by dwell, increasing.
     pub by_dwell: Vec<DwellPoint>,
     /// The end of one event, by policy.
     pub events: Vec<EventBound>,
@@ -131,7 +131,7 @@ impl Switching {
         })
     }
 
-    /// The shortest certified dwell alone, in ticks; none where the loop has none up to [`LONGEST_DWELL_S`].
+    /// The shortest certified dwell only, in ticks; `None` without one up to [`LONGEST_DWELL_S`].
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -142,7 +142,7 @@ impl Switching {
         Ok(search.best.map(|(found, _)| found.dwell_ticks))
     }
 
-    /// Whether the supervisor keeps events as far apart as the certificate asks for, so that any sequence of them is stable.
+    /// Whether the refractory time is at least the certified dwell, so that every sequence of events is stable.
     #[must_use]
     pub fn is_certified(&self) -> bool {
         self.certificate.as_ref().is_some_and(|found| found.dwell_ticks <= self.phases.refractory)
@@ -154,9 +154,9 @@ struct Search<'a> {
     longest: u64,
     modes: &'a Modes,
     phases: Phases,
-    /// The shortest so far, and the decay that it was found with.
+    /// The certificate with the shortest dwell so far, and its decay.
     best: Option<(Certificate, f64)>,
-    /// Each dwell with its margin, and the contraction where there is a certificate.
+    /// Each tried dwell with its margin, and the contraction if there is a certificate.
     tried: BTreeMap<u64, (f64, Option<f64>)>,
     /// Growth by dwell.
     growth: BTreeMap<u64, Growth>,
@@ -170,13 +170,13 @@ impl<'a> Search<'a> {
 
     fn certify(&self, dwell: u64, decay: f64) -> Result<Attempt, StabilityError> {
         match certificate::attempt(self.modes, self.phases, Choice { dwell, decay }, None) {
-            // A loop that is unstable by itself leaves the solver nothing to go by.
+            // For an unstable loop the solver may fail.
             Err(StabilityError::Solver { .. }) => Ok(Attempt { margin: 0.0, certificate: None }),
             attempt => attempt,
         }
     }
 
-    fn keep(&mut self, dwell: u64, attempt: &Attempt) {
+    fn record(&mut self, dwell: u64, attempt: &Attempt) {
         let found = attempt.certificate.as_ref().map(|found| found.contraction);
         self.tried.insert(dwell, (attempt.margin, found));
     }
@@ -187,16 +187,19 @@ impl<'a> Search<'a> {
             .par_iter()
             .map(|&decay| Ok((self.certify(self.longest, decay)?, decay)))
             .collect::<Result<_, StabilityError>>()?;
-        // Where the margin at the longest dwell is greatest, the shortest is likely shortest too.
+        // The decay with the maximum margin at the longest dwell is likely to give the shortest dwell.
         let Some((first, decay)) = at_longest.into_iter().max_by(|a, b| a.0.margin.total_cmp(&b.0.margin)) else {
             return Ok(());
         };
-        self.keep(self.longest, &first);
+        self.record(self.longest, &first);
         let Some(mut best) = first.certificate else { return Ok(()) };
         let mut fails = 0;
-        // A gap that is kept has no dwell to wait for.
-        while self.modes.forgets() && best.dwell_ticks > fails + 1 && best.dwell_ticks as f64 > NARROW * fails as f64 {
-            // Two between, on two cores.
+        // A kept gap needs no dwell.
+        while self.modes.gap_closes()
+            && best.dwell_ticks > fails + 1
+            && best.dwell_ticks as f64 > MAX_RATIO * fails as f64
+        {
+            // Two dwells between, on two cores.
             let (low, high) = ((fails as f64).max(0.7).ln(), (best.dwell_ticks as f64).ln());
             let between = |part: f64| {
                 let ticks = (low + part * (high - low)).exp().round() as u64;
@@ -205,8 +208,8 @@ impl<'a> Search<'a> {
             let (first, second) = (between(1.0 / 3.0), between(2.0 / 3.0));
             let (at_first, at_second) = rayon::join(|| self.certify(first, decay), || self.certify(second, decay));
             let (at_first, at_second) = (at_first?, at_second?);
-            self.keep(first, &at_first);
-            self.keep(second, &at_second);
+            self.record(first, &at_first);
+            self.record(second, &at_second);
             match (at_first.certificate, at_second.certificate) {
                 (Some(found), _) => best = found,
                 (None, Some(found)) => (best, fails) = (found, first),
@@ -217,7 +220,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The growth at a dwell, looked at once.
+    /// The growth at a dwell, computed once.
     fn growth_at(&mut self, dwell: u64, norm: Option<&DMatrix<f64>>) -> Result<&Growth, StabilityError> {
         Ok(match self.growth.entry(dwell) {
             Entry::Occupied(known) => known.into_mut(),
@@ -225,7 +228,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Every dwell for which a certificate was looked for.
+    /// The results of every dwell that was tried.
     fn points(&mut self, norm: Option<&DMatrix<f64>>) -> Result<Vec<DwellPoint>, StabilityError> {
         for dwell in self.tried.keys().copied().collect::<Vec<_>>() {
             self.growth_at(dwell, norm)?;

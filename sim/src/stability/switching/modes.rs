@@ -7,25 +7,25 @@ use crate::stability::machines::Machines;
 use crate::stability::side::Side;
 use crate::stability::{StabilityError, SwitchingSettings};
 
-/// The maps, all linear: positions count from where the tissue is touched first and from where the hand wants to be.
+/// The linear maps. Positions are relative to the tissue's surface and to the hand's desired position.
 ///
 /// ```text
 /// x = (master's side, slave's side)                       the loop in teleoperation: x⁺ = A(K) x
 /// y = (x, r, φ, F*)                                       frozen: r is the reference, φ the force last fed back
 /// z = (x, F_a), and the gap g                             re-engaging: x_ref = s_p x_h + g
 /// ```
-/// The states of a map are those before the force of the tick is known, so that an event that begins at tick `k` takes `x` at
-/// `k - 1`: the anchor `F*` is the force fed back then, and so is the last reference.
+/// The states of a map are those before the tick's force, so that an event that begins at tick `k` uses `x` at `k - 1`:
+/// the anchor `F*` and the last reference are those of that tick.
 #[derive(Debug, Clone)]
 pub(super) struct Modes {
     master: Side,
-    /// On the least and on the greatest stiffness.
+    /// On the minimum and on the maximum stiffness.
     slaves: [Side; 2],
     law: ForceLawSettings,
     freeze: Freeze,
     reengage: Reengage,
-    /// What of the decay is left after a tick.
-    keep: f64,
+    /// Decay factor per tick.
+    decay_factor: f64,
 }
 
 impl Modes {
@@ -37,7 +37,7 @@ impl Modes {
         };
         let (softest, stiffest) = settings.stiffness_n_per_m;
         let augmentation = &settings.augmentation;
-        let keep = match augmentation.force {
+        let decay_factor = match augmentation.force {
             ForceLawSettings::Decay(DecaySettings { time_constant_s, .. }) => {
                 libm::exp(-settings.of_loop.tick_s / time_constant_s)
             }
@@ -49,41 +49,41 @@ impl Modes {
             law: augmentation.force,
             freeze: augmentation.freeze,
             reengage: augmentation.reengage,
-            keep,
+            decay_factor,
         })
     }
 
-    /// States of the loop.
+    /// Number of states of the loop.
     pub(super) fn states(&self) -> usize {
         self.master.a.nrows() + self.slaves[0].a.nrows()
     }
 
-    /// Of these, the master's side's, which come first.
+    /// Number of states of the master's side, which come first.
     pub(super) fn master_states(&self) -> usize {
         self.master.a.nrows()
     }
 
-    /// States while frozen.
+    /// Number of states while frozen.
     pub(super) fn frozen_states(&self) -> usize {
         self.states() + 2 + usize::from(self.has_anchor())
     }
 
-    /// Whether what is fed back goes on depending on the force at the alarm.
+    /// Whether the feedback force depends on the force at the alarm.
     fn has_anchor(&self) -> bool {
         !matches!(self.law, ForceLawSettings::Decay(DecaySettings { ratio: 0.0, .. }))
     }
 
-    /// Whether the hand's distance to the reference matters after an event.
+    /// Whether there is a gap between hand and reference after an event.
     pub(super) fn has_gap(&self) -> bool {
         self.reengage != Reengage::Snap
     }
 
-    /// Whether what is left of an event goes away.
-    pub(super) fn forgets(&self) -> bool {
+    /// Whether the gap closes after an event.
+    pub(super) fn gap_closes(&self) -> bool {
         self.reengage != Reengage::Clutch
     }
 
-    /// A side's share of the loop's states.
+    /// A row over the loop's states from weights on both sides.
     fn weights(&self, of_master: &DVector<f64>, of_slave: &DVector<f64>) -> DMatrix<f64> {
         let mut row = DMatrix::zeros(1, self.states());
         row.view_mut((0, 0), (1, of_master.len())).tr_copy_from(of_master);
@@ -107,7 +107,7 @@ impl Modes {
         self.weights(&DVector::zeros(self.master.c.len()), &self.slaves[vertex].c)
     }
 
-    /// What a metre of reference does to the loop.
+    /// The effect of a metre of reference on the loop.
     pub(super) fn of_reference(&self) -> DMatrix<f64> {
         let mut column = DMatrix::zeros(self.states(), 1);
         let at = self.master.a.nrows();
@@ -115,14 +115,14 @@ impl Modes {
         column
     }
 
-    /// What a newton of fed-back force does to the loop.
+    /// The effect of a newton of feedback force on the loop.
     pub(super) fn of_force(&self) -> DMatrix<f64> {
         let mut column = DMatrix::zeros(self.states(), 1);
         column.view_mut((0, 0), (self.master.now.len(), 1)).copy_from(&self.master.now);
         column
     }
 
-    /// What a metre of the hand's wish, held, does to the loop.
+    /// The effect of a metre of desired position, held over the tick, on the loop.
     pub(super) fn of_desired(&self) -> DMatrix<f64> {
         let mut column = DMatrix::zeros(self.states(), 1);
         if let Some((now, next)) = &self.master.desired {
@@ -131,13 +131,13 @@ impl Modes {
         column
     }
 
-    /// The loop at the first tick after the hand, at rest a metre away, wants to be at the origin.
-    pub(super) fn let_go(&self, vertex: usize) -> DVector<f64> {
+    /// The loop at the first tick after the desired position steps to the origin, with the hand at rest a metre away.
+    pub(super) fn after_step(&self, vertex: usize) -> DVector<f64> {
         let (n, at) = (self.states(), self.master.a.nrows());
         let mut state = DVector::zeros(n);
         // Master and arm: `x_h` and `x_a`.
         (state[0], state[2]) = (1.0, 1.0);
-        // The slave where its reference makes it rest.
+        // The slave in equilibrium at its reference.
         let input = self.of_reference() * (self.hand() * &state);
         let apart = DMatrix::identity(n, n) - self.apart(vertex);
         let of_slave = apart.view((at, at), (n - at, n - at)).into_owned();
@@ -152,7 +152,7 @@ impl Modes {
         next
     }
 
-    /// Both sides without anything that arrives.
+    /// Both sides without received signals.
     pub(super) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let (m, s) = (self.master.a.nrows(), self.slaves[0].a.nrows());
         let mut a = DMatrix::zeros(m + s, m + s);
@@ -166,10 +166,10 @@ impl Modes {
         self.apart(vertex) + self.of_reference() * self.hand() + self.of_force() * self.force(vertex)
     }
 
-    /// The last tick of teleoperation before an event: `x` to `y`, and with a gap that was kept `(x, g)`.
+    /// The last tick of teleoperation before an event: `x` to `y`, or with a kept gap `(x, g)` to `y`.
     pub(super) fn entry(&self, vertex: usize) -> DMatrix<f64> {
         let n = self.states();
-        let columns = if self.forgets() { n } else { n + 1 };
+        let columns = if self.gap_closes() { n } else { n + 1 };
         let mut map = DMatrix::zeros(self.frozen_states(), columns);
         let next = self.apart_by_gap(vertex).columns(0, columns).into_owned();
         let mut held = DMatrix::zeros(1, columns);
@@ -188,16 +188,16 @@ impl Modes {
         map
     }
 
-    /// A frozen tick, `y` to `y`. What is scaled up by the law `amplify` is floored: `share` is between 0, on the floor at `F*`,
-    /// and 1, not floored; the floor is always between the two.
+    /// A frozen tick, `y` to `y`. The law `amplify` has a floor: `share` is 1 for the map without it and 0 for the
+    /// constant `F*`; the floored force always lies between the two.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let (n, all) = (self.states(), self.frozen_states());
         let mut fed_back = DMatrix::zeros(1, all);
         match self.law {
             ForceLawSettings::Decay(DecaySettings { ratio, .. }) => {
-                fed_back[n + 1] = self.keep;
+                fed_back[n + 1] = self.decay_factor;
                 if self.has_anchor() {
-                    fed_back[n + 2] = ratio * (1.0 - self.keep);
+                    fed_back[n + 2] = ratio * (1.0 - self.decay_factor);
                 }
             }
             ForceLawSettings::Amplify(AmplifySettings { gain }) => {
@@ -218,17 +218,17 @@ impl Modes {
         map
     }
 
-    /// Whether a frozen tick is one and the same map for every tissue and force, so that its powers are exact.
-    pub(super) fn is_frozen_alike(&self) -> bool {
+    /// Whether the frozen map is the same for every tissue and force, so that its powers are exact.
+    pub(super) fn is_frozen_map_unique(&self) -> bool {
         matches!(self.law, ForceLawSettings::Decay(_)) && self.slaves[0].a == self.slaves[1].a
     }
 
-    /// The shares for which [`Self::frozen`] has to be looked at.
+    /// The shares at which [`Self::frozen`] is needed.
     pub(super) fn shares(&self) -> &'static [f64] {
         if matches!(self.law, ForceLawSettings::Decay(_)) { &[1.0] } else { &[0.0, 1.0] }
     }
 
-    /// `y` to `z` where re-engaging begins.
+    /// `y` to `z` at the beginning of re-engaging.
     pub(super) fn release(&self) -> DMatrix<f64> {
         let n = self.states();
         DMatrix::from_fn(n + 1, self.frozen_states(), |i, j| {
@@ -236,7 +236,7 @@ impl Modes {
         })
     }
 
-    /// The gap where re-engaging begins, from `y`.
+    /// The gap at the beginning of re-engaging, from `y`.
     pub(super) fn gap(&self) -> DMatrix<f64> {
         let n = self.states();
         let mut row = DMatrix::zeros(1, self.frozen_states());
@@ -245,7 +245,7 @@ impl Modes {
         row
     }
 
-    /// A tick of the cross-fade, `(z, g)` to `z`, where the measured force has a weight.
+    /// A tick of the cross-fade, `(z, g)` to `z`, with a weight of the measured force.
     pub(super) fn blend(&self, vertex: usize, weight: f64) -> DMatrix<f64> {
         let n = self.states();
         let mut map = DMatrix::zeros(n + 1, n + 2);

@@ -1,10 +1,10 @@
-//! How tight the certificate is: sequences of events, tried one after the other.
+//! The tightness of the certificate: growth of enumerated sequences of events.
 //!
-//! A cycle is an event and the teleoperation after it, one matrix for given lengths and stiffness. The joint spectral radius
-//! of all cycles lies between the greatest `ρ(M_1 ⋯ M_k)^(1/k)` of any product and what Gripenberg's enumeration (*Linear
-//! Algebra Appl.* 234, 1996) leaves: products are continued while the least norm of their beginnings is above the best radius
-//! by more than a tolerance. Above 1 some sequence grows; what is found here grows in the engine too, as each cycle is one that
-//! the engine can run. The bounds are those of the cycles tried, which are finitely many.
+//! A cycle is an event and the teleoperation after it, one matrix for given lengths and stiffness. The joint spectral
+//! radius of all cycles lies between the maximum `ρ(M_1 ⋯ M_k)^(1/k)` of the products and the upper bound of
+//! Gripenberg's enumeration (*Linear Algebra Appl.* 234, 1996): products are continued while the minimum norm of their
+//! prefixes exceeds the best radius by more than a tolerance. Above 1 some sequence grows; it grows in the engine too,
+//! because the engine can run each cycle. The bounds apply to the finitely many cycles tried.
 
 use nalgebra::{Cholesky, DMatrix};
 
@@ -14,52 +14,52 @@ use crate::augmentation::cross_fade;
 use crate::lti::eigenvalues;
 use crate::stability::StabilityError;
 
-/// How close to the lower bound the enumeration tries to bring the upper.
+/// Target difference of the upper and the lower bound.
 const TOLERANCE: f64 = 0.01;
 
-/// Longest product.
+/// Maximum length of a product.
 const MAX_EVENTS: usize = 8;
 
-/// Most products that are looked at.
+/// Maximum number of products.
 const MAX_PRODUCTS: usize = 20_000;
 
-/// How many lengths of teleoperation are tried, and over how many ticks beyond the shortest.
+/// Number of teleoperation lengths that are tried, and their range in ticks above the shortest.
 const DWELLS: usize = 10;
-const FURTHER_TICKS: u64 = 400;
+const EXTRA_TICKS: u64 = 400;
 
 /// An event with the teleoperation after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycle {
-    /// Ticks frozen.
+    /// Frozen ticks.
     pub held_ticks: u64,
     /// Ticks of teleoperation after it.
     pub dwell_ticks: u64,
-    /// Which end of the stiffness's range: 0 the softest, 1 the stiffest.
+    /// The end of the stiffness's range: 0 softest, 1 stiffest.
     pub vertex: usize,
 }
 
-/// What the enumeration found.
+/// The result of the enumeration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
     /// Factor per event of the worst product found: a lower bound of the joint spectral radius.
     pub lower: f64,
     /// An upper bound of it, for the cycles tried.
     pub upper: f64,
-    /// That product, in the order in which it happens.
+    /// That product, in order of time.
     pub worst: Vec<Cycle>,
-    /// How many products were looked at.
+    /// Number of products.
     pub products: usize,
 }
 
-/// A product, with the least of its beginnings' norms.
+/// A product, with the minimum norm of its prefixes.
 struct Node {
     matrix: DMatrix<f64>,
     word: Vec<usize>,
-    least: f64,
+    min_norm: f64,
 }
 
 fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
-    // A loop that is unstable by itself leaves the range of doubles in time.
+    // An unstable loop can exceed the range of doubles.
     if matrix.iter().any(|value| !value.is_finite()) {
         return Ok(f64::INFINITY);
     }
@@ -79,8 +79,8 @@ fn power(a: &DMatrix<f64>, mut n: u64) -> DMatrix<f64> {
     result
 }
 
-/// A cycle from the last tick before an event to that of the next one, on `(x, g)` where a gap is kept and else on `x`. Motions
-/// are so small that a ramp closes its gap in the tick after the first, and that the force of `amplify` is not floored.
+/// A cycle from the last tick before an event to that of the next one, on `(x, g)` if the gap is kept, else on `x`. For
+/// motions so small that a ramp closes its gap in the tick after the first and the force of `amplify` is not floored.
 pub(super) fn matrix(modes: &Modes, phases: Phases, cycle: Cycle) -> DMatrix<f64> {
     let Cycle { held_ticks, dwell_ticks, vertex } = cycle;
     let n = modes.states();
@@ -96,11 +96,11 @@ pub(super) fn matrix(modes: &Modes, phases: Phases, cycle: Cycle) -> DMatrix<f64
         let weight = cross_fade((tick + 1) as f64 / phases.blend as f64);
         let next = modes.blend(vertex, weight) * &state;
         state.rows_mut(0, n + 1).copy_from(&next);
-        if modes.forgets() {
+        if modes.gap_closes() {
             state.row_mut(n + 1).fill(0.0);
         }
     }
-    if modes.forgets() {
+    if modes.gap_closes() {
         return power(&modes.teleoperation(vertex), dwell_ticks - 1) * state.rows(0, n);
     }
     let mut with_gap = DMatrix::identity(n + 1, n + 1);
@@ -111,7 +111,7 @@ pub(super) fn matrix(modes: &Modes, phases: Phases, cycle: Cycle) -> DMatrix<f64
     power(&with_gap, dwell_ticks - 1) * start
 }
 
-/// The cycles that are tried: on one end of the stiffness's range, or on both.
+/// The tried cycles, on one end of the stiffness's range or on both.
 fn cycles(phases: Phases, dwell: u64, vertices: &[usize]) -> Vec<Cycle> {
     let (shortest, longest) = phases.held;
     let mut all = vec![];
@@ -120,7 +120,7 @@ fn cycles(phases: Phases, dwell: u64, vertices: &[usize]) -> Vec<Cycle> {
             for k in 0..DWELLS as u64 {
                 all.push(Cycle {
                     held_ticks,
-                    dwell_ticks: dwell + k * k * FURTHER_TICKS / (DWELLS * DWELLS) as u64,
+                    dwell_ticks: dwell + k * k * EXTRA_TICKS / (DWELLS * DWELLS) as u64,
                     vertex,
                 });
             }
@@ -129,8 +129,8 @@ fn cycles(phases: Phases, dwell: u64, vertices: &[usize]) -> Vec<Cycle> {
     all
 }
 
-/// Bounds of the growth per event where events are at least so many ticks of teleoperation apart. `norm` is a positive definite
-/// matrix that the norm is taken with.
+/// Bounds of the growth per event with at least `dwell` ticks of teleoperation between events. `norm` is a positive
+/// definite matrix that defines the norm.
 ///
 /// # Errors
 /// [`StabilityError::Algebra`].
@@ -159,7 +159,7 @@ pub(super) fn growth(
         }
     };
     let mut found = Growth { lower: 0.0, upper: 0.0, worst: vec![], products: 0 };
-    let mut open = vec![Node { matrix: DMatrix::identity(size, size), word: vec![], least: f64::INFINITY }];
+    let mut open = vec![Node { matrix: DMatrix::identity(size, size), word: vec![], min_norm: f64::INFINITY }];
     let mut left: f64 = 0.0;
     for events in 1..=MAX_EVENTS {
         let mut next = vec![];
@@ -169,20 +169,20 @@ pub(super) fn growth(
                 found.products += 1;
                 let matrix = one * &node.matrix;
                 let root = |value: f64| value.powf(1.0 / events as f64);
-                let (radius, least) = (root(radius(&matrix)?), root(length(&matrix)).min(node.least));
+                let (radius, min_norm) = (root(radius(&matrix)?), root(length(&matrix)).min(node.min_norm));
                 let word: Vec<usize> = node.word.iter().copied().chain([k]).collect();
-                // The shortest of those that grow alike.
+                // Prefers the shortest of equal products.
                 if radius > found.lower * (1.0 + 1e-9) {
                     found.lower = radius;
                     found.worst = word.iter().map(|&k| cycles[k]).collect();
                 }
-                left = left.max(least);
-                next.push(Node { matrix, word, least });
+                left = left.max(min_norm);
+                next.push(Node { matrix, word, min_norm });
             }
         }
-        next.retain(|node| node.least > found.lower + TOLERANCE && found.lower.is_finite());
+        next.retain(|node| node.min_norm > found.lower + TOLERANCE && found.lower.is_finite());
         if next.is_empty() || (found.products + next.len() * matrices.len()) > MAX_PRODUCTS {
-            left = next.iter().map(|node| node.least).fold(0.0, f64::max);
+            left = next.iter().map(|node| node.min_norm).fold(0.0, f64::max);
             break;
         }
         open = next;

@@ -1,4 +1,4 @@
-//! How far a motion can go on its way through events: a bound, by a certificate, and the farthest that was found.
+//! The maximum motion through events: a certified bound, and the maximum that was found.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -12,27 +12,27 @@ use super::settings::Phases;
 use crate::augmentation::cross_fade;
 use crate::stability::StabilityError;
 
-/// Stiffnesses on which sequences are tried.
+/// Number of stiffnesses on which sequences are tried.
 const STIFFNESSES: usize = 4;
 
-/// Instants of an event that are tried, and how long after the least one, in ticks.
+/// Number of start times per event that are tried, and their range in ticks.
 const INSTANTS: u64 = 16;
 const LATEST_TICKS: u64 = 400;
 
-/// Events of the sequences tried.
+/// Number of events of the sequences.
 const EVENTS: usize = 2;
 
-/// The hand rests away from where it wants to be, and is let go: what slave and force do then, per metre of that distance, at
-/// every tick of any admissible sequence of events.
+/// Motion of the slave and feedback force after the hand is released at rest away from its desired position, per metre
+/// of that distance, at every tick of every admissible sequence of events.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
-    /// A bound of the slave's position in m/m, verified.
+    /// Verified bound of the slave's position in m/m.
     pub slave_bound: f64,
-    /// A bound of the fed-back force in N/m, verified.
+    /// Verified bound of the feedback force in N/m.
     pub force_bound_n_per_m: f64,
-    /// The sequence that took the slave farthest, once an event had begun.
+    /// The sequence with the maximum motion of the slave from the first event on.
     pub worst: Sequence,
-    /// How far, in m/m.
+    /// That maximum, in m/m.
     pub slave_found: f64,
 }
 
@@ -41,22 +41,22 @@ pub struct Reach {
 pub struct Sequence {
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,
-    /// The ticks at which events begin, counted from when the hand is let go.
+    /// The ticks at which events begin, counted from the release of the hand.
     pub starts: Vec<u64>,
-    /// Ticks frozen, at each.
+    /// Frozen ticks of each event.
     pub held_ticks: u64,
 }
 
 impl Sequence {
-    /// When the last event's teleoperation has gone on for so many ticks.
+    /// The tick `extra_ticks` after the last event's return to teleoperation.
     #[must_use]
-    pub fn end(&self, blend: u64, further: u64) -> u64 {
-        self.starts.last().map_or(0, |start| start + self.held_ticks + blend) + further
+    pub fn end(&self, blend: u64, extra_ticks: u64) -> u64 {
+        self.starts.last().map_or(0, |start| start + self.held_ticks + blend) + extra_ticks
     }
 }
 
 impl Reach {
-    /// What can be said where events are so many ticks of teleoperation apart; none where no certificate says it.
+    /// The bounds for the dwell of `choice`; `None` without a certificate.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -89,7 +89,7 @@ fn slave_rows(modes: &Modes) -> Vec<(Space, DMatrix<f64>)> {
     vec![(Space::Loop, row.clone()), (Space::Fading, wider(&row, n + 1)), (Space::Frozen, frozen)]
 }
 
-/// The fed-back force in each space: at both ends of the stiffness's range, and where it fades, at both ends of that.
+/// The feedback force in each space: at both ends of the stiffness's range, and in the cross-fade at both of its ends.
 fn force_rows(modes: &Modes) -> Vec<(Space, DMatrix<f64>)> {
     let (n, frozen) = (modes.states(), modes.frozen_states());
     let kept = |columns: usize, at: usize| DMatrix::from_fn(1, columns, |_, j| f64::from(u8::from(j == at)));
@@ -101,23 +101,24 @@ fn force_rows(modes: &Modes) -> Vec<(Space, DMatrix<f64>)> {
     rows
 }
 
-/// Verified: the most that the rows come to, from where the hand is let go.
+/// The verified maximum of the rows after the release of the hand.
 fn bound(
     modes: &Modes,
     phases: Phases,
     choice: Choice,
     rows: &[(Space, DMatrix<f64>)],
 ) -> Result<Option<f64>, StabilityError> {
-    let starts: Vec<DVector<f64>> = (0..2).map(|vertex| modes.let_go(vertex)).collect();
+    let starts: Vec<DVector<f64>> = (0..2).map(|vertex| modes.after_step(vertex)).collect();
     let mut focused = rows.to_vec();
     let frozen_row = rows.iter().find(|(space, _)| *space == Space::Frozen).map(|(_, row)| row.clone());
-    // Up to the shortest freeze there is no function: each tick by itself. Some of them are enough to have it found.
+    // Up to the shortest freeze there is no Lyapunov function: each tick is bounded separately. A few of them suffice
+    // for the solver.
     let step = rounded(&modes.frozen(0, 1.0));
     let entries: Vec<DMatrix<f64>> = (0..2).map(|vertex| modes.entry(vertex)).collect();
     let of_entry = |now: &DMatrix<f64>, entry: &DMatrix<f64>| {
         frozen_row.as_ref().map(|row| (row * now * entry).columns(0, modes.states()).into_owned())
     };
-    if modes.is_frozen_alike() {
+    if modes.is_frozen_map_unique() {
         for ticks in [1, 5, 20, 60].into_iter().filter(|&ticks| ticks <= phases.held.0) {
             let now = middle(&power(&step, ticks));
             focused.extend(entries.iter().filter_map(|entry| Some((Space::Loop, of_entry(&now, entry)?))));
@@ -126,77 +127,77 @@ fn bound(
     let Some(plain) = certify(modes, phases, choice, None)? else { return Ok(None) };
     let focus = Focus { starts: starts.clone(), rows: focused, plain: plain.clone() };
     let focused = certify(modes, phases, choice, Some(&focus))?;
-    let most = |found: &Certificate| {
+    let max = |found: &Certificate| {
         let p = &found.at_events;
         let level = |start: &DVector<f64>| (start.transpose() * p * start)[(0, 0)];
         let level = starts.iter().map(level).fold(0.0, f64::max).sqrt() * (1.0 + 1e-9);
-        let mut most: f64 = 0.0;
+        let mut max: f64 = 0.0;
         for (space, row) in rows {
             let grown = if *space == Space::Frozen { GROWTH_FROZEN.sqrt() } else { 1.0 };
             for (matrix, _) in found.in_space(*space) {
-                most = most.max(grown * peak(matrix, row));
+                max = max.max(grown * peak(matrix, row));
             }
         }
-        if modes.is_frozen_alike() {
+        if modes.is_frozen_map_unique() {
             let mut now = power(&step, 0);
             for _ in 0..=phases.held.0 {
                 for row in entries.iter().filter_map(|entry| of_entry(&middle(&now), entry)) {
-                    most = most.max(peak(p, &row));
+                    max = max.max(peak(p, &row));
                 }
                 now = product(&step, &now);
             }
         }
-        level * most
+        level * max
     };
-    let bounds = [focused, Some(plain)].into_iter().flatten().map(|found| most(&found));
+    let bounds = [focused, Some(plain)].into_iter().flatten().map(|found| max(&found));
     Ok(bounds.filter(|bound| bound.is_finite()).reduce(f64::min))
 }
 
-/// A run of the maps, with motions so small that a ramp closes its gap within a tick: the slave's farthest position from the
-/// first event on.
-fn run(modes: &Modes, phases: Phases, sequence: &Sequence, further: u64) -> f64 {
+/// Simulates the maps for motions so small that a ramp closes its gap within a tick; returns the slave's maximum
+/// position from the first event on.
+fn simulate(modes: &Modes, phases: Phases, sequence: &Sequence, extra_ticks: u64) -> f64 {
     let n = modes.states();
     let share = *modes.shares().last().unwrap_or(&1.0);
     let (teleoperation, frozen, slave) = (modes.teleoperation(0), modes.frozen(0, share), modes.slave());
     let blends: Vec<DMatrix<f64>> =
         (1..=phases.blend).map(|tick| modes.blend(0, cross_fade(tick as f64 / phases.blend as f64))).collect();
-    let mut state = modes.let_go(0);
-    let mut most: f64 = 0.0;
+    let mut state = modes.after_step(0);
+    let mut max: f64 = 0.0;
     let mut tick = 1;
     for &start in &sequence.starts {
         while tick + 1 < start {
             state = &teleoperation * state;
             tick += 1;
             if Some(&start) != sequence.starts.first() {
-                most = most.max((&slave * &state)[(0, 0)].abs());
+                max = max.max((&slave * &state)[(0, 0)].abs());
             }
         }
         let entry = modes.entry(0);
         let mut y = entry.columns(0, n) * &state;
-        most = most.max(y[modes.master_states()].abs());
+        max = max.max(y[modes.master_states()].abs());
         for _ in 0..sequence.held_ticks {
             y = &frozen * y;
-            most = most.max(y[modes.master_states()].abs());
+            max = max.max(y[modes.master_states()].abs());
         }
         let mut gap = if modes.has_gap() { (modes.gap() * &y)[(0, 0)] } else { 0.0 };
         let mut z = (modes.release() * &y).push(gap);
         for blend in &blends {
             let next = blend * &z;
-            gap = if modes.forgets() { 0.0 } else { gap };
+            gap = if modes.gap_closes() { 0.0 } else { gap };
             z = next.push(gap);
-            most = most.max(z[modes.master_states()].abs());
+            max = max.max(z[modes.master_states()].abs());
         }
         state = z.rows(0, n).into_owned();
         tick = start + sequence.held_ticks + phases.blend;
     }
-    for _ in 0..further {
+    for _ in 0..extra_ticks {
         state = &teleoperation * state;
-        most = most.max((&slave * &state)[(0, 0)].abs());
+        max = max.max((&slave * &state)[(0, 0)].abs());
     }
-    most
+    max
 }
 
-/// The sequence, of those tried, that takes the slave farthest: one event after the other where it does most.
+/// The tried sequence with the maximum motion of the slave: each event is added at its worst start time.
 fn farthest(settings: &SwitchingSettings, phases: Phases, dwell: u64) -> Result<(Sequence, f64), StabilityError> {
     let (softest, stiffest) = settings.stiffness_n_per_m;
     let (shortest, longest) = phases.held;
@@ -214,9 +215,9 @@ fn farthest(settings: &SwitchingSettings, phases: Phases, dwell: u64) -> Result<
                 for instant in 0..INSTANTS {
                     let mut sequence = best.0.clone();
                     sequence.starts.push(earliest + instant * LATEST_TICKS / INSTANTS);
-                    let most = run(&modes, phases, &sequence, LATEST_TICKS);
-                    if most > here.1 {
-                        here = (sequence, most);
+                    let max = simulate(&modes, phases, &sequence, LATEST_TICKS);
+                    if max > here.1 {
+                        here = (sequence, max);
                     }
                 }
                 best = here;

@@ -1,4 +1,4 @@
-//! Linear matrix inequalities, and the search for matrices that fulfil them.
+//! Linear matrix inequalities, and their solution.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::SQRT_2;
@@ -14,39 +14,38 @@ pub(super) struct Term {
     pub(super) map: DMatrix<f64>,
 }
 
-/// A sum of terms that is to be positive definite.
+/// A sum of terms that must be positive definite.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
     pub(super) terms: Vec<Term>,
-    /// What it is to exceed the margin times, a condition that holds from tick to tick having less to give than one that
-    /// holds over an event.
+    /// The weight of the margin: a condition per tick has less margin than one per event.
     pub(super) weight: f64,
-    /// A row whose square is to be exceeded the margin times.
+    /// A row whose square, times the margin, is a lower bound.
     pub(super) row: Option<DMatrix<f64>>,
-    /// What is to be exceeded in any case.
-    pub(super) least: f64,
+    /// A fixed lower bound.
+    pub(super) offset: f64,
 }
 
-/// What keeps the matrices from growing for ever.
+/// The normalisation of the matrices.
 #[derive(Debug, Clone)]
 pub(super) enum Normal {
     /// Their traces are 1 on average over their rows.
     Traces,
-    /// One of them has the mean 1 over these states.
+    /// The mean of `xᵀ X x` of one of them over these states is 1.
     Level(usize, Vec<DVector<f64>>),
 }
 
-/// The greatest mean of the diagonals where the level is what is fixed.
-const LARGEST: f64 = 1e4;
+/// Maximum mean of the diagonals if the level is fixed.
+const MAX_MEAN_DIAGONAL: f64 = 1e4;
 
-/// The accuracy from which the margin of a programme without a level is taken as found.
+/// The accuracy at which the margin of a programme without a level counts as found.
 const MIN_ACCURACY: f64 = 1e-4;
 
-/// The matrices of the given sizes that exceed the conditions by the greatest common margin, and that margin: the conditions
-/// can be met where it is above 0.
+/// The matrices of the given sizes that satisfy the conditions with the maximum common margin, and that margin: the
+/// conditions are feasible if it is above 0.
 ///
 /// # Errors
-/// [`StabilityError::Solver`] where the solver gives up.
+/// [`StabilityError::Solver`] if the solver fails.
 pub(super) fn solve(
     sizes: &[usize],
     conditions: &[Condition],
@@ -60,12 +59,12 @@ pub(super) fn solve(
     let equation = match normal {
         Normal::Traces => (traces, sizes.iter().sum::<usize>() as f64),
         Normal::Level(unknown, states) => {
-            // What no motion from there meets is not to grow for ever.
+            // Bounds the directions that no motion from these states reaches.
             blocks.push(Block {
                 size: 1,
                 variables: (0..variables.margin).collect(),
                 map: DMatrix::from_fn(1, variables.margin, |_, k| -traces[k]),
-                constant: DVector::from_element(1, LARGEST * sizes.iter().sum::<usize>() as f64),
+                constant: DVector::from_element(1, MAX_MEAN_DIAGONAL * sizes.iter().sum::<usize>() as f64),
             });
             (variables.level(*unknown, states), states.len() as f64)
         }
@@ -74,7 +73,7 @@ pub(super) fn solve(
     let is_found = match (solution.status, normal) {
         (Status::Solved, _) => true,
         (Status::Stalled, Normal::Traces) => solution.accuracy < MIN_ACCURACY,
-        // Tight bounds end where numbers do; what was found by then is verified like everything.
+        // Tight bounds reach the limit of the arithmetic; the result is verified in any case.
         (Status::Stalled, Normal::Level(..)) => solution.accuracy.is_finite(),
         (Status::Infeasible, _) => false,
     };
@@ -131,7 +130,7 @@ impl<'a> Variables<'a> {
         self.sizes.iter().zip(&self.starts).map(matrix).collect()
     }
 
-    /// A condition as the block that is to be positive semidefinite.
+    /// A condition as a block that must be positive semidefinite.
     fn block(&self, condition: &Condition) -> Block {
         let size = condition.terms[0].map.ncols();
         let mut unknowns: Vec<usize> = condition.terms.iter().map(|term| term.unknown).collect();
@@ -152,7 +151,7 @@ impl<'a> Variables<'a> {
             start += entries(self.sizes[unknown]);
         }
         for j in 0..size {
-            constant[row(j, j)] = -condition.least;
+            constant[row(j, j)] = -condition.offset;
             for i in 0..=j {
                 let of_row = condition.row.as_ref().map_or(0.0, |row| row[i] * row[j]);
                 map[(row(i, j), start)] = if i == j { -of_row - condition.weight } else { -SQRT_2 * of_row };
@@ -190,7 +189,7 @@ mod tests {
     /// Conditions of `Aᵀ X A < X` and of a positive `X`, for each of the matrices.
     fn common(matrices: &[DMatrix<f64>]) -> Vec<Condition> {
         let one = DMatrix::identity(2, 2);
-        let exceeding = |terms| Condition { terms, weight: 1.0, row: None, least: 0.0 };
+        let exceeding = |terms| Condition { terms, weight: 1.0, row: None, offset: 0.0 };
         let positive = exceeding(vec![term(1.0, &one)]);
         let decreasing = matrices.iter().map(|a| exceeding(vec![term(1.0, &one), term(-1.0, a)]));
         decreasing.chain([positive]).collect()
@@ -207,22 +206,22 @@ mod tests {
     }
 
     #[test]
-    fn a_level_is_kept_and_what_no_level_allows_is_refused() {
-        // Within the level 1 at (1, 0), the row (1, 0) comes to 1: X - t rᵀr with the least t = 1 on both sides.
+    fn a_level_is_kept_and_an_infeasible_level_is_refused() {
+        // Within the level 1 at (1, 0), the row (1, 0) comes to 1: X - t rᵀr with the minimum t = 1 on both sides.
         let one = DMatrix::identity(2, 2);
         let row = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
-        let bounded = Condition { terms: vec![term(1.0, &one)], weight: 0.0, row: Some(row), least: 0.0 };
+        let bounded = Condition { terms: vec![term(1.0, &one)], weight: 0.0, row: Some(row), offset: 0.0 };
         let level = Normal::Level(0, vec![DVector::from_column_slice(&[1.0, 0.0])]);
         let (found, margin) = solve(&[2], std::slice::from_ref(&bounded), &level).expect("solved");
         assert!((margin - 1.0).abs() < 1e-6 && (found[0][(0, 0)] - 1.0).abs() < 1e-6);
         let growing = DMatrix::identity(2, 2) * 1.1;
         let terms = vec![term(1.0, &one), term(-1.0, &growing)];
-        let decreasing = Condition { terms, weight: 0.0, row: None, least: 1e-3 };
+        let decreasing = Condition { terms, weight: 0.0, row: None, offset: 1e-3 };
         assert!(solve(&[2], &[bounded, decreasing], &level).is_err());
     }
 
     #[test]
-    fn two_stable_matrices_have_a_common_function_just_where_they_can() {
+    fn two_stable_matrices_have_a_common_function_only_if_it_exists() {
         let turn = |angle: f64, stretch: f64| {
             let (s, c) = angle.sin_cos();
             DMatrix::from_row_slice(2, 2, &[c, -s * stretch, s / stretch, c]) * 0.8
@@ -234,7 +233,7 @@ mod tests {
             let less = &found[0] - a.transpose() * &found[0] * a;
             assert!(less.symmetric_eigenvalues().min() >= 0.99 * margin);
         }
-        // Their product has an eigenvalue beyond the circle: no function can decrease along both.
+        // Their product has an eigenvalue outside the unit circle: no function decreases along both.
         let [a, b] = pair(4.0);
         assert!((a * b).complex_eigenvalues().iter().any(|value| value.norm() > 1.0));
         assert!(solve(&[2], &common(&pair(4.0)), &Normal::Traces).expect("solved").1 <= 1e-9);

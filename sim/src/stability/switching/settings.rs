@@ -1,4 +1,4 @@
-//! What switches, and how fast it may.
+//! The settings of the switching analysis.
 
 use crate::augmentation::{AugmentationSettings, Reengage};
 use crate::scenario::Scenario;
@@ -6,39 +6,39 @@ use crate::stability::LoopSettings;
 use crate::teleoperation::{ControllerKind, Scheme};
 use crate::time::nearest_ticks;
 
-/// A loop whose slave is frozen now and then, on tissue that is anything between two stiffnesses at any tick.
+/// A loop with events, on a tissue whose stiffness is in a range at every tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SwitchingSettings {
     /// The loop in teleoperation.
     pub of_loop: LoopSettings,
-    /// What happens at an event.
+    /// The augmentation.
     pub augmentation: AugmentationSettings,
-    /// Least and greatest `K` in N/m: the force is `K(t) p + B v` with `K(t)` anywhere between, which holds for each nonlinear
-    /// tissue whose force stays in the sector.
+    /// Minimum and maximum `K` in N/m: the force is `K(t) p + B v` with any `K(t)` in between, which includes every
+    /// nonlinear tissue whose force stays in the sector.
     pub stiffness_n_per_m: (f64, f64),
 }
 
-/// How long phases last, in ticks.
+/// Lengths of the phases in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Phases {
-    /// Least and most ticks that the slave is frozen.
+    /// Minimum and maximum ticks that the slave is frozen.
     pub held: (u64, u64),
     /// Ticks of the cross-fade.
     pub blend: u64,
-    /// Ticks of teleoperation, between two events, that the supervisor sees to.
+    /// Minimum ticks of teleoperation between two events, ensured by the supervisor.
     pub refractory: u64,
 }
 
 impl SwitchingSettings {
-    /// Those of a scenario.
+    /// The settings of a scenario.
     ///
     /// # Errors
-    /// Why its switching cannot be analysed, in words.
+    /// The reason why its switching cannot be analysed.
     pub fn of(scenario: &Scenario, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
         Self::with_loop(scenario, LoopSettings::of(scenario), stiffness_n_per_m)
     }
 
-    /// Those of a scenario around another loop.
+    /// The settings of a scenario with another loop.
     ///
     /// # Errors
     /// As [`SwitchingSettings::of`].
@@ -50,10 +50,10 @@ impl SwitchingSettings {
         let link = &scenario.link;
         let lines = of_loop.forward().whole + of_loop.backward().whole;
         if !scenario.augmentation.enabled {
-            return Err("augmentation.enabled = false: nothing switches");
+            return Err("augmentation.enabled = false: there are no events");
         }
         if lines > 0 || of_loop.forward().share + of_loop.backward().share > 0.0 {
-            return Err("with a delay the two sides switch one after the other, which the certificate does not cover");
+            return Err("with a delay the two sides switch at different times, which the certificate does not cover");
         }
         if link.controller.kind != ControllerKind::PositionForce || link.passivity.scheme != Scheme::None {
             return Err("the certificate covers the paper's controller, position-force without a passivity scheme");
@@ -61,7 +61,7 @@ impl SwitchingSettings {
         Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m })
     }
 
-    /// How long its phases last.
+    /// The lengths of its phases.
     #[must_use]
     pub fn phases(&self) -> Phases {
         let ticks = |seconds: f64| nearest_ticks(seconds, self.of_loop.tick_s);
@@ -75,7 +75,7 @@ impl SwitchingSettings {
         }
     }
 
-    /// Whether what an event leaves behind is kept.
+    /// Whether the gap after an event is kept.
     #[must_use]
     pub fn keeps_gap(&self) -> bool {
         self.augmentation.reengage == Reengage::Clutch

@@ -1,8 +1,8 @@
-//! Accelerations from velocities.
+//! Acceleration estimates from velocities.
 
 use crate::lane::Lane;
 
-/// Differences of the velocity, through a first-order low pass: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
+/// First-order low pass of the velocity's differences: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
 #[derive(Debug, Clone)]
 pub(super) struct Accelerometer<L> {
     weight: L,

@@ -1,4 +1,4 @@
-//! Positions and forces both ways.
+//! The four-channel architecture: positions and forces in both directions.
 
 use super::accelerometer::Accelerometer;
 use super::frozen::FrozenForce;
@@ -11,25 +11,26 @@ use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, CouplingSettin
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// What four channels need besides the coupling and the local force feedback.
+    /// Settings of the four-channel architecture besides the coupling and the local force feedback.
     ///
-    /// The default is a bandwidth at which four channels, with the other defaults, show a tissue of 50 N/m within 5 % at 5 Hz
-    /// and bear one of 4000 N/m in a firm grip (`tests/it/architectures.rs`). At twice the bandwidth they no longer do.
+    /// With the default bandwidth and the other defaults, the transmitted stiffness of a 50 N/m tissue is within 5 % at
+    /// 5 Hz, and the loop is stable at 4000 N/m in a firm grip (`tests/it/architectures.rs`). At twice the bandwidth
+    /// this no longer holds.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct FourChannelSettings in "controller." {
-        /// Bandwidth of the accelerations that four-channel sends.
+        /// Bandwidth of the acceleration estimates (four-channel).
         acceleration_bandwidth_hz: f64 [POSITIVE] = 100.0,
     }
 }
 
-/// Positions and forces both ways, with the gains that make the teleoperator transparent.
+/// Positions and forces in both directions, with the gains that make the teleoperator transparent.
 #[derive(Debug, Clone)]
 pub struct FourChannel<L> {
     load: HandLoad<L>,
     coupling: Coupling<L>,
     drag: L,
     inertia: L,
-    ahead: L,
+    velocity: L,
     acceleration: L,
     hand_force: L,
     own_force: L,
@@ -52,7 +53,7 @@ impl<L: Lane> Architecture<L> for FourChannel<L> {
     #[inline(always)]
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L {
         self.coupling.position_scale * arrived.position_m
-            + (self.ahead * arrived.velocity_m_per_s + self.acceleration * arrived.acceleration_m_per_s2)
+            + (self.velocity * arrived.velocity_m_per_s + self.acceleration * arrived.acceleration_m_per_s2)
             + (self.hand_force * arrived.hand_force_n - self.own_force * slave.force_n)
     }
 
@@ -77,11 +78,11 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
     const KEYS: &'static [&'static [Key]] =
         &[CouplingSettings::KEYS, LocalForceSettings::KEYS, FourChannelSettings::KEYS];
 
-    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`; where the tissue pushes the
-    /// slave by less than it does Lawrence's, so does `C_3`.
+    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`; `C_3` is scaled down by
+    /// the slave's compliance where the tissue moves the slave less than in Lawrence's model.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let Machines { position_scale, force_scale, proportional_gain: k_p, .. } = *machines;
-        let (load, yielding) = LocalForce::<L>::gains(settings, machines)?;
+        let (load, local) = LocalForce::<L>::gains(settings, machines)?;
         let (coupling, _) = PositionPosition::<L>::gains(settings, machines)?;
         let at_master = MasterGains {
             position: coupling.position,
@@ -93,8 +94,8 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
         let at_slave = SlaveGains {
             velocity: position_scale * (machines.velocity_gain + machines.slave_drag) / k_p,
             acceleration: position_scale * machines.slave_inertia / k_p,
-            hand_force: (yielding.own_force + machines.compliance_m_per_n) / force_scale,
-            ..yielding
+            hand_force: (local.own_force + machines.compliance_m_per_n) / force_scale,
+            ..local
         };
         Ok((at_master, at_slave))
     }
@@ -107,7 +108,7 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
             coupling: Coupling::new(&at_master, machines),
             drag: L::splat(at_master.drag),
             inertia: L::splat(at_master.inertia),
-            ahead: L::splat(at_slave.velocity),
+            velocity: L::splat(at_slave.velocity),
             acceleration: L::splat(at_slave.acceleration),
             hand_force: L::splat(at_slave.hand_force),
             own_force: L::splat(at_slave.own_force),
@@ -123,7 +124,7 @@ crate::lane::gather!(FourChannel {
     coupling,
     drag,
     inertia,
-    ahead,
+    velocity,
     acceleration,
     hand_force,
     own_force,

@@ -1,13 +1,13 @@
-//! The force of an architecture while the slave is frozen.
+//! The feedback force of an architecture while the slave is frozen.
 
 use super::ArrivedAtMaster;
 use crate::lane::Lane;
 
-/// While the arrived mode says that the slave is frozen, the force is that of the last tick before, and changes with the
-/// tissue's alone.
+/// While the received mode is "augmented" (slave frozen), the force is that of the last unfrozen tick plus the change
+/// of the tissue force since.
 #[derive(Debug, Clone)]
 pub(super) struct FrozenForce<L> {
-    /// Of the last tick at which the slave was not frozen: the whole force, and the tissue's in it.
+    /// At the last tick at which the slave was not frozen: the whole force, and the tissue force.
     whole_n: L,
     tissue_n: L,
 }
@@ -19,7 +19,7 @@ impl<L: Lane> Default for FrozenForce<L> {
 }
 
 impl<L: Lane> FrozenForce<L> {
-    /// The force in N, where the law gives `force_n`.
+    /// The feedback force in N, given the law's `force_n`.
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L, arrived: &ArrivedAtMaster<L>) -> L {
         let is_frozen = (arrived.mode - L::splat(1.0)).abs().lt(L::splat(0.5));

@@ -1,16 +1,16 @@
-//! The gains of the linear law that every built-in architecture is.
+//! The gains of the linear control law of every built-in architecture.
 //!
-//! After Lawrence (1993, *Stability and transparency in bilateral teleoperation*), written for sides whose local
-//! controllers (eq. 29 and 31) stay as they are. On the master's tick
+//! After Lawrence (1993, *Stability and transparency in bilateral teleoperation*), for sides that keep their local
+//! controllers (eq. 29 and 31). At each tick
 //!
 //! ```text
 //! F_ed  = k_f F_e - k_h F_h + k_x (P x_h - x_e) + k_v (P v_h - v_e) - k_b v_e - k_a a_e
 //! x_ref = P x_h + g_v v_h + g_a a_h + g_h F_h - g_e f_e
 //! ```
-//! with `F_e` the measured force scaled to the master, `f_e` unscaled, `P` the position scale; what comes from the other
-//! side is as the link delivers it.
+//! with `F_e` the measured force scaled to the master, `f_e` unscaled, `P` the position scale; signals from the other
+//! side are those that the link delivers.
 
-/// `k_f` and the others of the master's law; see the module.
+/// The gains of the master's law; see the module.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MasterGains {
     /// `k_f`.
@@ -27,7 +27,7 @@ pub struct MasterGains {
     pub inertia: f64,
 }
 
-/// `g_v` and the others of the slave's.
+/// The gains of the slave's law; see the module.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SlaveGains {
     /// `g_v` in s.

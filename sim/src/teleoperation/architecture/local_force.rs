@@ -10,20 +10,20 @@ use trocar_core::settings::Key;
 trocar_core::settings! {
     /// The gains of the local force feedback.
     ///
-    /// The default is a gain of the master at which four channels show a tissue of 50 N/m within 5 % at 5 Hz; none of the
-    /// slave.
+    /// With the default gains (6 at the master, 0 at the slave), the four-channel architecture transmits the stiffness
+    /// of a 50 N/m tissue within 5 % at 5 Hz.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct LocalForceSettings in "controller." {
-        /// C_6, the master's local force feedback (local-force, four-channel): its mass feels 1 + C_6 times smaller.
+        /// C_6, local force feedback at the master (local-force, four-channel): divides its apparent mass by 1 + C_6.
         ///
-        /// Lawrence's `C_6`; so does its damping.
+        /// Lawrence's `C_6`; it divides the apparent damping by the same factor.
         master_force_gain: f64 [NON_NEGATIVE] = 6.0,
-        /// C_5, the slave's, in commands U_s per N (local-force, four-channel): it yields to the tissue.
+        /// C_5, local force feedback at the slave (local-force, four-channel), in command U_s per N: makes it compliant.
         slave_force_gain: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
-/// The master's lightens the hand's load, the slave's lets it yield to the tissue:
+/// Local force feedback reduces the apparent mass and damping of the master, and makes the slave compliant:
 /// `x_ref = P x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
 #[derive(Debug, Clone)]
 pub struct LocalForce<L> {
@@ -68,7 +68,7 @@ impl<L: Lane> BuiltInArchitecture<L> for LocalForce<L> {
     }
 }
 
-/// The forces in the master's law: `k_f F_e - k_h F_h`.
+/// The force terms of the master's law: `k_f F_e - k_h F_h`.
 #[derive(Debug, Clone)]
 pub(super) struct HandLoad<L> {
     force: L,

@@ -1,4 +1,4 @@
-//! The architectures: what each side sends, and what it makes of what the other has sent.
+//! The architectures: what each side sends, and how it uses what it receives.
 
 mod accelerometer;
 pub(super) mod four_channel;
@@ -57,20 +57,20 @@ impl<L: Lane> SlaveSample<L> {
     }
 }
 
-/// What the master has of the slave at a tick.
+/// What the master's side receives at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct ArrivedAtMaster<L> {
-    /// What was sent.
+    /// The received sample.
     pub sample: SlaveSample<L>,
-    /// The sample's force in N, or what the passivity scheme has put in its place.
+    /// The sample's force in N, or the passivity scheme's replacement.
     pub force_n: L,
     /// The slave's mode: 0 teleoperation, 1 augmented (the slave is frozen), 2 re-engaging.
     pub mode: L,
 }
 
-/// What each side sends and makes of what arrives.
+/// What each side sends, and how it uses what it receives.
 pub trait Architecture<L: Lane> {
-    /// What the master sends; without acceleration where nothing is said.
+    /// What the master sends. The default sends an acceleration of 0.
     #[inline(always)]
     fn master_sends(&mut self, master: &AtMaster<L>) -> MasterSample<L> {
         MasterSample {
@@ -81,20 +81,20 @@ pub trait Architecture<L: Lane> {
         }
     }
 
-    /// The target for the slave's reference in m, in the slave's metres.
+    /// The target of the slave's reference in m, on the slave's scale.
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L;
 
-    /// What the slave sends, where the measured force is `force_n` (N) scaled to the master; without acceleration where
-    /// nothing is said.
+    /// What the slave sends, given the measured force scaled to the master (`force_n`, N). The default sends an
+    /// acceleration of 0.
     #[inline(always)]
     fn slave_sends(&mut self, slave: &AtSlave<L>, force_n: L) -> SlaveSample<L> {
         SlaveSample::without_acceleration(slave, force_n)
     }
 
-    /// The force to feed back in N.
+    /// The feedback force in N.
     ///
-    /// While the slave is frozen, what couples the positions has to stay as it was: the hand must not feel how far it has
-    /// moved away from a needle that is held.
+    /// While the slave is frozen, the position coupling keeps its value: otherwise the feedback force would grow as the
+    /// hand moves away from the held needle.
     fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L;
 }
 
@@ -116,19 +116,19 @@ impl<L: Lane, T: Architecture<L> + ?Sized> Architecture<L> for Box<T> {
     }
 }
 
-/// What a line in the registry needs of an architecture besides: the linear law that it is, for the analysis of stability,
-/// and how it is built.
+/// What the registry needs of an architecture besides the trait: its linear law, for the stability analysis, and a
+/// constructor.
 pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
-    /// Whether the force depends on where both machines are.
+    /// Whether the feedback force depends on both machines' positions.
     const COUPLES_POSITIONS: bool = false;
-    /// Whether the gains follow from how the slave moves.
+    /// Whether the gains depend on the slave's dynamics.
     const MODELS_SLAVE: bool = false;
-    /// The groups of keys that it is built from.
+    /// The groups of keys that it reads.
     const KEYS: &'static [&'static [Key]];
 
-    /// The gains around two machines.
+    /// The gains for two machines.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue>;
 
-    /// The architecture at rest, on ticks of `tick_s` (s).
+    /// The architecture at rest, with a tick of `tick_s` (s).
     fn build(settings: &ControllerSettings, machines: &Machines, tick_s: f64) -> Result<Self, InvalidValue>;
 }

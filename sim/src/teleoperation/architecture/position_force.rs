@@ -1,4 +1,4 @@
-//! The paper's architecture.
+//! The paper's architecture: position forward, force back.
 
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
 use crate::error::InvalidValue;
@@ -6,7 +6,7 @@ use crate::lane::Lane;
 use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
 use trocar_core::settings::Key;
 
-/// Position to the slave, measured force to the master: `x_ref = P x_h`, `F_ed = F_e`.
+/// The slave receives the position, the master the measured force: `x_ref = P x_h`, `F_ed = F_e`.
 #[derive(Debug, Clone)]
 pub struct PositionForce<L> {
     position_scale: L,

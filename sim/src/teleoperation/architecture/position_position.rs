@@ -1,4 +1,4 @@
-//! Positions both ways.
+//! The position-position architecture.
 
 use super::frozen::FrozenForce;
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
@@ -8,14 +8,14 @@ use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// What is between the machines: a spring somewhat stiffer than the arm.
+    /// The coupling between the machines. The default spring is somewhat stiffer than the arm.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CouplingSettings in "controller.coupling_" {
         /// Spring between the machines (position-position, four-channel).
         ///
-        /// As the slave's side sees it.
+        /// On the slave's scale.
         stiffness_n_per_m: f64 [NON_NEGATIVE] = 1000.0,
-        /// Damper beside it.
+        /// Damper parallel to the spring.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 10.0,
     }
 }
@@ -56,7 +56,7 @@ impl<L: Lane> BuiltInArchitecture<L> for PositionPosition<L> {
     }
 }
 
-/// The motions in the master's law: `k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
+/// The position and velocity terms of the master's law: `k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
 #[derive(Debug, Clone)]
 pub(super) struct Coupling<L> {
     pub(super) position_scale: L,
@@ -75,9 +75,9 @@ impl<L: Lane> Coupling<L> {
 
     #[inline(always)]
     pub(super) fn force_n(&self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L {
-        let apart = self.position_scale * master.position_m - arrived.sample.position_m;
-        let drifting = self.position_scale * master.velocity_m_per_s - arrived.sample.velocity_m_per_s;
-        self.stiffness * apart + self.damping * drifting
+        let offset = self.position_scale * master.position_m - arrived.sample.position_m;
+        let rate = self.position_scale * master.velocity_m_per_s - arrived.sample.velocity_m_per_s;
+        self.stiffness * offset + self.damping * rate
     }
 }
 

@@ -1,16 +1,16 @@
-//! What the schemes that limit force and reference have in common.
+//! Settings shared by the schemes that limit force and reference.
 
 trocar_core::settings! {
-    /// The damping of a scheme that damps the master.
+    /// Damping at the master.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DampingSettings in "passivity." {
-        /// Greatest damping added at the master (time-domain, energy-tank).
+        /// Maximum damping added at the master (time-domain, energy-tank).
         damping_limit_n_s_per_m: f64 [NON_NEGATIVE] = 50.0,
     }
 }
 
 trocar_core::settings! {
-    /// The reference of a scheme that meters it.
+    /// Catch-up of the slave's reference.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CatchUpSettings in "passivity." {
         /// Speed at which a slave that was held back catches up (time-domain, energy-tank).

@@ -1,16 +1,16 @@
-//! A reference that moves only as far as there is energy for.
+//! A reference whose steps are limited by the available energy.
 
 use crate::lane::Lane;
 
-/// Follows a target, metered: a step against a force costs its work, and is cut to what there is.
+/// Follows a target. A step against a force costs work; it is shortened to the available energy.
 ///
-/// What was cut is made up for later, on top of the target's own motion and by at most a step a tick.
+/// The deficit is recovered later, in addition to the target's motion, by at most `step` per tick.
 #[derive(Debug, Clone)]
 pub(super) struct Meter<L> {
     step: L,
     target: L,
     reference: L,
-    /// `∫ f d(target - reference)` in J: the work that it kept from the slave, less what was made up for.
+    /// `∫ f d(target - reference)` in J: the work withheld from the slave, less what was recovered.
     pub(super) refused_j: L,
 }
 
@@ -19,18 +19,19 @@ impl<L: Lane> Meter<L> {
         Self { step: L::splat(speed_m_per_s * tick_s), target: start, reference: start, refused_j: L::zero() }
     }
 
-    /// The reference, where a metre costs `force` (J/m) and there are `energy` (J).
+    /// The reference, at a cost of `force` (J/m) and with `energy` (J) available.
     #[inline(always)]
     pub(super) fn follow(&mut self, target: L, force: L, energy: L) -> L {
         let zero = L::zero();
-        let owed = (self.target - self.reference).clamp(-self.step, self.step);
-        let wish = (target - self.target) + owed;
-        let cost = force * wish;
+        let deficit = (self.target - self.reference).clamp(-self.step, self.step);
+        let step = (target - self.target) + deficit;
+        let cost = force * step;
         let affordable = energy.max(zero);
         let is_cut = cost.gt(affordable);
-        let allowed = L::select(is_cut, wish * (affordable / L::select(is_cut, cost, L::splat(1.0))), wish);
-        // A target that is followed freely is kept to the bit.
-        let reference = L::select(is_cut, self.reference + allowed, target - ((self.target - self.reference) - owed));
+        let allowed = L::select(is_cut, step * (affordable / L::select(is_cut, cost, L::splat(1.0))), step);
+        // An unlimited step follows the target bit for bit.
+        let reference =
+            L::select(is_cut, self.reference + allowed, target - ((self.target - self.reference) - deficit));
         let refused = (target - self.target) - (reference - self.reference);
         self.refused_j = self.refused_j + force * refused;
         (self.target, self.reference) = (target, reference);
@@ -50,7 +51,7 @@ mod tests {
         assert_eq!(meter.follow(1e-5, 2.0, 1.0), 1e-5);
         assert_eq!(meter.follow(2e-5, 2.0, 0.0), 1e-5);
         assert_eq!(meter.follow(2e-4, 2.0, -1.0), 1e-5);
-        // A target that turns back leaves what is owed.
+        // A target that turns back reduces the deficit.
         assert!((meter.follow(1.9e-4, 2.0, 0.0) - 1e-5).abs() < 1e-18);
         let next = meter.follow(1.9e-4, 2.0, 1.0);
         assert!((next - 4e-5).abs() < 1e-18, "{next}");

@@ -1,9 +1,9 @@
-//! Schemes that keep the link from making energy, whatever its delay.
+//! Schemes that keep the link from generating energy under any delay.
 //!
-//! The two ports are where hand and tissue meet the teleoperator: `(F_ed, x_h)` on the master's side, `(f_e, x_e)` on the
-//! slave's, with energy counted as it enters at the master and leaves at the slave. Displacements are used, not
-//! velocities, so that a force held over a tick gives the integral of force times velocity exactly. Energies of the slave
-//! are compared in the master's units: scaled by force scale over position scale.
+//! The two ports are the hand's and the tissue's contact with the teleoperator: `(F_ed, x_h)` on the master's side,
+//! `(f_e, x_e)` on the slave's, with energy positive into the master's port and out of the slave's. Displacements are
+//! used, not velocities, so that a force held over a tick gives the integral of force times velocity exactly. The
+//! slave's energies are scaled to the master's by force scale over position scale.
 
 mod limits;
 mod meter;
@@ -22,44 +22,42 @@ use trocar_core::settings::Key;
 use super::PassivitySettings;
 use crate::lane::Lane;
 
-/// What a scheme adds to what each side sends, and what it does to what arrives.
+/// What a scheme adds to each side's samples, and how it changes received samples.
 ///
-/// At each tick the methods are called once, in this order. What is sent is one number a direction, the payload: a running
-/// total survives samples that are late or lost. A scheme implements what it does; all else is passed on.
+/// At each tick the methods are called once, in this order. The payload is one number per direction; send a running
+/// total, which survives late and lost samples. The default methods pass everything through.
 pub trait PassivityScheme<L: Lane> {
-    /// The payload that the master sends, which has moved by `displacement_m` (m) since the last tick.
+    /// The master's payload, after a displacement of `displacement_m` (m) since the last tick.
     #[inline(always)]
     fn master_sends(&mut self, _displacement_m: L) -> L {
         L::zero()
     }
 
-    /// The master's position as the slave takes it, in the master's metres: `position_m` where the sample is taken as it
-    /// is; `payload` is what has arrived beside it.
+    /// The master's position for the slave, on the master's scale; `position_m` and `payload` are received.
     #[inline(always)]
     fn receive_position(&mut self, position_m: L, _payload: L, _port: &SlavePort<L>) -> L {
         position_m
     }
 
-    /// The slave's reference in m, where the architecture asks for `reference_m`.
+    /// The slave's reference in m, given the architecture's `reference_m`.
     #[inline(always)]
     fn limit_reference(&mut self, reference_m: L, _payload: L, _port: &SlavePort<L>) -> L {
         reference_m
     }
 
-    /// The payload that the slave sends.
+    /// The slave's payload.
     #[inline(always)]
     fn slave_sends(&mut self) -> L {
         L::zero()
     }
 
-    /// The tissue's force as the master takes it, in N: `force_n` where the sample is taken as it is; `payload` is what has
-    /// arrived beside it, the velocity is the master's (m/s).
+    /// The tissue force for the master in N; `force_n` and `payload` are received, the velocity is the master's (m/s).
     #[inline(always)]
     fn receive_force(&mut self, force_n: L, _payload: L, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// The force that is fed back in N, where the force law asks for `force_n`; payload and velocity as in
+    /// The feedback force in N, given the force law's `force_n`; payload and velocity as in
     /// [`PassivityScheme::receive_force`].
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, _payload: L, _velocity_m_per_s: L) -> L {
@@ -71,7 +69,7 @@ pub trait PassivityScheme<L: Lane> {
         L::zero()
     }
 
-    /// Work kept from the slave so far, in J.
+    /// Work withheld from the slave so far, in J.
     fn refused_j(&self) -> L {
         L::zero()
     }
@@ -111,26 +109,26 @@ impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
     }
 }
 
-/// What a built-in scheme is put into.
+/// What a built-in scheme is built for.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Surroundings<L> {
+pub(super) struct SchemeContext<L> {
     /// Time between two ticks in s.
     pub(super) tick_s: f64,
-    /// Where the master begins, in m.
+    /// Initial position of the master in m.
     pub(super) start_m: L,
-    /// Where the slave's reference begins, in m.
+    /// Initial reference of the slave in m.
     pub(super) reference_m: L,
-    /// Whether a sample arrives at the tick that sends it, both ways.
+    /// Whether samples arrive at the tick that sends them, in both directions.
     pub(super) is_immediate: bool,
 }
 
-/// What a line in the registry needs of a scheme besides.
+/// What the registry needs of a scheme besides the trait.
 pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
-    /// Whether positions go back to the master beside what the scheme sends.
+    /// Whether the slave's position reaches the master besides the payload.
     const CARRIES_POSITIONS: bool = true;
-    /// The groups of keys that it is built from.
+    /// The groups of keys that it reads.
     const KEYS: &'static [&'static [Key]];
 
-    /// The scheme at rest; none where it would change nothing.
-    fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self>;
+    /// The scheme at rest; `None` if it would change nothing.
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Option<Self>;
 }

@@ -4,11 +4,11 @@ use std::marker::PhantomData;
 
 use trocar_core::settings::Key;
 
-use super::{BuiltInScheme, PassivityScheme, Surroundings};
+use super::{BuiltInScheme, PassivityScheme, SchemeContext};
 use crate::lane::{Gather, LANES, Lane};
 use crate::teleoperation::PassivitySettings;
 
-/// Samples are taken as they come.
+/// Samples pass unchanged.
 #[derive(Debug, Clone)]
 pub struct NoScheme<L>(PhantomData<L>);
 
@@ -23,7 +23,7 @@ impl<L: Lane> PassivityScheme<L> for NoScheme<L> {}
 impl<L: Lane> BuiltInScheme<L> for NoScheme<L> {
     const KEYS: &'static [&'static [Key]] = &[];
 
-    fn build(_settings: &PassivitySettings, _around: &Surroundings<L>) -> Option<Self> {
+    fn build(_settings: &PassivitySettings, _context: &SchemeContext<L>) -> Option<Self> {
         Some(Self::default())
     }
 }

@@ -1,13 +1,13 @@
-//! A port at which energy is counted.
+//! A port with its energy balance.
 
 use crate::lane::Lane;
 
-/// A port at which energy is counted.
+/// Force, position and transferred energy of a port.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::teleoperation) struct Port<L> {
     force: L,
     position: L,
-    /// Everything that has passed, in J.
+    /// Energy transferred so far, in J.
     pub(in crate::teleoperation) energy_j: L,
 }
 
@@ -16,7 +16,7 @@ impl<L: Lane> Port<L> {
         Self { force: L::zero(), position, energy_j: L::zero() }
     }
 
-    /// Counts what a force that was held since the last tick has done, and gives how far it has moved since.
+    /// Adds the work of the force held since the last tick; returns the displacement.
     #[inline(always)]
     pub(in crate::teleoperation) fn moved(&mut self, position: L) -> L {
         let displacement = position - self.position;
@@ -25,13 +25,13 @@ impl<L: Lane> Port<L> {
         displacement
     }
 
-    /// The force to hold from now on.
+    /// The force held until the next call.
     #[inline(always)]
     pub(in crate::teleoperation) fn hold(&mut self, force: L) {
         self.force = force;
     }
 
-    /// What a force that went linearly with the position has done since the last tick.
+    /// The work since the last tick of a force that is linear in position between ticks.
     #[inline(always)]
     pub(in crate::teleoperation) fn pushed(&mut self, position: L, force: L) -> L {
         let work = L::splat(0.5) * (force + self.force) * (position - self.position);
@@ -41,14 +41,14 @@ impl<L: Lane> Port<L> {
     }
 }
 
-/// What a scheme knows of the slave's port at a tick.
+/// The slave's port at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SlavePort<L> {
     /// Measured force scaled to the master, in N.
     pub force_n: L,
-    /// What a metre of the slave costs against the measured force, in the master's units of energy: J/m.
+    /// Cost of moving the slave against the measured force, scaled to the master, in J/m.
     pub cost_j_per_m: L,
-    /// Work since the last tick in the same units, in J.
+    /// Work since the last tick, scaled to the master, in J.
     pub work_j: L,
 }
 

@@ -1,37 +1,36 @@
-//! A tank of energy on each side.
+//! An energy tank on each side.
 
 use super::meter::Meter;
-use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
+use super::{BuiltInScheme, PassivityScheme, SchemeContext, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// The numbers of the tanks, besides what they share with others.
+    /// The tanks' own settings.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TankSettings in "passivity." {
-        /// Level of each tank.
+        /// Desired level of each tank (energy-tank).
         tank_level_j: f64 [POSITIVE] = 0.02,
-        /// Share of its energy that a tank sends to the other each tick, below 1.
+        /// Fraction of its energy that a tank sends to the other each tick, below 1 (energy-tank).
         tank_share: f64 [POSITIVE_SHARE] = 0.01,
     }
     where tank_share: |s| s.tank_share < 1.0, "above 0 and below 1";
 }
 
-/// How many times its level a tank holds at most; what comes beyond is let go.
+/// Capacity of a tank as a multiple of its level; the excess is discarded.
 const MAX_LEVELS: f64 = 10.0;
 
-/// After Franken, Stramigioli, Misra, Secchi and Macchelli (2011, *Bilateral telemanipulation with time delays: a two-layer
-/// approach combining passivity and transparency*): the layer above wants what it wants, the one below lets through what
-/// the side's tank has energy for.
+/// After Franken, Stramigioli, Misra, Secchi and Macchelli (2011, *Bilateral telemanipulation with time delays: a
+/// two-layer approach combining passivity and transparency*): the transparency layer sets the command, the passivity
+/// layer limits it to the energy in the side's tank.
 ///
 /// ```text
 /// H_m += F_ed Δx_h + received - sent      F_ed = F + d v_h,  d = limit · max(1 - H_m / level, 0)
-///                                         |F| <= H_m / |T v_h| where it pushes the hand along
-/// H_s -= f_e Δx_e - received + sent       the reference goes as far as H_s pays for
+///                                         |F| <= H_m / |T v_h| where it drives the hand
+/// H_s -= f_e Δx_e - received + sent       H_s limits the steps of the reference
 /// ```
-/// Each tick each tank sends a share of what it holds. What is sent is sent as a running total, so that a lost sample
-/// loses none of it.
+/// At each tick each tank sends a fraction of its energy, as a running total, so that a lost sample loses no energy.
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
     inverse_level: L,
@@ -47,9 +46,9 @@ pub struct Tank<L> {
     master_received: L,
     slave_received: L,
     fed_back: L,
-    /// What the layer changed about the force that was wanted, in N.
+    /// The passivity layer's change of the force command, in N.
     changed: L,
-    /// In J: energy that the damping took from the hand for the tank, or that was kept from the hand.
+    /// Energy in J that the damping took from the hand for the tank, or that was withheld from the hand.
     dissipated_j: L,
 }
 
@@ -86,12 +85,12 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
         let zero = L::zero();
         self.master = self.master + (energy - self.master_received);
         self.master_received = energy;
-        let gives = (force * velocity).lt(zero);
+        let drives_hand = (force * velocity).lt(zero);
         let travel = (self.tick_s * velocity).abs();
-        let max_n = self.master.max(zero) / L::select(gives, travel, L::splat(1.0));
-        let afforded = L::select(gives, force.clamp(-max_n, max_n), force);
+        let max_n = self.master.max(zero) / L::select(drives_hand, travel, L::splat(1.0));
+        let limited = L::select(drives_hand, force.clamp(-max_n, max_n), force);
         let damping = self.max_damping * (L::splat(1.0) - self.master * self.inverse_level).clamp(zero, L::splat(1.0));
-        self.fed_back = afforded + damping * velocity;
+        self.fed_back = limited + damping * velocity;
         self.changed = self.fed_back - force;
         self.fed_back
     }
@@ -108,7 +107,7 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
 impl<L: Lane> BuiltInScheme<L> for Tank<L> {
     const KEYS: &'static [&'static [Key]] = &[TankSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
 
-    fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Option<Self> {
         let (numbers, zero) = (&settings.tank, L::zero());
         let level = L::splat(numbers.tank_level_j);
         Some(Self {
@@ -116,8 +115,8 @@ impl<L: Lane> BuiltInScheme<L> for Tank<L> {
             max: L::splat(MAX_LEVELS * numbers.tank_level_j),
             share: L::splat(numbers.tank_share),
             max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
-            tick_s: L::splat(around.tick_s),
-            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
+            tick_s: L::splat(context.tick_s),
+            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, context.tick_s, context.reference_m),
             master: level,
             slave: level,
             master_sent: zero,

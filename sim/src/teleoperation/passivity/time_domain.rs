@@ -1,28 +1,28 @@
 //! Passivity observer and controller in the time domain, at both ports.
 
 use super::meter::Meter;
-use super::{BuiltInScheme, PassivityScheme, SlavePort, Surroundings};
+use super::{BuiltInScheme, PassivityScheme, SchemeContext, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// The numbers of the observers, besides what they share with others.
+    /// The scheme's own settings.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TimeDomainSettings in "passivity." {
-        /// Energy that each port may give before it has received any (time-domain).
+        /// Energy that each port may deliver before it receives any (time-domain).
         budget_j: f64 [NON_NEGATIVE] = 5e-3,
     }
 }
 
-/// After Hannaford and Ryu (2002, *Time-domain passivity control of haptic interfaces*), with the energies of the two
-/// directions observed apart, so that it holds with a delay (Ryu, Artigas and Preusche 2010).
+/// After Hannaford and Ryu (2002, *Time-domain passivity control of haptic interfaces*), with a separate energy
+/// observer per direction, so that it is valid under delay (Ryu, Artigas and Preusche 2010).
 ///
 /// ```text
-/// master   E_out(t) - E_pc(t) <= E_in of the slave, as it has arrived, + budget, else F_ed += α v_h
-/// slave    E_out(t)           <= E_in of the master, as it has arrived, + budget, else the reference waits
+/// master   E_out(t) - E_pc(t) <= E_in of the slave, as received, + budget, else F_ed += α v_h
+/// slave    E_out(t)           <= E_in of the master, as received, + budget, else the reference stops
 /// ```
-/// with `α` such that the excess is gone within a tick, as far as the damping limit lets it.
+/// `α` removes the excess within a tick, up to the damping limit.
 #[derive(Debug, Clone)]
 pub struct TimeDomain<L> {
     budget: L,
@@ -33,9 +33,9 @@ pub struct TimeDomain<L> {
     master_out: L,
     slave_in: L,
     slave_out: L,
-    /// As they have arrived at the other side.
-    known_master_in: L,
-    known_slave_in: L,
+    /// The totals as received by the other side.
+    received_master_in: L,
+    received_slave_in: L,
     law_force: L,
     added_force: L,
     dissipated_j: L,
@@ -54,10 +54,10 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
 
     #[inline(always)]
     fn limit_reference(&mut self, target_m: L, energy: L, port: &SlavePort<L>) -> L {
-        self.known_master_in = self.known_master_in.max(energy);
+        self.received_master_in = self.received_master_in.max(energy);
         self.slave_out = self.slave_out + port.work_j.max(L::zero());
         self.slave_in = self.slave_in + (-port.work_j).max(L::zero());
-        let left = self.known_master_in + self.budget - self.slave_out;
+        let left = self.received_master_in + self.budget - self.slave_out;
         self.meter.follow(target_m, port.cost_j_per_m, left)
     }
 
@@ -69,12 +69,12 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     #[inline(always)]
     fn limit_force(&mut self, force: L, energy: L, velocity: L) -> L {
         let zero = L::zero();
-        self.known_slave_in = self.known_slave_in.max(energy);
-        let left = self.known_slave_in + self.budget + self.dissipated_j - self.master_out;
+        self.received_slave_in = self.received_slave_in.max(energy);
+        let left = self.received_slave_in + self.budget + self.dissipated_j - self.master_out;
         let power = velocity * velocity;
         let moves = power.gt(zero);
-        let wanted = (-left).max(zero) * self.inverse_tick / L::select(moves, power, L::splat(1.0));
-        let damping = L::select(moves, wanted.min(self.max_damping), zero);
+        let needed = (-left).max(zero) * self.inverse_tick / L::select(moves, power, L::splat(1.0));
+        let damping = L::select(moves, needed.min(self.max_damping), zero);
         self.law_force = force;
         self.added_force = damping * velocity;
         force + self.added_force
@@ -92,19 +92,19 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
 impl<L: Lane> BuiltInScheme<L> for TimeDomain<L> {
     const KEYS: &'static [&'static [Key]] = &[TimeDomainSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
 
-    fn build(settings: &PassivitySettings, around: &Surroundings<L>) -> Option<Self> {
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Option<Self> {
         let zero = L::zero();
         Some(Self {
             budget: L::splat(settings.time_domain.budget_j),
             max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
-            inverse_tick: L::splat(1.0 / around.tick_s),
-            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, around.tick_s, around.reference_m),
+            inverse_tick: L::splat(1.0 / context.tick_s),
+            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, context.tick_s, context.reference_m),
             master_in: zero,
             master_out: zero,
             slave_in: zero,
             slave_out: zero,
-            known_master_in: zero,
-            known_slave_in: zero,
+            received_master_in: zero,
+            received_slave_in: zero,
             law_force: zero,
             added_force: zero,
             dissipated_j: zero,
@@ -121,8 +121,8 @@ crate::lane::gather!(TimeDomain {
     master_out,
     slave_in,
     slave_out,
-    known_master_in,
-    known_slave_in,
+    received_master_in,
+    received_slave_in,
     law_force,
     added_force,
     dissipated_j,

@@ -7,11 +7,11 @@
 //! The multipliers of the blocks are matrices `X_k`, that of the equation is a number `λ`. At the optimum `S_k` and `X_k` are
 //! positive semidefinite, `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
 //!
-//! The method is a primal-dual interior-point method: Mehrotra's predictor and corrector along the direction of Nesterov and
-//! Todd, from a start that need not meet the equations (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü,
-//! *SIAM J. Optim.* 8, 1998; the steps in scaled coordinates are those of Vandenberghe, *The CVXOPT linear and quadratic cone
-//! program solvers*, 2010). It is written here because the libraries for it call BLAS and LAPACK, whose unmangled symbols
-//! would then be part of every programme that uses this crate.
+//! The method is a primal-dual interior-point method: Mehrotra's predictor and corrector along the direction of
+//! Nesterov and Todd, from an infeasible start (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü,
+//! *SIAM J. Optim.* 8, 1998; the steps in scaled coordinates are those of Vandenberghe, *The CVXOPT linear and
+//! quadratic cone program solvers*, 2010). It is implemented here because the available libraries call BLAS and LAPACK,
+//! whose unmangled symbols would become part of every program that uses this crate.
 //!
 //! An iteration factors one dense matrix with a row per variable. It takes a few milliseconds for 300 variables.
 
@@ -26,7 +26,7 @@ use scaling::{Scaling, min_eigenvalue};
 pub(super) use triangle::{entries, row};
 use triangle::{pack, unpack};
 
-/// One matrix that is to be positive semidefinite.
+/// One matrix that must be positive semidefinite.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
     /// Rows of the matrix.
@@ -56,14 +56,14 @@ pub(super) struct Programme {
     pub(super) blocks: Vec<Block>,
 }
 
-/// How a solution ended.
+/// How the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Status {
     /// Feasible and optimal to [`TOLERANCE`].
     Solved,
     /// The best point before rounding errors or the limit of iterations ended the search.
     Stalled,
-    /// The multipliers prove that no `y` with a norm below [`MAX_NORM`] meets the conditions.
+    /// The multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions.
     Infeasible,
 }
 
@@ -82,10 +82,10 @@ const TOLERANCE: f64 = 1e-8;
 /// Norm of `y` up to which a programme is proved infeasible.
 const MAX_NORM: f64 = 1e6;
 
-/// Iterations after which the search gives up; 10 to 30 are usual.
+/// Maximum number of iterations; 10 to 30 are usual.
 const MAX_ITERATIONS: usize = 60;
 
-/// Share of the way to the boundary of the cone that a step takes.
+/// Fraction of the distance to the boundary of the cone that a step covers.
 const STEP: f64 = 0.98;
 
 /// A step below which the iterates no longer move.
@@ -99,7 +99,7 @@ struct Iterate {
     x: Vec<DMatrix<f64>>,
 }
 
-/// By how much a point misses the equations.
+/// The residuals of the equations at a point.
 struct Residuals {
     /// `b + Σ_k A_kᵀ X_k - λ a`.
     of_multipliers: DVector<f64>,
@@ -172,7 +172,7 @@ impl Iterate {
 }
 
 impl Programme {
-    /// The start: least squares for both sides, moved into the cone.
+    /// The start: least squares for primal and dual, shifted into the cone.
     fn start(&self) -> Option<Iterate> {
         let scalings: Vec<Scaling> = self.blocks.iter().map(|block| Scaling::identity(block.size)).collect();
         let zeros = || self.blocks.iter().map(|block| DVector::zeros(block.constant.len())).collect::<Vec<_>>();
@@ -186,7 +186,7 @@ impl Programme {
         let residuals = Residuals { of_multipliers: self.objective.clone(), of_blocks: zeros(), of_equation: 0.0 };
         let direction = Newton::new(self, &scalings, &residuals)?.direction(None);
         let (multiplier, x) = (direction.multiplier, direction.x);
-        Some(Iterate { y, multiplier, s: inside(s)?, x: inside(x)? })
+        Some(Iterate { y, multiplier, s: shifted_into_cone(s)?, x: shifted_into_cone(x)? })
     }
 
     fn residuals(&self, now: &Iterate) -> Residuals {
@@ -203,7 +203,7 @@ impl Programme {
         Residuals { of_multipliers, of_blocks, of_equation: e - a.dot(&now.y) }
     }
 
-    /// `Σ_k <C_k, X_k> + λ e`: a bound of the objective where the multipliers meet their equation.
+    /// `Σ_k <C_k, X_k> + λ e`: a bound of the objective if the multipliers satisfy their equation.
     fn bound(&self, now: &Iterate) -> f64 {
         let of_block = |(block, x): (&Block, &DMatrix<f64>)| block.constant.dot(&pack(x));
         now.multiplier * self.equation.1 + self.blocks.iter().zip(&now.x).map(of_block).sum::<f64>()
@@ -221,27 +221,27 @@ impl Programme {
             gap / (1.0 + objective.abs()),
         ]
         .into_iter()
-        .fold(0.0, |most, value| if value > most || value.is_nan() { value } else { most })
+        .fold(0.0, |max, value| if value > max || value.is_nan() { value } else { max })
     }
 
-    /// Whether the multipliers prove that no `y` with a norm below [`MAX_NORM`] meets the conditions. One that does has
-    /// `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = Σ_k <C_k, X_k> + λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
+    /// Whether the multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions. A `y` that
+    /// does has `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = Σ_k <C_k, X_k> + λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
     fn is_infeasible(&self, now: &Iterate, residuals: &Residuals) -> bool {
         let bound = self.bound(now);
         MAX_NORM * (&residuals.of_multipliers - &self.objective).norm() < -bound
     }
 }
 
-/// Matrices moved along the identity until all are positive definite.
-fn inside(mut matrices: Vec<DMatrix<f64>>) -> Option<Vec<DMatrix<f64>>> {
-    let mut least = f64::INFINITY;
+/// Shifts matrices along the identity until all are positive definite.
+fn shifted_into_cone(mut matrices: Vec<DMatrix<f64>>) -> Option<Vec<DMatrix<f64>>> {
+    let mut min = f64::INFINITY;
     for matrix in &matrices {
-        least = least.min(min_eigenvalue(matrix.clone())?);
+        min = min.min(min_eigenvalue(matrix.clone())?);
     }
-    if least <= 1e-8 {
+    if min <= 1e-8 {
         for matrix in &mut matrices {
             for k in 0..matrix.nrows() {
-                matrix[(k, k)] += 1.0 - least;
+                matrix[(k, k)] += 1.0 - min;
             }
         }
     }

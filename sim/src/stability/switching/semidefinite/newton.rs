@@ -13,10 +13,10 @@ use super::scaling::Scaling;
 use super::triangle::{pack, unpack};
 use super::{Direction, Programme, Residuals};
 
-/// How much is added to the diagonal of `H`, relative to each entry, for its factors to exist.
+/// Relative increase of the diagonal of `H` that ensures that its factors exist.
 const REGULARISATION: f64 = 1e-14;
 
-/// Corrections of a solution by its residual.
+/// Number of iterative refinements of a solution.
 const REFINEMENTS: usize = 2;
 
 pub(super) struct Newton<'a> {
@@ -34,7 +34,7 @@ pub(super) struct Newton<'a> {
 }
 
 impl<'a> Newton<'a> {
-    /// Sets up and factors the equations; none where rounding has made `H` indefinite.
+    /// Sets up and factors the equations; `None` if rounding makes `H` indefinite.
     pub(super) fn new(programme: &'a Programme, scalings: &'a [Scaling], residuals: &'a Residuals) -> Option<Self> {
         let n = programme.objective.len();
         let mut h = DMatrix::zeros(n, n);
@@ -79,7 +79,7 @@ impl<'a> Newton<'a> {
         (u, v)
     }
 
-    /// The direction to targets; without any, to 0.
+    /// The direction to targets; `None` is the target 0.
     pub(super) fn direction(&self, targets: Option<&[DMatrix<f64>]>) -> Direction {
         let blocks = &self.programme.blocks;
         let mut rhs = self.residuals.of_multipliers.clone();
@@ -109,13 +109,13 @@ impl<'a> Newton<'a> {
         Direction { y, multiplier, s, x }
     }
 
-    /// Mehrotra's direction: a predictor towards complementarity, and from what it would reach the centring and the
-    /// second-order correction.
+    /// Mehrotra's direction: a predictor towards complementarity, then centring and second-order correction from its
+    /// result.
     pub(super) fn corrected_direction(&self) -> Direction {
         let target = |scaling: &Scaling| -DMatrix::from_diagonal(&scaling.lambda);
         let predictor = self.direction(Some(&self.scalings.iter().map(target).collect::<Vec<_>>()));
         let (by_s, by_x) = self.longest_steps(&predictor);
-        // A short step says that the point is too near the boundary: the target is then nearer the central path.
+        // A short step means that the point is too near the boundary: the target then moves towards the central path.
         let centring = (1.0 - by_s.min(by_x).min(1.0)).powi(3) * self.complementarity();
         let target = |((scaling, s), x): ((&Scaling, &DMatrix<f64>), &DMatrix<f64>)| {
             let product = s * x;
@@ -135,7 +135,7 @@ impl<'a> Newton<'a> {
         self.scalings.iter().map(|scaling| scaling.lambda.norm_squared()).sum::<f64>() / rows as f64
     }
 
-    /// How far the matrices and the multipliers can go along a direction.
+    /// The maximum steps of the matrices and of the multipliers along a direction.
     pub(super) fn longest_steps(&self, direction: &Direction) -> (f64, f64) {
         let longest = |steps: &[DMatrix<f64>]| {
             let each = self.scalings.iter().zip(steps).map(|(scaling, step)| scaling.longest_step(step));

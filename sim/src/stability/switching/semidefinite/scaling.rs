@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 
 use super::triangle::{entries, row, symmetric};
 
-/// Sweeps after which an eigenvalue iteration gives up.
+/// Maximum number of sweeps of an eigenvalue iteration.
 const MAX_SWEEPS: usize = 10_000;
 
 /// `Gᵀ S G = G⁻¹ X G⁻ᵀ = diag(λ)`.
@@ -15,7 +15,7 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
-    /// The scaling of two positive definite matrices; none where rounding has made one of them indefinite.
+    /// The scaling of two positive definite matrices; `None` if rounding makes one of them indefinite.
     ///
     /// With `S = L Lᵀ` and `Lᵀ X L = Q D Qᵀ`, `G = L⁻ᵀ Q D^¼` and `λ = D^½`.
     pub(super) fn new(s: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<Self> {
@@ -40,7 +40,7 @@ impl Scaling {
         Self { g: DMatrix::identity(size, size), lambda: DVector::from_element(size, 1.0) }
     }
 
-    /// The matrix that takes a packed `A` to the packed `Gᵀ A G`.
+    /// The matrix that maps a packed `A` to the packed `Gᵀ A G`.
     pub(super) fn congruence(&self) -> DMatrix<f64> {
         let (g, n) = (&self.g, self.lambda.len());
         let mut map = DMatrix::zeros(entries(n), entries(n));
@@ -70,19 +70,19 @@ impl Scaling {
         DMatrix::from_fn(r.nrows(), r.ncols(), |i, j| 2.0 * r[(i, j)] / (lambda[i] + lambda[j]))
     }
 
-    /// How far `Λ + t D` stays positive semidefinite; infinite where it does for every `t`.
+    /// The maximum `t` with `Λ + t D` positive semidefinite; infinite if it is so for every `t`.
     pub(super) fn longest_step(&self, d: &DMatrix<f64>) -> f64 {
         let root = self.lambda.map(f64::sqrt);
         let relative = DMatrix::from_fn(d.nrows(), d.ncols(), |i, j| d[(i, j)] / (root[i] * root[j]));
         match min_eigenvalue(relative) {
-            Some(least) if least < 0.0 => -1.0 / least,
+            Some(min) if min < 0.0 => -1.0 / min,
             Some(_) => f64::INFINITY,
             None => 0.0,
         }
     }
 }
 
-/// Eigenvalues and vectors; none of what is not finite.
+/// Eigenvalues and eigenvectors; `None` for a non-finite matrix.
 fn eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     if matrix.iter().any(|value| !value.is_finite()) {
         return None;
@@ -90,7 +90,7 @@ fn eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_SWEEPS)
 }
 
-/// The smallest eigenvalue of a symmetric matrix; none of what is not finite.
+/// The smallest eigenvalue of a symmetric matrix; `None` for a non-finite matrix.
 pub(super) fn min_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
     Some(eigen(matrix)?.eigenvalues.min())
 }

@@ -11,7 +11,7 @@ fn homogeneous(count: usize, objective: &[(usize, f64)]) -> Programme {
 }
 
 impl Programme {
-    /// Adds `Σ_i y_i A_i` as a matrix that is to be positive semidefinite.
+    /// Adds `Σ_i y_i A_i` as a matrix that must be positive semidefinite.
     fn with(mut self, terms: &[(usize, DMatrix<f64>)]) -> Self {
         let packed: Vec<DVector<f64>> = terms.iter().map(|(_, matrix)| pack(matrix)).collect();
         let constant = DVector::zeros(packed[0].len());
@@ -114,7 +114,7 @@ fn the_smallest_function_that_decreases_by_q_solves_lyapunovs_equation() {
 
 #[test]
 fn lovaszs_number_of_the_pentagon_is_the_root_of_five() {
-    // The least t with t I + Σ y_ij (over edges) - J positive semidefinite (Lovász, IEEE Trans. Inf. Theory 25, 1979).
+    // The minimum t with t I + Σ y_ij (over edges) - J positive semidefinite (Lovász, IEEE Trans. Inf. Theory 25, 1979).
     let edges = (0..5).map(|k| (k + 1, unit(5, k, (k + 1) % 5)));
     let terms: Vec<_> = edges.chain([(0, DMatrix::identity(5, 5)), (6, DMatrix::from_element(5, 5, -1.0))]).collect();
     let y = solved(&homogeneous(7, &[(0, -1.0)]).with(&terms));
@@ -122,7 +122,7 @@ fn lovaszs_number_of_the_pentagon_is_the_root_of_five() {
 }
 
 #[test]
-fn what_cannot_be_met_is_never_called_solved() {
+fn an_infeasible_programme_is_never_called_solved() {
     // x >= 1 and x <= 0.
     let programme = homogeneous(2, &[(0, 1.0)]).with(&[(0, number(1.0)), (1, number(-1.0))]).with(&[(0, number(-1.0))]);
     assert_eq!(solve(&programme).status, Status::Infeasible);
@@ -139,7 +139,7 @@ fn what_cannot_be_met_is_never_called_solved() {
 
 #[test]
 fn an_optimum_that_is_not_reached_is_never_surpassed() {
-    // The least x with [x 1; 1 y] positive semidefinite: 0 in the limit.
+    // The minimum x with [x 1; 1 y] positive semidefinite: 0 in the limit.
     let programme = homogeneous(3, &[(0, -1.0)]).with(&[(0, unit(2, 0, 0)), (2, unit(2, 0, 1)), (1, unit(2, 1, 1))]);
     let solution = solve(&programme);
     assert!(solution.y[0] > -1e-7 && solution.y[0] < 1e-3, "{solution:?}");

@@ -8,7 +8,7 @@ pub(in super::super) fn row(i: usize, j: usize) -> usize {
     j * (j + 1) / 2 + i
 }
 
-/// Entries of the triangle of a matrix of a size.
+/// Number of entries of the triangle of a matrix of a size.
 pub(in super::super) fn entries(size: usize) -> usize {
     size * (size + 1) / 2
 }
