@@ -54,7 +54,7 @@ impl<L: Lane> LimitedPlants<L> {
     /// `tick_s` (s) apart.
     ///
     /// # Errors
-    /// [`PlantError`] for a parameter out of range or numbers beyond computing.
+    /// [`PlantError`] for a parameter out of range or a computation that fails.
     pub fn new(
         (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
         limits: &ActuatorLimits,

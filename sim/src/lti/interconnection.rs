@@ -1,4 +1,4 @@
-//! Joining systems: in series, in parallel, in feedback or side by side.
+//! Connections of systems: in series, in parallel, in feedback or side by side.
 
 use nalgebra::DMatrix;
 
