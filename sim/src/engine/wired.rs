@@ -4,7 +4,7 @@ use super::{Engine, IntegrationError, Observer, Parts, Plants, ScheduledAlarms, 
 use crate::detection::{CusumDetector, SquaredResidual};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::{LANES, Lane, of_each};
-use crate::operator::{Person, Replay};
+use crate::operator::{HumanOperator, Replay};
 use crate::sensor::{AnySensor, ForceSensor, NoiseBank, PerfectSensor};
 use crate::teleoperation::{DirectLink, Link, LinkReport};
 use crate::tissue::{AnyTissue, DepthReplay, Layers, RecordedForce};
@@ -16,7 +16,7 @@ pub type AnyChain<L, O, T, S, K> = Parts<L, O, T, S, AnyEstimator<L>, AnyDetecto
 /// The paper's estimator and detector around them.
 pub type PaperChain<L, O, T, S, K> = Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>;
 /// Any built-in part in each role.
-pub type Any<L> = AnyChain<L, Person<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;
+pub type Any<L> = AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;
 
 /// The enum of the wirings, from a line each.
 macro_rules! wirings {
@@ -110,7 +110,7 @@ wirings! {
     /// A recording replayed by depth.
     Depth(PaperChain<L, Replay, DepthReplay<L>, PerfectSensor, DirectLink<L>>),
     /// Any parts, and nothing between the sides.
-    AnyDirect(AnyChain<L, Person<L>, AnyTissue<L>, AnySensor<L>, DirectLink<L>>),
+    AnyDirect(AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, DirectLink<L>>),
     /// Any parts.
     Any(Any<L>),
 }
