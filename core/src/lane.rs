@@ -1,4 +1,4 @@
-//! The number type of a tick: one scenario (`f64`) or several side by side.
+//! The number type of a tick: one scenario (`f64`) or several in parallel lanes.
 //!
 //! Everything inside the tick is written once over [`Lane`]. Its operations give the same bits on every machine: no
 //! fused multiply-add, no reassociation, no transcendental function.

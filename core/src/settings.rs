@@ -26,7 +26,7 @@ pub enum Kind {
     Numbers,
     /// True or false.
     Flag,
-    /// One of some words.
+    /// One of the listed words.
     Choice(&'static [&'static str]),
     /// Any text.
     Text,
@@ -204,7 +204,7 @@ impl Key {
         Self::new(path, Kind::Numbers, Fallback::Value(Constant::Numbers(default)), meaning)
     }
 
-    /// One of some words.
+    /// One of the listed words.
     #[must_use]
     pub const fn choice(
         path: &'static str,

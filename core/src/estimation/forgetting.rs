@@ -5,7 +5,7 @@ use super::resetting::dot;
 use super::settings::RlsSettings;
 use crate::lane::Lane;
 
-/// The learnt information `D`, in addition to the prior information `1/F_0`.
+/// The information `D` from samples, in addition to the prior information `1/F_0`.
 ///
 /// ```text
 /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   D_0 = 0
@@ -28,7 +28,7 @@ pub(super) struct Exponential<L, const N: usize> {
     prior: L,
     /// `1 - λ`.
     forgotten: L,
-    learnt: [[L; N]; N],
+    information: [[L; N]; N],
 }
 
 impl<L: Lane, const N: usize> Exponential<L, N> {
@@ -36,7 +36,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         Self {
             prior: L::splat(1.0 / settings.initial_gain),
             forgotten: L::splat(1.0 - factor),
-            learnt: [[L::zero(); N]; N],
+            information: [[L::zero(); N]; N],
         }
     }
 
@@ -48,9 +48,9 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         let kept = L::splat(1.0) - delta * self.forgotten;
         for i in 0..N {
             for j in i..N {
-                let learnt = self.learnt[i][j] * kept + weight * (regressor[i] * regressor[j]);
-                self.learnt[i][j] = learnt;
-                self.learnt[j][i] = learnt;
+                let information = self.information[i][j] * kept + weight * (regressor[i] * regressor[j]);
+                self.information[i][j] = information;
+                self.information[j][i] = information;
             }
         }
         (self.solve(regressor), weight)
@@ -60,7 +60,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
     /// rounding.
     #[inline(always)]
     fn solve(&self, b: [L; N]) -> [L; N] {
-        let mut rows = self.learnt;
+        let mut rows = self.information;
         let mut x = b;
         let mut inverse_pivots = [L::zero(); N];
         for k in 0..N {
@@ -97,4 +97,4 @@ pub(super) fn form<L: Lane, const N: usize>(gain: [[L; N]; N], regressor: [L; N]
     dot(core::array::from_fn(|i| dot(gain[i], regressor)), regressor)
 }
 
-crate::lane::gather!(Exponential[N] { prior, forgotten, learnt });
+crate::lane::gather!(Exponential[N] { prior, forgotten, information });

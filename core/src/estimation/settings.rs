@@ -28,7 +28,7 @@ crate::choice! {
     /// Restore the whole gain at reset_threshold (eq. 17), or forget a little with each correction.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Forgetting at "estimator.forgetting" = Resetting {
-        /// All of the gain is restored when enough has been learnt (eq. 17).
+        /// The whole gain is restored at `reset_threshold` (eq. 17).
         "resetting" => Resetting,
         /// Each correction reduces the weight of older samples, within bounds.
         ///

@@ -40,7 +40,7 @@
 /// | `name: Other [kinds last]` | a choice; the keys of its kinds follow those of all fields |
 ///
 /// `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
-/// them as an [`ActsFor`](crate::settings::ActsFor). `given (threshold: f64)` after the prefix names further inputs of
+/// them as an [`ActsFor`](crate::settings::ActsFor). `given (threshold: f64)` after the prefix names extra inputs of
 /// the defaults: `read` takes them, and `name: Other (threshold)` passes them on. There is no default then, unless the
 /// input has one, as in `given (threshold: f64 = 2.0)`; that also generates `default_for`. `no DEFAULT` states that a
 /// field has no default; `no const` that a default cannot be built at compile time, and generates `Default` alone.

@@ -1,4 +1,4 @@
-//! A live hand, moved while a run goes on.
+//! A live hand, moved during a run.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
