@@ -59,7 +59,7 @@ pub struct Situation<L: Lane> {
 /// Commands of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Command<L: Lane> {
-    /// 0 teleoperation, 1 augmented, 2 reengaging (see [`Mode`]).
+    /// 0 teleoperation, 1 augmented, 2 re-engaging (see [`Mode`]).
     pub mode: L,
     /// The slave's reference in m.
     pub slave_reference_m: L,

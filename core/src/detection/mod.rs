@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_small_drop_takes_the_samples_that_the_drift_predicts() {
-        // e² - ν = 0.0289 - 0.0202 = 0.0087 a sample: above γ = 0.0198 at the third.
+        // e² - ν = 0.0289 - 0.0202 = 0.0087 per sample: above γ = 0.0198 at the third.
         assert_eq!(alarms(&[-0.17; 10], 0.01), [2]);
     }
 
@@ -290,7 +290,7 @@ mod tests {
         let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&evidence(-0.5, 0.01)).alarm));
-        // 0.16 - 0.1 N a sample, less what the mean has moved: above 0.1 N at the second.
+        // 0.16 - 0.1 N per sample, minus the change of the mean: above 0.1 N at the second.
         let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.66, 0.01)).alarm).collect();
         assert_eq!(alarms, [2]);
     }

@@ -15,8 +15,8 @@ use crate::lane::{Lane, by_index};
 /// their likelihoods, which needs a noise level, a transition matrix and exponentials. No source was found for the
 /// detection of ruptures; the minimum, which needs none of them, is chosen here.
 ///
-/// Stiffness and damping are those of the model without friction, so that they do not jump from one model to the other; the
-/// friction is the other's.
+/// Stiffness and damping are those of the model without friction, so that they do not jump between the models; the
+/// friction is that of the other model.
 #[derive(Debug, Clone)]
 pub struct LeastResidual<L> {
     without: Linear<L>,

@@ -200,7 +200,7 @@ mod tests {
         assert!(moved[0][0] < 0.6 * settings.initial_gain && moved[0][1] < 0.0, "{moved:?}");
         let held = learn([0.01, 0.0], 300);
         assert!((held[1][1] / settings.initial_gain - 1.0).abs() < 1e-9, "{held:?}");
-        // F = 1 / (1/F_0 + (α φ²)/(1-λ)), with α φ² = 1/β but for the 1 beside it.
+        // F = 1 / (1/F_0 + (α φ²)/(1-λ)), with α φ² = φ² / (1 + β φ²).
         let predicted = 1.0 / (1.0 / settings.initial_gain + 0.01_f64.powi(2) / (1.0 + 1e6 * 1e-4) / 0.1);
         assert!((held[0][0] / predicted - 1.0).abs() < 1e-9, "{held:?} {predicted}");
     }

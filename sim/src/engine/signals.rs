@@ -39,7 +39,7 @@ pub struct Signals<L: Lane> {
     pub distance: L,
     /// `g`, in the unit of the distance.
     pub decision: L,
-    /// 0 teleoperation, 1 augmented, 2 reengaging.
+    /// 0 teleoperation, 1 augmented, 2 re-engaging.
     pub mode: L,
     /// Whether a layer ruptures at this tick: ground truth.
     pub ruptured: L::Mask,

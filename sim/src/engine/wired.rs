@@ -11,9 +11,9 @@ use crate::tissue::{AnyTissue, DepthReplay, Layers, RecordedForce};
 
 /// Any built-in detector, with scheduled alarms.
 pub type AnyDetector<L> = ScheduledAlarms<CusumDetector<L>>;
-/// Any built-in estimator and detector around an operator, a tissue, a sensor and a link.
+/// Any built-in estimator and detector with an operator, a tissue, a sensor and a link.
 pub type AnyChain<L, O, T, S, K> = Parts<L, O, T, S, AnyEstimator<L>, AnyDetector<L>, K>;
-/// The paper's estimator and detector around them.
+/// The paper's estimator and detector with the same parts.
 pub type PaperChain<L, O, T, S, K> = Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>;
 /// Any built-in part in each role.
 pub type Any<L> = AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;

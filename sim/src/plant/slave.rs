@@ -5,7 +5,7 @@ use crate::error::{finite, require};
 use crate::lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
 
 trocar_core::choice! {
-    /// What K_v acts on; as printed it is the position.
+    /// The signal that K_v acts on: the velocity, or as printed the position.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Damping at "slave.damping" = Velocity {
         /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
@@ -27,7 +27,7 @@ trocar_core::settings! {
         proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
         /// K_v.
         velocity_gain: f64 [NON_NEGATIVE] = 15.0,
-        /// What `K_v` acts on.
+        /// The signal that `K_v` acts on.
         damping: Damping,
     }
 }

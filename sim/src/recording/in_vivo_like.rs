@@ -191,7 +191,7 @@ fn monotone_slopes<const N: usize>(way: &[(f64, f64); N]) -> [f64; N] {
     })
 }
 
-/// Position (m) and velocity (m/s) on a way given in mm, by cubic Hermite interpolation.
+/// Position (m) and velocity (m/s) on a trajectory in mm, by cubic Hermite interpolation.
 fn hermite<const N: usize>(way: &[(f64, f64); N], slopes: &[f64; N], t: f64) -> (f64, f64) {
     let i = way[1..N - 1].iter().take_while(|(time, _)| *time <= t).count();
     let ((t0, y0), (t1, y1)) = (way[i], way[i + 1]);
