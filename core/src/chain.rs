@@ -1,12 +1,12 @@
 //! The detection chain: estimator → distance → decision, one sample at a time.
 //!
-//! The engine, the rig, `detect`, `calibrate` and `roc` all run this one.
+//! The engine, the rig, `detect`, `calibrate` and `roc` all run this chain.
 
 use crate::detection::{Decision, Detector, Evidence};
 use crate::estimation::{Estimate, Estimator};
 use crate::lane::{Lane, Mask};
 
-/// What is measured of the slave at one sample.
+/// The slave's measured values at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading<L> {
     /// Force on the needle in N, positive when it resists insertion.
@@ -17,21 +17,21 @@ pub struct Reading<L> {
     pub velocity_m_per_s: L,
 }
 
-/// What the chain made of one sample.
+/// The chain's output at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Insight<L: Lane> {
     /// Depth of the needle below the contact in m.
     pub depth_m: L,
-    /// What the estimator made of it.
+    /// Output of the estimator.
     pub estimate: Estimate<L>,
-    /// What the detector made of it.
+    /// Output of the detector.
     pub decision: Decision<L>,
 }
 
-/// An estimator and a detector behind each other. Memory and time per sample are constant; nothing is allocated.
+/// An estimator followed by a detector. Memory and time per sample are constant; nothing is allocated.
 #[derive(Debug, Clone)]
 pub struct Chain<L, E, D> {
-    /// Where the estimator takes the tissue to begin, in m.
+    /// Position of the tissue surface assumed by the estimator, in m.
     pub contact_m: L,
     /// The estimator.
     pub estimator: E,
@@ -40,7 +40,7 @@ pub struct Chain<L, E, D> {
 }
 
 impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
-    /// Takes the next sample.
+    /// Processes the next sample.
     #[inline(always)]
     pub fn step(&mut self, reading: &Reading<L>) -> Insight<L> {
         let Reading { force_n, position_m, velocity_m_per_s } = *reading;
@@ -50,8 +50,8 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Insight { depth_m, estimate, decision: self.detector.update(&evidence) }
     }
 
-    /// Passes over a sample that is missing: nothing is learnt and no alarm raised. The detector takes it for a loss of
-    /// contact at a force (N) and a velocity (m/s).
+    /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats it as a loss
+    /// of contact at a force (N) and a velocity (m/s).
     pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
         self.estimator.skip();
         let zero = L::zero();
@@ -67,8 +67,8 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Decision { alarm: L::Mask::splat(false), ..decision }
     }
 
-    /// Takes the first sample after missing ones. It has no prediction to be compared with, so that it counts as missing, too;
-    /// the next one is predicted from it.
+    /// Processes the first sample after missing ones. There is no prediction for it, so it counts as missing, too; the
+    /// next one is predicted from it.
     pub fn resume(&mut self, reading: &Reading<L>) -> Decision<L> {
         let Reading { force_n, position_m, velocity_m_per_s } = *reading;
         let decision = self.skip(force_n, velocity_m_per_s);

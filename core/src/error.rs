@@ -1,8 +1,8 @@
-//! What is wrong with a number, said with the number and the remedy.
+//! Errors that name a value out of range and its requirement.
 
 use thiserror::Error;
 
-/// A value outside the range that its meaning allows.
+/// A value outside its allowed range.
 ///
 /// `name` is the dotted key as a scenario writes it (`slave.velocity_gain`), `requirement` completes the sentence
 /// "… must be".
@@ -13,11 +13,11 @@ pub struct InvalidValue {
     pub name: &'static str,
     /// The value that was given.
     pub value: f64,
-    /// What it must be, as in "positive".
+    /// What the value must be, as in "positive".
     pub requirement: &'static str,
 }
 
-/// Passes `value` on if it is finite and greater than zero.
+/// Returns `value` if it is finite and greater than zero.
 ///
 /// # Errors
 /// [`InvalidValue`] naming the key otherwise (NaN included).
@@ -25,7 +25,7 @@ pub fn positive(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite() && value > 0.0, "a positive, finite number")
 }
 
-/// Passes `value` on if it is finite and not negative.
+/// Returns `value` if it is finite and not negative.
 ///
 /// # Errors
 /// [`InvalidValue`] naming the key otherwise (NaN included).
@@ -33,7 +33,7 @@ pub fn non_negative(name: &'static str, value: f64) -> Result<f64, InvalidValue>
     require(name, value, value.is_finite() && value >= 0.0, "a finite number of at least 0")
 }
 
-/// Passes `value` on if it is finite.
+/// Returns `value` if it is finite.
 ///
 /// # Errors
 /// [`InvalidValue`] naming the key otherwise.
@@ -41,7 +41,7 @@ pub fn finite(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite(), "a finite number")
 }
 
-/// Passes `value` on if `holds`.
+/// Returns `value` if `holds`.
 ///
 /// # Errors
 /// [`InvalidValue`] with the key and the requirement otherwise.

@@ -1,7 +1,7 @@
-//! The number that the tick computes with: one scenario (`f64`), or several side by side.
+//! The number type of a tick: one scenario (`f64`) or several in parallel lanes.
 //!
-//! Everything inside the tick is written once over [`Lane`]. The operations are those that give the same bits on every
-//! machine: no fused multiply-add, no reassociation, no transcendental function.
+//! Everything inside the tick is written once over [`Lane`]. Its operations give the same bits on every machine: no
+//! fused multiply-add, no reassociation, no transcendental function.
 
 mod gather;
 mod gathered;
@@ -45,7 +45,7 @@ pub trait Lane:
 {
     /// A truth value for each lane.
     type Mask: Mask;
-    /// How many lanes there are.
+    /// Number of lanes.
     const WIDTH: usize;
 
     /// The same number in every lane.
@@ -97,7 +97,7 @@ pub trait Lane:
         other.le(self)
     }
 
-    /// The number kept within `[low, high]`.
+    /// The number limited to `[low, high]`.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
@@ -105,8 +105,8 @@ pub trait Lane:
 
     /// The nearest multiple of a step, halves to even, given the step and its inverse.
     ///
-    /// Exact for magnitudes below 2⁵¹ steps; larger ones come back as they are. Adding and subtracting 1.5·2⁵² rounds
-    /// to an integer with nothing but additions, so that every machine and every width agrees.
+    /// Exact for magnitudes below 2⁵¹ steps; larger ones are returned unchanged. Adding and subtracting 1.5·2⁵² rounds
+    /// to an integer by additions alone, so the result is the same on every machine and at every width.
     #[inline(always)]
     fn round_to(self, step: Self, inverse_step: Self) -> Self {
         let shift = Self::splat(6_755_399_441_055_744.0);
@@ -157,7 +157,7 @@ impl Lane for f64 {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        // Rounds correctly, as the machine does.
+        // Correctly rounded, like the machine instruction.
         libm::sqrt(self)
     }
     #[inline(always)]

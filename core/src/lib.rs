@@ -1,8 +1,8 @@
 //! The part of trocar that runs on a real controller: online estimation of the tissue, detection of ruptures and
-//! event-based haptic augmentation, one step a sample.
+//! event-based haptic augmentation, one step per sample.
 //!
-//! It needs no operating system, no allocator and no standard library. [`rig`] joins all of it into one controller; the
-//! simulator, the crate `trocar`, runs the same source and re-exports it.
+//! It needs no operating system, no allocator and no standard library. [`rig`] combines all parts into one controller.
+//! The simulator, the crate `trocar`, runs the same source and re-exports it.
 //!
 //! Equation numbers are those of Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic
 //! Characterization of Needle Insertions*.
@@ -12,7 +12,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
-// So that what the macros of `settings` write reads the same here and elsewhere.
+// The macros of `settings` refer to `trocar_core`, in this crate too.
 extern crate self as trocar_core;
 
 pub mod augmentation;

@@ -1,8 +1,8 @@
-//! One declaration per setting: from it follow the field, its default, its range, the key that scenarios write, and how it is
-//! read.
+//! One declaration per setting. It defines the field, its default, its range, its key in scenarios, and how it is read.
 //!
-//! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds that one of them has.
-//! Both give a table of [`Key`]s, in the order of the fields, and a reader out of any [`Source`]. Neither allocates.
+//! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds of one of
+//! them. Both generate a table of [`Key`]s, in the order of the fields, and a reader from any [`Source`]. Neither
+//! allocates.
 
 mod declare;
 mod range;
@@ -13,20 +13,20 @@ pub use text::{Sentence, sentence, sentence_len};
 
 use core::fmt;
 
-/// What a key holds.
+/// The type of a key's value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A number within a range.
     Number(Range),
-    /// A whole number from a least to 2⁶³ - 1.
+    /// A whole number from a minimum to 2⁶³ - 1.
     Whole(u64),
     /// 1 or -1.
     Sign,
-    /// A list of numbers of sensible magnitudes.
+    /// A list of numbers within [`Range::ANY`].
     Numbers,
     /// True or false.
     Flag,
-    /// One of some words.
+    /// One of the listed words.
     Choice(&'static [&'static str]),
     /// Any text.
     Text,
@@ -35,11 +35,11 @@ pub enum Kind {
 }
 
 impl fmt::Display for Kind {
-    /// What the key must hold, as the end of "must be …".
+    /// The requirement on the value, as the end of "must be …".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(range) => range.fmt(f),
-            Self::Whole(least) => write!(f, "a whole number of at least {least}"),
+            Self::Whole(min) => write!(f, "a whole number of at least {min}"),
             Self::Sign => f.write_str("1 or -1"),
             Self::Numbers => f.write_str("a list of numbers, as in [1.0, 2.5]"),
             Self::Flag => f.write_str("true or false"),
@@ -71,18 +71,18 @@ pub enum Constant {
     Text(&'static str),
 }
 
-/// What a key holds when no file gives it.
+/// The value of a key that no file gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fallback {
     /// A value.
     Value(Constant),
-    /// What follows from other keys, as described.
+    /// Derived from other keys by the described rule.
     Derived(&'static str),
-    /// Nothing.
+    /// No value.
     Unset,
 }
 
-/// Most words of a choice for which one key acts.
+/// Maximum number of words for which one key acts.
 const MAX_WORDS: usize = 8;
 
 /// The words of a choice for which a key acts.
@@ -107,7 +107,7 @@ impl ActsFor {
         Self { key, words, count: given.len() }
     }
 
-    /// The words of the kinds, each given with the groups of keys that it is built from, that are built from some keys.
+    /// The words of those kinds that have the first of `keys`. Each kind is given with its groups of keys.
     #[must_use]
     pub const fn built_from(keys: &[Key], key: &'static str, kinds: &[(&'static str, &[&[Key]])]) -> Self {
         let mut built = Self::new(key, &[]);
@@ -122,13 +122,13 @@ impl ActsFor {
         built
     }
 
-    /// Its words.
+    /// The words.
     #[must_use]
     pub fn words(&self) -> &[&'static str] {
         &self.words[..self.count]
     }
 
-    /// For these words and those of another.
+    /// The words of both.
     const fn and(mut self, other: Self) -> Self {
         let mut index = 0;
         while index < other.count {
@@ -145,13 +145,13 @@ impl ActsFor {
 pub struct Key {
     /// Dotted path: `slave.velocity_gain`.
     pub path: &'static str,
-    /// What it holds.
+    /// Type of its value.
     pub kind: Kind,
-    /// What it holds when not given.
+    /// Its value when not given.
     pub fallback: Fallback,
-    /// What it means: the first paragraph of the field's documentation.
+    /// Its meaning: the first paragraph of the field's doc comment.
     pub meaning: &'static str,
-    /// For which kind of a choice it acts; `None` for all.
+    /// The kinds of a choice for which it acts; `None` for all.
     pub acts_for: Option<ActsFor>,
 }
 
@@ -168,7 +168,7 @@ impl Key {
         Self::new(path, Kind::Number(range), Fallback::Value(Constant::Number(default)), meaning)
     }
 
-    /// A number that follows from others.
+    /// A number derived from other keys.
     #[must_use]
     pub const fn derived(path: &'static str, range: Range, rule: &'static str, meaning: &'static str) -> Self {
         Self::new(path, Kind::Number(range), Fallback::Derived(rule), meaning)
@@ -188,8 +188,8 @@ impl Key {
 
     /// A whole number.
     #[must_use]
-    pub const fn whole(path: &'static str, least: u64, default: u64, meaning: &'static str) -> Self {
-        Self::new(path, Kind::Whole(least), Fallback::Value(Constant::Whole(default)), meaning)
+    pub const fn whole(path: &'static str, min: u64, default: u64, meaning: &'static str) -> Self {
+        Self::new(path, Kind::Whole(min), Fallback::Value(Constant::Whole(default)), meaning)
     }
 
     /// True or false.
@@ -204,7 +204,7 @@ impl Key {
         Self::new(path, Kind::Numbers, Fallback::Value(Constant::Numbers(default)), meaning)
     }
 
-    /// One of some words.
+    /// One of the listed words.
     #[must_use]
     pub const fn choice(
         path: &'static str,
@@ -216,9 +216,9 @@ impl Key {
     }
 }
 
-/// Where settings are read from, by key.
+/// A source of settings, read by key.
 pub trait Source {
-    /// What is wrong with a value.
+    /// The error for a wrong value.
     type Error;
 
     /// The number of a key.
@@ -227,10 +227,10 @@ pub trait Source {
     /// A key without one.
     fn number(&self, key: &str) -> Result<f64, Self::Error>;
 
-    /// The number of a key that has none by default.
+    /// The number of a key without a default.
     fn optional_number(&self, key: &str) -> Option<f64>;
 
-    /// The number of a key that follows from others unless it is given: it then has the one that follows.
+    /// The number of a key; if it is not given, it is set to the derived number.
     fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
 
     /// The whole number of a key.
@@ -257,14 +257,14 @@ pub trait Source {
     /// A key without one.
     fn word(&self, key: &str) -> Result<&str, Self::Error>;
 
-    /// The text of a key that has none by default.
+    /// The text of a key without a default.
     fn optional_word(&self, key: &str) -> Option<&str>;
 
-    /// That a key has a word that is none of its own.
+    /// The error for a key with an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
 }
 
-/// How many keys some groups have.
+/// Number of keys in all groups.
 #[must_use]
 pub const fn count(groups: &[&[Key]]) -> usize {
     let (mut count, mut group) = (0, 0);
@@ -275,7 +275,7 @@ pub const fn count(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// The keys of some groups, `COUNT` in all.
+/// The keys of all groups, `COUNT` in total.
 #[must_use]
 pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
@@ -291,7 +291,7 @@ pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     all
 }
 
-/// The keys of some groups for one kind of a choice.
+/// The keys of all groups, restricted to one kind of a choice.
 #[must_use]
 pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) -> [Key; COUNT] {
     let mut all = joined::<COUNT>(groups);
@@ -305,7 +305,7 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
     all
 }
 
-/// How many different keys some groups have.
+/// Number of different keys in all groups.
 #[must_use]
 pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     let (mut count, mut group) = (0, 0);
@@ -322,7 +322,7 @@ pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// The keys of some groups, `COUNT` different ones: one that several groups have acts for the kinds of all of them.
+/// The `COUNT` different keys of all groups. A key in several groups acts for the kinds of all of them.
 #[must_use]
 pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];

@@ -2,10 +2,10 @@
 
 use crate::error::{InvalidValue, positive, require};
 
-/// How far from a whole number of ticks a duration may lie and still count as whole, in ticks.
+/// Largest deviation, in ticks, of a duration that still counts as a whole number of ticks.
 const WHOLE_TICK_TOLERANCE: f64 = 1e-6;
 
-/// Longest run, in ticks: `k * tick_s` stays exact to the last bit of the tick far beyond this.
+/// Longest run, in ticks. `k * tick_s` is exact to the last bit of the tick far beyond this.
 const MAX_TICKS: f64 = 1e9;
 
 /// A regular grid of ticks, the first at time 0.
@@ -18,11 +18,10 @@ pub struct TickGrid {
 }
 
 impl TickGrid {
-    /// A grid of as many ticks, `tick_s` apart, as is nearest to `duration_s` (both in s, positive).
+    /// A grid of ticks `tick_s` apart; their number is the one nearest to `duration_s` (both in s, positive).
     ///
     /// # Errors
-    /// A tick or duration that is not a positive finite number, a duration nearer to no tick than to one, or over
-    /// 10⁹ ticks.
+    /// A tick or duration that is not a positive finite number, a duration below half a tick, or over 10⁹ ticks.
     pub fn new(tick_s: f64, duration_s: f64) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", tick_s)?;
         positive("simulation.duration_s", duration_s)?;
@@ -33,20 +32,20 @@ impl TickGrid {
         Ok(Self { tick_s, ticks: ticks as u64, rate_hz: (1.0 / rate == tick_s).then_some(rate) })
     }
 
-    /// The tick's length in s.
+    /// Length of a tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    /// How many ticks there are.
+    /// Number of ticks.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.ticks
     }
 
-    /// When tick `k` happens, in s: `k * tick_s`, rounded once (as `k / rate` where the tick is a whole rate's inverse,
-    /// so that tick 69 of 1 ms is 0.069 and not 0.06900000000000001).
+    /// Time of tick `k` in s: `k * tick_s`, rounded once. Where the tick is the inverse of a whole rate it is
+    /// `k / rate`, so that tick 69 of 1 ms is 0.069 and not 0.06900000000000001.
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {
         self.rate_hz.map_or(k as f64 * self.tick_s, |rate| k as f64 / rate)

@@ -1,7 +1,6 @@
 //! Simulation of bilateral teleoperation of needle insertions with event-based haptic augmentation.
 //!
-//! This is what the crate `trocar` is made of, apart from what draws, prints and serves. Use that one: it re-exports all of
-//! this under the same names.
+//! The crate `trocar` adds drawing, printing and serving, and re-exports this crate under the same names. Use that one.
 
 pub use trocar_core::{augmentation, chain, detection, error, estimation, lane, rig, settings, time};
 

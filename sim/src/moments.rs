@@ -1,9 +1,9 @@
-//! Mean and variance, one value at a time.
+//! Mean and variance, updated one value at a time.
 
 /// Count, mean and sum of squared deviations (Welford, *Technometrics* 4, 1962).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Moments {
-    /// How many values.
+    /// Number of values.
     pub(crate) count: u64,
     /// Their mean.
     pub(crate) mean: f64,
@@ -12,14 +12,14 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Takes a value, if there is one: NaN is passed over.
+    /// Adds a value; ignores NaN.
     pub(crate) fn add_defined(&mut self, value: f64) {
         if !value.is_nan() {
             self.add(value);
         }
     }
 
-    /// Takes a value.
+    /// Adds a value.
     #[inline]
     pub(crate) fn add(&mut self, value: f64) {
         self.count += 1;
@@ -28,7 +28,7 @@ impl Moments {
         self.squares += before * (value - self.mean);
     }
 
-    /// The variance, 0 of fewer than two values.
+    /// The variance; 0 for fewer than two values.
     pub(crate) fn variance(&self) -> f64 {
         if self.count > 1 { self.squares / (self.count - 1) as f64 } else { 0.0 }
     }

@@ -1,10 +1,10 @@
-//! Quantiles between order statistics, the order statistics that a median lies between, and the spread about a median.
+//! Quantiles from order statistics, the confidence interval of a median, and a robust standard deviation.
 
-/// Makes the median absolute deviation of a Gaussian its standard deviation.
+/// Ratio of the standard deviation of a Gaussian to its median absolute deviation.
 const GAUSSIAN_MAD: f64 = 1.4826;
 
-/// The value below which a `share` (0 to 1) of `count` values lies, linear between the two order statistics beside it, which
-/// `of_rank` gives (from 0, the smallest); none of no values.
+/// The quantile at `share` (0 to 1) of `count` values, interpolated linearly between two order statistics. `of_rank`
+/// gives the order statistics (rank 0 is the smallest). `None` without values.
 pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<f64> {
     let last = count.checked_sub(1)?;
     let place = share * last as f64;
@@ -13,25 +13,25 @@ pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<
     Some(here + (place - below as f64) * (next - here))
 }
 
-/// The ranks, from 0, of the ends of the median's 95 % interval; `count` is not 0.
+/// The ranks, from 0, of the bounds of the median's 95 % interval; `count` is not 0.
 ///
-/// They are `n/2 ± 1.96 √n/2` (the normal approximation of the sign test, outwards), which presumes no distribution; below six
-/// values no such interval reaches 95 %, and it is the whole range.
+/// They are `n/2 ± 1.96 √n/2`, rounded outwards (the normal approximation of the sign test), and assume no
+/// distribution. With fewer than six values no such interval reaches 95 %; it is then the whole range.
 pub fn median_ranks(count: u64) -> (u64, u64) {
     let half = 0.5 * count as f64;
-    let reach = 1.96 * half.sqrt() / std::f64::consts::SQRT_2;
-    let low = (half - reach).floor().max(1.0) as u64 - 1;
+    let half_width = 1.96 * half.sqrt() / std::f64::consts::SQRT_2;
+    let low = (half - half_width).floor().max(1.0) as u64 - 1;
     (low, count - 1 - low)
 }
 
-/// The upper median; none of no values.
+/// The upper median; `None` without values.
 pub fn upper_median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// 1.4826 times the median deviation from the median, upper medians both: the spread that outliers do not move; none of no
-/// values.
+/// 1.4826 times the median absolute deviation from the median, both upper medians: a standard deviation that is robust
+/// to outliers; `None` without values.
 pub fn robust_std(values: &[f64]) -> Option<f64> {
     let median = upper_median(values.to_vec())?;
     Some(GAUSSIAN_MAD * upper_median(values.iter().map(|value| (value - median).abs()).collect())?)

@@ -148,7 +148,7 @@ fn delays_that_make_no_sense_are_refused_with_file_line_and_remedy() {
         ),
         ("0,gone,0\n", ["line 2, column 'forward_delay_s': 'gone' is not a number", "correct it or remove the row"]),
         ("0,0,nan\n", ["line 2, column 'backward_delay_s': 'nan' is not finite", "correct it or remove the row"]),
-        ("0,0,0\n1,0,0\n0.5,0,0\n", ["line 4, column 'time_s': time runs backwards", "sort the rows by time"]),
+        ("0,0,0\n1,0,0\n0.5,0,0\n", ["line 4, column 'time_s': time decreases", "sort the rows by time"]),
         ("0,0,0\n", ["d.csv: holds a single sample", "at least two are needed"]),
         ("", ["d.csv: holds a header but no samples", "at least two are needed"]),
         ("1.7e9,0,0\n1.8e9,0,0\n", ["begin at 1700000000 s, after the run's end at 1 s", "from the run's start"]),

@@ -3,19 +3,19 @@
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
-/// What the supervisor is doing.
+/// Mode of the supervisor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// The slave follows the hand, the hand feels the tissue.
+    /// The slave follows the hand; the measured force is fed back.
     Teleoperation,
-    /// The slave is frozen, the felt force drop exaggerated.
+    /// The slave is frozen; the felt force drop is exaggerated.
     Augmented,
-    /// Slave and force find back to teleoperation.
+    /// Slave and force return to teleoperation.
     Reengaging,
 }
 
 impl Mode {
-    /// The number that stands for the mode in a trace: 0, 1, 2.
+    /// Code of the mode in a trace: 0, 1, 2.
     #[must_use]
     pub fn code(self) -> f64 {
         match self {
@@ -29,28 +29,29 @@ impl Mode {
 crate::settings! {
     /// When augmentation begins and ends.
     ///
-    /// `Teleoperation → Augmented` on an alarm, unless within `refractory_s` of the last event; `Augmented → Reengaging`
-    /// after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis that the paper asks for), and at
-    /// `max_hold_s` in any case; `Reengaging → Teleoperation` when force and position have blended.
+    /// `Teleoperation → Augmented` on an alarm, unless within `refractory_s` of the last event;
+    /// `Augmented → Reengaging` after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis that
+    /// the paper requires), at the latest after `max_hold_s`; `Reengaging → Teleoperation` when force and position have
+    /// blended.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AutomatonSettings in "augmentation." {
-        /// Shortest freeze.
+        /// Minimum duration of the freeze.
         min_hold_s: f64 [NON_NEGATIVE] = 0.5,
-        /// Longest freeze.
+        /// Maximum duration of the freeze.
         ///
         /// At least `min_hold_s`.
         max_hold_s: f64 [NON_NEGATIVE] = 1.0,
-        /// Share of the threshold below which g counts as quiet.
+        /// Fraction of the threshold below which g counts as quiet.
         exit_ratio: f64 [POSITIVE_SHARE] = 0.5,
-        /// How long g has to be quiet before release.
+        /// How long g must be quiet before the slave is released.
         exit_quiet_s: f64 [NON_NEGATIVE] = 0.05,
-        /// How long after an event no alarm is taken.
+        /// Refractory period after an event, without alarms.
         refractory_s: f64 [NON_NEGATIVE] = 0.2,
     }
     where max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s";
 }
 
-/// The automaton at work.
+/// The automaton.
 #[derive(Debug, Clone)]
 pub(super) struct Automaton<L: Lane> {
     min_hold_ticks: L,
@@ -60,15 +61,15 @@ pub(super) struct Automaton<L: Lane> {
     refractory_ticks: L,
     blend_ticks: L,
     mode: L,
-    /// Where the mode is teleoperation.
-    teleoperates: L::Mask,
+    /// Lanes in teleoperation.
+    in_teleoperation: L::Mask,
     entered: L,
     quiet_ticks: L,
     refractory_until: L,
 }
 
 impl<L: Lane> Automaton<L> {
-    /// An automaton in teleoperation, where the force takes `blend_s` (s) to find back to the measured one.
+    /// An automaton in teleoperation, with a cross-fade of the force over `blend_s` (s).
     pub(super) fn new(settings: &AutomatonSettings, threshold: f64, blend_s: f64, tick_s: f64) -> Self {
         let ticks = |duration_s| L::splat(nearest_ticks(duration_s, tick_s) as f64);
         Self {
@@ -79,7 +80,7 @@ impl<L: Lane> Automaton<L> {
             refractory_ticks: ticks(settings.refractory_s),
             blend_ticks: L::splat(blend_ticks(blend_s, tick_s)),
             mode: L::splat(Mode::Teleoperation.code()),
-            teleoperates: L::Mask::splat(true),
+            in_teleoperation: L::Mask::splat(true),
             entered: L::zero(),
             quiet_ticks: L::zero(),
             refractory_until: L::zero(),
@@ -93,7 +94,7 @@ impl<L: Lane> Automaton<L> {
 
     #[inline(always)]
     pub(super) fn is_teleoperation(&self) -> L::Mask {
-        self.teleoperates
+        self.in_teleoperation
     }
 
     /// The mode for `tick`, given the tick's alarm and `g`, and whether the position had blended by the tick before.
@@ -108,26 +109,26 @@ impl<L: Lane> Automaton<L> {
         let quiet_ticks = L::select(quiet, self.quiet_ticks + L::splat(1.0), L::zero());
         let settled = held.ge(self.min_hold_ticks) & quiet_ticks.ge(self.exit_quiet_ticks);
         let leave = is(mode, Mode::Augmented) & (settled | held.ge(self.max_hold_ticks));
-        let done = is(mode, Mode::Reengaging) & blended & held.ge(self.blend_ticks);
+        let blended_back = is(mode, Mode::Reengaging) & blended & held.ge(self.blend_ticks);
 
         self.quiet_ticks = quiet_ticks;
-        // Asked, as what follows need then not wait for the alarm where the mode stays.
-        if (enter | leave | done).any() {
+        // With this branch the code below does not wait for the alarm while the mode is unchanged.
+        if (enter | leave | blended_back).any() {
             core::hint::cold_path();
             self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);
             self.entered = L::select(enter | leave, now, self.entered);
-            self.refractory_until = L::select(done, now + self.refractory_ticks, self.refractory_until);
+            self.refractory_until = L::select(blended_back, now + self.refractory_ticks, self.refractory_until);
             let code = |mode: Mode| L::splat(mode.code());
             self.mode = L::select(enter, code(Mode::Augmented), mode);
             self.mode = L::select(leave, code(Mode::Reengaging), self.mode);
-            self.mode = L::select(done, code(Mode::Teleoperation), self.mode);
-            self.teleoperates = is(self.mode, Mode::Teleoperation);
+            self.mode = L::select(blended_back, code(Mode::Teleoperation), self.mode);
+            self.in_teleoperation = is(self.mode, Mode::Teleoperation);
         }
         self.mode
     }
 }
 
-/// How many ticks the cross-fade of the force takes: at least one.
+/// Number of ticks of the cross-fade of the force, at least one.
 pub(super) fn blend_ticks(blend_s: f64, tick_s: f64) -> f64 {
     nearest_ticks(blend_s, tick_s).max(1) as f64
 }
@@ -148,25 +149,25 @@ pub struct Modes<L> {
 }
 
 impl<L: Lane> Modes<L> {
-    /// Where the mode was `which` at the tick before.
+    /// Lanes whose mode was `which` at the tick before.
     #[inline(always)]
     pub fn was(&self, which: Mode) -> L::Mask {
         is(self.before, which)
     }
 
-    /// Where the mode is `which`.
+    /// Lanes whose mode is `which`.
     #[inline(always)]
     pub fn is(&self, which: Mode) -> L::Mask {
         is(self.now, which)
     }
 
-    /// Where the mode has just become `which`.
+    /// Lanes whose mode has just become `which`.
     #[inline(always)]
     pub fn has_become(&self, which: Mode) -> L::Mask {
         self.is(which) & !self.was(which)
     }
 
-    /// Whether some lane's mode is another than before.
+    /// Whether the mode of any lane has changed.
     #[inline(always)]
     pub fn any_changed(&self) -> bool {
         (self.now - self.before).abs().gt(L::splat(0.5)).any()
@@ -176,4 +177,4 @@ impl<L: Lane> Modes<L> {
 crate::lane::gather!(Automaton {
     min_hold_ticks, max_hold_ticks, exit_level, exit_quiet_ticks, refractory_ticks, blend_ticks, mode, entered, quiet_ticks,
     refractory_until,
-} masks { teleoperates });
+} masks { in_teleoperation });

@@ -1,19 +1,19 @@
-//! The force that is fed back: the measured one, that of the force law, and the cross-fade between them.
+//! The feedback force: the measured force, that of the force law, and the cross-fade between them.
 //!
-//! It is continuous at both ends: what it may change by in one tick is stated with each command and measured.
+//! It is continuous at both ends: each command states the allowed change per tick.
 
 use super::automaton::{Mode, Modes, blend_ticks, is};
 use super::force_laws::{AugmentedTick, ForceLaw};
 use crate::lane::{Gather, LANES, Lane, Mask, of_each};
 
-/// `u² (3 - 2u)`: the weight of what a cross-fade ends on, by its progress `u` from 0 to 1.
+/// `u² (3 - 2u)`: the weight of the final value of a cross-fade at the progress `u` from 0 to 1.
 #[inline(always)]
 #[must_use]
 pub fn cross_fade<L: Lane>(progress: L) -> L {
     progress * progress * (L::splat(3.0) - L::splat(2.0) * progress)
 }
 
-/// The fed-back force.
+/// The feedback force.
 ///
 /// ```text
 /// teleoperation  F = F_e                                     |ΔF| <= |ΔF_e|
@@ -29,7 +29,7 @@ pub(super) struct ForceFeedback<L, F> {
     augmented: L,
     progress: L,
     weight: L,
-    /// The last tick's force, kept outside of teleoperation, where it is the measured one.
+    /// The last tick's force. Not updated in teleoperation, where it is the measured force.
     fed_back: L,
     measured: L,
     mode: L,
@@ -50,10 +50,10 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         }
     }
 
-    /// The force in the mode that has arrived, and the allowed step, both in N.
+    /// The force in the mode that has arrived, and its allowed change, both in N.
     ///
-    /// Where a link has lost a change of mode, the force passes through the modes between: back to the measured one
-    /// only through the whole cross-fade.
+    /// If a link has lost a change of mode, the force passes through the modes between: it returns to the measured
+    /// force only through the complete cross-fade.
     #[inline(always)]
     pub(super) fn update(&mut self, mode: L, force: L) -> (L, L) {
         let teleoperation = Mode::Teleoperation;
@@ -73,7 +73,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         self.change(Modes { before, now: mode }, force)
     }
 
-    /// The force in any mode, and the allowed step.
+    /// The force in any mode, and its allowed change.
     #[inline(always)]
     fn change(&mut self, modes: Modes<L>, force: L) -> (L, L) {
         let zero = L::zero();
@@ -104,7 +104,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
 
         let is_reengaging = modes.is(Mode::Reengaging);
         let progress = (self.progress + self.blend_step).min(one);
-        // The last step ends on 1 whatever the rounding of the sum.
+        // The last step is exactly 1, despite the rounding of the sum.
         let progress = L::select(progress.ge(one - L::splat(0.5) * self.blend_step), one, progress);
         let weight = cross_fade(progress);
         let faded = self.augmented + weight * (force - self.augmented);

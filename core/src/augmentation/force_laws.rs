@@ -1,4 +1,4 @@
-//! The role of the force law, and the built-in ones: what the hand feels while the slave is frozen.
+//! The role of the force law, and the built-in laws: the feedback force while the slave is frozen.
 //!
 //! A built-in law is one file of this folder and one line of [`force_laws!`].
 
@@ -10,29 +10,29 @@ pub use decay::{Decay, DecaySettings};
 
 use crate::lane::Lane;
 
-/// What a force law goes by at a tick.
+/// Inputs of a force law at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct AugmentedTick<L: Lane> {
-    /// `F*`: the force fed back just before the alarm, in N.
+    /// `F*`: the feedback force just before the alarm, in N.
     pub anchor_n: L,
-    /// `F⁻`: the force fed back at the tick before, in N.
+    /// `F⁻`: the feedback force at the tick before, in N.
     pub last_n: L,
     /// `F_e`: the measured force, scaled to the master, in N.
     pub measured_n: L,
-    /// By how much it has moved since the tick before, in N.
+    /// Magnitude of its change since the tick before, in N.
     pub moved_n: L,
-    /// Where this is the first tick of the event.
+    /// Lanes in the first tick of the event.
     pub begins: L::Mask,
 }
 
-/// Gives the force that is fed back while the slave is frozen.
+/// Gives the feedback force while the slave is frozen.
 ///
-/// The way back to the measured force is the same for all of them: a cross-fade from the law's last force. A law of one's own
-/// implements this for `f64`; the built-in ones do for any number of lanes.
+/// The return to the measured force is the same for all laws: a cross-fade from the law's last force. A user-defined
+/// law implements this for `f64`; the built-in laws for any number of lanes.
 pub trait ForceLaw<L: Lane> {
-    /// The force to feed back, and the most by which the law lets it differ from the last tick's, both in N.
+    /// The feedback force, and its largest allowed change from the last tick, both in N.
     ///
-    /// Called at ticks at which some lane is frozen; what it gives for the other lanes is not used.
+    /// Called at ticks at which any lane is frozen; the results of the other lanes are not used.
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L);
 }
 
@@ -43,7 +43,7 @@ impl<L: Lane, F: ForceLaw<L> + ?Sized> ForceLaw<L> for alloc::boxed::Box<F> {
     }
 }
 
-/// A built-in force law: made of settings.
+/// A built-in force law, built from settings.
 trait BuiltIn<L>: ForceLaw<L>
 where
     L: Lane,
@@ -55,13 +55,13 @@ where
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 }
 
-/// The settings and the enum of the built-in force laws, from a line each: word, type, type of the settings.
+/// Defines the settings and the enum of the built-in force laws, one line each: word, type, type of the settings.
 macro_rules! force_laws {
     ($($word:literal => $Law:ident($Settings:ident),)*) => {
         crate::choice! {
             /// Let the felt force decay, or scale its variation.
             ///
-            /// `F*` is the force fed back just before the alarm.
+            /// `F*` is the feedback force just before the alarm.
             #[derive(Debug, Clone, Copy, PartialEq)]
             pub enum ForceLawSettings at "augmentation.force_law" = Decay {
                 $($word => $Law($Settings),)*

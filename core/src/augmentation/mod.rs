@@ -1,7 +1,8 @@
-//! Event-based haptic augmentation (section 5.1): on an alarm the slave is frozen and the felt force drop exaggerated.
+//! Event-based haptic augmentation (section 5.1): on an alarm the slave is frozen and the felt force drop is
+//! exaggerated.
 //!
-//! The supervisor runs on the slave's side. Each tick it takes the alarm, the hand's position as it arrives, the slave's
-//! position and the measured force, and commands the slave's reference and the force that is fed back.
+//! The supervisor runs on the slave's side. At each tick it receives the alarm, the hand's delayed position, the
+//! slave's position and the measured force, and commands the slave's reference and the feedback force.
 
 mod automaton;
 mod force;
@@ -20,32 +21,32 @@ use automaton::Automaton;
 use force::ForceFeedback;
 
 crate::settings! {
-    /// Everything the supervisor is told.
+    /// Settings of the supervisor.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AugmentationSettings in "augmentation." {
-        /// false: the classical scheme.
+        /// Whether augmentation is enabled; false gives the classical scheme.
         ///
         /// Alarms then have no effect.
         enabled: bool = true,
         /// Where the slave is held.
         freeze: Freeze,
-        /// How the slave meets the hand again.
+        /// How the slave returns to the hand.
         reengage: Reengage,
-        /// What the hand feels meanwhile.
+        /// The force law of an event.
         force: ForceLawSettings,
         /// Length of the cross-fade back to the measured force.
         blend_s: f64 [NON_NEGATIVE] = 0.1,
-        /// When to enter and to leave.
+        /// When an event begins and ends.
         automaton: AutomatonSettings,
     }
 }
 
-/// What the supervisor sees at a tick.
+/// Inputs of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<L: Lane> {
     /// The tick's number.
     pub tick: u64,
-    /// Whether the detector announces a rupture.
+    /// Whether the detector raises an alarm.
     pub alarm: L::Mask,
     /// The detector's decision function `g_k`.
     pub decision: L,
@@ -55,22 +56,22 @@ pub struct Situation<L: Lane> {
     pub slave_m: L,
 }
 
-/// What the supervisor commands at a tick.
+/// Commands of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Command<L: Lane> {
-    /// 0 teleoperation, 1 augmented, 2 reengaging (see [`Mode`]).
+    /// 0 teleoperation, 1 augmented, 2 re-engaging (see [`Mode`]).
     pub mode: L,
     /// The slave's reference in m.
     pub slave_reference_m: L,
-    /// The force to feed back in N.
+    /// The feedback force in N.
     pub feedback_force_n: L,
-    /// The most by which the law in force lets the fed-back force differ from the last tick's, in N.
+    /// Largest change of the feedback force from the last tick that the active law allows, in N.
     pub allowed_step_n: L,
-    /// Whether an alarm was acted on; with augmentation disabled, whether there was one.
+    /// Whether the supervisor acted on an alarm; with augmentation disabled, whether there was one.
     pub alarm_taken: L::Mask,
 }
 
-/// What the supervisor commands at a tick on the slave's side.
+/// Commands of the supervisor on the slave's side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveCommand<L: Lane> {
     /// As in [`Command`].
@@ -83,9 +84,9 @@ pub struct SlaveCommand<L: Lane> {
 
 /// The supervisor: the automaton and the motion law on the slave's side, the force law on the master's.
 ///
-/// Over a link the slave's side [`decide`](Supervisor::decide)s, and the master's side gives the
-/// [`feedback_force`](Supervisor::feedback_force) for what arrives of its mode; without one both are one
-/// [`update`](Supervisor::update).
+/// Over a link the slave's side calls [`decide`](Supervisor::decide), and the master's side calls
+/// [`feedback_force`](Supervisor::feedback_force) with the mode that arrives. Without a link,
+/// [`update`](Supervisor::update) does both.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
     enabled: L::Mask,
@@ -95,8 +96,8 @@ pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
 }
 
 impl<L: Lane> Supervisor<L> {
-    /// A supervisor in teleoperation with the laws of the settings, for a detector with the threshold γ and ticks `tick_s`
-    /// apart (s); the slave begins under the reference `reference_m` (m).
+    /// A supervisor in teleoperation with the laws of the settings, for a detector with the threshold γ and ticks
+    /// `tick_s` apart (s); the slave starts at the reference `reference_m` (m).
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         let motion = HeldReference::new(settings.freeze, settings.reengage, tick_s, reference_m);
@@ -117,7 +118,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Decides a tick on both sides, without a link between them, for a measured force scaled to the master (N).
+    /// Computes the commands of both sides, without a link between them, for a measured force scaled to the master (N).
     #[inline(always)]
     pub fn update(&mut self, now: &Situation<L>, force_n: L) -> Command<L> {
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
@@ -125,7 +126,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
-    /// Decides a tick on the slave's side.
+    /// Computes the commands of the slave's side.
     #[inline(always)]
     pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
         if self.is_quiet_tick(now.alarm) {
@@ -136,7 +137,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
             };
         }
         let before = self.automaton.mode();
-        // A lane without augmentation comes here beside others that have it: its alarms are reported and not acted on.
+        // Lanes without augmentation may run beside lanes with it: their alarms are reported but have no effect.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
         let modes = Modes { before, now: mode };
         SlaveCommand {
@@ -146,8 +147,8 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// The force to feed back (N) and the most by which the law lets it differ from the last tick's (N), on the master's
-    /// side, given the mode that has arrived there and the force that the controller would feed back by itself (N).
+    /// The feedback force (N) and its largest allowed change from the last tick (N), on the master's side, given the
+    /// mode that has arrived there and the force without augmentation (N).
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: L, force_n: L) -> (L, L) {
         self.feedback.update(mode, force_n)

@@ -1,4 +1,4 @@
-//! Where the slave is sent: following the hand, frozen, or finding back to it.
+//! The slave's reference: following the hand, frozen, or returning to it.
 
 use super::automaton::{Mode, Modes};
 use crate::lane::Lane;
@@ -7,34 +7,34 @@ crate::choice! {
     /// Hold the slave at its measured position or at its last reference.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Freeze at "augmentation.freeze" = Measured {
-        /// At its measured position when the alarm came.
+        /// At its measured position at the alarm.
         "measured" => Measured,
-        /// At the last reference before the alarm, which it may not have reached yet.
+        /// At the last reference before the alarm, which the slave may not have reached.
         "reference" => Reference,
     }
 }
 
 crate::choice! {
-    /// Close the gap to the hand at a bounded speed, keep it, or jump it.
+    /// Close the gap to the hand at a bounded speed, keep it, or close it at once.
     ///
-    /// The hand has moved on by millimetres meanwhile.
+    /// During the freeze the hand moves on by millimetres.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Reengage at "augmentation.reengage" = Ramp {
-        /// The gap closes at a bounded speed, on top of the hand's own motion.
+        /// The gap closes at a bounded speed, in addition to the hand's motion.
         "ramp" => Ramp in "augmentation." {
-            /// Speed at which a ramp closes the gap, on top of the hand's.
+            /// Speed at which a ramp closes the gap, in addition to the hand's motion.
             catch_up_speed_m_per_s: f64 [POSITIVE] = 0.03,
         },
-        /// The gap stays: the slave goes on from where it was frozen.
+        /// The gap is kept: the slave continues from its frozen position.
         "clutch" => Clutch,
-        /// The gap closes at once and throws the needle; here to show the danger.
+        /// The gap closes at once and throws the needle; included to show the danger.
         "snap" => Snap,
     }
 }
 
-/// Says where the slave is to be, in every mode.
+/// Gives the slave's reference in every mode.
 ///
-/// A law of one's own implements this for `f64`; [`HeldReference`] does for any number of lanes.
+/// A user-defined law implements this for `f64`; [`HeldReference`] for any number of lanes.
 pub trait MotionLaw<L: Lane> {
     /// The slave's reference in m in teleoperation, for a hand at `hand_m` (m, scaled to the slave).
     fn follow(&mut self, hand_m: L) -> L;
@@ -42,7 +42,7 @@ pub trait MotionLaw<L: Lane> {
     /// The slave's reference in m in any mode, for a slave measured at `slave_m` (m).
     fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L;
 
-    /// Whether the slave has met the hand again as far as the law lets it, so that re-engaging may end.
+    /// Whether the law has closed the gap as far as it does, so that re-engaging may end.
     fn is_blended(&self) -> L::Mask;
 }
 
@@ -63,8 +63,8 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
 
 /// The slave's reference, `x_ref = hand + gap`.
 ///
-/// In teleoperation the gap is 0, or what a clutch has left. On leaving the frozen phase it is what keeps the reference
-/// where it was; a ramp then takes `speed · tick` off its magnitude each tick.
+/// In teleoperation the gap is 0 or the offset left by a clutch. At the end of the freeze it is set so that the
+/// reference does not jump; a ramp then reduces its magnitude by `speed · tick` at each tick.
 #[derive(Debug, Clone)]
 pub struct HeldReference<L> {
     freeze: Freeze,
@@ -76,7 +76,7 @@ pub struct HeldReference<L> {
 }
 
 impl<L: Lane> HeldReference<L> {
-    /// A law on ticks `tick_s` apart (s), for a slave under the reference `reference` (m).
+    /// A law on ticks `tick_s` apart (s), for a slave at the reference `reference` (m).
     #[must_use]
     pub fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
         let speed = if let Reengage::Ramp { catch_up_speed_m_per_s } = reengage { catch_up_speed_m_per_s } else { 0.0 };

@@ -4,26 +4,26 @@ use proptest::prelude::*;
 const TICK_S: f64 = 1e-3;
 const THRESHOLD: f64 = 2.0;
 
-/// A supervisor that is told, tick by tick, of a hand moving 10 mm/s and a force, with alarms at given ticks.
+/// A supervisor with a hand that moves at 10 mm/s, a force, and alarms at given ticks.
 struct Timeline {
     supervisor: Supervisor<f64>,
     alarms: Vec<u64>,
-    loud_until: u64,
+    above_until: u64,
     hand_speed: f64,
 }
 
 impl Timeline {
     fn new(settings: AugmentationSettings) -> Self {
         let supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, 0.0);
-        Self { supervisor, alarms: vec![], loud_until: 0, hand_speed: 0.01 }
+        Self { supervisor, alarms: vec![], above_until: 0, hand_speed: 0.01 }
     }
     fn alarm_at(mut self, tick: u64) -> Self {
         self.alarms.push(tick);
         self
     }
-    /// `g` stays above the threshold until then.
-    fn loud_until(mut self, tick: u64) -> Self {
-        self.loud_until = tick;
+    /// `g` stays above the threshold until this tick.
+    fn above_until(mut self, tick: u64) -> Self {
+        self.above_until = tick;
         self
     }
     fn hand(&self, tick: u64) -> f64 {
@@ -35,7 +35,7 @@ impl Timeline {
             let situation = Situation {
                 tick,
                 alarm: self.alarms.contains(&tick),
-                decision: if tick < self.loud_until { 10.0 * THRESHOLD } else { 0.0 },
+                decision: if tick < self.above_until { 10.0 * THRESHOLD } else { 0.0 },
                 hand_m,
                 slave_m: hand_m - 1e-4,
             };
@@ -64,19 +64,19 @@ fn settings() -> AugmentationSettings {
 #[test]
 fn an_event_holds_reengages_and_ends() {
     let commands = Timeline::new(settings()).alarm_at(100).run(2000, |_| 4.0);
-    // 0.5 s of hold let the hand gain 5 mm + 0.1 mm, which 20 mm/s takes 255 ms to close.
+    // In 0.5 s of hold the hand moves ahead by 5 mm + 0.1 mm, which takes 255 ms to close at 20 mm/s.
     assert_eq!(modes(&commands), [(0, 0), (100, 1), (600, 2), (856, 0)]);
 }
 
 #[test]
-fn a_loud_residual_keeps_it_until_max_hold() {
-    let commands = Timeline::new(settings()).alarm_at(100).loud_until(5000).run(2000, |_| 4.0);
+fn a_large_residual_holds_the_freeze_until_max_hold() {
+    let commands = Timeline::new(settings()).alarm_at(100).above_until(5000).run(2000, |_| 4.0);
     assert_eq!(modes(&commands)[2], (1100, 2));
 }
 
 #[test]
 fn the_hysteresis_waits_for_quiet() {
-    let commands = Timeline::new(settings()).alarm_at(100).loud_until(700).run(2000, |_| 4.0);
+    let commands = Timeline::new(settings()).alarm_at(100).above_until(700).run(2000, |_| 4.0);
     assert_eq!(modes(&commands)[2], (749, 2), "50 ms of quiet after g fell");
 }
 

@@ -1,44 +1,44 @@
-//! When an alarm may be taken at all.
+//! The conditions on an alarm.
 
 use super::Evidence;
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
 crate::settings! {
-    /// When the detector listens.
+    /// When the detector is armed.
     ///
-    /// A CUSUM alone announces the first touch, the estimator's own convergence, and every other large error. It is armed
-    /// only once the needle has been in contact, with `g` at or below the threshold, for `settle_s` on end; any crossing
-    /// ends that quiet. What crosses while armed is a rupture if it looks like one: the force falls *short* of an expected
-    /// *resisting* force (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough
-    /// (`minimum_depth_m`). What these gates turn away ends the quiet all the same. The price: a rupture within `settle_s`
-    /// after any crossing, be it of another rupture or of a spike, is not announced.
+    /// A CUSUM alone raises alarms at the first contact, while the estimator converges, and at every other large error.
+    /// The detector is armed once the needle has been in contact, with `g` at or below the threshold, for `settle_s`
+    /// without a break; any crossing of the threshold restarts this time. A crossing while armed is a rupture if the
+    /// force falls *below* a predicted *resisting* force (`drop_only`), the needle is not being withdrawn (`motion`),
+    /// and it is deep enough (`minimum_depth_m`). A crossing that fails these conditions restarts the time as well. The
+    /// price: a rupture within `settle_s` after any crossing, by another rupture or by a spike, is not detected.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmingSettings in "detector." {
-        /// Quiet contact before alarms are taken.
+        /// Duration of quiet contact before the detector is armed.
         settle_s: f64 [NON_NEGATIVE] = 0.1,
-        /// Whether only a force below an expected resisting force counts.
+        /// Whether only a force below a predicted resisting force counts.
         drop_only: bool = true,
-        /// During which motion of the needle it counts.
+        /// The motion of the needle during which a drop counts.
         motion: Motion,
-        /// Nothing counts while the needle is withdrawn faster than this (not-withdrawn).
+        /// A drop does not count while the needle is withdrawn faster than this (not-withdrawn).
         withdrawal_speed_m_per_s: f64 [NON_NEGATIVE] for Motion::NotWithdrawn = 5e-3,
-        /// Nothing counts while the needle goes in more slowly than this (inserting).
+        /// A drop does not count while the needle is inserted more slowly than this (inserting).
         insertion_speed_m_per_s: f64 [NON_NEGATIVE] for Motion::Inserting = 1e-3,
-        /// Nothing counts less deep below estimator.contact_m than this.
+        /// A drop counts only from this depth below estimator.contact_m.
         minimum_depth_m: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
 crate::choice! {
-    /// During which motion of the needle a drop counts.
+    /// The motion of the needle during which a drop counts.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Motion at "detector.motion" = NotWithdrawn {
         /// Any.
         "any" => Any,
-        /// Not while the needle is withdrawn: it may rest, and yield a little.
+        /// Not during a withdrawal; the needle may rest or retreat slightly.
         "not-withdrawn" => NotWithdrawn,
-        /// Only while it goes in.
+        /// Only during insertion.
         "inserting" => Inserting,
     }
 }
@@ -49,7 +49,7 @@ pub(super) struct Arming<L> {
     settle_ticks: L,
     quiet_ticks: L,
     drop_only: bool,
-    slowest_velocity: L,
+    min_velocity: L,
     minimum_depth: L,
 }
 
@@ -59,7 +59,7 @@ impl<L: Lane> Arming<L> {
             settle_ticks: L::splat(nearest_ticks(settings.settle_s, tick_s) as f64),
             quiet_ticks: L::zero(),
             drop_only: settings.drop_only,
-            slowest_velocity: L::splat(match settings.motion {
+            min_velocity: L::splat(match settings.motion {
                 Motion::Any => f64::NEG_INFINITY,
                 Motion::NotWithdrawn => -settings.withdrawal_speed_m_per_s,
                 Motion::Inserting => settings.insertion_speed_m_per_s,
@@ -80,7 +80,7 @@ impl<L: Lane> Arming<L> {
         }
         self.quiet_ticks = L::select(above, zero, quiet_ticks);
         let armed = quiet_before.ge(self.settle_ticks);
-        let inserting = evidence.velocity_m_per_s.ge(self.slowest_velocity);
+        let inserting = evidence.velocity_m_per_s.ge(self.min_velocity);
         let deep = evidence.depth_m.ge(self.minimum_depth);
         let mut like_rupture = evidence.in_contact & inserting & deep;
         if self.drop_only {
@@ -90,4 +90,4 @@ impl<L: Lane> Arming<L> {
     }
 }
 
-crate::lane::gather!(Arming { settle_ticks, quiet_ticks, slowest_velocity, minimum_depth } same { drop_only });
+crate::lane::gather!(Arming { settle_ticks, quiet_ticks, min_velocity, minimum_depth } same { drop_only });

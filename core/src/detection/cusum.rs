@@ -4,20 +4,20 @@ use super::DistanceSettings;
 use crate::lane::Lane;
 
 crate::settings! {
-    /// How much evidence makes an alarm, in the unit of the distance.
+    /// Threshold, drift and cap of the CUSUM, in the unit of the distance.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CusumSettings in "detector." given (distance: &DistanceSettings) {
-        /// gamma: an alarm when g exceeds it, in the distance's unit.
+        /// Threshold (γ): an alarm is raised when g exceeds it, in the distance's unit.
         threshold: f64 [POSITIVE] => "what one sample of a rupture adds; 1.98e-2 N² for the paper's variances"
             distance.tuning().0,
-        /// nu, taken off each sample (eq. 27), in the distance's unit.
+        /// Drift (ν), subtracted at each sample (eq. 27), in the distance's unit.
         ///
         /// Halfway between the distance's two means.
         drift: f64 [ANY] => "halfway between the hypotheses; 2.02e-2 N² for the paper's variances" distance.tuning().1,
         /// Largest value of g, in the distance's unit.
         ///
-        /// Above γ. Without it one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall: blind for
-        /// seconds. The price of a cap: `g` no longer tells how large the change was.
+        /// Above γ. Without it one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall: for
+        /// seconds no rupture is detected. The price of a cap: `g` no longer shows the size of the change.
         cap: f64 [POSITIVE] => "ten thresholds" 10.0 * threshold,
     }
     where cap: |s| s.cap > s.threshold, "above detector.threshold";
@@ -42,26 +42,26 @@ impl<L: Lane> Cusum<L> {
         }
     }
 
-    /// Adds a distance; gives `g_k` and whether it is above the threshold.
+    /// Adds a distance; returns `g_k` and whether it is above the threshold.
     #[inline(always)]
     pub(super) fn update(&mut self, distance: L) -> (L, L::Mask) {
         self.value = (self.value + (distance - self.drift)).clamp(L::zero(), self.cap);
         (self.value, self.value.gt(self.threshold))
     }
 
-    /// Takes a decision that does not add up: `g_k = min(max(s_k - ν, 0), cap)`.
+    /// Sets the decision of a distance that is not accumulated: `g_k = min(max(s_k - ν, 0), cap)`.
     #[inline(always)]
     pub(super) fn hold(&mut self, distance: L) -> (L, L::Mask) {
         self.value = (distance - self.drift).clamp(L::zero(), self.cap);
         (self.value, self.value.gt(self.threshold))
     }
 
-    /// The same with a threshold and a cap for each lane.
+    /// Sets the threshold and the cap of each lane.
     pub(super) fn set_thresholds(&mut self, threshold: L, cap: L) {
         (self.threshold, self.cap) = (threshold, cap);
     }
 
-    /// Starts again from 0 where the mask holds.
+    /// Resets `g` to 0 where the mask holds.
     #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         self.value = L::select(mask, L::zero(), self.value);

@@ -1,24 +1,24 @@
-//! The two hypotheses of eq. 19, of which detectors decide for one.
+//! The two hypotheses of eq. 19.
 
 crate::settings! {
-    /// What the two hypotheses of eq. 19 say of the residual.
+    /// The distribution of the residual under the two hypotheses of eq. 19.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Hypotheses in "detector." {
-        /// sigma_0: spread of the residual when nothing happens.
+        /// σ_0: standard deviation of the residual without a rupture.
         ///
         /// The paper measured 0.02 N.
         quiet_std_n: f64 [POSITIVE] = 0.02,
-        /// sigma_1: its spread after a rupture.
+        /// σ_1: standard deviation of the residual after a rupture.
         ///
         /// Above `σ_0`; the paper: at least 0.2 N.
         rupture_std_n: f64 [POSITIVE] = 0.2,
-        /// m_1 of eq. 22: its mean after a rupture.
+        /// m_1 of eq. 22: mean of the residual after a rupture.
         ///
-        /// Not 0; negative as the force falls short.
+        /// Not 0; negative, as the force falls below the prediction.
         rupture_mean_n: f64 [ANY] = -0.2,
-        /// Correction of the stiffness that a rupture causes, for eq. 26.
+        /// Correction of the stiffness by a rupture, for eq. 26.
         ///
-        /// By one sample, in N/m.
+        /// For one sample, in N/m.
         stiffness_change_n_per_m: f64 [POSITIVE] = 20.0,
     }
     where rupture_std_n: |s| s.rupture_std_n > s.quiet_std_n, "above detector.quiet_std_n";

@@ -1,4 +1,4 @@
-//! Detection of ruptures in the estimator's residual: a distance, a CUSUM on it, and the arming that the paper leaves out.
+//! Detection of ruptures in the estimator's residual: a distance, a CUSUM on it, and the arming, which the paper omits.
 
 mod arming;
 mod cusum;
@@ -20,14 +20,14 @@ use arming::Arming;
 use cusum::Cusum;
 
 crate::settings! {
-    /// Everything the detector is told.
+    /// Settings of the detector.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DetectorSettings in "detector." no DEFAULT {
-        /// What is accumulated.
+        /// The accumulated distance.
         distance: DistanceSettings,
-        /// When the accumulated evidence is enough.
+        /// The threshold of the accumulated distance.
         cusum: CusumSettings (&distance),
-        /// When an alarm may be taken.
+        /// The conditions on an alarm.
         arming: ArmingSettings,
     }
     then Self::check_direction;
@@ -46,7 +46,7 @@ impl DetectorSettings {
         }
     }
 
-    /// Checks that drops are looked for where the hypotheses expect them.
+    /// Checks that `drop_only` and the sign of `rupture_mean_n` agree.
     fn check_direction(&self) -> Result<(), InvalidValue> {
         let mean_n = self.distance.hypotheses.rupture_mean_n;
         let misses_drops = self.distance.kind.is_one_sided() && self.arming.drop_only && mean_n > 0.0;
@@ -61,12 +61,12 @@ impl Default for DetectorSettings {
     }
 }
 
-/// What the detector sees of one sample.
+/// Inputs of the detector at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence<L: Lane> {
     /// Measured force `y_k` in N.
     pub force_n: L,
-    /// Force that the estimator expected, `ŷ_k` in N.
+    /// Force predicted by the estimator, `ŷ_k` in N.
     pub predicted_force_n: L,
     /// `e_k = y_k - ŷ_k` in N.
     pub residual_n: L,
@@ -76,13 +76,12 @@ pub struct Evidence<L: Lane> {
     pub depth_m: L,
     /// Velocity of the needle in m/s, positive into the tissue.
     pub velocity_m_per_s: L,
-    /// Whether the needle touches the tissue.
+    /// Whether the needle is in contact with the tissue.
     pub in_contact: L::Mask,
 }
 
 impl<L: Lane> Evidence<L> {
-    /// The evidence of a sample: force (N), depth below the contact (m) and velocity (m/s), and what an estimator made of
-    /// them.
+    /// The evidence of a sample: force (N), depth below the contact (m), velocity (m/s) and the estimate from them.
     #[inline(always)]
     #[must_use]
     pub fn new(force_n: L, depth_m: L, velocity_m_per_s: L, estimate: &Estimate<L>) -> Self {
@@ -98,22 +97,22 @@ impl<L: Lane> Evidence<L> {
     }
 }
 
-/// What the detector made of one sample.
+/// The detector's output at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Decision<L: Lane> {
     /// `s_k`, in the unit of the distance.
     pub distance: L,
     /// `g_k` before a reset, in the unit of the distance.
     pub decision: L,
-    /// Whether a rupture is announced at this sample.
+    /// Whether the detector raises an alarm at this sample.
     pub alarm: L::Mask,
 }
 
-/// Announces ruptures from the evidence of one sample at a time.
+/// Detects ruptures from the evidence of one sample at a time.
 ///
-/// A detector of one's own implements this for `f64`; [`CusumDetector`] does for any number of lanes.
+/// A user-defined detector implements this for `f64`; [`CusumDetector`] for any number of lanes.
 pub trait Detector<L: Lane> {
-    /// Takes one sample's evidence.
+    /// Processes the evidence of one sample.
     fn update(&mut self, evidence: &Evidence<L>) -> Decision<L>;
 }
 
@@ -124,7 +123,7 @@ impl<L: Lane, D: Detector<L> + ?Sized> Detector<L> for alloc::boxed::Box<D> {
     }
 }
 
-/// The paper's detector: a distance, the CUSUM of it, and the arming that the paper leaves out.
+/// The paper's detector: a distance, the CUSUM of it, and the arming, which the paper omits.
 #[derive(Debug, Clone)]
 pub struct CusumDetector<L: Lane, D = AnyDistance<L>> {
     distance: D,
@@ -147,8 +146,8 @@ impl<L: Lane, D> CusumDetector<L, D> {
         Self { distance, cusum: Cusum::new(&settings.cusum), arming: Arming::new(&settings.arming, tick_s) }
     }
 
-    /// The same detector with a threshold and a cap for each lane, in the unit of the distance, each cap above its
-    /// threshold: several detectors on the same samples.
+    /// Sets a threshold and a cap for each lane, in the unit of the distance, each cap above its threshold: several
+    /// detectors on the same samples.
     #[must_use]
     pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
         self.cusum.set_thresholds(threshold, cap);
@@ -200,7 +199,7 @@ mod tests {
         }
     }
 
-    /// The samples at which a run of residuals raises an alarm, after a second of quiet.
+    /// The indices of the residuals that raise an alarm, after one quiet second.
     fn alarms(residuals: &[f64], velocity: f64) -> Vec<usize> {
         let mut detector = CusumDetector::new(&DetectorSettings::default(), 1e-3);
         for _ in 0..1000 {
@@ -219,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_small_drop_takes_the_samples_that_the_drift_predicts() {
-        // e² - ν = 0.0289 - 0.0202 = 0.0087 a sample: above γ = 0.0198 at the third.
+        // e² - ν = 0.0289 - 0.0202 = 0.0087 per sample: above γ = 0.0198 at the third.
         assert_eq!(alarms(&[-0.17; 10], 0.01), [2]);
     }
 
@@ -229,8 +228,8 @@ mod tests {
         assert!(alarms(&[-0.5; 50], -0.03).is_empty());
     }
 
-    /// Whether a drop of 15 N is announced, at a depth and a velocity.
-    fn announces(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
+    /// Whether a drop of 15 N raises an alarm at a depth and a velocity.
+    fn raises_alarm(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
         let settings = DetectorSettings { arming, ..DetectorSettings::default() };
         let mut detector = CusumDetector::new(&settings, 1e-3);
         for _ in 0..1000 {
@@ -243,7 +242,7 @@ mod tests {
     fn a_drop_counts_during_the_motion_that_was_asked_for() {
         let of = |motion| {
             let arming = ArmingSettings { motion, ..ArmingSettings::default() };
-            [-0.03, -0.001, 0.0, 0.0009, 0.0011].map(|velocity| announces(arming, 0.02, velocity))
+            [-0.03, -0.001, 0.0, 0.0009, 0.0011].map(|velocity| raises_alarm(arming, 0.02, velocity))
         };
         assert_eq!(of(Motion::Any), [true; 5]);
         assert_eq!(of(Motion::NotWithdrawn), [false, true, true, true, true]);
@@ -254,7 +253,7 @@ mod tests {
     fn a_drop_counts_from_the_minimum_depth_on() {
         let arming = ArmingSettings { minimum_depth_m: 0.005, ..ArmingSettings::default() };
         assert_eq!(
-            [0.001, 0.0049, 0.005, 0.02].map(|depth| announces(arming, depth, 0.01)),
+            [0.001, 0.0049, 0.005, 0.02].map(|depth| raises_alarm(arming, depth, 0.01)),
             [false, false, true, true]
         );
     }
@@ -291,7 +290,7 @@ mod tests {
         let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&evidence(-0.5, 0.01)).alarm));
-        // 0.16 - 0.1 N a sample, less what the mean has moved: above 0.1 N at the second.
+        // 0.16 - 0.1 N per sample, minus the change of the mean: above 0.1 N at the second.
         let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.66, 0.01)).alarm).collect();
         assert_eq!(alarms, [2]);
     }

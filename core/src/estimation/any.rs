@@ -1,4 +1,4 @@
-//! The built-in estimators: a line each.
+//! The list of the built-in estimators.
 
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::friction::Friction;
@@ -9,8 +9,7 @@ use super::rls::Rls;
 use super::settings::{Forgetting, Parameters, RlsSettings};
 use crate::lane::Lane;
 
-/// The enum of the built-in estimators, from a line each: the parameters and the forgetting, and the type
-/// that is for them.
+/// Defines the enum of the built-in estimators, one line each: the parameters, the forgetting, and the type for them.
 macro_rules! estimators {
     ($($(#[$doc:meta])* ($($parameters:ident)|+, $forgetting:pat) => $Part:ident,)*) => {
         /// Any of the built-in estimators.
@@ -20,7 +19,7 @@ macro_rules! estimators {
         }
 
         impl<L: Lane> AnyEstimator<L> {
-            /// The estimator with the parameters and the forgetting of the settings, without any sample.
+            /// The estimator for the parameters and the forgetting of the settings, before the first sample.
             #[must_use]
             pub fn new(settings: &RlsSettings) -> Self {
                 match (settings.parameters, settings.forgetting) {
@@ -30,7 +29,7 @@ macro_rules! estimators {
         }
 
         impl RlsSettings {
-            /// Whether they are those of the paper's estimator.
+            /// Whether these are the settings of the paper's estimator.
             #[must_use]
             pub fn is_baseline(&self) -> bool {
                 match (self.parameters, self.forgetting) {
@@ -38,7 +37,7 @@ macro_rules! estimators {
                 }
             }
 
-            /// What is estimated besides stiffness and damping, as a column's name with its unit.
+            /// Name and unit, as a column name, of the parameter besides stiffness and damping.
             #[must_use]
             pub fn extra_parameter_column(&self) -> Option<&'static str> {
                 match (self.parameters, self.forgetting) {
@@ -72,10 +71,10 @@ estimators! {
     (StiffnessAndDamping | Stiffness, Forgetting::Resetting) => Rls,
     /// Stiffness and damping with exponential forgetting.
     (StiffnessAndDamping | Stiffness, Forgetting::Exponential { .. }) => Linear,
-    /// With a friction force besides.
+    /// With an additional friction force.
     (StiffnessDampingFriction, _) => Friction,
     /// The Hunt-Crossley model.
     (HuntCrossley, _) => HuntCrossley,
-    /// With and without friction, the smaller residual counting.
+    /// With and without friction; the smaller residual counts.
     (LeastResidual, _) => LeastResidual,
 }

@@ -1,12 +1,12 @@
 //! The role of the estimator.
 //!
-//! A built-in estimator is one file of this folder, one line in `any.rs`, and one word of [`Parameters`] where what it
-//! estimates is new.
+//! A built-in estimator is one file of this folder, one line in `any.rs`, and one word of `Parameters` if it estimates
+//! new parameters.
 
 use super::settings::RlsSettings;
 use crate::lane::Lane;
 
-/// What one sample said.
+/// The estimate after one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimate<L> {
     /// `ŷ_k = φ_{k-1}ᵀ θ_{k-1}` in N (eq. 6).
@@ -19,20 +19,20 @@ pub struct Estimate<L> {
     pub stiffness_n_per_m: L,
     /// `B_k` in N·s/m.
     pub damping_n_s_per_m: L,
-    /// What [`RlsSettings::extra_parameter_column`] names, in its unit; 0 where it names nothing.
+    /// The parameter named by [`RlsSettings::extra_parameter_column`], in its unit; 0 without one.
     pub extra_parameter: L,
 }
 
-/// Learns the tissue from samples, one at a time.
+/// Estimates the tissue's parameters from one sample at a time.
 ///
-/// An estimator of one's own implements this for `f64`; the built-in ones do for any number of lanes.
+/// A user-defined estimator implements this for `f64`; the built-in ones for any number of lanes.
 pub trait Estimator<L: Lane> {
-    /// Takes the sample: force `y` (N), depth `p` below the contact (m, negative outside), velocity `v` (m/s).
+    /// Processes a sample: force `y` (N), depth `p` below the contact (m, negative outside), velocity `v` (m/s).
     ///
-    /// The residual of the estimate is that of the prediction that was made before the sample (eq. 6-7).
+    /// The residual refers to the prediction made before the sample (eq. 6-7).
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;
 
-    /// Takes note that samples are missing: the next one has no prediction to be compared with.
+    /// Marks a gap in the samples: there is no prediction for the next one.
     fn skip(&mut self);
 }
 
@@ -47,13 +47,13 @@ impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
     }
 }
 
-/// What a built-in estimator says of itself.
+/// Properties of a built-in estimator.
 pub(super) trait BuiltIn {
-    /// Whether it is the paper's, which a rig runs.
+    /// Whether it is the paper's estimator, which a rig runs.
     const IS_BASELINE: bool = false;
-    /// What it estimates besides stiffness and damping, as a column's name with its unit.
+    /// Name and unit, as a column name, of the parameter besides stiffness and damping.
     const EXTRA_PARAMETER: Option<&'static str> = None;
 
-    /// The estimator of the settings, without any sample.
+    /// The estimator of the settings, before the first sample.
     fn build(settings: &RlsSettings) -> Self;
 }

@@ -5,65 +5,66 @@ use super::resetting::dot;
 use super::settings::RlsSettings;
 use crate::lane::Lane;
 
-/// What was learnt, `D`, beside what is assumed, `1/F_0`.
+/// The information `D` from samples, in addition to the prior information `1/F_0`.
 ///
 /// ```text
 /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   D_0 = 0
 /// F_k = (I/F_0 + D_k)⁻¹
 /// ```
-/// Plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` a sample, without end, in
-/// every direction that the needle does not show: held still, two parameters out of which one is seen. Here the
-/// information falls back to `1/F_0` instead, so that the gain is bounded from both sides whatever comes:
-/// `0 <= D <= max(α φᵀφ) / (1-λ)` gives
+/// Plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` per sample, without bound,
+/// in every direction without excitation: a needle at rest excites only one of two parameters. Here the information
+/// falls back to `1/F_0` instead, so that the gain is always bounded from both sides: `0 <= D <= max(α φᵀφ) / (1-λ)`
+/// gives
 ///
 /// ```text
 /// 1 / (1/F_0 + max(α φᵀφ) / (1-λ))  <=  F  <=  F_0,   with α φᵀφ <= 1/β where the weighting is normalised
 /// ```
-/// `D` only forgets what new knowledge replaces: the dead zone's `δ` scales both. The family, of forgetting towards a fixed
-/// information, is surveyed by Lai and Bernstein (2023, arXiv:2308.04259, its introduction read); the form and the bounds
-/// are derived here.
+/// `D` forgets only as much as new information replaces: the dead zone's `δ` scales both. Lai and Bernstein (2023,
+/// arXiv:2308.04259, introduction read) survey the family of forgetting towards a fixed information; the form and the
+/// bounds are derived here.
 #[derive(Debug, Clone)]
 pub(super) struct Exponential<L, const N: usize> {
     /// `1/F_0`.
-    assumed: L,
+    prior: L,
     /// `1 - λ`.
     forgotten: L,
-    learnt: [[L; N]; N],
+    information: [[L; N]; N],
 }
 
 impl<L: Lane, const N: usize> Exponential<L, N> {
     pub(super) fn new(settings: &RlsSettings, factor: f64) -> Self {
         Self {
-            assumed: L::splat(1.0 / settings.initial_gain),
+            prior: L::splat(1.0 / settings.initial_gain),
             forgotten: L::splat(1.0 - factor),
-            learnt: [[L::zero(); N]; N],
+            information: [[L::zero(); N]; N],
         }
     }
 
-    /// Learns from a regressor `φ` with the weight `δ` and `1/α`; gives `F_k φ` and the factor that makes it the share of
-    /// an error that goes to each parameter.
+    /// Updates with a regressor `φ`, the weight `δ` and `1/α`; returns `F_k φ` and the factor that makes it the share
+    /// of an error that goes to each parameter.
     #[inline(always)]
-    pub(super) fn learn(&mut self, regressor: [L; N], delta: L, inverse_weight: L) -> ([L; N], L) {
+    pub(super) fn update(&mut self, regressor: [L; N], delta: L, inverse_weight: L) -> ([L; N], L) {
         let weight = delta / inverse_weight;
         let kept = L::splat(1.0) - delta * self.forgotten;
         for i in 0..N {
             for j in i..N {
-                let learnt = self.learnt[i][j] * kept + weight * (regressor[i] * regressor[j]);
-                self.learnt[i][j] = learnt;
-                self.learnt[j][i] = learnt;
+                let information = self.information[i][j] * kept + weight * (regressor[i] * regressor[j]);
+                self.information[i][j] = information;
+                self.information[j][i] = information;
             }
         }
         (self.solve(regressor), weight)
     }
 
-    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination. Every pivot is at least `1/F_0`; saying so keeps rounding from going below.
+    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination. Every pivot is at least `1/F_0`; the lower bound guards against
+    /// rounding.
     #[inline(always)]
     fn solve(&self, b: [L; N]) -> [L; N] {
-        let mut rows = self.learnt;
+        let mut rows = self.information;
         let mut x = b;
         let mut inverse_pivots = [L::zero(); N];
         for k in 0..N {
-            let pivot = (rows[k][k] + self.assumed).max(self.assumed);
+            let pivot = (rows[k][k] + self.prior).max(self.prior);
             inverse_pivots[k] = L::splat(1.0) / pivot;
             let above = rows[k];
             for i in k + 1..N {
@@ -96,4 +97,4 @@ pub(super) fn form<L: Lane, const N: usize>(gain: [[L; N]; N], regressor: [L; N]
     dot(core::array::from_fn(|i| dot(gain[i], regressor)), regressor)
 }
 
-crate::lane::gather!(Exponential[N] { assumed, forgotten, learnt });
+crate::lane::gather!(Exponential[N] { prior, forgotten, information });

@@ -1,18 +1,18 @@
-//! Friction as a third regressor: what the paper leaves for the future.
+//! Friction as a third regressor, which the paper leaves for future work.
 
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, the sign of the velocity made smooth.
+/// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, a smooth sign of the velocity.
 ///
-/// A sign would turn with every bit of noise about standstill, where dry friction takes any value between its two signs;
-/// `s` passes through 0 there, and is a division where `tanh` would be a transcendental function. The regressor is
-/// `ℓ s(v)`, so that its size is that of a depth and the one gain `F_0` and weighting `β` serve all three.
+/// At standstill dry friction takes any value between its two signs, and a sign function would switch with noise. `s`
+/// passes through 0 there, and needs a division where `tanh` would be a transcendental function. The regressor is
+/// `ℓ s(v)`, so that it has the size of a depth and the gain `F_0` and weighting `β` suit all three.
 ///
-/// While the needle goes in at an even speed `s` hardly changes and friction is an offset, which [`super::Rls`] does not
-/// have; it is told from the stiffness only by depths that differ, and from damping by speeds that differ.
+/// At constant speed `s` hardly changes and friction is an offset, which [`super::Rls`] does not have. Only different
+/// depths separate it from the stiffness, and only different speeds from the damping.
 #[derive(Debug, Clone)]
 pub struct Friction<L> {
     regression: Regression<L, 3>,
@@ -42,16 +42,16 @@ impl<L: Lane> Estimator<L> for Friction<L> {
     #[inline(always)]
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
-        let lesson = self.regression.judge(force_n);
+        let update = self.regression.update(force_n);
         let sign = velocity_m_per_s / (velocity_m_per_s.abs() + self.speed);
         let contact = depth_m.gt(zero);
         let regressor = [depth_m, velocity_m_per_s, self.length * sign];
-        self.regression.expect(by_index!(3, |i| L::select(contact, regressor[i], zero)));
+        self.regression.set_regressor(by_index!(3, |i| L::select(contact, regressor[i], zero)));
         let [stiffness, damping, friction] = self.regression.parameters();
-        let [stiffness_change, damping_change, _] = lesson.correction;
+        let [stiffness_change, damping_change, _] = update.correction;
         Estimate {
-            predicted_force_n: lesson.predicted_force_n,
-            residual_n: lesson.residual_n,
+            predicted_force_n: update.predicted_force_n,
+            residual_n: update.residual_n,
             correction: [stiffness_change, damping_change],
             stiffness_n_per_m: stiffness,
             damping_n_s_per_m: damping,
@@ -61,7 +61,7 @@ impl<L: Lane> Estimator<L> for Friction<L> {
 
     #[inline(always)]
     fn skip(&mut self) {
-        self.regression.expect([L::zero(); 3]);
+        self.regression.set_regressor([L::zero(); 3]);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Two models at once, and of each sample the smaller error.
+//! Two models in parallel; at each sample the smaller error counts.
 
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::friction::Friction;
@@ -6,16 +6,17 @@ use super::linear::Linear;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The models with friction and without, each learning from every sample; the error of a sample is the smaller of theirs.
+/// The models with friction and without. Both are updated at every sample; the error of a sample is the smaller of the
+/// two.
 ///
-/// What neither model foresees is a rupture; what one of them foresees is none, such as a turn of the needle's motion that
-/// friction explains, or a force that the third parameter has overfitted. The price is a delay: a rupture counts for what
-/// the better model misses. An interacting multiple model (Blom and Bar-Shalom 1988) would weigh the two by their
-/// likelihoods, which takes a noise level, a transition matrix and exponentials; no source was found for detection of
-/// ruptures, and the minimum, which takes none of them, is chosen here.
+/// A rupture is what neither model predicts. What one of them predicts is not a rupture, such as a reversal of the
+/// needle, which friction explains, or a force that the third parameter has overfitted. The price is a delay: only the
+/// error of the better model counts. An interacting multiple model (Blom and Bar-Shalom 1988) would weight the two by
+/// their likelihoods, which needs a noise level, a transition matrix and exponentials. No source was found for the
+/// detection of ruptures; the minimum, which needs none of them, is chosen here.
 ///
-/// Stiffness and damping are those of the model without friction, so that they do not jump from one model to the other; the
-/// friction is the other's.
+/// Stiffness and damping are those of the model without friction, so that they do not jump between the models; the
+/// friction is that of the other model.
 #[derive(Debug, Clone)]
 pub struct LeastResidual<L> {
     without: Linear<L>,

@@ -1,4 +1,4 @@
-//! Stiffness and damping, or stiffness alone, with any way to forget.
+//! Stiffness and damping, or stiffness alone, with either kind of forgetting.
 
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
@@ -29,15 +29,15 @@ impl<L: Lane> Estimator<L> for Linear<L> {
     #[inline(always)]
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
-        let lesson = self.regression.judge(force_n);
+        let update = self.regression.update(force_n);
         let contact = depth_m.gt(zero);
         let velocity = self.velocity_share * velocity_m_per_s;
-        self.regression.expect([L::select(contact, depth_m, zero), L::select(contact, velocity, zero)]);
+        self.regression.set_regressor([L::select(contact, depth_m, zero), L::select(contact, velocity, zero)]);
         let [stiffness, damping] = self.regression.parameters();
         Estimate {
-            predicted_force_n: lesson.predicted_force_n,
-            residual_n: lesson.residual_n,
-            correction: lesson.correction,
+            predicted_force_n: update.predicted_force_n,
+            residual_n: update.residual_n,
+            correction: update.correction,
             stiffness_n_per_m: stiffness,
             damping_n_s_per_m: damping,
             extra_parameter: zero,
@@ -46,7 +46,7 @@ impl<L: Lane> Estimator<L> for Linear<L> {
 
     #[inline(always)]
     fn skip(&mut self) {
-        self.regression.expect([L::zero(); 2]);
+        self.regression.set_regressor([L::zero(); 2]);
     }
 }
 

@@ -1,7 +1,7 @@
-//! Online estimation from samples: the tissue's stiffness and damping, with friction or a power where wanted, and the
+//! Online estimation from samples: the tissue's stiffness and damping, optionally with friction or a power, and the
 //! velocity from quantised positions.
 //!
-//! Nothing here knows the tissue: positions, velocities and forces come in as a sensor gives them.
+//! The estimators have no access to the tissue model: their inputs are measured positions, velocities and forces.
 
 mod any;
 mod estimator;

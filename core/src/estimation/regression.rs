@@ -1,24 +1,24 @@
-//! Recursive least squares over any number of regressors (eq. 7, 12-18).
+//! Recursive min_gain squares over any number of regressors (eq. 7, 12-18).
 
 use super::forgetting::Exponential;
 use super::resetting::{Resetting, dot};
 use super::settings::{Forgetting, RlsSettings};
 use crate::lane::{Lane, Mask, by_index};
 
-/// The parameters `θ` of a force `y = φᵀθ`: what [`super::Rls`] does for `(p, v)`, to the last bit, for any `φ` and with a
-/// choice of how to forget.
+/// The parameters `θ` of a force `y = φᵀθ`: [`super::Rls`] for any `φ` instead of `(p, v)`, identical bit for bit, and
+/// with either kind of forgetting.
 #[derive(Debug, Clone)]
 pub(super) struct Regression<L, const N: usize> {
     normalisation: L,
-    /// `N_0`; below 0 without a dead zone, so that every error is outside of it.
+    /// `N_0`; negative without a dead zone, so that every error is outside.
     dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
     memory: Memory<L, N>,
     parameters: [L; N],
     regressor: [L; N],
-    /// `φᵀθ`, the force that the next sample is expected to show.
-    expected: L,
+    /// `φᵀθ`, the force predicted for the next sample.
+    predicted: L,
 }
 
 #[derive(Debug, Clone)]
@@ -27,12 +27,12 @@ enum Memory<L, const N: usize> {
     Exponential(Exponential<L, N>),
 }
 
-/// What one sample said.
+/// The result of one update.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lesson<L, const N: usize> {
+pub(super) struct RegressionUpdate<L, const N: usize> {
     /// `φᵀθ` before the sample, in N.
     pub(super) predicted_force_n: L,
-    /// What the sample differs by, in N.
+    /// The sample minus the prediction, in N.
     pub(super) residual_n: L,
     /// The change of `θ`.
     pub(super) correction: [L; N],
@@ -52,25 +52,25 @@ impl<L: Lane, const N: usize> Regression<L, N> {
             },
             parameters: [L::zero(); N],
             regressor: [L::zero(); N],
-            expected: L::zero(),
+            predicted: L::zero(),
         }
     }
 
-    /// Learns from a force in N.
+    /// Updates the parameters with a measured force in N.
     #[inline(always)]
-    pub(super) fn judge(&mut self, force_n: L) -> Lesson<L, N> {
-        let predicted_force_n = self.expected;
+    pub(super) fn update(&mut self, force_n: L) -> RegressionUpdate<L, N> {
+        let predicted_force_n = self.predicted;
         let residual_n = force_n - predicted_force_n;
         let outside = residual_n.abs().gt(self.dead_zone);
         let correction = if outside.any() { self.correct(outside, residual_n) } else { [L::zero(); N] };
-        Lesson { predicted_force_n, residual_n, correction }
+        RegressionUpdate { predicted_force_n, residual_n, correction }
     }
 
-    /// Takes the regressor of the next force; a regressor of 0, as without contact, teaches nothing.
+    /// Sets the regressor of the next force. A regressor of 0, as without contact, changes nothing.
     #[inline(always)]
-    pub(super) fn expect(&mut self, regressor: [L; N]) {
+    pub(super) fn set_regressor(&mut self, regressor: [L; N]) {
         self.regressor = regressor;
-        self.expected = dot(regressor, self.parameters);
+        self.predicted = dot(regressor, self.parameters);
     }
 
     #[inline(always)]
@@ -81,11 +81,11 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         let squared = dot(self.regressor, self.regressor);
         let inverse_weight = one + self.normalisation * squared;
         let (direction, share) = match &mut self.memory {
-            Memory::Resetting(memory) => memory.learn(self.regressor, delta, squared, inverse_weight),
-            // Without a regressor there is nothing to replace what would be forgotten.
+            Memory::Resetting(memory) => memory.update(self.regressor, delta, squared, inverse_weight),
+            // Without a regressor no new information replaces the old, so nothing is forgotten.
             Memory::Exponential(memory) => {
                 let delta = L::select(squared.gt(zero), delta, zero);
-                memory.learn(self.regressor, delta, inverse_weight)
+                memory.update(self.regressor, delta, inverse_weight)
             }
         };
         let correction: [L; N] = by_index!(N, |i| share * (direction[i] * residual));
@@ -99,7 +99,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         self.parameters
     }
 
-    /// `φ` of the force that comes next.
+    /// `φ` of the next force.
     #[inline(always)]
     pub(super) fn regressor(&self) -> [L; N] {
         self.regressor
@@ -115,7 +115,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
 }
 
 crate::lane::gather!(Regression[N] {
-    normalisation, dead_zone, dead_zone_slope, dead_zone_offset, memory, parameters, regressor, expected,
+    normalisation, dead_zone, dead_zone_slope, dead_zone_offset, memory, parameters, regressor, predicted,
 });
 crate::lane::gather_variants!(Memory[N] { Resetting, Exponential });
 
@@ -139,14 +139,14 @@ mod tests {
             let (p, v) = (0.01 + 0.015 * (1e-2 * f64::from(k)).sin(), 0.05 * noise(&mut state));
             let force = 200.0 * p.max(0.0) + noise(&mut state);
             let estimate = rls.update(force, p, v);
-            let lesson = regression.judge(force);
-            regression.expect(if p > 0.0 { [p, v] } else { [0.0; 2] });
-            assert_eq!((estimate.residual_n, estimate.correction), (lesson.residual_n, lesson.correction), "{k}");
+            let update = regression.update(force);
+            regression.set_regressor(if p > 0.0 { [p, v] } else { [0.0; 2] });
+            assert_eq!((estimate.residual_n, estimate.correction), (update.residual_n, update.correction), "{k}");
             assert_eq!([estimate.stiffness_n_per_m, estimate.damping_n_s_per_m], regression.parameters());
         }
     }
 
-    /// Least and greatest value of `uᵀFu` over unit vectors `u` of a fan of directions.
+    /// Smallest and largest value of `uᵀFu` over unit vectors `u` of random directions.
     fn range(gain: [[f64; 3]; 3], state: &mut u64) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         for _ in 0..200 {
@@ -165,19 +165,19 @@ mod tests {
                 dead_zone_n: 0.0,
                 ..RlsSettings::default()
             };
-            let least = 1.0 / (1.0 / settings.initial_gain + 1.0 / (settings.normalisation * (1.0 - factor)));
+            let min_gain = 1.0 / (1.0 / settings.initial_gain + 1.0 / (settings.normalisation * (1.0 - factor)));
             let mut regression = Regression::<f64, 3>::new(&settings);
             let mut state = 7;
             for k in 0..200_000 {
-                regression.judge(noise(&mut state));
-                // A needle that is held still, but for a short push now and then.
+                regression.update(noise(&mut state));
+                // A needle at rest, with a short push from time to time.
                 let pushed = if k % 50_000 < 20 { 1e-3 * noise(&mut state) } else { 0.0 };
-                regression.expect([0.02 + pushed, 3.0 * pushed, 1e-3 * f64::from(pushed > 0.0)]);
+                regression.set_regressor([0.02 + pushed, 3.0 * pushed, 1e-3 * f64::from(pushed > 0.0)]);
                 if k % 10_000 == 0 || k == 199_999 {
                     let gain = regression.gain();
                     let (low, high) = range(gain, &mut state);
                     let slack = 1e-6;
-                    assert!(low >= least * (1.0 - slack), "{factor} at {k}: {low} below {least}");
+                    assert!(low >= min_gain * (1.0 - slack), "{factor} at {k}: {low} below {min_gain}");
                     assert!(high <= settings.initial_gain * (1.0 + slack), "{factor} at {k}: {high}");
                 }
             }
@@ -191,17 +191,17 @@ mod tests {
         let mut regression = Regression::<f64, 2>::new(&settings);
         let mut learn = |regressor: [f64; 2], times: u32| {
             for _ in 0..times {
-                regression.expect(regressor);
-                regression.judge(1.0);
+                regression.set_regressor(regressor);
+                regression.update(1.0);
             }
             regression.gain()
         };
-        let seen = learn([0.01, 0.01], 300);
-        assert!(seen[0][0] < 0.6 * settings.initial_gain && seen[0][1] < 0.0, "{seen:?}");
+        let moved = learn([0.01, 0.01], 300);
+        assert!(moved[0][0] < 0.6 * settings.initial_gain && moved[0][1] < 0.0, "{moved:?}");
         let held = learn([0.01, 0.0], 300);
         assert!((held[1][1] / settings.initial_gain - 1.0).abs() < 1e-9, "{held:?}");
-        // F = 1 / (1/F_0 + (α φ²)/(1-λ)), with α φ² = 1/β but for the 1 beside it.
-        let expected = 1.0 / (1.0 / settings.initial_gain + 0.01_f64.powi(2) / (1.0 + 1e6 * 1e-4) / 0.1);
-        assert!((held[0][0] / expected - 1.0).abs() < 1e-9, "{held:?} {expected}");
+        // F = 1 / (1/F_0 + (α φ²)/(1-λ)), with α φ² = φ² / (1 + β φ²).
+        let predicted = 1.0 / (1.0 / settings.initial_gain + 0.01_f64.powi(2) / (1.0 + 1e6 * 1e-4) / 0.1);
+        assert!((held[0][0] / predicted - 1.0).abs() < 1e-9, "{held:?} {predicted}");
     }
 }

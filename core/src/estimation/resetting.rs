@@ -1,4 +1,4 @@
-//! The gain that is restored as a whole (eq. 13, 17, 18), for any number of parameters.
+//! The gain with complete restoration (eq. 13, 17, 18), for any number of parameters.
 
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
@@ -8,7 +8,7 @@ use crate::lane::{Lane, by_index};
 /// x_k = x_{k-1} + δ α φᵀφ                                          (18)
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                          (17)
 /// ```
-/// `F` stays symmetric, as one triangle is computed, and positive definite: what is taken off is at most
+/// `F` stays symmetric, as one triangle is computed, and positive definite: the subtracted matrix is at most
 /// `F φ φᵀ F / (φᵀ F φ)`.
 #[derive(Debug, Clone)]
 pub(super) struct Resetting<L, const N: usize> {
@@ -23,7 +23,8 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         let gain = settings.initial_gain;
         let initial = N as f64 / gain;
-        // As much is learnt between two restorations as with the two parameters that the threshold is given for.
+        // The threshold is given for two parameters. Adapted to `N`, it allows the same information between two
+        // restorations.
         let threshold = settings.reset_threshold + (initial - 2.0 / gain);
         Self {
             initial_gain: L::splat(gain),
@@ -34,10 +35,10 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
         }
     }
 
-    /// Learns from a regressor `φ` with the weight `δ` and `1/α`; gives `F φ` and the factor that makes it the share of an
-    /// error that goes to each parameter.
+    /// Updates with a regressor `φ`, the weight `δ` and `1/α`; returns `F φ` and the factor that makes it the share of
+    /// an error that each parameter takes.
     #[inline(always)]
-    pub(super) fn learn(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
+    pub(super) fn update(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
         let direction: [L; N] = by_index!(N, |i| dot(self.gain[i], regressor));
         let share = delta * (L::splat(1.0) / (inverse_weight + dot(regressor, direction)));
         self.information = self.information + delta * (squared / inverse_weight);

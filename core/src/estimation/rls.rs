@@ -4,10 +4,10 @@ use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::settings::{Parameters, RlsSettings};
 use crate::lane::{Lane, Mask};
 
-/// `F_0 α_0` above which rounding is watched: below, the eigenvalues of `F` are never further apart than this.
+/// `F_0 α_0` above which rounding is checked. It bounds the ratio of the eigenvalues of `F`.
 const WELL_CONDITIONED: f64 = 1e4;
 
-/// Least share of `F₀₀ F₁₁` that the determinant of `F` may be where rounding is watched.
+/// Smallest allowed ratio of the determinant of `F` to `F₀₀ F₁₁` where rounding is checked.
 const MIN_DETERMINANT: f64 = 1e-12;
 
 /// The Kelvin-Voigt parameters `θ = (K, B)` of the force `y = K p + B v`, tracked sample by sample.
@@ -21,18 +21,19 @@ const MIN_DETERMINANT: f64 = 1e-12;
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                       (17)
 /// 1/α_k = 1 + β φ_kᵀ φ_k                                        (14)
 /// ```
-/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. The dead zone scales the corrections; scaling `F`
-/// itself, as the text after eq. 15 can be read, would end all adaptation at the first small error.
+/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. The dead zone scales the corrections. Scaling `F`
+/// itself, a possible reading of the text after eq. 15, would end all adaptation at the first small error.
 ///
-/// # How long `F` stays positive definite
+/// # Positive definiteness of `F`
 /// With `0 <= δ <= 1` an update adds at most `δ α φφᵀ` to `F⁻¹`, so that `tr(F⁻¹) <= x < α_0` between two restorations:
 /// the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. Where
-/// `F_0 α_0 <= 10⁴` (the default: 102), that takes over 10¹¹ corrections without a restoration. With a longer memory `F`
-/// can lose its sign, so that there each correction checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁` and restores `F_0` otherwise.
+/// `F_0 α_0 <= 10⁴` (the default: 102), that takes over 10¹¹ corrections without a restoration. With a longer memory
+/// `F` can become indefinite. Each correction then checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁` and restores `F_0` if it
+/// does not hold.
 ///
 /// # The order of the fields
-/// What a sample writes is read at the next one, number by number. Two numbers that are used alike and lie side by side would
-/// be read as a pair, and such a read has to wait until both writes have left the processor's queue. So none do.
+/// The numbers written at one sample are read at the next. The compiler would read two adjacent numbers of equal use as
+/// a pair, and such a read waits until both writes have left the store buffer. Therefore no such numbers are adjacent.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Rls<L> {
@@ -41,27 +42,27 @@ pub struct Rls<L> {
     depth: L,
     damping: L,
     gain_00: L,
-    /// `φᵀθ`, the force that the next sample is expected to show.
-    expected: L,
+    /// `φᵀθ`, the force predicted for the next sample.
+    predicted_force: L,
     velocity: L,
     information: L,
     gain_11: L,
     initial_gain: L,
     initial_information: L,
     reset_threshold: L,
-    /// Whether rounding could take the sign of `F` before it is restored.
-    is_watched: bool,
+    /// Whether rounding could make `F` indefinite before it is restored.
+    checks_definiteness: bool,
     normalisation: L,
-    /// What of the velocity is in the regressor: all or nothing.
+    /// Factor of the velocity in the regressor: 1 or 0.
     velocity_share: L,
-    /// `N_0`; below 0 without a dead zone, so that every error is outside of it.
+    /// `N_0`; negative without a dead zone, so that every error is outside.
     dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
 }
 
 impl<L: Lane> Rls<L> {
-    /// An estimator that knows nothing yet (`θ = 0`, `F = F_0`).
+    /// An estimator before the first sample (`θ = 0`, `F = F_0`).
     #[must_use]
     pub fn new(settings: &RlsSettings) -> Self {
         let information = 2.0 / settings.initial_gain;
@@ -72,14 +73,14 @@ impl<L: Lane> Rls<L> {
             depth: L::zero(),
             damping: L::zero(),
             gain_00: L::splat(settings.initial_gain),
-            expected: L::zero(),
+            predicted_force: L::zero(),
             velocity: L::zero(),
             information: L::splat(information),
             gain_11: L::splat(settings.initial_gain),
             initial_gain: L::splat(settings.initial_gain),
             initial_information: L::splat(information),
             reset_threshold: L::splat(settings.reset_threshold),
-            is_watched: settings.initial_gain * settings.reset_threshold > WELL_CONDITIONED,
+            checks_definiteness: settings.initial_gain * settings.reset_threshold > WELL_CONDITIONED,
             normalisation: L::splat(settings.normalisation),
             velocity_share: L::splat(if settings.parameters == Parameters::Stiffness { 0.0 } else { 1.0 }),
             dead_zone: L::splat(if without_dead_zone { -1.0 } else { settings.dead_zone_n }),
@@ -88,7 +89,7 @@ impl<L: Lane> Rls<L> {
         }
     }
 
-    /// Moves parameters and gain where the error is `outside` of the dead zone; gives the parameters' change.
+    /// Updates parameters and gain where the error is `outside` of the dead zone; returns the change of the parameters.
     #[inline(always)]
     fn correct(&mut self, outside: L::Mask, residual: L) -> [L; 2] {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -100,7 +101,7 @@ impl<L: Lane> Rls<L> {
         let inverse_weight = L::splat(1.0) + self.normalisation * squared_regressor;
         let q0 = f00 * p + f01 * v;
         let q1 = f01 * p + f11 * v;
-        // The division does not wait for the residual.
+        // The division does not depend on the residual.
         let share = delta * (one / (inverse_weight + (p * q0 + v * q1)));
         let correction = [share * (q0 * residual), share * (q1 * residual)];
         self.stiffness = self.stiffness + correction[0];
@@ -110,7 +111,7 @@ impl<L: Lane> Rls<L> {
         self.gain_11 = f11 - share * (q1 * q1);
         self.information = self.information + delta * (squared_regressor / inverse_weight);
         let mut restore = self.information.ge(self.reset_threshold);
-        if self.is_watched {
+        if self.checks_definiteness {
             restore = restore | !self.is_definite();
         }
         if restore.any() {
@@ -119,7 +120,7 @@ impl<L: Lane> Rls<L> {
         correction
     }
 
-    /// Whether `F` is positive definite by more than rounding.
+    /// Whether `F` is positive definite by more than rounding errors.
     #[inline(always)]
     fn is_definite(&self) -> L::Mask {
         let [f00, f01, f11] = self.gain();
@@ -156,12 +157,12 @@ impl<L: Lane> Estimator<L> for Rls<L> {
     #[inline(always)]
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
-        let predicted = self.expected;
+        let predicted = self.predicted_force;
         let residual = force_n - predicted;
 
-        // Within the dead zone, where most samples fall, nothing changes: the branch spares two divisions. What it
-        // depends on was computed a tick ago, as samples that leave the dead zone come unforeseen. Side by side some lane
-        // leaves it so often that being wrong about the branch takes longer than the divisions.
+        // Most samples are within the dead zone, where nothing changes: the branch saves two divisions. Its inputs were
+        // computed at the last tick, since samples outside the dead zone are mispredicted. With several lanes some lane
+        // is outside so often that the mispredictions cost more than the divisions.
         let outside = residual.abs().gt(self.dead_zone);
         let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 
@@ -169,7 +170,7 @@ impl<L: Lane> Estimator<L> for Rls<L> {
         let velocity = self.velocity_share * velocity_m_per_s;
         let (p, v) = (L::select(contact, depth_m, zero), L::select(contact, velocity, zero));
         (self.depth, self.velocity) = (p, v);
-        self.expected = p * self.stiffness + v * self.damping;
+        self.predicted_force = p * self.stiffness + v * self.damping;
         Estimate {
             predicted_force_n: predicted,
             residual_n: residual,
@@ -182,20 +183,20 @@ impl<L: Lane> Estimator<L> for Rls<L> {
 
     #[inline(always)]
     fn skip(&mut self) {
-        (self.depth, self.velocity, self.expected) = (L::zero(), L::zero(), L::zero());
+        (self.depth, self.velocity, self.predicted_force) = (L::zero(), L::zero(), L::zero());
     }
 }
 
 crate::lane::gather!(Rls {
     initial_gain, initial_information, reset_threshold, normalisation, velocity_share, dead_zone, dead_zone_slope,
-    dead_zone_offset, stiffness, damping, gain_00, gain_01, gain_11, information, depth, velocity, expected,
-} same { is_watched });
+    dead_zone_offset, stiffness, damping, gain_00, gain_01, gain_11, information, depth, velocity, predicted_force,
+} same { checks_definiteness });
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Depth and velocity of a needle that is pushed with a ripple, so that both parameters are excited.
+    /// Depth and velocity of an insertion with a ripple that excites both parameters.
     fn insertion(k: u32) -> (f64, f64) {
         let t = f64::from(k) * 1e-3;
         (5e-3 + 0.01 * t + 2e-3 * (40.0 * t).sin(), 0.01 + 0.08 * (40.0 * t).cos())
@@ -241,8 +242,8 @@ mod tests {
         for _ in 0..100 {
             rls.update(0.001, 0.02, 0.005);
         }
-        let woken = rls.update(4.0, 0.02, 0.005);
-        assert!(woken.stiffness_n_per_m > 100.0, "{woken:?}");
+        let after_error = rls.update(4.0, 0.02, 0.005);
+        assert!(after_error.stiffness_n_per_m > 100.0, "{after_error:?}");
     }
 
     #[test]
@@ -278,11 +279,11 @@ mod tests {
         }
     }
 
-    /// The least and the greatest eigenvalue of the gain.
+    /// The smallest and the largest eigenvalue of the gain.
     fn eigenvalues(rls: &Rls<f64>) -> [f64; 2] {
         let [f00, f01, f11] = rls.gain();
-        let greater = f64::midpoint(f00, f11) + f64::midpoint(f00, -f11).hypot(f01);
-        [(f00 * f11 - f01 * f01) / greater, greater]
+        let max = f64::midpoint(f00, f11) + f64::midpoint(f00, -f11).hypot(f01);
+        [(f00 * f11 - f01 * f01) / max, max]
     }
 
     #[test]
@@ -292,13 +293,13 @@ mod tests {
         for k in 0..100_000 {
             let (p, v) = insertion(k % 3000);
             rls.update(if k % 2 == 0 { 5.0 } else { -5.0 }, p, v);
-            let [least, greatest] = eigenvalues(&rls);
-            assert!(least > (1.0 - 1e-9) / settings.reset_threshold, "{least}");
-            assert!(greatest <= (1.0 + 1e-12) * settings.initial_gain, "{greatest}");
+            let [min, max] = eigenvalues(&rls);
+            assert!(min > (1.0 - 1e-9) / settings.reset_threshold, "{min}");
+            assert!(max <= (1.0 + 1e-12) * settings.initial_gain, "{max}");
         }
     }
 
-    /// Without the check, `F` loses its sign after a thousand of these samples.
+    /// Without the check, `F` becomes indefinite after a thousand of these samples.
     #[test]
     fn rounding_does_not_take_the_sign_of_the_gain() {
         let settings = RlsSettings {

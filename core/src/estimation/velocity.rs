@@ -6,8 +6,8 @@ use crate::lane::Lane;
 /// A Kalman filter for a position that moves with white acceleration, after Bélanger (1992).
 ///
 /// State `(p, v)`, transition `p += T v`, acceleration of standard deviation `a` held over each tick, position read in
-/// steps of `q` (a uniform error of variance `q²/12`). The gain is the steady state of the Riccati equation,
-/// so that each tick costs two multiplications:
+/// steps of `q` (a uniform error of variance `q²/12`). The gain is the steady state of the Riccati equation, so that
+/// each tick takes few multiplications:
 ///
 /// ```text
 /// p⁻ = p + T v,   p = p⁻ + l₀ (y - p⁻),   v = v + l₁ (y - p⁻)
@@ -43,7 +43,7 @@ impl<L: Lane> VelocityFilter<L> {
         })
     }
 
-    /// Takes a position (m) and gives the velocity (m/s). The first position starts the filter at rest.
+    /// Processes a position (m) and returns the velocity (m/s). The first position starts the filter at rest.
     #[inline(always)]
     pub fn update(&mut self, position_m: L) -> L {
         if !self.started {
@@ -57,7 +57,7 @@ impl<L: Lane> VelocityFilter<L> {
         self.velocity_m_per_s
     }
 
-    /// Takes up again after readings that are missing: from the position (m), with the velocity (m/s) from before.
+    /// Resumes after missing readings at the position (m), with the last velocity (m/s).
     pub fn resume(&mut self, position_m: L) -> L {
         self.started = true;
         self.position_m = position_m;
@@ -65,8 +65,9 @@ impl<L: Lane> VelocityFilter<L> {
     }
 }
 
-/// The steady Kalman gain for a reading variance `r` (m²), in closed form (Kalata 1984): with the tracking index
-/// `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`, `T l₁ = 2 (2 - l₀) - 4 √(1 - l₀) = 2 (1 - ρ)²`.
+/// The steady-state Kalman gain for a measurement variance `r` (m²), in closed form (Kalata 1984): with the tracking
+/// index `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`,
+/// `T l₁ = 2 (2 - l₀) - 4 √(1 - l₀) = 2 (1 - ρ)²`.
 fn steady_gain(tick_s: f64, r: f64, acceleration: f64) -> [f64; 2] {
     let index = acceleration * tick_s * tick_s / libm::sqrt(r);
     let rho = (4.0 + index - libm::sqrt(8.0 * index + index * index)) / 4.0;

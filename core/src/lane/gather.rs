@@ -1,19 +1,19 @@
-//! From eight things of one number each to one of eight numbers.
+//! Conversion of eight scalar parts into one part of eight lanes.
 
 #[cfg(feature = "alloc")]
 use alloc::{boxed::Box, sync::Arc};
 
 use super::{Lane, Mask, of_each};
 
-/// How many numbers there are side by side.
+/// Number of lanes.
 pub const LANES: usize = 8;
 
-/// Something over `f64` that eight of can be laid side by side, each in its lane.
+/// A part over `f64`, eight of which can be combined into one part of eight lanes.
 pub trait Gather: Sized {
-    /// The same over any number of eight lanes.
+    /// The same part over a [`Lane`] type of eight lanes.
     type Of<L: Lane>;
 
-    /// All of them, the first in lane 0; nothing where they differ in more than numbers.
+    /// Combines all parts, the first in lane 0; `None` if they differ in more than numbers.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>>;
 }
 
@@ -73,8 +73,8 @@ impl<T: Gather> Gather for Box<[T]> {
 
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let length = all[0].len();
-        let alike = all.iter().all(|one| one.len() == length);
-        alike.then(|| (0..length).map(|i| T::gather(of_each!(all, |one| &one[i]))).collect())?
+        let equal = all.iter().all(|one| one.len() == length);
+        equal.then(|| (0..length).map(|i| T::gather(of_each!(all, |one| &one[i]))).collect())?
     }
 }
 
@@ -84,12 +84,12 @@ impl<T: Gather> Gather for Arc<[T]> {
 
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let length = all[0].len();
-        let alike = all.iter().all(|one| one.len() == length);
-        alike.then(|| (0..length).map(|i| T::gather(of_each!(all, |one| &one[i]))).collect())?
+        let equal = all.iter().all(|one| one.len() == length);
+        equal.then(|| (0..length).map(|i| T::gather(of_each!(all, |one| &one[i]))).collect())?
     }
 }
 
-/// Truth values side by side.
+/// Combines truth values into a mask.
 pub fn gather_mask<L: Lane>(all: [bool; LANES]) -> L::Mask {
     if all == [all[0]; LANES] {
         return L::Mask::splat(all[0]);
@@ -98,7 +98,7 @@ pub fn gather_mask<L: Lane>(all: [bool; LANES]) -> L::Mask {
 }
 
 #[cfg(feature = "alloc")]
-/// Whether two lists hold the same, which one that is shared need not be read for.
+/// Whether all lists are equal. A shared list is equal without being compared.
 pub fn same_list<T: PartialEq>(all: [&Arc<[T]>; LANES]) -> bool {
     all.iter().all(|one| Arc::ptr_eq(one, all[0]) || one == &all[0])
 }

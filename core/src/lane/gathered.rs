@@ -1,6 +1,6 @@
-//! What saves writing [`Gather`](super::Gather) out for every struct of a tick and loops.
+//! Macros that implement [`Gather`](super::Gather) for the structs of a tick.
 
-/// A part of each of eight things: what `map` gives, in a tenth of the code, of which there is much.
+/// Maps eight values, as `map` does, but compiles to a tenth of the code.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_each {
@@ -13,8 +13,8 @@ macro_rules! of_each {
         [$({ let $one = $of; $part }),*]
     };
 }
-/// `Gather` for a struct: its numbers, its masks (`bool` over `f64`), what has to be the same, and enums of which the kind
-/// alone matters in the tick.
+/// Implements `Gather` for a struct from its numbers, its masks (`bool` over `f64`), the fields that must be equal
+/// (`same`), and the enums of which only the variant matters in the tick (`kinds`).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
@@ -24,12 +24,12 @@ macro_rules! gather {
             type Of<L: $crate::lane::Lane> = $Type<L $(, $N)?>;
 
             fn gather<L: $crate::lane::Lane>(all: [&Self; $crate::lane::LANES]) -> Option<Self::Of<L>> {
-                let alike = true
+                let equal = true
                     $($(&& all.iter().all(|one| one.$same == all[0].$same))*)?
                     $($(&& all.iter().all(|one| {
                         core::mem::discriminant(&one.$kind) == core::mem::discriminant(&all[0].$kind)
                     }))*)?;
-                if !alike {
+                if !equal {
                     return None;
                 }
                 Some($Type {
@@ -43,7 +43,7 @@ macro_rules! gather {
     };
 }
 
-/// `Gather` for an enum of which all have to be the same variant, each with one thing in it, or nothing.
+/// Implements `Gather` for an enum. All values must be the same variant, with one field or none.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
@@ -69,8 +69,8 @@ macro_rules! gather_variants {
     };
 }
 
-/// An array of lanes by its index, in the tick's own loop: `array::from_fn` is a function, and its closure another, that are
-/// compiled without the instruction set of the run which they are part of.
+/// Builds an array of lanes by a loop over its index. `array::from_fn` and its closure are separate functions, compiled
+/// without the instruction set of the run.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! by_index {

@@ -1,11 +1,12 @@
-//! A commanded quantity that outlives bad samples.
+//! A commanded quantity that is held during bad samples.
 
-/// A value that is passed on, held while its channel is bad, and then led back to what is read.
+/// A value that follows the reading, is held while its channel is bad, and then returns to the reading in bounded
+/// steps.
 ///
 /// ```text
 /// good        y = reading
-/// bad         y = the last one
-/// leading back  y = reading + gap, the gap from what was held, less a step a tick until it is 0
+/// bad         y = last value
+/// recovering  y = reading + gap; the gap starts at held value - reading and shrinks by a step per tick to 0
 /// ```
 #[derive(Debug, Clone)]
 pub(super) struct Held {
@@ -16,26 +17,26 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// At a value, with the greatest change of the gap in one tick.
+    /// Starts at a value, with the largest change of the gap per tick.
     pub(super) fn at(value: f64, step: f64) -> Self {
         Self { value, gap: 0.0, step, is_held: false }
     }
 
-    /// The reading as it is, where nothing is held or led back.
+    /// Takes the reading unchanged, when no recovery is in progress.
     #[inline(always)]
     pub(super) fn pass(&mut self, reading: f64) -> f64 {
         self.value = reading;
         reading
     }
 
-    /// The last value.
+    /// Holds the last value.
     pub(super) fn hold(&mut self) -> f64 {
         self.is_held = true;
         self.value
     }
 
-    /// The reading, with what remains of the gap to what was held.
-    pub(super) fn lead_back(&mut self, reading: f64) -> f64 {
+    /// The reading plus the remaining gap to the held value.
+    pub(super) fn recover(&mut self, reading: f64) -> f64 {
         if self.is_held {
             self.is_held = false;
             self.gap = self.value - reading;
@@ -45,8 +46,8 @@ impl Held {
         self.value
     }
 
-    /// Whether the reading passes as it is.
-    pub(super) fn is_back(&self) -> bool {
+    /// Whether the reading is used unchanged.
+    pub(super) fn is_recovered(&self) -> bool {
         !self.is_held && self.gap == 0.0
     }
 }
@@ -56,12 +57,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_held_comes_back_by_steps() {
+    fn a_held_value_returns_in_steps() {
         let mut held = Held::at(0.0, 0.5);
         assert_eq!(held.pass(1.0), 1.0);
         assert_eq!([held.hold(), held.hold()], [1.0, 1.0]);
-        assert!(!held.is_back());
-        assert_eq!([held.lead_back(2.25), held.lead_back(2.25), held.lead_back(2.25)], [1.5, 2.0, 2.25]);
-        assert!(held.is_back());
+        assert!(!held.is_recovered());
+        assert_eq!([held.recover(2.25), held.recover(2.25), held.recover(2.25)], [1.5, 2.0, 2.25]);
+        assert!(held.is_recovered());
     }
 }

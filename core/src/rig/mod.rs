@@ -1,8 +1,8 @@
-//! Rls, detector and supervisor for a real controller: one `step(sample) -> command` a tick.
+//! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` per tick.
 //!
-//! It is the source that the simulator runs, in the simulator's order (steps 3 to 6 of [`crate::engine`]'s tick, without a
-//! link's delay): on the same samples it gives the same commands, to the last bit. It takes no allocator, no operating
-//! system and no standard library, and does the same work at every good sample but those of an event.
+//! The simulator runs the same source in the same order (steps 3 to 6 of the tick of `trocar::engine`, without the
+//! delay of a link): the same samples give the same commands, bit for bit. It needs no allocator, no operating system
+//! and no standard library, and does the same work at every good sample outside of an event.
 //!
 //! ```
 //! # use trocar_core as trocar;
@@ -22,18 +22,20 @@
 //! # Ok::<(), trocar::error::InvalidValue>(())
 //! ```
 //!
-//! # Samples that cannot be
+//! # Impossible samples
 //! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel. At such a tick
-//! - the channel's last good value stands in for it (before the first, a rig at rest at [`Settings::start_m`], without force);
-//! - estimator and detector see nothing: no alarm is raised, nothing is learnt, and no correction spans the gap. The detector
-//!   takes the gap for a loss of contact and listens again after [`ArmingSettings::settle_s`](crate::detection::ArmingSettings)
-//!   of quiet contact: a rupture within that time is missed;
-//! - the supervisor's clocks go on, so that an event ends when it should;
-//! - [`Command::faults`] names the channels, and [`Command::faulty_samples`] counts the bad samples on end.
+//! - the channel's last good value replaces it (before the first, a rig at rest at [`Settings::start_m`], without
+//!   force);
+//! - estimator and detector skip the sample: no alarm is raised, the estimate does not change, and no correction spans
+//!   the gap. The detector treats the gap as a loss of contact and is armed again after
+//!   [`ArmingSettings::settle_s`](crate::detection::ArmingSettings) of quiet contact: a rupture within that time is
+//!   missed;
+//! - the supervisor's timers continue, so that an event ends on time;
+//! - [`Command::faults`] names the channels, and [`Command::faulty_samples`] counts the consecutive bad samples.
 //!
-//! When good samples come again, the slave's reference runs to the hand's, and the fed-back force to the measured one, no
-//! faster than [`Limits::recovery_speed_m_per_s`] and [`Limits::recovery_force_rate_n_per_s`]. What holds for ever is not
-//! safe for ever: how many bad samples a rig bears before it cuts its motors is its builder's to decide.
+//! When good samples return, the slave's reference returns to the hand, and the feedback force to the measured one, no
+//! faster than [`Limits::recovery_speed_m_per_s`] and [`Limits::recovery_force_rate_n_per_s`]. Holding the last value
+//! is not safe for long: the builder of the rig decides after how many bad samples the motors are switched off.
 
 mod held;
 mod sample;
@@ -60,7 +62,7 @@ pub struct HapticController {
     force_scale: f64,
     limits: Limits,
     tick: u64,
-    /// What the supervisor was last told, in which bad values find their stand-ins.
+    /// The supervisor's last inputs, which replace bad values.
     hand_m: Held,
     force_n: Held,
     slave_m: f64,
@@ -68,12 +70,12 @@ pub struct HapticController {
     /// `K` and `B`.
     parameters: [f64; 2],
     faulty_samples: u32,
-    /// Whether the last sample was bad, or what was held has not come back to what is read.
+    /// Whether the last sample was bad or a held value has not yet returned to its reading.
     is_disturbed: bool,
 }
 
 impl HapticController {
-    /// A controller in teleoperation that knows nothing yet.
+    /// A controller in teleoperation, before the first sample.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -110,10 +112,10 @@ impl HapticController {
         })
     }
 
-    /// Takes the sample of a tick and gives its command. Samples are [`Settings::tick_s`] apart; a tick without one takes
-    /// [`Sample::MISSING`].
+    /// Processes the sample of a tick and returns its command. Samples are [`Settings::tick_s`] apart; for a tick
+    /// without a sample pass [`Sample::MISSING`].
     ///
-    /// Whatever the sample holds, every number of the command is finite.
+    /// Every number of the command is finite, for any sample.
     #[inline]
     pub fn step(&mut self, sample: &Sample) -> Command {
         let faults = self.faults(sample);
@@ -125,14 +127,14 @@ impl HapticController {
             Some(filter) => filter.update(sample.slave_position_m),
             None => sample.slave_velocity_m_per_s,
         };
-        let seen = self.chain.step(&self.reading(sample.force_n));
-        self.parameters = [seen.estimate.stiffness_n_per_m, seen.estimate.damping_n_s_per_m];
+        let insight = self.chain.step(&self.reading(sample.force_n));
+        self.parameters = [insight.estimate.stiffness_n_per_m, insight.estimate.damping_n_s_per_m];
         let hand_m = self.hand_m.pass(self.position_scale * sample.master_position_m);
         let force_n = self.force_n.pass(self.force_scale * sample.force_n);
-        self.command(&seen, hand_m, force_n, faults)
+        self.command(&insight, hand_m, force_n, faults)
     }
 
-    /// How many samples have been taken.
+    /// Number of samples processed.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.tick
@@ -147,7 +149,7 @@ impl HapticController {
     #[inline(always)]
     fn faults(&self, sample: &Sample) -> Faults {
         let Limits { position_m, velocity_m_per_s, force_n, .. } = self.limits;
-        // NaN is beyond every limit.
+        // NaN counts as beyond every limit.
         let is_beyond = |value: f64, limit: f64| !value.abs().le(limit);
         Faults {
             master_position: is_beyond(sample.master_position_m, position_m),
@@ -157,16 +159,16 @@ impl HapticController {
         }
     }
 
-    /// The slave's position and velocity as they are known, with a force (N).
+    /// The last good position and velocity of the slave, with a force (N).
     #[inline(always)]
     fn reading(&self, force_n: f64) -> Reading<f64> {
         Reading { force_n, position_m: self.slave_m, velocity_m_per_s: self.velocity_m_per_s }
     }
 
-    /// The supervisor's part, and the end of the tick.
+    /// Runs the supervisor and completes the tick.
     #[inline(always)]
-    fn command(&mut self, seen: &Insight<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
-        let Insight { estimate, decision, .. } = seen;
+    fn command(&mut self, insight: &Insight<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
+        let Insight { estimate, decision, .. } = insight;
         let situation = Situation {
             tick: self.tick,
             alarm: decision.alarm,
@@ -195,7 +197,7 @@ impl HapticController {
         }
     }
 
-    /// A tick whose sample is bad, follows a bad one, or finds what was held on its way back.
+    /// A tick whose sample is bad, follows a bad one, or falls into a recovery.
     #[cold]
     #[inline(never)]
     fn step_disturbed(&mut self, sample: &Sample, faults: Faults) -> Command {
@@ -211,27 +213,27 @@ impl HapticController {
                 None => sample.slave_velocity_m_per_s,
             };
         }
-        let seen = if faults.any() || follows_a_bad_one {
-            self.pass_over(sample, faults)
+        let insight = if faults.any() || follows_a_bad_one {
+            self.skip_sample(sample, faults)
         } else {
             self.chain.step(&self.reading(sample.force_n))
         };
-        self.parameters = [seen.estimate.stiffness_n_per_m, seen.estimate.damping_n_s_per_m];
+        self.parameters = [insight.estimate.stiffness_n_per_m, insight.estimate.damping_n_s_per_m];
 
         let hand_m = match faults.master_position {
             true => self.hand_m.hold(),
-            false => self.hand_m.lead_back(self.position_scale * sample.master_position_m),
+            false => self.hand_m.recover(self.position_scale * sample.master_position_m),
         };
         let force_n = match faults.force {
             true => self.force_n.hold(),
-            false => self.force_n.lead_back(self.force_scale * sample.force_n),
+            false => self.force_n.recover(self.force_scale * sample.force_n),
         };
-        self.is_disturbed = faults.any() || !(self.hand_m.is_back() && self.force_n.is_back());
-        self.command(&seen, hand_m, force_n, faults)
+        self.is_disturbed = faults.any() || !(self.hand_m.is_recovered() && self.force_n.is_recovered());
+        self.command(&insight, hand_m, force_n, faults)
     }
 
-    /// What is made of a bad sample or of the first good one after it: no residual, no correction, no alarm.
-    fn pass_over(&mut self, sample: &Sample, faults: Faults) -> Insight<f64> {
+    /// Handles a bad sample or the first good one after it: no residual, no correction, no alarm.
+    fn skip_sample(&mut self, sample: &Sample, faults: Faults) -> Insight<f64> {
         let decision = if faults.any() {
             self.chain.skip(if faults.force { 0.0 } else { sample.force_n }, self.velocity_m_per_s)
         } else {

@@ -1,8 +1,8 @@
-//! What goes into a step and what comes out.
+//! Input and output of a step.
 
 use crate::augmentation::Mode;
 
-/// What a rig has measured at a tick.
+/// A rig's measurements at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// `x_h` in m.
@@ -16,7 +16,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// The sample of a tick at which nothing was measured: all of it counts as bad.
+    /// The sample of a tick without a measurement: every channel counts as bad.
     pub const MISSING: Self = Self {
         master_position_m: f64::NAN,
         slave_position_m: f64::NAN,
@@ -25,21 +25,21 @@ impl Sample {
     };
 }
 
-/// Which numbers of a sample could not be true.
+/// The channels of a sample with an impossible value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults {
     /// The master's position.
     pub master_position: bool,
     /// The slave's position.
     pub slave_position: bool,
-    /// The slave's velocity, where it is read.
+    /// The slave's velocity, if it is read.
     pub slave_velocity: bool,
     /// The force.
     pub force: bool,
 }
 
 impl Faults {
-    /// Whether there is one.
+    /// Whether any channel is faulty.
     #[inline(always)]
     #[must_use]
     pub fn any(self) -> bool {
@@ -47,37 +47,37 @@ impl Faults {
     }
 }
 
-/// What a rig is to do at a tick, and why.
+/// A rig's commands at one tick, and the values that led to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// `x_ref` for the slave's position controller, in m.
     pub slave_reference_m: f64,
     /// `F_ed` for the master's force controller, in N.
     pub master_force_n: f64,
-    /// The most by which the law in force lets `F_ed` differ from the last tick's, in N.
+    /// Largest change of `F_ed` from the last tick that the active law allows, in N.
     pub allowed_force_step_n: f64,
-    /// What the supervisor is doing.
+    /// Mode of the supervisor.
     pub mode: Mode,
-    /// Whether a rupture is announced at this sample.
+    /// Whether the detector raises an alarm at this sample.
     pub alarm: bool,
-    /// Whether the supervisor acts on it (with augmentation disabled: whether there is one).
+    /// Whether the supervisor acts on the alarm (with augmentation disabled: whether there is one).
     pub alarm_taken: bool,
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,
     /// `B` in N·s/m.
     pub damping_n_s_per_m: f64,
-    /// `ŷ` in N; 0 where there is no prediction.
+    /// `ŷ` in N; 0 if there is no prediction.
     pub predicted_force_n: f64,
-    /// `e = y - ŷ` in N; 0 at a bad sample and at the one after.
+    /// `e = y - ŷ` in N; 0 at a bad sample and at the next one.
     pub residual_n: f64,
     /// `s`, in the unit of the distance.
     pub distance: f64,
     /// `g`, in the unit of the distance.
     pub decision: f64,
-    /// `v_e` as the estimator took it, in m/s.
+    /// `v_e` as used by the estimator, in m/s.
     pub slave_velocity_m_per_s: f64,
-    /// What was wrong with the sample.
+    /// Faults of the sample.
     pub faults: Faults,
-    /// How many bad samples on end this one makes; 0 where it is good.
+    /// Number of consecutive bad samples, including this one; 0 if it is good.
     pub faulty_samples: u32,
 }

@@ -1,24 +1,24 @@
-//! What a rig tells its controller.
+//! Settings of a rig's controller.
 
 use crate::augmentation::{AmplifySettings, AugmentationSettings, ForceLawSettings};
 use crate::detection::DetectorSettings;
 use crate::error::{InvalidValue, finite, positive, require};
 use crate::estimation::{RlsSettings, VelocityFilter};
 
-/// Least and greatest magnitude of a setting that the tick divides by or multiplies with. Within these no product of the
-/// tick leaves the range of a 64-bit float, nor turns 0: chosen here, far beyond any rig.
-const LEAST: f64 = 1e-12;
-const GREATEST: f64 = 1e12;
+/// Smallest and largest magnitude of a setting that the tick divides by or multiplies with. Within these bounds no
+/// product of the tick overflows or underflows a 64-bit float. Chosen here, far beyond any rig.
+const MIN_MAGNITUDE: f64 = 1e-12;
+const MAX_MAGNITUDE: f64 = 1e12;
 
-/// Greatest limit, scale and amplification.
+/// Largest limit, scale and amplification.
 const MAX_LIMIT: f64 = 1e6;
 
-/// Where the slave's velocity comes from.
+/// Source of the slave's velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VelocitySource {
     /// From the sample.
     Measured,
-    /// From the slave's positions, by a [`VelocityFilter`].
+    /// Estimated from the slave's positions by a [`VelocityFilter`].
     Filtered {
         /// Step of the encoder in m, above 0.
         resolution_m: f64,
@@ -27,23 +27,23 @@ pub enum VelocitySource {
     },
 }
 
-/// What a sample can be, and how fast commands come back after samples that could not.
+/// Limits of a possible sample, and how fast commands recover after impossible ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Greatest magnitude of a position in m, above 0, at most 10⁶.
+    /// Largest magnitude of a position in m, above 0, at most 10⁶.
     pub position_m: f64,
-    /// Greatest magnitude of a velocity in m/s, above 0, at most 10⁶.
+    /// Largest magnitude of a velocity in m/s, above 0, at most 10⁶.
     pub velocity_m_per_s: f64,
-    /// Greatest magnitude of a force in N, above 0, at most 10⁶: not above the sensor's range.
+    /// Largest magnitude of a force in N, above 0, at most 10⁶: not above the sensor's range.
     pub force_n: f64,
-    /// Speed at which the reference closes in on the hand, in m/s, above 0.
+    /// Speed at which the reference returns to the hand, in m/s, above 0.
     pub recovery_speed_m_per_s: f64,
-    /// Rate at which the fed-back force closes in on the measured one, in N/s, above 0.
+    /// Rate at which the feedback force returns to the measured one, in N/s, above 0.
     pub recovery_force_rate_n_per_s: f64,
 }
 
 impl Default for Limits {
-    /// Wider than a needle's rig, chosen here; the way back is that of a link after an outage.
+    /// Wider than a needle's rig, chosen here; the recovery is that of a link after an outage.
     fn default() -> Self {
         Self {
             position_m: 1.0,
@@ -55,20 +55,20 @@ impl Default for Limits {
     }
 }
 
-/// Everything that a [`HapticController`](super::HapticController) is told.
+/// All settings of a [`HapticController`](super::HapticController).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Time between two samples in s, from 10⁻⁶ to 1.
     pub tick_s: f64,
-    /// Where the master stands when the controller starts, in m: its stand-in until it is read.
+    /// Position of the master when the controller starts, in m: used until the first good sample.
     pub start_m: f64,
-    /// Where the estimator takes the tissue to begin, in m.
+    /// Position of the tissue surface assumed by the estimator, in m.
     pub contact_m: f64,
-    /// Slave's motion per master's, above 0.
+    /// Slave motion per master motion, above 0.
     pub position_scale: f64,
-    /// Force fed back per force measured, above 0.
+    /// Feedback force per measured force, above 0.
     pub force_scale: f64,
-    /// Where the slave's velocity comes from.
+    /// Source of the slave's velocity.
     pub velocity: VelocitySource,
     /// The estimator.
     pub estimator: RlsSettings,
@@ -76,12 +76,12 @@ pub struct Settings {
     pub detector: DetectorSettings,
     /// The supervisor.
     pub augmentation: AugmentationSettings,
-    /// What a sample can be.
+    /// The limits of a possible sample.
     pub limits: Limits,
 }
 
 impl Default for Settings {
-    /// The simulator's, at 1 kHz, with the tissue from 0 on.
+    /// The simulator's settings at 1 kHz, with the tissue surface at 0.
     fn default() -> Self {
         Self {
             tick_s: 1e-3,
@@ -99,7 +99,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Checks the ranges that the fields state, those of estimator, detector and supervisor, and that no good sample can
+    /// Checks the stated ranges of the fields, those of estimator, detector and supervisor, and that no good sample can
     /// make a tick's numbers overflow.
     ///
     /// # Errors
@@ -116,8 +116,8 @@ impl Settings {
             VelocityFilter::<f64>::new(self.tick_s, resolution_m, acceleration_std_m_per_s2)?;
         }
         self.estimator.validate()?;
-        let papers = "stiffness or stiffness-and-damping with resetting: a rig runs no other estimator";
-        require("estimator.parameters", 0.0, self.estimator.is_baseline(), papers)?;
+        let requirement = "stiffness or stiffness-and-damping with resetting: a rig runs no other estimator";
+        require("estimator.parameters", 0.0, self.estimator.is_baseline(), requirement)?;
         moderate("estimator.initial_gain", self.estimator.initial_gain)?;
         moderate_or_zero("estimator.dead_zone_n", self.estimator.dead_zone_n)?;
         moderate_or_zero("estimator.normalisation", self.estimator.normalisation)?;
@@ -135,7 +135,7 @@ impl Settings {
 }
 
 impl Limits {
-    /// Checks the ranges that the fields state.
+    /// Checks the stated ranges of the fields.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first limit out of range.
@@ -154,12 +154,12 @@ fn within(name: &'static str, value: f64, limit: f64) -> Result<f64, InvalidValu
     require(name, value, value.abs() <= limit, "within the limit of positions")
 }
 
-fn at_most(name: &'static str, value: f64, greatest: f64) -> Result<f64, InvalidValue> {
-    require(name, value, value >= LEAST && value <= greatest, "positive, from 1e-12 to 1e6")
+fn at_most(name: &'static str, value: f64, max: f64) -> Result<f64, InvalidValue> {
+    require(name, value, value >= MIN_MAGNITUDE && value <= max, "positive, from 1e-12 to 1e6")
 }
 
 fn moderate(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
-    require(name, value, (LEAST..=GREATEST).contains(&value.abs()), "of a magnitude from 1e-12 to 1e12")
+    require(name, value, (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&value.abs()), "of a magnitude from 1e-12 to 1e12")
 }
 
 fn moderate_or_zero(name: &'static str, value: f64) -> Result<f64, InvalidValue> {

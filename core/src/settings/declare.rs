@@ -4,12 +4,12 @@
 ///
 /// ```
 /// trocar_core::settings! {
-///     /// When to enter and to leave.
+///     /// When an event begins and ends.
 ///     #[derive(Debug, Clone, Copy, PartialEq)]
 ///     pub struct Hold in "augmentation." {
 ///         /// Shortest freeze.
 ///         ///
-///         /// In s; what follows the first paragraph is for readers of the code alone.
+///         /// In s. Only readers of the code see text after the first paragraph.
 ///         min_hold_s: f64 [NON_NEGATIVE] = 0.5,
 ///         /// Longest freeze.
 ///         max_hold_s: f64 [NON_NEGATIVE] = 1.0,
@@ -21,31 +21,30 @@
 /// assert!(Hold { min_hold_s: 2.0, ..Hold::DEFAULT }.validate().is_err());
 /// ```
 ///
-/// gives the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after `in` and the
-/// field's name, or what follows `at`. A field is one of
+/// generates the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after
+/// `in` and the field's name, or the literal after `at`. A field is one of
 ///
 /// | declaration | holds |
 /// |---|---|
 /// | `name: f64 [RANGE] = 0.5` | a number; `RANGE` is a constant of [`Range`](crate::settings::Range) or an expression that gives one |
 /// | `name: f64 [SIGN] = 1.0` | 1 or -1 |
-/// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | a number that follows from the fields before it, as the text says |
+/// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | a number derived from the fields before it; the text states the rule |
 /// | `name: Option<f64> [RANGE]` | a number or none |
-/// | `name: u64 [1..] = 1`, `name: usize [1..] = 1` | a whole number and its least value |
+/// | `name: u64 [1..] = 1`, `name: usize [1..] = 1` | a whole number and its minimum |
 /// | `name: bool = true` | true or false |
 /// | `name: Vec<f64> = [0.0, 1.0]` | numbers |
 /// | `name: String = "time_s"`, `name: Option<String>` | a text, or none |
 /// | `name: Option<String> [FILE]` | the path of a file, as it is written |
-/// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | what the reader makes of other keys, as the text says |
-/// | `name: Other` | other settings or a choice, keys and all |
-/// | `name: Other [kinds last]` | a choice whose kinds have their keys behind those of all fields |
+/// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived from other keys by the reader; the text states the rule |
+/// | `name: Other` | other settings or a choice, with their keys |
+/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow those of all fields |
 ///
-/// `for Motion::Any | Inserting` ahead of a default names the kinds of a choice for which a key acts, `for (...)` gives them
-/// as an [`ActsFor`](crate::settings::ActsFor).
-/// `given (threshold: f64)` behind the prefix names what the fields follow from besides: `read` takes it, and `name: Other
-/// (threshold)` passes it on. There is no default then, unless it has one itself, as in `given (threshold: f64 = 2.0)`; that
-/// also gives `default_for`. `no DEFAULT` says that a field has none; `no const` that one cannot
-/// be made at compile time, and gives `Default` alone. `where field: |s| ..., "at least ...";` checks a field against others,
-/// `then Self::check;` whatever else there is to check.
+/// `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
+/// them as an [`ActsFor`](crate::settings::ActsFor). `given (threshold: f64)` after the prefix names extra inputs of
+/// the defaults: `read` takes them, and `name: Other (threshold)` passes them on. There is no default then, unless the
+/// input has one, as in `given (threshold: f64 = 2.0)`; that also generates `default_for`. `no DEFAULT` states that a
+/// field has no default; `no const` that a default cannot be built at compile time, and generates `Default` alone.
+/// `where field: |s| ..., "at least ...";` checks a field against others; `then Self::check;` runs any other check.
 #[macro_export]
 macro_rules! settings {
     (
@@ -74,7 +73,7 @@ macro_rules! settings {
         }
 
         impl $name {
-            /// The keys that set it, in their order.
+            /// The keys of these settings, in order.
             pub const KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[
                     $($crate::settings!(@acting
@@ -87,7 +86,7 @@ macro_rules! settings {
                 &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
             };
 
-            /// Checks the ranges that the fields state, and what they state of one another.
+            /// Checks the stated ranges of the fields and the conditions between them.
             ///
             /// # Errors
             /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
@@ -114,7 +113,7 @@ macro_rules! settings {
             /// Reads it.
             ///
             /// # Errors
-            /// Those of the source.
+            /// Errors of the source.
             pub fn read<S: $crate::settings::Source>(
                 source: &mut S $($(, $given: $given_ty)+)?
             ) -> Result<Self, S::Error> {
@@ -131,11 +130,11 @@ macro_rules! settings {
         });
     };
 
-    // Where a field stands.
+    // The path of a field's key.
     (@path $prefix:literal $field:ident) => { concat!($prefix, stringify!($field)) };
     (@path $prefix:literal $field:ident $key:literal) => { $key };
 
-    // What it means.
+    // The meaning of a key.
     (@meaning $($doc:literal)*) => {{
         const LINES: &[&str] = &[$($doc),*];
         const SENTENCE: &$crate::settings::Sentence<{ $crate::settings::sentence_len(LINES) }> =
@@ -146,7 +145,7 @@ macro_rules! settings {
     (@range $range:ident) => { $crate::settings::Range::$range };
     (@range $($range:tt)+) => { $($range)+ };
 
-    // For which kinds they act.
+    // The kinds for which keys act.
     (@acting {} {} $keys:expr) => { $keys };
     (@acting {$choice:ident $($kind:ident)+} {} $keys:expr) => {
         $crate::settings!(@acting {} {
@@ -159,7 +158,7 @@ macro_rules! settings {
         &$crate::settings::acting::<COUNT>(GROUPS, $acts_for)
     }};
 
-    // Its keys.
+    // The keys of a field.
     (@keys ($path:expr) ($($doc:literal)*) {f64} {SIGN} {= $default:expr}) => {
         &[$crate::settings::Key::sign($path, $default, $crate::settings!(@meaning $($doc)*))]
     };
@@ -204,11 +203,11 @@ macro_rules! settings {
             $path, $crate::settings!(@range $($range)+), $crate::settings!(@meaning $($doc)*)
         )]
     };
-    (@keys ($path:expr) ($($doc:literal)*) {u64} {$least:literal ..} {= $default:expr}) => {
-        &[$crate::settings::Key::whole($path, $least, $default, $crate::settings!(@meaning $($doc)*))]
+    (@keys ($path:expr) ($($doc:literal)*) {u64} {$min:literal ..} {= $default:expr}) => {
+        &[$crate::settings::Key::whole($path, $min, $default, $crate::settings!(@meaning $($doc)*))]
     };
-    (@keys ($path:expr) ($($doc:literal)*) {usize} {$least:literal ..} {= $default:expr}) => {
-        &[$crate::settings::Key::whole($path, $least, $default as u64, $crate::settings!(@meaning $($doc)*))]
+    (@keys ($path:expr) ($($doc:literal)*) {usize} {$min:literal ..} {= $default:expr}) => {
+        &[$crate::settings::Key::whole($path, $min, $default as u64, $crate::settings!(@meaning $($doc)*))]
     };
     (@keys ($path:expr) ($($doc:literal)*) {bool} {} {= $default:expr}) => {
         &[$crate::settings::Key::flag($path, $default, $crate::settings!(@meaning $($doc)*))]
@@ -221,7 +220,7 @@ macro_rules! settings {
     (@kinds {$other:ident} {kinds last}) => { $other::KIND_KEYS };
     (@kinds {$other:ident} {$($range:tt)*}) => { &[] };
 
-    // Its range.
+    // The check of a field's range.
     (@check ($path:expr) ($value:expr) {f64} {SIGN}) => {
         $crate::error::require($path, *$value, *$value == 1.0 || *$value == -1.0, "1 or -1")?;
     };
@@ -233,13 +232,13 @@ macro_rules! settings {
             $crate::settings!(@range $($range)+).check($path, *value)?;
         }
     };
-    (@check ($path:expr) ($value:expr) {u64} {$least:literal ..}) => {
-        let requirement = concat!("a whole number of at least ", $least);
-        $crate::error::require($path, *$value as f64, *$value >= $least, requirement)?;
+    (@check ($path:expr) ($value:expr) {u64} {$min:literal ..}) => {
+        let requirement = concat!("a whole number of at least ", $min);
+        $crate::error::require($path, *$value as f64, *$value >= $min, requirement)?;
     };
-    (@check ($path:expr) ($value:expr) {usize} {$least:literal ..}) => {
-        let requirement = concat!("a whole number of at least ", $least);
-        $crate::error::require($path, *$value as f64, *$value >= $least, requirement)?;
+    (@check ($path:expr) ($value:expr) {usize} {$min:literal ..}) => {
+        let requirement = concat!("a whole number of at least ", $min);
+        $crate::error::require($path, *$value as f64, *$value >= $min, requirement)?;
     };
     (@check ($path:expr) ($value:expr) {bool} {}) => {};
     (@check ($path:expr) ($value:expr) {String} {}) => {};
@@ -251,7 +250,7 @@ macro_rules! settings {
     };
     (@check ($path:expr) ($value:expr) {$other:ident} {$($last:ident)*}) => { $other::validate($value)?; };
 
-    // Its value, out of a source.
+    // The value of a field, read from a source.
     (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {}) => { $source.number($path)? };
     (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {=> $derived:expr}) => {
         $source.number_or($path, || $derived)
@@ -292,7 +291,7 @@ macro_rules! settings {
             /// The default.
             pub const DEFAULT: Self = Self::default_for($($stand_in),+);
 
-            /// The default where what it follows from is another.
+            /// The default for other inputs.
             #[must_use]
             pub const fn default_for($($given: $given_ty),+) -> Self {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
@@ -332,12 +331,12 @@ macro_rules! settings {
 ///     /// Let the felt force decay, or scale its variation.
 ///     #[derive(Debug, Clone, Copy, PartialEq)]
 ///     pub enum Law at "augmentation.force_law" = Decay {
-///         /// Towards a share of the force at the alarm.
+///         /// Towards a fraction of the force at the alarm.
 ///         "decay" => Decay in "augmentation.decay_" {
-///             /// Where decay ends.
+///             /// Final fraction.
 ///             ratio: f64 [SHARE] = 0.0,
 ///         },
-///         /// As it is.
+///         /// Unchanged.
 ///         "none" => None,
 ///     }
 /// }
@@ -346,9 +345,10 @@ macro_rules! settings {
 /// assert_eq!(Law::DEFAULT.word(), "decay");
 /// ```
 ///
-/// gives the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its own key `KEY`, those
-/// of its kinds `KIND_KEYS`, and `KEYS`, all of them. A kind holds nothing, fields as those of [`settings!`](crate::settings!),
-/// or other settings in parentheses; its keys act for it alone, or for all kinds that have them. `no const` gives `Default` alone. Kinds that all hold nothing are listed in `ALL`.
+/// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its own key
+/// `KEY`, those of its kinds `KIND_KEYS`, and `KEYS`, all of them. A kind is empty, or holds fields as in
+/// [`settings!`](crate::settings!), or other settings in parentheses. Its keys act for it alone, or for all kinds that
+/// have them. `no const` generates `Default` alone. `ALL` lists the kinds if all of them are empty.
 #[macro_export]
 macro_rules! choice {
     (
@@ -384,7 +384,7 @@ macro_rules! choice {
         $crate::choice!(@all $name $({$variant $(($payload))? $({$prefix})?})*);
 
         impl $name {
-            /// The words of its kinds, in their order.
+            /// The words of its kinds, in order.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
             /// Its own key.
@@ -401,7 +401,7 @@ macro_rules! choice {
                 $crate::settings!(@meaning $($about)*),
             );
 
-            /// The keys of its kinds, each of which acts for one of them.
+            /// The keys of its kinds; each acts only for the kinds that have it.
             pub const KIND_KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[$({
                     const GROUPS: &[&[$crate::settings::Key]] = &[
@@ -419,7 +419,7 @@ macro_rules! choice {
                 &$crate::settings::distinct::<{ $crate::settings::count_distinct(GROUPS) }>(GROUPS)
             };
 
-            /// All of them.
+            /// The key of the choice and those of its kinds.
             pub const KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[&[$name::KEY], $name::KIND_KEYS];
                 &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
@@ -433,7 +433,7 @@ macro_rules! choice {
                 }
             }
 
-            /// Checks the ranges that the fields state.
+            /// Checks the stated ranges of the fields.
             ///
             /// # Errors
             /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
@@ -456,7 +456,7 @@ macro_rules! choice {
             /// Reads it.
             ///
             /// # Errors
-            /// Those of the source.
+            /// Errors of the source.
             pub fn read<S: $crate::settings::Source>(source: &mut S) -> Result<Self, S::Error> {
                 let given = source.word($path)?;
                 let given = Self::WORDS.iter().position(|word| *word == given);

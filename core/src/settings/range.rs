@@ -1,4 +1,4 @@
-//! What a number may be.
+//! Allowed ranges of numbers.
 
 use core::fmt;
 
@@ -6,42 +6,42 @@ use crate::error::{InvalidValue, finite, non_negative, positive, require};
 
 /// A bounded range of numbers.
 ///
-/// A scenario's numbers lie within all of it. Settings that a program makes are held only to the meaning of their range
-/// ([`Range::check`]).
+/// Numbers of a scenario file must lie within the bounds. Settings built by a program are checked only against the
+/// meaning of the range ([`Range::check`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     low: f64,
     low_is_open: bool,
     high: f64,
-    /// The range and its reason in words, where it has one.
+    /// The range and its reason in words, if stated.
     stated: Option<&'static str>,
     meaning: Meaning,
 }
 
-/// What settings that a program makes are held to.
+/// The requirement on settings built by a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meaning {
     Finite,
     Positive,
     NonNegative,
-    /// All of the range, in words that end the sentence "must be …".
+    /// The bounds, in words that end the sentence "must be …".
     Within(&'static str),
 }
 
 /// The largest magnitude of a number, and the smallest one of a number that must not be 0: squares and products of such
 /// numbers stay finite, and matrix exponentials keep their digits.
-const EXTREME: f64 = 1e12;
+const MAX_MAGNITUDE: f64 = 1e12;
 
 impl Range {
-    /// Any number of a sensible magnitude.
-    pub const ANY: Self = Self::new(-EXTREME, EXTREME, Meaning::Finite);
+    /// Any number of at most this magnitude.
+    pub const ANY: Self = Self::new(-MAX_MAGNITUDE, MAX_MAGNITUDE, Meaning::Finite);
     /// Above 0.
-    pub const POSITIVE: Self = Self::new(1.0 / EXTREME, EXTREME, Meaning::Positive);
+    pub const POSITIVE: Self = Self::new(1.0 / MAX_MAGNITUDE, MAX_MAGNITUDE, Meaning::Positive);
     /// At least 0.
-    pub const NON_NEGATIVE: Self = Self::new(0.0, EXTREME, Meaning::NonNegative);
-    /// A mass in kg: lighter ones are beyond the precision of the step.
+    pub const NON_NEGATIVE: Self = Self::new(0.0, MAX_MAGNITUDE, Meaning::NonNegative);
+    /// A mass in kg. The step is not precise enough for lighter ones.
     pub const MASS: Self = Self::new(1e-6, 1e6, Meaning::Positive);
-    /// A scale between the two sides.
+    /// A scale between master and slave.
     pub const SCALE: Self = Self::new(0.0, 1e3, Meaning::NonNegative);
     /// From 0 to 1.
     pub const SHARE: Self = Self::new(0.0, 1.0, Meaning::Within("from 0 to 1"));
@@ -49,41 +49,41 @@ impl Range {
     pub const POSITIVE_SHARE: Self =
         Self { low_is_open: true, ..Self::new(0.0, 1.0, Meaning::Within("above 0 and at most 1")) };
     /// At least 1.
-    pub const AT_LEAST_ONE: Self = Self::new(1.0, EXTREME, Meaning::Within("at least 1"));
+    pub const AT_LEAST_ONE: Self = Self::new(1.0, MAX_MAGNITUDE, Meaning::Within("at least 1"));
 
     const fn new(low: f64, high: f64, meaning: Meaning) -> Self {
         Self { low, low_is_open: false, high, stated: None, meaning }
     }
 
-    /// From `low` to `high`, both allowed, for a reason: `stated` ends the sentence "must be …".
+    /// From `low` to `high`, both included; `stated` ends the sentence "must be …" and gives the reason.
     #[must_use]
     pub const fn stated(low: f64, high: f64, stated: &'static str) -> Self {
         Self { stated: Some(stated), ..Self::new(low, high, Meaning::Within(stated)) }
     }
 
-    /// The least number, and whether it is itself outside.
+    /// The lower bound, and whether the bound itself is excluded.
     #[must_use]
     pub fn low(&self) -> (f64, bool) {
         (self.low, self.low_is_open)
     }
 
-    /// The greatest number.
+    /// The upper bound.
     #[must_use]
     pub fn high(&self) -> f64 {
         self.high
     }
 
-    /// Whether a number lies within it.
+    /// Whether a number lies within the bounds.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         let above = if self.low_is_open { value > self.low } else { value >= self.low };
         value.is_finite() && above && value <= self.high
     }
 
-    /// Checks a setting that a program made.
+    /// Checks a setting built by a program.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the key of a number that is not what the range means.
+    /// [`InvalidValue`] naming the key of a number that contradicts the meaning of the range.
     pub fn check(&self, key: &'static str, value: f64) -> Result<(), InvalidValue> {
         match self.meaning {
             Meaning::Finite => finite(key, value),
@@ -106,7 +106,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// A bound as people write it.
+/// A bound in plain or scientific notation.
 struct Plain(f64);
 
 impl fmt::Display for Plain {

@@ -1,4 +1,4 @@
-//! The first paragraph of a documentation, at compile time.
+//! Extracts the first paragraph of a doc comment at compile time.
 
 /// A sentence of `LEN` bytes.
 pub struct Sentence<const LEN: usize>([u8; LEN]);
@@ -14,19 +14,19 @@ impl<const LEN: usize> Sentence<LEN> {
     }
 }
 
-/// How many bytes the first paragraph of some lines has, joined by spaces.
+/// Length in bytes of the first paragraph of the lines, joined by spaces.
 #[must_use]
 pub const fn sentence_len(lines: &[&str]) -> usize {
     let (mut len, mut line) = (0, 0);
     while line < lines.len() && !lines[line].is_empty() {
-        // Each line of a documentation begins with a space.
+        // Each line of a doc comment begins with a space.
         len += lines[line].len();
         line += 1;
     }
     len.saturating_sub(1)
 }
 
-/// The first paragraph of some lines, joined by spaces.
+/// The first paragraph of the lines, joined by spaces.
 #[must_use]
 pub const fn sentence<const LEN: usize>(lines: &[&str]) -> Sentence<LEN> {
     let mut bytes = [0; LEN];

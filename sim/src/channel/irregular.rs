@@ -1,4 +1,4 @@
-//! Samples that come late, out of order, or not at all.
+//! Random delays and losses of samples.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -14,20 +14,21 @@ use crate::time::nearest_ticks;
 const MAX_JITTER_TICKS: u64 = 100_000;
 
 trocar_core::settings! {
-    /// What a link does to samples besides delaying them all alike.
+    /// The random delays and losses of a link.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Irregularity in "channel." {
-        /// Greatest further delay of a sample, drawn anew for each, either way; what arrives after a later one is dropped.
+        /// Maximum extra random delay of each sample, in both directions; a sample that arrives after a later one is
+        /// dropped.
         ///
-        /// Drawn uniformly up to it, in whole ticks.
+        /// Uniformly distributed, in whole ticks.
         jitter_s: f64 [NON_NEGATIVE] = 0.0,
-        /// Probability that a sample is lost, either way; the receiver holds the last one.
+        /// Probability that a sample is lost, in both directions; the receiver holds the last one.
         loss: f64 [SHARE] = 0.0,
     }
 }
 
 impl Irregularity {
-    /// Checks the ranges that the fields state, on ticks of `tick_s` (s).
+    /// Checks the stated ranges of the fields, on ticks of `tick_s` (s).
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -37,25 +38,25 @@ impl Irregularity {
         require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
     }
 
-    /// Whether every sample takes the same time and arrives.
+    /// Whether every sample arrives, with the same delay.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.jitter_s == 0.0 && self.loss == 0.0
     }
 }
 
-/// A sample under way, with the tick at which it was sent.
+/// A sample in transit, with the tick at which it was sent.
 #[derive(Debug, Clone, Copy)]
 struct Sent<L, const N: usize> {
     stamp: L,
     sample: [L; N],
 }
 
-/// One direction of an irregular link: the receiver holds the sample that was sent last of those that have arrived. One
+/// One direction of an irregular link: of the samples that have arrived, the receiver holds the one sent last. A sample
 /// that arrives after a later one is dropped.
 #[derive(Debug, Clone)]
 pub(super) struct Irregular<L, const N: usize> {
-    /// What arrives at each of the coming ticks; of several samples the one sent last.
+    /// The sample that arrives at each future tick; of several samples the one sent last.
     arriving: Box<[Sent<L, N>]>,
     held: Sent<L, N>,
     tick: u64,
@@ -66,11 +67,11 @@ pub(super) struct Irregular<L, const N: usize> {
     streams: Box<[ChaCha8Rng]>,
 }
 
-/// The stamp of no sample.
+/// The stamp of an empty entry.
 const NEVER: f64 = -1.0;
 
 impl<L: Lane, const N: usize> Irregular<L, N> {
-    /// A link with the random numbers of `seed`, lane `i` from stream `first_stream + i` on, on ticks of `tick_s` (s).
+    /// A link on ticks of `tick_s` (s); lane `i` uses stream `first_stream + i` of `seed`.
     pub(super) fn new(
         (irregularity, schedule): (&Irregularity, &Schedule),
         (delay_ticks, tick_s): (u64, f64),
@@ -97,23 +98,23 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         }
     }
 
-    /// How many ticks a sample that arrives takes at most.
+    /// Maximum delay in ticks of a sample that arrives.
     pub(super) fn longest_ticks(&self) -> u64 {
         self.arriving.len() as u64 - 1
     }
 
-    /// Sends a sample and gives the one that the receiver holds.
+    /// Sends a sample and returns the one that the receiver holds.
     pub(super) fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         let places = self.arriving.len() as u64;
         let stamp = self.tick as f64;
         let delay = self.schedule.delay(self.tick, self.delay_ticks);
         for (lane, rng) in self.streams.iter_mut().enumerate() {
-            // Both are drawn each time, so that one setting does not change another's numbers.
-            let (luck, lateness) = (rng.random::<f64>(), rng.random::<f64>());
+            // Both are always drawn, so that one setting does not change the random numbers of the other.
+            let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
             if let Some(delay) = delay
-                && luck >= self.loss
+                && loss_draw >= self.loss
             {
-                let late = delay + (lateness * self.jitter_choices) as u64;
+                let late = delay + (jitter_draw * self.jitter_choices) as u64;
                 let place = &mut self.arriving[((self.tick + late) % places) as usize];
                 place.stamp = place.stamp.with_lane(lane, stamp);
                 for (waiting, sent) in place.sample.iter_mut().zip(sample) {
@@ -141,12 +142,12 @@ impl<const N: usize> crate::lane::Gather for Irregular<f64, N> {
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Irregular<L, N>> {
         use crate::lane::Gather;
         let first = all[0];
-        let alike = all.iter().all(|one| {
+        let equal = all.iter().all(|one| {
             (one.tick, one.delay_ticks) == (first.tick, first.delay_ticks)
                 && (one.jitter_choices, one.loss) == (first.jitter_choices, first.loss)
                 && one.schedule == first.schedule
         });
-        if !alike {
+        if !equal {
             return None;
         }
         Some(Irregular {
@@ -169,7 +170,7 @@ mod tests {
 
     use super::*;
 
-    /// What the receiver holds at each tick, where tick `k` sends `k`; -7 before anything has come.
+    /// The sample that the receiver holds at each tick, where tick `k` sends `k`; -7 before the first arrival.
     fn held(jitter_s: f64, loss: f64, delay_ticks: u64, seed: u64) -> Vec<f64> {
         scheduled(Irregularity { jitter_s, loss }, &Schedule::default(), delay_ticks, seed)
     }
@@ -214,7 +215,7 @@ mod tests {
     fn what_is_sent_in_an_outage_never_arrives() {
         let outage = dead(10..15);
         let held = scheduled(Irregularity::default(), &outage, 3, 1);
-        // Sent at 9, it is held until what was sent at 15 has come.
+        // The sample of tick 9 is held until that of tick 15 arrives.
         assert_eq!(held[11..19], [8.0, 9.0, 9.0, 9.0, 9.0, 9.0, 9.0, 15.0]);
         assert_eq!(held[19_999], 19_996.0);
     }
@@ -230,7 +231,7 @@ mod tests {
 
     #[test]
     fn logged_delays_are_kept_and_a_sample_that_was_overtaken_is_dropped() {
-        // 0 takes 6 ticks and is overtaken by 1, which takes 2; 2 is lost; 3 and 4 come together.
+        // 0 takes 6 ticks and is overtaken by 1, which takes 2; 2 is lost; 3 and 4 arrive together.
         let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4, 3, 3]), Arc::default());
         let held = scheduled(Irregularity::default(), &logged, 0, 1);
         assert_eq!(held[..10], [-7.0, -7.0, -7.0, 1.0, 1.0, 1.0, 1.0, 4.0, 5.0, 6.0]);

@@ -1,5 +1,5 @@
-//! The link between the sides: each direction delays its samples by whole ticks; what is left of a delay splits the tick,
-//! which is the engine's to step.
+//! The link between the sides. Each direction delays its samples by whole ticks; the engine steps the remaining
+//! fraction of a tick.
 
 mod irregular;
 mod schedule;
@@ -10,53 +10,54 @@ pub use schedule::Schedule;
 use crate::lane::{Lane, Mask};
 use irregular::Irregular;
 
-/// Most lanes whose delays may differ.
+/// Maximum number of lanes with different delays.
 const MAX_LANES: usize = crate::lane::LANES;
 
 /// Longest delay in ticks.
 pub const MAX_DELAY_TICKS: u64 = 1_000_000;
 
 trocar_core::settings! {
-    /// How long samples take.
+    /// The delays of the link.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DelaySettings in "channel." {
-        /// From master to slave, of any length; a sampled controller reads what has arrived by its tick.
+        /// Delay from master to slave, of any length; a sampled controller reads the samples that have arrived by its
+        /// tick.
         forward_delay_s: f64 [NON_NEGATIVE] = 0.0,
-        /// From slave to master, of any length.
+        /// Delay from slave to master, of any length.
         backward_delay_s: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
-/// What the receiver has at a tick: a sample of `N` numbers, the last that has come.
+/// What the receiver has at a tick: the last sample that has arrived, of `N` numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival<L: Lane, const N: usize> {
     /// The sample.
     pub sample: [L; N],
-    /// Whether it has come at this very tick.
+    /// Whether it has arrived at this tick.
     pub is_fresh: L::Mask,
 }
 
-/// One direction of the link, for samples of `N` numbers. Until the first has come through, the receiver has the initial
+/// One direction of the link, for samples of `N` numbers. Until the first one arrives, the receiver has the initial
 /// one.
 #[derive(Debug, Clone)]
 pub struct Delay<L: Lane, const N: usize> {
     line: Box<[[L; N]]>,
     next: usize,
-    /// Each lane's own delay in ticks, at least 1 and at most the line's length, where they differ.
+    /// The delay of each lane in ticks, if they differ: at least 1 and at most the length of the line.
     own_ticks: Option<Box<[usize]>>,
     irregular: Option<Box<Irregular<L, N>>>,
 }
 
 impl<L: Lane, const N: usize> Delay<L, N> {
-    /// A delay of `ticks` (0: the same tick; at most [`MAX_DELAY_TICKS`], more is cut to it) holding `initial`.
+    /// A delay of `ticks` (0: the same tick; limited to [`MAX_DELAY_TICKS`]) holding `initial`.
     #[must_use]
     pub fn new(ticks: u64, initial: [L; N]) -> Self {
         let line = vec![initial; ticks.min(MAX_DELAY_TICKS) as usize].into_boxed_slice();
         Self { line, next: 0, own_ticks: None, irregular: None }
     }
 
-    /// The same direction where samples come late, out of order or not at all, by chance and by a timetable, on ticks of
-    /// `tick_s` (s): lane `i` by stream `first_stream + i` of the seed, where `random` is `(seed, first_stream)`.
+    /// Adds random and scheduled delays and losses, on ticks of `tick_s` (s). `random` is `(seed, first_stream)`: lane
+    /// `i` uses stream `first_stream + i` of the seed.
     #[must_use]
     pub fn irregular(
         mut self,
@@ -78,13 +79,13 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         self.line.is_empty() && self.irregular.is_none()
     }
 
-    /// How many ticks a sample that arrives takes at most.
+    /// Maximum delay in ticks of a sample that arrives.
     #[must_use]
     pub fn longest_ticks(&self) -> u64 {
         self.irregular.as_ref().map_or(self.line.len() as u64, |link| link.longest_ticks())
     }
 
-    /// Sends a sample and gives the one that arrives.
+    /// Sends a sample and returns the one that arrives.
     #[inline(always)]
     pub fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         if let Some(link) = &mut self.irregular {
@@ -114,7 +115,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
 impl<const N: usize> crate::lane::Gather for Delay<f64, N> {
     type Of<L: Lane> = Delay<L, N>;
 
-    /// Delays of a tick and more may differ: the line is then as long as the longest.
+    /// Delays of at least one tick may differ: the line is then as long as the longest delay.
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Delay<L, N>> {
         use crate::lane::Gather;
         let lengths = crate::lane::of_each!(all, |one| one.line.len());
@@ -126,7 +127,7 @@ impl<const N: usize> crate::lane::Gather for Delay<f64, N> {
             let line = Gather::gather(crate::lane::of_each!(all, |one| &one.line))?;
             return Some(Delay { line, next: 0, own_ticks: None, irregular });
         }
-        // Nothing has been sent yet: a line holds the initial sample all along.
+        // Nothing has been sent yet: every entry of a line is the initial sample.
         let initial: [L; N] = Gather::gather(crate::lane::of_each!(all, |one| one.line.first()?))?;
         let longest = lengths.into_iter().max().unwrap_or(0);
         let line = vec![initial; longest].into_boxed_slice();

@@ -1,11 +1,11 @@
-//! What samples meet at times that are known beforehand: outages, and delays that someone has logged.
+//! Scheduled outages and logged delays.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::MAX_DELAY_TICKS;
 
-/// One direction's timetable, by the tick at which a sample is sent. The default one changes nothing.
+/// The schedule of one direction, by the tick at which a sample is sent. The default has no effect.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Schedule {
     delays: Arc<[u32]>,
@@ -16,32 +16,32 @@ impl Schedule {
     /// The delay of a sample that never arrives.
     pub const LOST: u32 = u32::MAX;
 
-    /// A timetable. `delays` has the whole ticks that the sample of each tick takes (more than [`MAX_DELAY_TICKS`] are cut
-    /// to it), or [`Schedule::LOST`]; the last holds on, and where there are none every sample takes the link's own delay.
-    /// What is sent in an outage is lost; outages ascend and do not overlap.
+    /// A schedule. `delays` is the delay in whole ticks of the sample of each tick (limited to [`MAX_DELAY_TICKS`]), or
+    /// [`Schedule::LOST`]. The last one applies to all later samples; without any, every sample has the link's delay.
+    /// Samples sent in an outage are lost; outages ascend and do not overlap.
     #[must_use]
     pub fn new(delays: Arc<[u32]>, outages: Arc<[Range<u64>]>) -> Self {
         Self { delays, outages }
     }
 
-    /// Whether it changes nothing.
+    /// Whether it has no effect.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.delays.is_empty() && self.outages.is_empty()
     }
 
-    /// The longest that a sample takes in ticks, where one sent outside the timetable takes `own`.
+    /// The longest delay in ticks; `own` without scheduled delays.
     pub(super) fn longest(&self, own: u64) -> u64 {
         self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(own)
     }
 }
 
-/// The ticks of a delay, if it has an end.
+/// The ticks of a delay; `None` for a lost sample.
 fn arriving(delay: u32) -> Option<u64> {
     (delay != Schedule::LOST).then(|| u64::from(delay).min(MAX_DELAY_TICKS))
 }
 
-/// A timetable that is gone through tick by tick.
+/// A schedule with its position, read tick by tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Running {
     schedule: Schedule,
@@ -54,8 +54,8 @@ impl Running {
         Self { schedule, outage: 0 }
     }
 
-    /// How many ticks the sample sent at `tick` takes, where the link's own delay is `own`; `None` if it is lost. Ticks
-    /// must not decrease from call to call.
+    /// The delay in ticks of the sample sent at `tick`, where the link's delay is `own`; `None` if the sample is lost.
+    /// `tick` must not decrease from call to call.
     pub(super) fn delay(&mut self, tick: u64, own: u64) -> Option<u64> {
         let Schedule { delays, outages } = &self.schedule;
         while outages.get(self.outage).is_some_and(|outage| outage.end <= tick) {
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn an_outage_swallows_from_its_begin_to_before_its_end() {
-        // One after the other without a pause, an empty one, and one that outlasts the run.
+        // Two adjacent outages, an empty one, and one that outlasts the run.
         let schedule = Schedule::new(Arc::default(), Arc::from([1..2, 2..3, 4..4, 5..99]));
         assert_eq!(delays(schedule, 7), [Some(7), None, None, Some(7), Some(7), None, None]);
     }

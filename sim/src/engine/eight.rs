@@ -1,14 +1,14 @@
-//! Eight numbers side by side, in the registers of an instruction set.
+//! Eight lanes in the registers of an instruction set.
 //!
-//! Every operation is the one that `f64` has, lane by lane: no fused multiply-add, no reassociation, `min` and `max` with the
-//! order of their arguments. So all of them give the bits of a single run.
+//! Every operation is that of `f64`, lane by lane: no fused multiply-add, no reassociation, `min` and `max` with the
+//! same order of arguments. So the results are identical, bit for bit, to those of a single run.
 
 use core::fmt::{self, Debug, Formatter};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use crate::lane::{LANES, Lane, Mask};
 
-/// Makes a number and a mask of eight lanes out of the operations of a room of intrinsics, in as many parts as are listed.
+/// Defines a number and a mask of eight lanes by the operations of a module of intrinsics, in the listed parts.
 macro_rules! eight {
     ($(#[$doc:meta])* $Number:ident, $Truth:ident, $arch:ident, $count:literal: $($part:literal)*) => {
         $(#[$doc])*
@@ -20,19 +20,19 @@ macro_rules! eight {
         #[derive(Clone, Copy)]
         pub(crate) struct $Truth([$arch::Truth; $count]);
 
-        #[allow(unsafe_code, unused_unsafe, reason = "intrinsics; who makes such a number has asked for the instructions")]
-        // SAFETY, for all of the block: numbers of this kind are made in `engine::pack` alone, once the machine has been asked
-        // whether it has the instructions; the intrinsics have no other condition.
+        #[allow(unsafe_code, unused_unsafe, reason = "intrinsics; such a number is built only after a check for the instructions")]
+        // SAFETY, for the whole block: numbers of this kind are built only in `run::pack`, after a check that the
+        // machine has the instructions. The intrinsics have no other condition.
         const _: () = {
             impl $Number {
                 #[inline(always)]
                 fn array(self) -> [f64; LANES] {
-                    // SAFETY: eight doubles and nothing else, as the count of parts says.
+                    // SAFETY: the parts consist of exactly eight doubles.
                     unsafe { core::mem::transmute(self.0) }
                 }
                 #[inline(always)]
                 fn from_array(lanes: [f64; LANES]) -> Self {
-                    // SAFETY: as above; any bits are a double.
+                    // SAFETY: as above; any bits are a valid double.
                     Self(unsafe { core::mem::transmute::<[f64; LANES], [$arch::Vector; $count]>(lanes) })
                 }
             }
@@ -133,7 +133,7 @@ macro_rules! eight {
                 }
                 #[inline(always)]
                 fn set_lane(&mut self, index: usize, value: f64) {
-                    // SAFETY: eight doubles and nothing else, as the count of parts says.
+                    // SAFETY: the parts consist of exactly eight doubles.
                     let lanes: &mut [f64; LANES] = unsafe { &mut *core::ptr::from_mut(&mut self.0).cast() };
                     lanes[index] = value;
                 }
@@ -200,12 +200,12 @@ eight! {
     Avx512, Avx512Truth, avx512, 1: 0
 }
 
-/// Rooms of intrinsics under the same names.
-macro_rules! room {
-    ($room:ident: $Vector:ty, $Truth:ty;
+/// Defines modules of intrinsics with the same names.
+macro_rules! intrinsics {
+    ($module:ident: $Vector:ty, $Truth:ty;
      $($name:ident($($argument:ident: $type:ty),*) -> $result:ty: $body:expr;)*) => {
-        #[allow(unsafe_code, unused_unsafe, reason = "intrinsics, which ask for an instruction set")]
-        mod $room {
+        #[allow(unsafe_code, unused_unsafe, reason = "intrinsics, which require an instruction set")]
+        mod $module {
             use core::arch::x86_64::*;
 
             pub(super) type Vector = $Vector;
@@ -214,7 +214,7 @@ macro_rules! room {
             $(
                 #[inline(always)]
                 pub(super) unsafe fn $name($($argument: $type),*) -> $result {
-                    // SAFETY: the caller vouches for the instruction set.
+                    // SAFETY: the caller ensures the instruction set.
                     unsafe { $body }
                 }
             )*
@@ -222,7 +222,7 @@ macro_rules! room {
     };
 }
 
-room! {
+intrinsics! {
     avx2: __m256d, __m256d;
     add(a: Vector, b: Vector) -> Vector: _mm256_add_pd(a, b);
     sub(a: Vector, b: Vector) -> Vector: _mm256_sub_pd(a, b);
@@ -244,7 +244,7 @@ room! {
     bits(a: Truth) -> u32: _mm256_movemask_pd(a) as u32;
 }
 
-room! {
+intrinsics! {
     avx512: __m512d, __mmask8;
     add(a: Vector, b: Vector) -> Vector: _mm512_add_pd(a, b);
     sub(a: Vector, b: Vector) -> Vector: _mm512_sub_pd(a, b);

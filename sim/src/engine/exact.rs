@@ -1,19 +1,19 @@
-//! The plants stepped exactly, by the matrix exponentials of `plant`.
+//! The plants with an exact step, by the matrix exponentials of `plant`.
 
 use super::{IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::lane::{Gather, LANES, Lane, by_index, of_each};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 
-/// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; the force integral and, as one more, `F_h` at the next tick.
+/// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; the force integral and, additionally, `F_h` at the next tick.
 const MOTION_ROWS: usize = MASTER_STATES - 1;
 const FORCE_ROWS: usize = 2;
 /// Columns: the states, `x_d` now and next, `F_ed`.
 const MASTER_COLUMNS: usize = MASTER_STATES + 3;
-/// Rows of the slave's matrix, an even number so that pairs fill a vector register; the last stays 0.
+/// Rows of the slave's matrix, an even number so that pairs fill a vector register; the last is 0.
 const SLAVE_ROWS: usize = SLAVE_STATES + 1;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// What a matrix over lanes consists of.
+/// An entry of a matrix over lanes.
 pub trait Coefficient<L>: Copy {
     /// The coefficient in each lane.
     fn in_lanes(self) -> L;
@@ -39,9 +39,10 @@ impl<L: Lane> Coefficient<L> for Shared {
 
 /// Both plants as two matrices, column by column, and their states.
 ///
-/// The matrices are most of what a tick reads: where all lanes have the same machines they are [`Shared`], an eighth as much.
-/// Aligned so that no vector straddles two cache lines. In this order no state lies beside another: two that do are written
-/// and read as one vector, in other parts than the tick before wrote, which then have to leave the processor's queue first.
+/// A tick reads mostly the matrices. If all lanes have the same machines the entries are [`Shared`], an eighth of the
+/// size. The alignment keeps each vector within a cache line. The order keeps the states apart: adjacent states would
+/// be written and read as one vector, with other bounds than at the tick before, and the reads would wait for the store
+/// buffer.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct ExactPlants<L, C = L> {
@@ -56,7 +57,7 @@ pub struct ExactPlants<L, C = L> {
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Both plants at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
+    /// Both plants at rest: master and arm at `master_m`, the slave at the reference `reference_m` (m).
     #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
         let motion =
@@ -90,7 +91,7 @@ impl<L: Lane> ExactPlants<L> {
     }
 }
 
-/// What a unit of fed-back force does to the master's rows.
+/// Effect of a unit of feedback force on the master's rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ForceColumn<L> {
     motion: [L; MOTION_ROWS],
@@ -108,22 +109,23 @@ impl<L: Lane> ForceColumn<L> {
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Adds what a force (N) does to the master.
+    /// Adds the effect of a force (N) on the master.
     #[inline(always)]
-    pub(super) fn push(&mut self, column: &ForceColumn<L>, force: L) {
+    pub(super) fn add_force(&mut self, column: &ForceColumn<L>, force: L) {
         self.motion_state = by_index!(MOTION_ROWS, |i| self.motion_state[i] + column.motion[i] * force);
         self.force_state = by_index!(FORCE_ROWS, |i| self.force_state[i] + column.forces[i] * force);
     }
 
-    /// Adds what a change of the reference (m) does to the slave.
+    /// Adds the effect of a change of the reference (m) on the slave.
     #[inline(always)]
-    pub(super) fn pull(&mut self, column: &[L; SLAVE_STATES], reference: L) {
+    pub(super) fn add_reference(&mut self, column: &[L; SLAVE_STATES], reference: L) {
         let [x_e, v_e, third] = by_index!(SLAVE_STATES, |i| self.slave_state[i] + column[i] * reference);
         self.slave_state = [x_e, v_e, third, self.slave_state[SLAVE_STATES]];
     }
 }
 
-/// `Σ_j columns[j] · inputs[j]` as two sums, over even and over odd `j`, added at the end: half the wait, one fixed order.
+/// `Σ_j columns[j] · inputs[j]` as two sums, over even and over odd `j`, added at the end: half the latency, in a fixed
+/// order.
 #[inline(always)]
 pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[C; ROWS]; COLUMNS],
@@ -164,7 +166,7 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
         let [x_e, v_e, third, _] = self.slave_state;
         self.slave_state = combine(&self.slave, [x_e, v_e, third, reference]);
         if L::WIDTH > 1 {
-            // Each row fills registers by itself: what only makes the number even need not be computed.
+            // Each row fills a register: the padding row need not be computed.
             self.slave_state[SLAVE_STATES] = L::zero();
         }
         Ok(())
@@ -172,7 +174,7 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
 }
 
 impl ExactPlants<f64> {
-    /// Those of eight cases with the same machines; nothing where a bit of them differs.
+    /// Combines eight cases with the same machines; `None` if they differ in any bit.
     pub(crate) fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactPlants<L, Shared>> {
         fn same<const ROWS: usize, const COLUMNS: usize>(
             a: &[[f64; ROWS]; COLUMNS],
@@ -181,10 +183,10 @@ impl ExactPlants<f64> {
             a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits())
         }
         let first = all[0];
-        let is_alike = |one: &&Self| {
+        let is_equal = |one: &&Self| {
             same(&one.motion, &first.motion) && same(&one.forces, &first.forces) && same(&one.slave, &first.slave)
         };
-        all.iter().all(is_alike).then_some(())?;
+        all.iter().all(is_equal).then_some(())?;
         Some(ExactPlants {
             motion: first.motion.map(|column| column.map(Shared)),
             forces: first.forces.map(|column| column.map(Shared)),

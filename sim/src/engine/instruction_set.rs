@@ -1,28 +1,29 @@
-//! The instruction set, chosen when the program runs.
+//! The instruction set, chosen at run time.
 //!
-//! The same source is compiled for several. All give the same bits: no fused multiply-add is enabled, and sums keep their order.
+//! The same source is compiled for several instruction sets. All give the same bits: no fused multiply-add is enabled,
+//! and sums keep their order.
 
 #[cfg(target_arch = "x86_64")]
 use super::{Avx2, Avx512};
 use super::{Engine, IntegrationError, Observer, Plants, Wiring};
 use crate::lane::Lane;
 
-/// What several cases are computed with. All give the same bits.
+/// The instruction set for several cases. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// Eight side by side, eight numbers in a register.
+    /// Eight lanes, eight numbers in a register.
     Avx512,
-    /// Eight side by side, four numbers in a register.
+    /// Eight lanes, four numbers in a register.
     Avx2,
-    /// One after the other, in what every machine has (SSE2 on x86-64): side by side would not be faster there.
+    /// One case after another, with the baseline instructions (SSE2 on x86-64), where lanes would not be faster.
     Baseline,
 }
 
 impl InstructionSet {
-    /// Every one, the widest first.
+    /// All instruction sets, the widest first.
     pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Baseline];
 
-    /// Whether this machine has it.
+    /// Whether this machine supports it.
     #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
@@ -41,15 +42,15 @@ impl InstructionSet {
         }
     }
 
-    /// The widest that this machine has.
+    /// The widest that this machine supports.
     #[must_use]
     pub fn widest() -> Self {
         Self::ALL.into_iter().find(|set| set.is_available()).unwrap_or(Self::Baseline)
     }
 }
 
-/// Runs an engine in wider registers where the machine has them, compiled for its observer where that is a common one. Every
-/// other combination is compiled once and calls its observer.
+/// Runs an engine in wider registers if the machine has them, compiled for its observer if that is a common one. All
+/// other observers are called dynamically.
 #[cfg_attr(target_arch = "x86_64", allow(unsafe_code, reason = "calls a function compiled for an instruction set"))]
 pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine: &mut Engine<P, W>,
@@ -57,7 +58,7 @@ pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
 ) -> Result<(), IntegrationError> {
     #[cfg(target_arch = "x86_64")]
     if InstructionSet::Avx2.is_available() {
-        // SAFETY, for both: the machine has the instructions that the function is compiled for, as was just checked.
+        // SAFETY, for both: the check above shows that the machine has the instructions of the function.
         return if O::is_common() {
             unsafe { run_avx2(engine, observer) }
         } else {
@@ -67,7 +68,7 @@ pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     run_portably(engine, observer)
 }
 
-/// Runs an engine in the registers that every machine has.
+/// Runs an engine in the registers of every machine.
 pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine: &mut Engine<P, W>,
     observer: &mut O,
@@ -106,7 +107,7 @@ macro_rules! wide {
                     engine: &mut Engine<P, W>,
                     observer: &mut O,
                 ) -> Result<(), IntegrationError> {
-                    // SAFETY: such a number exists only where the machine has the instructions.
+                    // SAFETY: such a number exists only if the machine has the instructions.
                     unsafe { run(engine, observer) }
                 }
             }

@@ -1,7 +1,7 @@
 //! The plants integrated numerically between ticks (Dormand-Prince 8(5,3)), as an independent check on the exact step.
 //!
-//! The equations are written out here from the paper's letters and coefficients: nothing of `lti` is used, so that an
-//! error in a realisation or a hold shows as a difference. Some hundred times slower than the exact step.
+//! The equations use the paper's letters and coefficients and nothing of `lti`, so that an error in a realisation or a
+//! hold shows as a difference. About a hundred times slower than the exact step.
 
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
@@ -14,7 +14,7 @@ use crate::plant::{
 /// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, the slave in observer form `z_1 = x_e, z_2, z_3`, and `x_d`.
 type State = SVector<f64, 9>;
 
-/// The same, and what the motors do, `U_m` and `U_s`, where they lag.
+/// The same, and the outputs `U_m` and `U_s` of motors with a lag.
 type LaggedState = SVector<f64, 11>;
 
 const RELATIVE_TOLERANCE: f64 = 1e-12;
@@ -32,18 +32,18 @@ struct Equations {
     proportional_gain: f64,
     velocity_gain: f64,
     damping: Damping,
-    /// Reached only where control is sampled.
+    /// Used only with sampled control.
     limits: ActuatorLimits,
     desired_velocity: f64,
     feedback: f64,
     reference: f64,
-    /// Held over the tick where control is sampled.
+    /// Held over the tick with sampled control.
     motor: f64,
     held_slave_control: f64,
 }
 
-/// The equations with motors that lag behind what is held; apart, so that the integrator's steps without a lag are not
-/// measured by two more states.
+/// The equations with motors that follow the held commands with a lag. Separate, so that two more states do not affect
+/// the integrator's step size without a lag.
 struct Lagged<'a>(&'a Equations);
 
 impl Equations {
@@ -67,7 +67,7 @@ impl Equations {
         self.proportional_gain * (self.reference - s[5]) - self.velocity_gain * damped
     }
 
-    /// The states' derivatives under the commands `motor` (N) and `control`.
+    /// The derivatives of the states under the commands `motor` (N) and `control`.
     fn derivatives(&self, s: &State, motor: f64, control: f64, derivative: &mut State) {
         let hand_force = self.hand_force(s);
         let desired = s[8];
@@ -128,16 +128,16 @@ pub struct IntegratedPlants {
     equations: Equations,
     tick_s: f64,
     state: State,
-    /// What lagging motors do, `U_m` and `U_s`.
+    /// Outputs of motors with a lag, `U_m` and `U_s`.
     actual: [f64; 2],
-    /// When in a tick its fed-back force and its reference arrive, as shares of it.
+    /// Arrival of the feedback force and of the reference within a tick, as fractions of the tick.
     arrivals: [f64; 2],
 }
 
 impl IntegratedPlants {
-    /// Both plants at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m).
+    /// Both plants at rest: master and arm at `master_m`, the slave at the reference `reference_m` (m).
     ///
-    /// The parameters are those that `plant` has accepted.
+    /// The parameters must be valid for `plant`.
     #[must_use]
     pub fn new(
         (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
@@ -179,8 +179,8 @@ impl IntegratedPlants {
         Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2] }
     }
 
-    /// The same plants with a fed-back force and a reference that arrive within each tick, at shares of it from 0 to 1; until
-    /// then the ones before hold. It takes continuous control: sampled control reads what has arrived at the tick.
+    /// Lets the feedback force and the reference arrive within each tick, at fractions from 0 to 1 of it; until then
+    /// the previous ones are held. Requires continuous control: sampled control reads at the tick.
     #[must_use]
     pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
         self.arrivals = [feedback_share, reference_share];
@@ -204,7 +204,7 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    /// Integrates over a part of the tick with motors that lag.
+    /// Integrates over a part of the tick with motors that have a lag.
     fn integrate_lagged(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
         let mut state = LaggedState::zeros();
         state.fixed_rows_mut::<9>(0).copy_from(&self.state);
@@ -221,8 +221,8 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    /// The same plants at rest with motors that saturate, take their time and lag, which takes sampled control: continuous
-    /// control takes no notice of limits.
+    /// Adds limits of range and rate and lags to the motors of plants at rest. Requires sampled control: continuous
+    /// control ignores limits.
     #[must_use]
     pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
         let equations = &mut self.equations;
@@ -234,7 +234,7 @@ impl IntegratedPlants {
     }
 }
 
-/// What a motor within `±range` makes of a wanted command over the next tick, coming from the last one at no more than `rate`.
+/// The command of a motor over the next tick, limited to `±range` and in its change from the last command to `rate`.
 fn limited(wanted: f64, last: f64, range: f64, rate: Option<f64>, tick_s: f64) -> f64 {
     let within = wanted.clamp(-range, range);
     let Some(rate) = rate else { return within };
@@ -242,12 +242,13 @@ fn limited(wanted: f64, last: f64, range: f64, rate: Option<f64>, tick_s: f64) -
     if way.abs() > rate * tick_s { last + rate * tick_s * way.signum() } else { within }
 }
 
-/// Coefficients of a slave of degree 2 or 3 as those of degree 3, lowest power first, the leading one being 1.
+/// The coefficients of a slave of degree 2 or 3 as those of degree 3, lowest power first, with the leading coefficient
+/// 1.
 fn third_order(numerator: &[f64], denominator: &[f64]) -> ([f64; 3], [f64; 2]) {
     let trim = |c: &[f64]| c.iter().copied().skip_while(|&v| v == 0.0).collect::<Vec<f64>>();
     let (mut numerator, mut denominator) = (trim(numerator), trim(denominator));
     if denominator.len() == 3 {
-        // Multiplying both by s leaves the function as it is.
+        // Multiplying both by s does not change the function.
         numerator.push(0.0);
         denominator.push(0.0);
     }
@@ -296,7 +297,7 @@ impl Plants<f64> for IntegratedPlants {
         equations.held_slave_control =
             limited(slave_wanted, equations.held_slave_control, slave_range, slave_rate, self.tick_s);
         let error = feedback - equations.hand_force(&self.state);
-        // While the motor gives less than is wanted, the integral only moves back towards what it gives.
+        // While the motor is limited, the integral may only change towards the limited command.
         let winds_up = (wanted > equations.motor && error > 0.0) || (wanted < equations.motor && error < 0.0);
         let sampled_integral = if winds_up { self.state[4] } else { self.state[4] + self.tick_s * error };
 

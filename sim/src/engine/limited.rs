@@ -1,8 +1,8 @@
-//! The plants with motors that saturate, take their time and lag, stepped exactly.
+//! The plants with motors of limited range and rate and with a lag, with an exact step.
 //!
-//! Both controllers run on the tick and hold what they command, so the machines between ticks are linear whatever the
-//! limits do: each is stepped by its own matrix exponential under the limited command and what its motor does when the
-//! tick begins.
+//! Both controllers run on the tick and hold their commands, so the machines between ticks are linear despite the
+//! limits. Each is stepped by its matrix exponential, from the limited command and the motor's output at the start of
+//! the tick.
 
 use super::exact::combine;
 use super::motor::Motor;
@@ -15,7 +15,7 @@ use crate::plant::{
 
 /// `x_h, v_h, x_a, v_a`.
 const MOTIONS: usize = MASTER_STATES - 1;
-/// Those, `x_d` now and next, the command of `U_m`, and one of zeros that makes the number even.
+/// The motions, `x_d` now and next, the command of `U_m`, and a column of zeros that makes the number even.
 const MASTER_COLUMNS: usize = MOTIONS + 4;
 /// The slave's states and the command of `U_s`.
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
@@ -24,14 +24,14 @@ const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 /// them with a lag τ.
 ///
 /// ```text
-/// W_m = F_ed + K_i I,                     C_m = the last C_m, brought towards clip(W_m) by at most rate · T
+/// W_m = F_ed + K_i I,                     C_m = the last C_m, moved towards clip(W_m) by at most rate · T
 /// W_s = K_p (x_ref - x_e) - K_v x_e',     C_s likewise
 /// U(t) = C + (U_0 - C) exp(-t/τ) over the tick
-/// I += T (F_ed - F_h) unless C_m is not W_m and that would take W_m farther from it
+/// I += T (F_ed - F_h) unless C_m differs from W_m and this would increase the difference
 /// ```
-/// Stopping the integral while it could only wind up (conditional integration) lets the master leave the limit as soon
-/// as the error turns, needs no gain of its own, and changes nothing while no limit is reached. A lag is no limit: what a
-/// motor still has to catch up with does not stop the integral.
+/// Conditional integration stops the integral while it could only wind up. The master then leaves the limit as soon as
+/// the error changes sign. It needs no extra gain and has no effect while no limit is reached. A lag is not a limit and
+/// does not stop the integral.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct LimitedPlants<L> {
@@ -50,11 +50,11 @@ pub struct LimitedPlants<L> {
 }
 
 impl<L: Lane> LimitedPlants<L> {
-    /// Both plants at rest: master and arm at `master_m`, the slave under the reference `reference_m` (m), on ticks
+    /// Both plants at rest: master and arm at `master_m`, the slave at the reference `reference_m` (m), on ticks
     /// `tick_s` (s) apart.
     ///
     /// # Errors
-    /// [`PlantError`] for a parameter out of range or numbers beyond computing.
+    /// [`PlantError`] for a parameter out of range or a computation that fails.
     pub fn new(
         (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
         limits: &ActuatorLimits,

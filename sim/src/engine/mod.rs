@@ -1,6 +1,6 @@
-//! One tick, N ticks, and the observers that see them.
+//! One tick, N ticks, and their observers.
 //!
-//! The physics between ticks is linear, so it is stepped exactly; the two sides meet only through the sampled channel. A
+//! The physics between ticks is linear and is stepped exactly; the two sides are coupled only by the sampled channel. A
 //! tick, at `k * tick_s`:
 //!
 //! 1. read both plants: `x_h, v_h, F_h`; `x_e, v_e`
@@ -11,8 +11,8 @@
 //! 6. link, and force law on the master's side, fed with force and mode as they arrive: `F_ed`
 //! 7. both plants to tick `k + 1`
 //!
-//! [`Parts::tick`] is that list. Which parts there are is the engine's wiring: it is chosen once, where a scenario is built
-//! ([`Wired`]), and the tick is compiled for each.
+//! [`Parts::tick`] implements this list. The combination of parts is the engine's wiring: it is chosen once, when a
+//! scenario is built ([`Wired`]), and the tick is compiled for each wiring.
 
 #[cfg(target_arch = "x86_64")]
 mod eight;
@@ -56,19 +56,19 @@ use crate::time::TickGrid;
 /// An insertion, ready at tick 0: the ticks, the plants, and the parts around them.
 #[derive(Debug, Clone)]
 pub struct Engine<P, W> {
-    /// Which ticks there are.
+    /// The ticks of the run.
     pub grid: TickGrid,
     /// The two machines.
     pub plants: P,
-    /// Everything else.
+    /// All other parts.
     pub parts: W,
 }
 
 impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
-    /// Runs every tick of the grid, or until the observer has seen enough. Nothing is allocated on the way.
+    /// Runs every tick of the grid, or until the observer is done. Nothing is allocated during the run.
     ///
     /// # Errors
-    /// [`IntegrationError`] where the plants are integrated numerically and the integrator gives up.
+    /// [`IntegrationError`] if the plants are integrated numerically and the integrator fails.
     pub fn run<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
         self.run_ticks(observer)
     }
@@ -87,8 +87,8 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
     }
 }
 
-/// Eight engines as one, the first in lane 0; nothing where they differ in more than numbers. `plants` lays their machines side
-/// by side.
+/// Combines eight engines into one, the first in lane 0; `None` if they differ in more than numbers. `plants` combines
+/// their machines.
 fn gather<L: crate::lane::Lane, P, Q, W: Gather>(
     all: [&Engine<P, W>; LANES],
     plants: impl FnOnce([&P; LANES]) -> Option<Q>,

@@ -1,21 +1,21 @@
-//! A motor that is limited in range and rate and lags behind what it is told, from tick to tick.
+//! A motor with limited range and rate and a lag, stepped from tick to tick.
 
 use crate::lane::{Lane, by_index};
 use crate::plant::MotorStep;
 
-/// What stands between a wanted command and the `N` states of a machine.
+/// The motor between a wanted command and the `N` states of a machine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motor<L, const N: usize> {
     range: L,
-    /// Greatest change from one tick to the next.
+    /// Maximum change from one tick to the next.
     change: L,
     /// Held over the last tick.
     command: L,
-    /// Asked of every tick; the answer is that of the whole run, so that a motor without a lag does no more than ask.
+    /// `None` without a lag. The branch at every tick has the same result over a whole run.
     lag: Option<Lag<L, N>>,
 }
 
-/// The part of a [`MotorStep`] that concerns what the motor does, and that.
+/// The part of a [`MotorStep`] for the motor's output, and that output.
 #[derive(Debug, Clone, Copy)]
 struct Lag<L, const N: usize> {
     from_actual: [L; N],
@@ -25,8 +25,8 @@ struct Lag<L, const N: usize> {
 }
 
 impl<L: Lane, const N: usize> Motor<L, N> {
-    /// A motor that has long been under the command `at_rest`, of a range and a greatest change per tick that are infinite
-    /// without a limit, at a machine that moves the first `N` of its side's states.
+    /// A motor settled at the command `at_rest`, with a range and a maximum change per tick (infinite without a limit),
+    /// for a machine with the first `N` states of its side.
     pub(super) fn new<const STATES: usize>(
         (range, change): (f64, f64),
         step: &MotorStep<STATES>,
@@ -42,7 +42,7 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         Self { range: L::splat(range), change: L::splat(change), command, lag }
     }
 
-    /// The command that a wanted one comes to over the next tick.
+    /// The limited command over the next tick for a wanted one.
     #[inline(always)]
     pub(super) fn command(&mut self, wanted: L) -> L {
         let within = wanted.clamp(-self.range, self.range);
@@ -50,7 +50,7 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         self.command
     }
 
-    /// Adds to the states at the end of the tick what the motor was still doing at its start, and goes there itself.
+    /// Adds the effect of the motor's output at the start of the tick to the states at its end, and steps the output.
     #[inline(always)]
     pub(super) fn follow(&mut self, states: [L; N]) -> [L; N] {
         let Some(lag) = &mut self.lag else { return states };

@@ -1,11 +1,11 @@
-//! Who watches a run.
+//! Observers of a run.
 
 use super::Signals;
 use crate::lane::Lane;
 
-/// Sees each tick's signals.
+/// Receives the signals of each tick.
 pub trait Observer<L: Lane> {
-    /// Whether runs under its eyes are so common that each kind of person and tissue is worth being compiled apart for them.
+    /// Whether runs with this observer are so common that each wiring is compiled separately for it.
     #[inline(always)]
     fn is_common() -> bool
     where
@@ -14,17 +14,17 @@ pub trait Observer<L: Lane> {
         false
     }
 
-    /// Takes a tick's signals. A run's ticks come one by one, from 0 on.
+    /// Receives the signals of a tick. The ticks of a run come in order, starting at 0.
     fn observe(&mut self, signals: &Signals<L>);
 
-    /// Whether the run may end here.
+    /// Whether the run may end at this tick.
     #[inline(always)]
     fn is_done(&self) -> bool {
         false
     }
 }
 
-/// Sees nothing: the bare tick.
+/// Ignores all signals: the tick alone.
 impl<L: Lane> Observer<L> for () {
     #[inline(always)]
     fn is_common() -> bool {
@@ -35,7 +35,7 @@ impl<L: Lane> Observer<L> for () {
     fn observe(&mut self, _signals: &Signals<L>) {}
 }
 
-/// Sees what is lent to someone else for the run.
+/// A borrowed observer.
 impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
@@ -48,8 +48,8 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     }
 }
 
-/// Two observers: the second does not see the tick at which the first has seen enough, as where it finds that the run has
-/// diverged.
+/// Two observers. When the first is done, for example because the run has diverged, the second does not receive that
+/// tick.
 impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
     #[inline(always)]
     fn is_common() -> bool {

@@ -1,4 +1,4 @@
-//! Parts of a user's own in place of built-in ones.
+//! User-defined parts in place of built-in ones.
 
 use super::{Engine, Parts, Plants};
 use crate::augmentation::{ForceLaw, MotionLaw};
@@ -9,7 +9,7 @@ use crate::sensor::AnySensor;
 use crate::teleoperation::{Architecture, Connection, PassivityScheme};
 use crate::tissue::Tissue;
 
-/// The parts of an engine in which every one may be a user's own: all of them are called, none is compiled in.
+/// The parts of an engine with user-defined parts: all of them are called dynamically.
 pub type OwnWiring = Parts<
     f64,
     Box<dyn Operator<f64> + Send>,
@@ -22,10 +22,10 @@ pub type OwnWiring = Parts<
     Box<dyn ForceLaw<f64> + Send>,
 >;
 
-/// An engine with parts of a user's own.
+/// An engine with user-defined parts.
 pub type OwnEngine = Engine<Box<dyn Plants<f64> + Send>, OwnWiring>;
 
-/// Parts that take the place of those of a scenario. A part that is not given is the scenario's.
+/// User-defined parts that replace those of a scenario. Parts that are not given are those of the scenario.
 ///
 /// ```
 /// # use trocar_sim as trocar;
@@ -34,7 +34,7 @@ pub type OwnEngine = Engine<Box<dyn Plants<f64> + Send>, OwnWiring>;
 /// use trocar::scenario::{Scenario, Source};
 /// use trocar::tissue::{Reaction, Tissue};
 ///
-/// /// A spring that begins at 0.
+/// /// A spring with its surface at 0.
 /// struct Spring {
 ///     stiffness_n_per_m: f64,
 /// }
@@ -63,8 +63,8 @@ pub struct OwnParts {
     pub(crate) force_law: Option<Box<dyn ForceLaw<f64> + Send>>,
 }
 
-/// A method that puts a part into its place.
-macro_rules! places {
+/// Defines a method per role that sets its part.
+macro_rules! setters {
     ($($(#[$doc:meta])* $role:ident: $Role:ident,)*) => {
         impl OwnParts {
             $(
@@ -79,29 +79,29 @@ macro_rules! places {
     };
 }
 
-places! {
-    /// What the person wants.
+setters! {
+    /// The operator, who gives the desired position.
     operator: Operator,
-    /// What the needle meets.
+    /// The tissue, which gives the force on the needle.
     tissue: Tissue,
-    /// What learns the tissue.
+    /// The estimator of the tissue's parameters.
     estimator: Estimator,
-    /// What announces ruptures. It takes the place of distance, CUSUM and arming.
+    /// The detector of ruptures. It replaces distance, CUSUM and arming.
     detector: Detector,
-    /// What the scenario's CUSUM accumulates; not used where there is an own detector.
+    /// The distance that the scenario's CUSUM accumulates; not used with a user-defined detector.
     distance: Distance,
-    /// What each side of the link sends and makes of what arrives.
+    /// The architecture: what each side sends, and how it uses what arrives.
     architecture: Architecture,
-    /// What keeps the link passive.
+    /// The scheme that keeps the link passive.
     scheme: PassivityScheme,
-    /// Where the slave is to be, in each mode.
+    /// The law of the slave's reference in each mode.
     motion_law: MotionLaw,
-    /// What is fed back while the slave is frozen.
+    /// The law of the feedback force while the slave is frozen.
     force_law: ForceLaw,
 }
 
 impl std::fmt::Debug for OwnParts {
-    /// The roles that have an own part.
+    /// The roles with a user-defined part.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { operator, tissue, estimator, detector, distance, architecture, scheme, motion_law, force_law } =
             self;

@@ -13,16 +13,16 @@ use crate::sensor::{NoiseBank, Sensor};
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::Tissue;
 
-/// How a tick goes, whatever the parts are: what everything around the engine needs to know of [`Parts`].
+/// The interface of [`Parts`] to the engine, independent of the part types.
 pub trait Wiring {
-    /// The numbers of the tick.
+    /// The number type of the tick.
     type Lane: Lane;
 
     /// The desired position at tick 0 in m.
     fn begin(&mut self) -> Self::Lane;
 
-    /// One tick, the desired position being `desired_m` (m). Gives the desired position at the next one, or how the run has
-    /// ended.
+    /// Runs one tick with the desired position `desired_m` (m). Returns the desired position at the next tick, or the
+    /// outcome at the end of the run.
     fn tick<P: Plants<Self::Lane>, O: Observer<Self::Lane>>(
         &mut self,
         tick: u64,
@@ -31,28 +31,29 @@ pub trait Wiring {
         observer: &mut O,
     ) -> ControlFlow<Result<(), IntegrationError>, Self::Lane>;
 
-    /// What the link has seen so far in lane `index`; none where it passes everything on in the same tick.
+    /// The report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
     fn link_report(&self, index: usize) -> Option<LinkReport>;
 
-    /// Takes the noise of `ticks` ticks out of a bank, where it has it or has room: the same numbers as without it.
+    /// Takes the noise of `ticks` ticks from a bank, if it has it or has room. The numbers are the same as without a
+    /// bank.
     fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64);
 }
 
-/// The parts of an insertion besides the plants, one a role: operator, tissue, sensor, estimator, detector, link, motion law and
-/// force law.
+/// The parts of an insertion besides the plants, one per role: operator, tissue, sensor, estimator, detector, link,
+/// motion law and force law.
 #[derive(Debug, Clone)]
 pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLaw<L>> {
-    /// What the person wants.
+    /// The operator, who gives the desired position.
     pub operator: O,
-    /// What the needle meets.
+    /// The tissue, which gives the force on the needle.
     pub tissue: T,
-    /// How force, position and velocity are measured.
+    /// The sensors of force, position and velocity.
     pub sensor: S,
     /// Estimator and detector.
     pub chain: Chain<L, E, D>,
     /// Automaton, motion law and force law.
     pub supervisor: Supervisor<L, M, F>,
-    /// What joins the two sides.
+    /// The link between the two sides.
     pub link: K,
 }
 

@@ -1,13 +1,13 @@
-//! What the engine asks of the two machines.
+//! The interface of the two machines to the engine.
 
 use thiserror::Error;
 
-/// The integrator gave up, as it does where a run diverges.
+/// The integrator failed, as it does when a run diverges.
 #[derive(Debug, Error)]
-#[error("the numerical integration gave up within a tick: {0}; use simulation.engine = \"exact\"")]
+#[error("the numerical integration failed within a tick: {0}; use simulation.engine = \"exact\"")]
 pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 
-/// What the master side shows at a tick.
+/// The outputs of the master side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct MasterReading<L> {
     /// `x_h` in m.
@@ -18,7 +18,7 @@ pub struct MasterReading<L> {
     pub hand_force_n: L,
 }
 
-/// What the slave side shows at a tick.
+/// The outputs of the slave side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveReading<L> {
     /// `x_e` in m.
@@ -27,17 +27,17 @@ pub struct SlaveReading<L> {
     pub velocity_m_per_s: L,
 }
 
-/// The two machines with their controllers, from tick to tick.
+/// The two machines with their controllers, stepped from tick to tick.
 pub trait Plants<L> {
-    /// The master side now.
+    /// The present outputs of the master side.
     fn master(&self) -> MasterReading<L>;
-    /// The slave side now.
+    /// The present outputs of the slave side.
     fn slave(&self) -> SlaveReading<L>;
-    /// To the next tick: the desired position goes from `desired` to `desired_next` (m) in a straight line, the fed-back
-    /// force (N) and the slave's reference (m) are held.
+    /// Steps to the next tick: the desired position is linear from `desired` to `desired_next` (m), the feedback force
+    /// (N) and the slave's reference (m) are held.
     ///
     /// # Errors
-    /// [`IntegrationError`] where a numerical integrator gives up.
+    /// [`IntegrationError`] if a numerical integrator fails.
     fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError>;
 }
 

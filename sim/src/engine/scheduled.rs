@@ -1,23 +1,23 @@
-//! Alarms at known ticks, whatever the detector says.
+//! Alarms at scheduled ticks, in addition to those of a detector.
 
 use std::sync::Arc;
 
 use crate::detection::{Decision, Detector, Evidence};
 use crate::lane::{Gather, LANES, Lane, Mask, of_each};
 
-/// A detector with alarms at known ticks besides its own, in every lane.
+/// A detector with additional alarms at scheduled ticks, in every lane.
 #[derive(Debug, Clone)]
 pub struct ScheduledAlarms<D> {
     detector: D,
     ticks: Arc<[u64]>,
     tick: u64,
     index: usize,
-    /// The next of them; beyond every run where there is none.
+    /// The next scheduled tick; `u64::MAX` after the last.
     next: u64,
 }
 
 impl<D> ScheduledAlarms<D> {
-    /// Alarms at ticks that ascend.
+    /// Adds alarms at ascending ticks.
     #[must_use]
     pub fn new(detector: D, ticks: Arc<[u64]>) -> Self {
         Self { detector, tick: 0, next: ticks.first().copied().unwrap_or(u64::MAX), ticks, index: 0 }
@@ -46,11 +46,11 @@ impl<L: Lane, D: Detector<L>> Detector<L> for ScheduledAlarms<D> {
 impl<D: Gather> Gather for ScheduledAlarms<D> {
     type Of<L: Lane> = ScheduledAlarms<D::Of<L>>;
 
-    /// The ticks have to be the same, as an alarm is one in every lane.
+    /// The ticks must be equal, as a scheduled alarm is raised in every lane.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let Self { tick, index, next, ref ticks, .. } = *all[0];
-        let is_alike = |one: &&Self| one.ticks == *ticks && one.tick == tick;
-        all.iter().all(is_alike).then_some(())?;
+        let is_equal = |one: &&Self| one.ticks == *ticks && one.tick == tick;
+        all.iter().all(is_equal).then_some(())?;
         Some(ScheduledAlarms {
             detector: D::gather(of_each!(all, |one| &one.detector))?,
             ticks: ticks.clone(),

@@ -1,4 +1,4 @@
-//! What a tick shows to its observers.
+//! The signals of a tick, for its observers.
 
 use crate::lane::{Lane, Mask};
 
@@ -31,7 +31,7 @@ pub struct Signals<L: Lane> {
     pub stiffness_n_per_m: L,
     /// `B` in N·s/m.
     pub damping_n_s_per_m: L,
-    /// What the estimator estimates besides, in the unit of its column; 0 for most.
+    /// The estimator's extra parameter, in the unit of its column; 0 without one.
     pub extra_parameter: L,
     /// `e` in N.
     pub residual_n: L,
@@ -39,17 +39,17 @@ pub struct Signals<L: Lane> {
     pub distance: L,
     /// `g`, in the unit of the distance.
     pub decision: L,
-    /// 0 teleoperation, 1 augmented, 2 reengaging.
+    /// 0 teleoperation, 1 augmented, 2 re-engaging.
     pub mode: L,
-    /// Whether a layer ruptures at this tick: the truth.
+    /// Whether a layer ruptures at this tick: ground truth.
     pub ruptured: L::Mask,
-    /// Whether the detector announces a rupture at this tick.
+    /// Whether the detector raises an alarm at this tick.
     pub alarm: L::Mask,
-    /// Whether the supervisor acts on it (with augmentation disabled: whether there is one).
+    /// Whether the supervisor acts on the alarm (with augmentation disabled: whether there is one).
     pub alarm_taken: L::Mask,
     /// `F_ed` as the supervisor commands it, before the channel, in N.
     pub commanded_force_n: L,
-    /// By how much the law in force lets it differ from the last tick's, in N.
+    /// Largest change of the commanded force from the last tick that the active law allows, in N.
     pub allowed_force_step_n: L,
 }
 

@@ -1,16 +1,16 @@
-//! Recording every tick.
+//! The trace: every tick of a run.
 
 use super::{Observer, Signals};
 use crate::time::TickGrid;
 
-/// What a column of a trace holds.
+/// A column of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TraceColumn {
-    /// Its name, in files too.
+    /// Its name, also in files.
     pub name: &'static str,
     /// Its unit; empty for codes.
     pub unit: &'static str,
-    /// What it is, in a sentence.
+    /// Its meaning, in one sentence.
     pub meaning: &'static str,
 }
 
@@ -19,12 +19,12 @@ pub struct TraceColumn {
 pub enum ColumnValues<Numbers, Codes> {
     /// Numbers in the column's unit.
     Numbers(Numbers),
-    /// Codes, as of modes.
+    /// Codes, such as modes.
     Codes(Codes),
 }
 
-/// Declares the columns of a trace in the order of its file: `name: f64 or u8, "unit" => how it is read;`, which is the signal of
-/// the same name where nothing is said.
+/// Declares the columns of a trace in the order of its file: `name: f64 or u8, "unit" => how it is read;`. By default
+/// the column is the signal of the same name.
 macro_rules! trace {
     ($(#[doc = $meaning:literal] $name:ident: $value:ident, $unit:literal $(=> $read:expr)?;)*) => {
         /// The columns of a trace, in the order of its file.
@@ -39,7 +39,7 @@ macro_rules! trace {
         #[derive(Debug, Clone, PartialEq)]
         pub struct Trace {
             $(#[doc = $meaning] pub $name: Vec<$value>,)*
-            /// What the estimator estimates besides: the column's name, and its values.
+            /// The estimator's extra parameter: the column's name, and its values.
             pub extra_parameter: Option<(&'static str, Vec<f64>)>,
             grid: TickGrid,
         }
@@ -61,7 +61,7 @@ macro_rules! trace {
                 [$(trace!(@values $value &self.$name)),*]
             }
 
-            /// Takes the columns of [`COLUMNS`] out, which leaves them empty.
+            /// Takes the columns of [`COLUMNS`] and leaves them empty.
             pub fn take_columns(&mut self) -> [ColumnValues<Vec<f64>, Vec<u8>>; COLUMNS.len()] {
                 [$(trace!(@values $value std::mem::take(&mut self.$name))),*]
             }
@@ -123,20 +123,20 @@ trace! {
 }
 
 impl Trace {
-    /// The same trace with one more column, of a name, for what the estimator estimates besides.
+    /// Adds a column of this name for the estimator's extra parameter.
     #[must_use]
     pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {
         self.extra_parameter = column.map(|name| (name, Vec::with_capacity(self.grid.ticks() as usize)));
         self
     }
 
-    /// How many ticks it holds.
+    /// Number of ticks.
     #[must_use]
     pub fn len(&self) -> usize {
         self.time_s.len()
     }
 
-    /// Whether it holds none.
+    /// Whether there are no ticks.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()

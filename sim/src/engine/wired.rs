@@ -1,36 +1,36 @@
-//! Which parts an engine is compiled for.
+//! The combinations of parts for which the engine is compiled.
 
 use super::{Engine, IntegrationError, Observer, Parts, Plants, ScheduledAlarms, Wiring, instruction_set};
 use crate::detection::{CusumDetector, SquaredResidual};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::{LANES, Lane, of_each};
-use crate::operator::{Person, Replay};
+use crate::operator::{HumanOperator, Replay};
 use crate::sensor::{AnySensor, ForceSensor, NoiseBank, PerfectSensor};
 use crate::teleoperation::{DirectLink, Link, LinkReport};
 use crate::tissue::{AnyTissue, DepthReplay, Layers, RecordedForce};
 
-/// Any built-in detector, with alarms at known ticks.
+/// Any built-in detector, with scheduled alarms.
 pub type AnyDetector<L> = ScheduledAlarms<CusumDetector<L>>;
-/// Any built-in estimator and detector around an operator, a tissue, a sensor and a link.
+/// Any built-in estimator and detector with an operator, a tissue, a sensor and a link.
 pub type AnyChain<L, O, T, S, K> = Parts<L, O, T, S, AnyEstimator<L>, AnyDetector<L>, K>;
-/// The paper's estimator and detector around them.
+/// The paper's estimator and detector with the same parts.
 pub type PaperChain<L, O, T, S, K> = Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>;
 /// Any built-in part in each role.
-pub type Any<L> = AnyChain<L, Person<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;
+pub type Any<L> = AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;
 
-/// The enum of the wirings, from a line each.
+/// Defines the enum of the wirings, one line each.
 macro_rules! wirings {
     ($($(#[$doc:meta])* $Wiring:ident($Parts:ty),)*) => {
-        /// An engine whose parts are known when it is compiled: those of the experiments that are run most, and all others.
+        /// An engine with parts known at compile time: those of the most frequent experiments, and all others.
         ///
-        /// They give the same bits; the less a tick has to ask which part it has, the faster it is.
+        /// All give the same bits; a tick is faster with fewer branches on the kind of a part.
         #[derive(Debug, Clone)]
         pub enum Wired<L: Lane, P> {
             $($(#[$doc])* $Wiring(Engine<P, $Parts>),)*
         }
 
         impl<L: Lane, P: Plants<L>> Wired<L, P> {
-            /// As [`Engine::run`], in the widest registers of the machine that make it faster.
+            /// As [`Engine::run`], in the widest registers of the machine if they are faster.
             ///
             /// # Errors
             /// As [`Engine::run`].
@@ -40,7 +40,7 @@ macro_rules! wirings {
                 }
             }
 
-            /// [`Wired::run`] without the machine's wider registers: slower, and equal to the last bit.
+            /// [`Wired::run`] without the machine's wider registers: slower, and identical bit for bit.
             ///
             /// # Errors
             /// As [`Engine::run`].
@@ -71,7 +71,7 @@ macro_rules! wirings {
                 }
             }
 
-            /// Takes the run's noise out of a bank, where it has it or has room: the same numbers as without it.
+            /// Takes the run's noise from a bank, if it has it or has room. The numbers are the same as without a bank.
             pub(crate) fn share_noise(&mut self, bank: &mut NoiseBank) {
                 match self {
                     $(Self::$Wiring(engine) => engine.parts.share_noise(bank, engine.grid.ticks()),)*
@@ -80,8 +80,8 @@ macro_rules! wirings {
         }
 
         impl<P> Wired<f64, P> {
-            /// Eight engines of one wiring as one, the first in lane 0; nothing where they differ in more than numbers.
-            /// `plants` lays their machines side by side.
+            /// Combines eight engines of one wiring into one, the first in lane 0; `None` if they differ in more than
+            /// numbers. `plants` combines their machines.
             pub(crate) fn gather<L: Lane, Q>(
                 all: [&Self; LANES],
                 plants: impl FnOnce([&P; LANES]) -> Option<Q>,
@@ -101,16 +101,16 @@ macro_rules! wirings {
 }
 
 wirings! {
-    /// The paper's experiment: recorded hand and force, nothing between the sides, force and position read as they are.
+    /// The paper's experiment: recorded hand and force, a direct link, ideal sensors.
     Paper(PaperChain<L, Replay, RecordedForce, PerfectSensor, DirectLink<L>>),
     /// The same with a force sensor that is not ideal.
     NoisyRecording(PaperChain<L, Replay, RecordedForce, ForceSensor<L>, DirectLink<L>>),
-    /// The same in layers that give way.
+    /// The same in layered tissue.
     NoisyLayers(PaperChain<L, Replay, Layers<L>, ForceSensor<L>, DirectLink<L>>),
     /// A recording replayed by depth.
     Depth(PaperChain<L, Replay, DepthReplay<L>, PerfectSensor, DirectLink<L>>),
-    /// Any parts, and nothing between the sides.
-    AnyDirect(AnyChain<L, Person<L>, AnyTissue<L>, AnySensor<L>, DirectLink<L>>),
+    /// Any parts with a direct link.
+    AnyDirect(AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, DirectLink<L>>),
     /// Any parts.
     Any(Any<L>),
 }

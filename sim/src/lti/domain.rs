@@ -1,4 +1,4 @@
-//! The time domain of a system, in its type.
+//! The time domain of a system as a type.
 
 use super::{Complex64, Error};
 
@@ -8,15 +8,15 @@ mod sealed {
     impl Sealed for super::Discrete {}
 }
 
-/// Continuous or discrete time. Sealed: there is no third kind.
+/// Continuous or discrete time. The trait is sealed.
 pub trait Domain: Copy + std::fmt::Debug + PartialEq + sealed::Sealed {
-    /// The domain two systems share.
+    /// The common domain of two systems.
     ///
     /// # Errors
     /// [`Error::UnequalTicks`] for two discrete systems whose ticks differ.
     fn shared_with(self, other: Self) -> Result<Self, Error>;
 
-    /// The point of the complex plane where a constant input lives: s = 0, or z = 1.
+    /// The point of the complex plane of a constant input: s = 0, or z = 1.
     fn constant_point(self) -> f64;
 
     /// The point of the complex plane at a real frequency: s = jω, or z = exp(jωT). `omega_rad_per_s` in rad/s.

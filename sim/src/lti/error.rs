@@ -1,6 +1,6 @@
-//! What can be wrong with a linear system, with the number and the remedy.
+//! Errors of linear systems, with the number and the remedy.
 
-/// Why a linear-systems computation could not be done.
+/// The error of a computation with linear systems.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -9,7 +9,7 @@ pub enum Error {
     DimensionMismatch {
         /// Which size.
         what: &'static str,
-        /// The size the other operands ask for.
+        /// The size that the other operands require.
         expected: usize,
         /// The size that was given.
         found: usize,
@@ -37,7 +37,7 @@ pub enum Error {
     /// The denominator is the zero polynomial.
     #[error("the denominator is zero; give it at least one coefficient that is not 0")]
     ZeroDenominator,
-    /// The denominator's first coefficient is 0, which is more likely a slip than a lower order.
+    /// The denominator's first coefficient is 0, which is more likely a mistake than a lower order.
     #[error("the denominator's leading coefficient (of s^{degree}) is 0; leave it out if the order is lower")]
     ZeroLeadingDenominator {
         /// The power of s it stands for.
@@ -49,7 +49,7 @@ pub enum Error {
     /// The zero polynomial vanishes everywhere.
     #[error("the zero polynomial has every number as a root")]
     ZeroPolynomial,
-    /// More zeros than poles: no state space realises it.
+    /// More zeros than poles: no state-space realisation exists.
     #[error(
         "the transfer function is improper (numerator of degree {numerator_degree} over denominator of degree \
          {denominator_degree}); close the loop around it, or multiply it by a lag, before realising it"
@@ -60,10 +60,10 @@ pub enum Error {
         /// Degree of the denominator.
         denominator_degree: usize,
     },
-    /// The output's derivative would need the input's.
+    /// The derivative of the output would need that of the input.
     #[error("the relative degree is {found}, must be at least {needed} for the output's derivative to be an output")]
     RelativeDegreeTooLow {
-        /// The smallest that will do.
+        /// The smallest that suffices.
         needed: i64,
         /// The one found.
         found: i64,
@@ -74,7 +74,7 @@ pub enum Error {
         /// The tick given, in s.
         tick_s: f64,
     },
-    /// A lag is not a time.
+    /// The lag is negative or not finite.
     #[error("the lag is {lag_s} s, must be finite and at least 0")]
     LagNegative {
         /// The lag given, in s.
@@ -88,7 +88,7 @@ pub enum Error {
         /// The second system's tick, in s.
         second_s: f64,
     },
-    /// Direct paths form a loop of gain 1, which no output satisfies.
+    /// Direct paths form a loop of gain 1, which has no solution.
     #[error(
         "algebraic loop: I - D K ({size} x {size}) is singular; put a state (a lag, a mass) in the loop or change its gain"
     )]
@@ -109,10 +109,10 @@ pub enum Error {
     OutputsNotStates {
         /// How many outputs were chosen.
         outputs: usize,
-        /// What stands in the way.
+        /// The reason.
         reason: &'static str,
     },
-    /// The QR iteration stopped before the eigenvalues settled.
+    /// The QR iteration stopped before it converged.
     #[error(
         "the eigenvalues of a {size} x {size} matrix did not converge in {iterations} iterations; rescale its units"
     )]
@@ -147,7 +147,7 @@ pub enum Error {
         /// Imaginary part of the eigenvalue.
         im: f64,
     },
-    /// The logarithm's iterations did not reach a matrix whose exponential gives the original back.
+    /// The exponential of the computed logarithm differs from the matrix.
     #[error(
         "the matrix logarithm is off by {residual} (relative); an eigenvalue is too close to the negative real axis or to 0"
     )]

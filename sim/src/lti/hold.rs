@@ -6,12 +6,12 @@ use super::linear_algebra::check_size;
 use super::matrix_function::{exponential, logarithm};
 use super::{Continuous, Discrete, Error, StateSpace};
 
-/// How an input goes from one sample to the next.
+/// The course of an input from one sample to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Hold {
     /// Constant over the tick at its value at the start (zero-order hold).
     Held,
-    /// Straight from its value at the start to that at the end (first-order, or triangle, hold).
+    /// Linear from its value at the start to that at the end (first-order, or triangle, hold).
     Linear,
 }
 
@@ -22,7 +22,7 @@ pub struct ExactStep {
     pub phi: DMatrix<f64>,
     /// Γ_now, n x m: effect of the inputs at the start of the tick.
     pub gamma_now: DMatrix<f64>,
-    /// Γ_next, n x m: effect of the inputs at its end; a held input's column is 0.
+    /// Γ_next, n x m: effect of the inputs at the end of the tick; the column of a held input is 0.
     pub gamma_next: DMatrix<f64>,
 }
 
@@ -53,8 +53,8 @@ impl ExactStep {
 /// `Γ_2 = ∫_0^T exp(A (T - τ)) τ/T dτ B`. A held input has `Γ_now = Γ_1`, a linear one `Γ_now = Γ_1 - Γ_2`,
 /// `Γ_next = Γ_2`.
 ///
-/// Where one input is the derivative of another that is linear over the tick, it is itself held over the tick at
-/// `(u_{k+1} - u_k) / T`: declare it [`Hold::Held`] and feed it that.
+/// The derivative of an input that is linear over the tick is constant, `(u_{k+1} - u_k) / T`: declare such an input
+/// [`Hold::Held`] with that value.
 ///
 /// # Errors
 /// [`Error::TickNotPositive`], [`Error::DimensionMismatch`] unless there is one hold per input,
@@ -80,7 +80,7 @@ pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[Hold]) 
     Ok(ExactStep { phi: whole.view((0, 0), (n, n)).into_owned(), gamma_now, gamma_next })
 }
 
-/// The discrete system seen between a zero-order hold and a sampler, exact at the ticks: `(exp(A T), Γ_1, C, D)`.
+/// The discrete system between a zero-order hold and a sampler, exact at the ticks: `(exp(A T), Γ_1, C, D)`.
 ///
 /// # Errors
 /// As [`exact_step`].
@@ -89,15 +89,15 @@ pub fn zero_order_hold(system: &StateSpace<Continuous>, tick_s: f64) -> Result<S
     StateSpace::discrete(step.phi, step.gamma_now, system.c().clone(), system.d().clone(), tick_s)
 }
 
-/// The continuous system of which this is the zero-order hold: `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`.
+/// The continuous system whose zero-order hold is `system`: `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`.
 ///
-/// The principal logarithm: modes faster than the Nyquist frequency come back as their slower alias.
+/// With the principal logarithm, modes above the Nyquist frequency appear as their slower alias.
 ///
 /// # Errors
 /// [`Error::NoRealLogarithm`] for a pole at 0 or on the negative real axis; as [`logarithm`] otherwise.
 pub fn undo_zero_order_hold(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, Error> {
     let (n, m) = (system.states(), system.inputs());
-    // Checked on its own first: the block form below only adds eigenvalues at 1.
+    // Checked first: the block form below only adds eigenvalues at 1.
     let phi_log = logarithm(system.a())?;
     let mut block = DMatrix::identity(n + m, n + m);
     block.view_mut((0, 0), (n, n)).copy_from(system.a());
@@ -139,7 +139,7 @@ mod tests {
         let step = exact_step(&plant(), 0.5, &[Hold::Held, Hold::Linear]).expect("finite");
         assert!((step.gamma_now[(0, 0)] - (1.0 - f64::exp(-0.5))).abs() < 1e-15);
         assert_eq!(step.gamma_next.column(0), dvector![0.0, 0.0]);
-        // The integral of a straight line is the trapezium's area.
+        // The integral of a straight line is the area of a trapezium.
         assert!((step.gamma_now[(1, 1)] - 0.25).abs() < 1e-16);
         assert!((step.gamma_next[(1, 1)] - 0.25).abs() < 1e-16);
         assert!(gamma_one_residual(&plant(), &step) < 1e-15);

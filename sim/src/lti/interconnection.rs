@@ -1,11 +1,11 @@
-//! Joining systems: in series, in parallel, in feedback or side by side.
+//! Connections of systems: in series, in parallel, in feedback or block-diagonal.
 
 use nalgebra::DMatrix;
 
 use super::linear_algebra::check_size;
 use super::{Domain, Error, Signal, StateSpace, Wiring};
 
-/// The systems side by side: states, inputs and outputs of the first, then of the next; block-diagonal matrices.
+/// The systems without connections: states, inputs and outputs of the first, then of the next; block-diagonal matrices.
 ///
 /// # Errors
 /// [`Error::UnequalTicks`]; [`Error::DimensionMismatch`] for an empty list.

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::linear_algebra::{one_norm, product, solve};
 use super::{Continuous, Error, Hold, StateSpace, exact_step, exponential};
 
-/// What one input does to the states over a tick on which it goes from its actual value `u_0` towards a held command `c`:
+/// The effect of one input on the states over a tick, while it moves from its actual value `u_0` towards a held command
+/// `c`:
 ///
 /// ```text
 /// u(t)    = c + (u_0 - c) exp(-t/τ)
@@ -24,22 +25,23 @@ pub struct LaggedInput {
     pub gained: f64,
 }
 
-/// The effect of input `input` over a tick in s where it lags behind its command by `lag_s` (τ in s, at least 0).
+/// The effect of input `input` over a tick (s) when it follows its command with the lag `lag_s` (τ in s, at least 0).
 ///
-/// A lag of 0 leaves the held input of [`exact_step`], to the bit. Otherwise the lag is one more state, and both integrals
-/// are columns of one exponential,
+/// A lag of 0 gives the held input of [`exact_step`], bit for bit. Otherwise the lag is an additional state, and both
+/// integrals are columns of one exponential,
 ///
 /// `exp([A, B, 0; 0, -1/τ, 1/τ; 0, 0, 0] T) = [Φ, from_actual, from_command; ...]`,
 ///
-/// so that with a long lag, where they nearly cancel, neither is a difference. A lag that is fast beside the
-/// system would make that exponential square so often that Φ loses its digits; there the first integral is solved for,
+/// so that neither is a difference, even with a long lag, where they nearly cancel. A lag much faster than the system
+/// would need so many squarings of that exponential that Φ loses its digits. In that case the first integral is the
+/// solution of
 ///
 /// `(I + τ A) from_actual = τ (Φ - exp(-T/τ) I) B`,
 ///
-/// which is well conditioned as `τ |A|` is at most a half.
+/// which is well conditioned, as `τ |A|` is at most one half.
 ///
 /// # Errors
-/// As [`exact_step`]; [`Error::IndexOutOfRange`], and [`Error::LagNegative`] for a lag that is no time.
+/// As [`exact_step`]; [`Error::IndexOutOfRange`], and [`Error::LagNegative`] for a negative or infinite lag.
 pub fn lagged_input(
     system: &StateSpace<Continuous>,
     input: usize,
@@ -91,7 +93,7 @@ mod tests {
         StateSpace::continuous(a, b, DMatrix::identity(n, n), DMatrix::zeros(n, m)).expect("well formed")
     }
 
-    /// `Σ_{k≥0} (-r)^k / (k + order)!`, by which every integral over a short part of a lag is written without cancelling.
+    /// `Σ_{k≥0} (-r)^k / (k + order)!`, which gives every integral over a short part of a lag without cancellation.
     fn tail(r: f64, order: u32) -> f64 {
         let first = (1..=order).fold(1.0, |product, k| product / f64::from(k));
         let terms = (1..30).scan(first, |term, k| {
@@ -101,7 +103,7 @@ mod tests {
         terms.fold(first, |sum, term| sum + term)
     }
 
-    /// A mass: position and velocity after a tick from rest, by integrals done by hand.
+    /// A mass: position and velocity after a tick from rest, integrated by hand.
     fn mass(lag_s: f64) -> [[f64; 2]; 2] {
         let r = TICK_S / lag_s;
         if r < 1.0 {

@@ -1,7 +1,7 @@
 //! Dense kernels with a fixed order of operations.
 //!
-//! nalgebra hands larger products to `matrixmultiply`, which picks a kernel (with or without fused multiply-add) by the
-//! processor it finds: the last bit of a simulation would depend on the machine. [`product`] is a plain triple loop.
+//! nalgebra computes larger products with `matrixmultiply`, which selects a kernel (with or without fused multiply-add)
+//! for the processor: the last bit of a simulation would depend on the machine. [`product`] is a plain triple loop.
 
 use nalgebra::{DMatrix, Schur};
 
@@ -9,7 +9,7 @@ use super::{Complex64, Error};
 
 const MAX_QR_ITERATIONS: usize = 10_000;
 
-/// `A B`, accumulated in the order of the inner index. The caller has checked the shapes.
+/// `A B`, accumulated in the order of the inner index. The caller checks the shapes.
 pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     debug_assert_eq!(a.ncols(), b.nrows());
     DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).fold(0.0, |sum, k| sum + a[(i, k)] * b[(k, j)]))
@@ -20,7 +20,7 @@ pub(super) fn one_norm(a: &DMatrix<f64>) -> f64 {
     (0..a.ncols()).map(|j| a.column(j).iter().fold(0.0, |sum, v| sum + v.abs())).fold(0.0, f64::max)
 }
 
-/// Refuses infinite and not-a-number entries.
+/// Rejects infinite and NaN entries.
 pub(super) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Error> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
@@ -28,15 +28,15 @@ pub(super) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Err
     }
 }
 
-/// Refuses a size that is not the expected one.
+/// Rejects a size other than the expected one.
 pub(super) fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
     if expected == found { Ok(()) } else { Err(Error::DimensionMismatch { what, expected, found }) }
 }
 
 /// Solves `A X = B` for a square `A`; `None` when `A` is singular to working precision.
 ///
-/// Rows and columns are first scaled by powers of two (exactly), so that mixed units (newtons per metre beside metres)
-/// are not mistaken for singularity.
+/// Rows and columns are first scaled by powers of two (exactly), so that mixed units (such as newtons per metre and
+/// metres) are not mistaken for singularity.
 pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     if n == 0 {
@@ -79,16 +79,17 @@ fn power_of_two(value: f64) -> Option<f64> {
     value.is_normal().then(|| f64::from_bits(value.abs().to_bits() & 0x7ff0_0000_0000_0000))
 }
 
-/// Eigenvalues of a square matrix, sorted by real then imaginary part; complex ones in exactly conjugate pairs.
+/// Eigenvalues of a square matrix, sorted by real, then imaginary part; complex ones in exactly conjugate pairs.
 ///
-/// Balanced first (Parlett and Reinsch), then the real Schur form by a capped QR iteration.
+/// The matrix is balanced (Parlett and Reinsch), then brought to real Schur form by a QR iteration with a bounded
+/// number of steps.
 ///
 /// # Errors
 /// [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
 pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let n = a.nrows();
     check_finite("the matrix", a.as_slice())?;
-    // An all-zero (or subnormal) matrix: its eigenvalues are 0 as far as a double can tell.
+    // An all-zero (or subnormal) matrix: its eigenvalues are 0 in double precision.
     let Some(scale) = (if n == 0 { None } else { power_of_two(a.amax()) }) else {
         return Ok(vec![Complex64::new(0.0, 0.0); n]);
     };
@@ -101,7 +102,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let mut i = 0;
     while i < n {
         if i + 1 < n && t[(i + 1, i)] != 0.0 {
-            // nalgebra's own extraction gives NaN when rounding makes this discriminant positive.
+            // nalgebra's extraction gives NaN when rounding makes this discriminant positive.
             let mean = 0.5 * (t[(i, i)] + t[(i + 1, i + 1)]);
             let half = 0.5 * (t[(i, i)] - t[(i + 1, i + 1)]);
             let discriminant = half * half + t[(i, i + 1)] * t[(i + 1, i)];

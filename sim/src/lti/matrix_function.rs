@@ -6,7 +6,7 @@ use super::Error;
 use super::linear_algebra::{check_finite, check_size, eigenvalues, one_norm, product, solve};
 
 /// Coefficients of the [13/13] Padé approximant of exp (Higham, *The scaling and squaring method for the matrix
-/// exponential revisited*, 2005), divided by the last.
+/// exponential revisited*, 2005), divided by the last one.
 const PADE_13: [f64; 14] = [
     64_764_752_532_480_000.0,
     32_382_376_266_240_000.0,
@@ -25,16 +25,16 @@ const PADE_13: [f64; 14] = [
 ];
 /// Below this 1-norm the approximant is exact to double precision (same source, theta_13).
 const PADE_13_NORM: f64 = 5.371_920_351_148_152;
-/// Enough square roots to bring any double near 1.
+/// Enough square roots to bring any double close to 1.
 const MAX_SQUARE_ROOTS: usize = 64;
 const MAX_NEWTON_STEPS: usize = 60;
-/// A logarithm whose exponential misses the matrix by more than this (relative) is refused.
+/// Largest relative error of the exponential of an accepted logarithm.
 const LOGARITHM_TOLERANCE: f64 = 1e-9;
 
 /// `exp(A) = I + A + A²/2! + ...`, by scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
 ///
 /// `A` is square, of any size (0 included). Unlike nalgebra's, it uses no transcendental function and no
-/// machine-dependent product: the same bits everywhere.
+/// machine-dependent product: the bits are the same on every machine.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`] if not square, [`Error::NonFinite`], [`Error::ExponentialOverflow`].
@@ -129,7 +129,7 @@ fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
             return Some(x);
         }
     }
-    // Rounding can keep M a little off the identity; the caller's residual check decides.
+    // Rounding can leave a small difference between M and the identity; the caller checks the residual.
     Some(x)
 }
 

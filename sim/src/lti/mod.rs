@@ -1,10 +1,10 @@
-//! Linear time-invariant systems: from the transfer functions a paper prints to matrices an engine can step exactly.
+//! Linear time-invariant systems: from printed transfer functions to matrices that an engine can step exactly.
 //!
-//! The usual way through:
+//! Typical use:
 //!
 //! 1. write the blocks as [`TransferFunction`]s, as printed;
 //! 2. [`realise`] them, or [`realise_with_derivative`] where position and velocity are both wanted;
-//! 3. [`append`] the blocks and join them with a [`Wiring`] (or [`connect`], its matrix form);
+//! 3. [`append`] the blocks and connect them with a [`Wiring`] (or [`connect`], its matrix form);
 //! 4. [`exact_step`] over one tick.
 //!
 //! ```
@@ -19,10 +19,10 @@
 //! # Ok::<(), trocar::lti::Error>(())
 //! ```
 //!
-//! Matrices that end up in a simulation are computed with plain multiplications and additions in a fixed order
-//! (never through a run-time choice of SIMD kernel or fused multiply-add), so that every machine gets the same bits.
+//! Matrices for a simulation are computed with plain multiplications and additions in a fixed order (without a run-time
+//! choice of SIMD kernel or fused multiply-add), so that the bits are the same on every machine.
 //!
-//! Nothing here panics on bad numbers: whatever can be wrong comes back as an [`Error`] with the number and the remedy.
+//! No function panics on invalid numbers; each returns an [`Error`] with the number and the remedy.
 
 mod domain;
 mod error;
@@ -56,5 +56,5 @@ pub use transfer_function::TransferFunction;
 pub use tustin::{tustin, undo_tustin};
 pub use wiring::{Signal, WeightedSignals, Wiring};
 
-/// A complex number, as nalgebra has it.
+/// The complex number of nalgebra.
 pub type Complex64 = nalgebra::Complex<f64>;

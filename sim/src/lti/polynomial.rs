@@ -11,7 +11,7 @@ const NEWTON_STEPS: usize = 4;
 
 /// `p(s) = c_0 s^n + c_1 s^(n-1) + ... + c_n`: coefficients in descending powers, as the paper prints them.
 ///
-/// Leading zeros are trimmed, so that the first coefficient kept is never 0; the zero polynomial keeps none.
+/// Leading zeros are trimmed: the first coefficient is never 0, and the zero polynomial has none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
     descending: Vec<f64>,
@@ -35,7 +35,7 @@ impl Polynomial {
         Self::new(&[value])
     }
 
-    /// `leading · Π (s - r_i)`. Complex roots must come in conjugate pairs; an imaginary part left over by rounding is dropped.
+    /// `leading · Π (s - r_i)`. Complex roots must be in conjugate pairs; an imaginary part from rounding is dropped.
     ///
     /// # Errors
     /// [`Error::NonFinite`].
@@ -88,7 +88,7 @@ impl Polynomial {
         self.descending.is_empty()
     }
 
-    /// How many roots lie exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
+    /// Number of roots exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
     #[must_use]
     pub fn roots_at_zero(&self) -> usize {
         self.descending.iter().rev().take_while(|c| **c == 0.0).count()
@@ -125,10 +125,11 @@ impl Polynomial {
         Self { descending: self.descending[..kept].to_vec() }
     }
 
-    /// Every root with its multiplicity, sorted by real then imaginary part; complex ones in exactly conjugate pairs.
+    /// All roots with their multiplicity, sorted by real, then imaginary part; complex roots in exactly conjugate
+    /// pairs.
     ///
-    /// Eigenvalues of the balanced companion matrix, each polished by a few Newton steps that are kept only while they
-    /// lower |p|. Roots at 0 are exact. A root of multiplicity m is found to about ε^(1/m), relative.
+    /// They are the eigenvalues of the balanced companion matrix, each refined by Newton steps as long as they reduce
+    /// |p|. Roots at 0 are exact. A root of multiplicity m is found to about ε^(1/m), relative.
     ///
     /// # Errors
     /// [`Error::ZeroPolynomial`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
@@ -150,12 +151,12 @@ impl Polynomial {
             });
             let slope = rest.derivative();
             for guess in eigenvalues(&companion)?.into_iter().filter(|v| v.im >= 0.0) {
-                let root = rest.polished(&slope, guess);
+                let root = rest.refined(&slope, guess);
                 roots.push(root);
                 if root.im != 0.0 {
                     roots.push(root.conj());
                 } else if guess.im != 0.0 {
-                    roots.push(root); // a pair that Newton brought onto the real axis
+                    roots.push(root); // a pair that Newton's method moved onto the real axis
                 }
             }
         }
@@ -163,12 +164,12 @@ impl Polynomial {
         Ok(roots)
     }
 
-    fn polished(&self, slope: &Self, mut root: Complex64) -> Complex64 {
+    fn refined(&self, slope: &Self, mut root: Complex64) -> Complex64 {
         let mut value = self.evaluate_complex(root);
         for _ in 0..NEWTON_STEPS {
             let next = root - value / slope.evaluate_complex(root);
             let next_value = self.evaluate_complex(next);
-            // False for NaN as well: a step off a multiple root is not taken.
+            // False for NaN as well: no step is taken at a multiple root.
             let lower = next_value.norm() < value.norm();
             if !lower {
                 break;

@@ -1,4 +1,4 @@
-//! From transfer functions to states, physical ones where wanted.
+//! State-space realisations of transfer functions, with physical states on request.
 
 use nalgebra::DMatrix;
 
@@ -8,8 +8,8 @@ use super::{Continuous, Domain, Error, StateSpace, TransferFunction};
 /// The controllable canonical form of a proper transfer function (Kailath, *Linear Systems*, 2.1).
 ///
 /// With D(s) monic of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`:
-/// `x_i' = x_{i+1}`, `x_n' = u - d_0 x_1 - ... - d_{n-1} x_n`. Common factors are kept: call
-/// [`TransferFunction::minimal`] first if they are unwanted.
+/// `x_i' = x_{i+1}`, `x_n' = u - d_0 x_1 - ... - d_{n-1} x_n`. Common factors are kept; call
+/// [`TransferFunction::minimal`] first to remove them.
 ///
 /// # Errors
 /// [`Error::Improper`]; [`Error::NonFinite`] if a product of polynomials overflowed.
@@ -40,10 +40,10 @@ pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Er
     StateSpace::continuous(a, b, c, DMatrix::from_element(1, 1, direct))
 }
 
-/// A realisation with two outputs, y and y': position and velocity out of one system, which are also its first two states.
+/// A realisation with two outputs, y and y': position and velocity, which are also its first two states.
 ///
-/// `y' = C A x + C B u`, and `C B = 0` when the relative degree is at least 2. G_m (eq. 28) and the slave (eq. 30) are
-/// such; the latter keeps a third, unphysical state.
+/// `y' = C A x + C B u`, and `C B = 0` when the relative degree is at least 2. This holds for G_m (eq. 28) and the
+/// slave (eq. 30); the latter has a third, unphysical state.
 ///
 /// # Errors
 /// [`Error::RelativeDegreeTooLow`] below 2, and as [`realise`].
@@ -61,9 +61,10 @@ pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace
     outputs_first(&both, &[0, 1])
 }
 
-/// The same system in states whose first ones are the chosen outputs, in that order; those rows of C become unit vectors, exactly.
+/// The same system with the chosen outputs as its first states, in that order; their rows of C become unit vectors,
+/// exactly.
 ///
-/// `z = T x` with the chosen rows of C on top of T, completed by the old states that keep T farthest from singular.
+/// `z = T x` with the chosen rows of C on top of T, completed by the old states that make T best conditioned.
 ///
 /// # Errors
 /// [`Error::IndexOutOfRange`]; [`Error::OutputsNotStates`] when a chosen output has a direct path from an input, or when
@@ -83,7 +84,7 @@ pub fn outputs_first<D: Domain>(system: &StateSpace<D>, outputs: &[usize]) -> Re
         return refuse("there are fewer states");
     }
     let mut t = DMatrix::zeros(n, n);
-    // Gauss-Jordan on the chosen rows finds which old states they can stand for.
+    // Gaussian elimination on the chosen rows finds the old states that they replace.
     let mut reduced = DMatrix::from_fn(outputs.len(), n, |i, j| system.c()[(outputs[i], j)]);
     let mut replaced = vec![false; n];
     for (row, &output) in outputs.iter().enumerate() {

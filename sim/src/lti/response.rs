@@ -1,4 +1,4 @@
-//! Responses: over frequencies, and to a step.
+//! Frequency and step responses.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -28,7 +28,7 @@ impl FrequencyPoint {
     }
 }
 
-/// The response at each frequency in rad/s. Beyond π/T a discrete system repeats itself.
+/// The response at each frequency in rad/s. Above π/T the response of a discrete system repeats.
 ///
 /// # Errors
 /// [`Error::NonFinite`] for a frequency, [`Error::AtPole`] where the response is infinite (an integrator at 0 rad/s).

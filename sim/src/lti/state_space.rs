@@ -7,7 +7,7 @@ use super::{Complex64, Continuous, Discrete, Domain, Error};
 
 /// `x' = A x + B u`, `y = C x + D u` (or `x_{k+1} = A x_k + B u_k`): n states, m inputs, p outputs, any of them 0.
 ///
-/// The time domain is in the type: joining a continuous system to a discrete one does not compile.
+/// The time domain is in the type: connecting a continuous system to a discrete one does not compile.
 ///
 /// ```compile_fail
 /// # use trocar_sim as trocar;
@@ -19,7 +19,7 @@ use super::{Complex64, Continuous, Discrete, Domain, Error};
 /// let _ = series(&continuous, &discrete); // expected `StateSpace<Continuous>`, found `StateSpace<Discrete>`
 /// ```
 ///
-/// The same with both continuous does:
+/// Two continuous systems compile:
 ///
 /// ```
 /// # use trocar_sim as trocar;
@@ -154,7 +154,7 @@ impl<D: Domain> StateSpace<D> {
         eigenvalues(&self.a)
     }
 
-    /// Whether every mode decays, unobservable ones included.
+    /// Whether every mode decays, including unobservable ones.
     ///
     /// # Errors
     /// [`Error::EigenvaluesDidNotConverge`].
@@ -183,9 +183,9 @@ impl<D: Domain> StateSpace<D> {
             .ok_or(Error::AtPole { re: s.re, im: s.im })
     }
 
-    /// The outputs' steady values for unit constant inputs, p x m: `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z).
+    /// The steady outputs for unit constant inputs, p x m: `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z).
     ///
-    /// `None` if infinite, that is with a mode that integrates, observable or not.
+    /// `None` if infinite: with an integrating mode, observable or not.
     #[must_use]
     pub fn dc_gain(&self) -> Option<DMatrix<f64>> {
         let n = self.states();

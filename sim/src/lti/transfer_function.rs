@@ -4,11 +4,11 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use super::{Complex64, Error, Polynomial};
 
-/// `H(s) = N(s) / D(s)`, one input and one output, continuous time. It may be improper (eq. 32's arm is): only a
-/// realisation refuses that.
+/// `H(s) = N(s) / D(s)`, one input and one output, continuous time. It may be improper, as the arm of eq. 32 is; only a
+/// realisation rejects that.
 ///
-/// Arithmetic cross-multiplies and cancels nothing but what [`minimal`](Self::minimal) is asked to, as hidden
-/// cancellations hide unstable modes.
+/// Arithmetic cross-multiplies without cancelling, as hidden cancellations hide unstable modes. Only
+/// [`minimal`](Self::minimal) cancels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     numerator: Polynomial,
@@ -57,7 +57,7 @@ impl TransferFunction {
         &self.denominator
     }
 
-    /// Degree of the denominator less that of the numerator; `None` for the zero function.
+    /// Degree of the denominator minus that of the numerator; `None` for the zero function.
     #[must_use]
     pub fn relative_degree(&self) -> Option<i64> {
         Some(self.denominator.degree()? as i64 - self.numerator.degree()? as i64)
@@ -75,7 +75,7 @@ impl TransferFunction {
         self.numerator.evaluate_complex(s) / self.denominator.evaluate_complex(s)
     }
 
-    /// The limit of `H(s)` at s = 0, factors of s cancelled; `None` if infinite.
+    /// The limit of `H(s)` at s = 0, with factors of s cancelled; `None` if infinite.
     #[must_use]
     pub fn dc_gain(&self) -> Option<f64> {
         if self.numerator.is_zero() {
@@ -89,7 +89,7 @@ impl TransferFunction {
         }
     }
 
-    /// Roots of the denominator, in 1/s, those that zeros would cancel included.
+    /// Roots of the denominator, in 1/s, including those that zeros would cancel.
     ///
     /// # Errors
     /// As [`Polynomial::roots`].
@@ -100,7 +100,7 @@ impl TransferFunction {
     /// Roots of the numerator, in 1/s.
     ///
     /// # Errors
-    /// As [`Polynomial::roots`]; the zero function gives [`Error::ZeroPolynomial`].
+    /// As [`Polynomial::roots`]; [`Error::ZeroPolynomial`] for the zero function.
     pub fn zeros(&self) -> Result<Vec<Complex64>, Error> {
         self.numerator.roots()
     }
@@ -127,9 +127,9 @@ impl TransferFunction {
     /// The same function with common roots cancelled: a zero and a pole within `tolerance · max(1, |pole|)` of each
     /// other (`1e-6` suits products of printed coefficients).
     ///
-    /// Factors of s cancel exactly. Real roots cancel with real ones, conjugate pairs with pairs. A root common several
-    /// times is known only to about ε^(1/m): cancel after each operation rather than once at the end. Cancelling an
-    /// unstable pole hides a real instability: look at [`poles`](Self::poles) first.
+    /// Factors of s cancel exactly. Real roots cancel with real roots, conjugate pairs with pairs. A common root of
+    /// multiplicity m is known only to about ε^(1/m): cancel after each operation rather than once at the end.
+    /// Cancelling an unstable pole hides an instability: check [`poles`](Self::poles) first.
     ///
     /// # Errors
     /// As [`Polynomial::roots`].
@@ -141,7 +141,7 @@ impl TransferFunction {
         let at_zero = self.numerator.roots_at_zero().min(self.denominator.roots_at_zero());
         let numerator = self.numerator.without_lowest(at_zero);
         let denominator = self.denominator.without_lowest(at_zero);
-        // One of each conjugate pair stands for both.
+        // One root represents each conjugate pair.
         let upper = |p: &Polynomial| Ok(p.roots()?.into_iter().filter(|r| r.im >= 0.0).collect::<Vec<_>>());
         let mut zeros = upper(&numerator)?;
         let mut poles = Vec::new();

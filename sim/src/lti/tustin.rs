@@ -1,14 +1,14 @@
-//! The bilinear (Tustin) approximation, both ways.
+//! The bilinear (Tustin) approximation and its inverse.
 
 use nalgebra::DMatrix;
 
 use super::linear_algebra::{product, solve, solve_right};
 use super::{Continuous, Discrete, Error, StateSpace};
 
-/// `s = α (z - 1)/(z + 1)`: `α = 2/T`, or `ω / tan(ω T / 2)` so that the response at ω (rad/s) is kept exactly.
+/// `s = α (z - 1)/(z + 1)`: `α = 2/T`, or `ω / tan(ω T / 2)` so that the response at ω (rad/s) is exact.
 ///
 /// With `P = (α I - A)⁻¹`: `A_d = P (α I + A)`, `B_d = √(2α) P B`, `C_d = √(2α) C P`, `D_d = D + C P B`. Stable systems
-/// stay stable; a pole at `s = α` has no image.
+/// remain stable; a pole at `s = α` has no image.
 ///
 /// # Errors
 /// [`Error::TickNotPositive`], [`Error::PrewarpOutOfRange`], [`Error::Singular`] for a pole at `s = α`.
@@ -30,7 +30,7 @@ pub fn tustin(
     StateSpace::discrete(a, p_b * root, c_p * root, d, tick_s)
 }
 
-/// The way back: `z = (α + s)/(α - s)`, with the same prewarping frequency as on the way there.
+/// The inverse of [`tustin`]: `z = (α + s)/(α - s)`, with the same prewarping frequency.
 ///
 /// With `Q = (A_d + I)⁻¹`: `A = α Q (A_d - I)`, `B = √(2α) Q B_d`, `C = √(2α) C_d Q`, `D = D_d - C_d Q B_d`.
 ///

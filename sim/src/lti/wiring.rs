@@ -1,23 +1,23 @@
-//! Who feeds whom: the gains of a connection, written line by line.
+//! The gains of a connection, written line by line.
 
 use nalgebra::DMatrix;
 
 use super::{Domain, Error, StateSpace, connect};
 
-/// What a wire can carry.
+/// A signal of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
     /// An output of the appended systems, counted from 0 across all of them.
     Output(usize),
-    /// An input from outside, counted from 0.
+    /// An external input, counted from 0.
     External(usize),
 }
 
 /// A weighted sum of signals.
 pub type WeightedSignals<'a> = &'a [(f64, Signal)];
 
-/// The static gains around appended systems: each [`feed`](Self::feed) adds to an input, each [`read`](Self::read) makes
-/// an output of the whole. [`close`](Self::close) hands them to [`connect`].
+/// The static gains around appended systems: each [`feed`](Self::feed) adds to an input, each [`read`](Self::read) adds
+/// an output of the closed system. [`close`](Self::close) passes them to [`connect`].
 ///
 /// ```
 /// # use trocar_sim as trocar;
@@ -41,7 +41,7 @@ pub struct Wiring {
 }
 
 impl Wiring {
-    /// No wires yet: every input 0, nothing read. `externals` is the number of inputs from outside.
+    /// A connection in which every input is 0 and there are no outputs. `externals` is the number of external inputs.
     #[must_use]
     pub fn new<D: Domain>(system: &StateSpace<D>, externals: usize) -> Self {
         let outputs = system.outputs();
@@ -64,7 +64,7 @@ impl Wiring {
         Ok(self)
     }
 
-    /// Makes `Σ weight · signal` the next output of the whole.
+    /// Makes `Σ weight · signal` the next output of the closed system.
     ///
     /// # Errors
     /// [`Error::IndexOutOfRange`].
@@ -77,7 +77,8 @@ impl Wiring {
         Ok(self)
     }
 
-    /// The whole, with the states of `system`, the external inputs, and the outputs in the order they were read.
+    /// The closed system, with the states of `system`, the external inputs, and the outputs in the order of the `read`
+    /// calls.
     ///
     /// # Errors
     /// As [`connect`].

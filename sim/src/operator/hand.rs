@@ -1,17 +1,18 @@
-//! A person who is there now and moves as they like.
+//! A live hand, moved during a run.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
-/// How fast the hand goes where it aims, in 1/s: aims come 60 times a second, and between them the hand has no jumps.
+/// Rate at which the hand approaches its aim, in 1/s: aims are set 60 times a second, and the hand must not jump
+/// between them.
 const APPROACH_PER_S: f64 = 60.0;
 
-/// Fastest motion of the hand in m/s: as fast as a hand stabs, so that a pointer that jumps is no impact.
-const FASTEST_M_PER_S: f64 = 0.5;
+/// Maximum speed of the hand in m/s: that of a stab, so that a jump of the pointer causes no impact.
+const MAX_SPEED_M_PER_S: f64 = 0.5;
 
-/// Where a hand is, and where it aims: both in m, shared by the run that it drives and by whoever moves it.
+/// The position and the aim of a hand in m, shared by the run and by the code that moves the hand.
 #[derive(Debug)]
 pub struct Hand {
-    /// The bits of numbers.
+    /// The bits of the numbers.
     position: AtomicU64,
     aim: AtomicU64,
 }
@@ -23,25 +24,25 @@ impl Hand {
         Self { position: AtomicU64::new(position_m.to_bits()), aim: AtomicU64::new(position_m.to_bits()) }
     }
 
-    /// Aims at a position in m; one that is no number is not heard.
+    /// Aims at a position in m; a position that is not finite is ignored.
     pub fn aim(&self, position_m: f64) {
         if position_m.is_finite() {
             self.aim.store(position_m.to_bits(), Ordering::Relaxed);
         }
     }
 
-    /// Where it is, in m.
+    /// The position in m.
     #[must_use]
     pub fn position_m(&self) -> f64 {
         f64::from_bits(self.position.load(Ordering::Relaxed))
     }
 
-    /// Moves towards the aim for `tick_s` (s): by a share of the way, at most at the fastest speed.
+    /// Moves towards the aim for `tick_s` (s): by a fraction of the distance, at most at the maximum speed.
     pub fn step(&self, tick_s: f64) {
         let position = self.position_m();
         let way = f64::from_bits(self.aim.load(Ordering::Relaxed)) - position;
-        let most = FASTEST_M_PER_S * tick_s;
-        let step = ((APPROACH_PER_S * tick_s).min(1.0) * way).clamp(-most, most);
+        let max_step = MAX_SPEED_M_PER_S * tick_s;
+        let step = ((APPROACH_PER_S * tick_s).min(1.0) * way).clamp(-max_step, max_step);
         self.position.store((position + step).to_bits(), Ordering::Relaxed);
     }
 }

@@ -1,32 +1,32 @@
-//! The motions of a person by the words that scenarios use, and what each is told.
+//! The operator's motions by their words in scenarios, and their settings.
 
 use std::sync::Arc;
 
 use super::motion::{insertion_extraction, minimum_jerk, sine};
 
 trocar_core::settings! {
-    /// Where a motion begins.
+    /// The start of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StartSettings in "operator." {
-        /// Where a ramp or a movement begins, and the centre of a swing.
+        /// Start of a ramp or a movement, or centre of a sine.
         start_m: f64 [ANY] = 0.0,
     }
 }
 
 trocar_core::settings! {
-    /// Where a motion ends.
+    /// The end of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct EndSettings in "operator." {
-        /// Where a ramp or a movement ends.
+        /// End of a ramp or a movement.
         end_m: f64 [ANY] = 0.02,
     }
 }
 
 trocar_core::settings! {
-    /// How long a motion takes.
+    /// The duration of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MovementSettings in "operator." {
-        /// How long a minimum-jerk movement or an insertion takes.
+        /// Duration of a minimum-jerk movement or an insertion.
         movement_s: f64 [POSITIVE] = 1.0,
     }
 }
@@ -35,49 +35,49 @@ trocar_core::settings! {
     /// A constant speed.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RampSettings in "operator." {
-        /// Where it begins.
+        /// Its start.
         start: StartSettings,
-        /// Where it ends.
+        /// Its end.
         end: EndSettings,
-        /// How fast a ramp gets there.
+        /// Speed of a ramp.
         speed_m_per_s: f64 [POSITIVE] = 0.01,
     }
 }
 
 trocar_core::settings! {
-    /// The least jerk, from rest to rest.
+    /// Minimum jerk, from rest to rest.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MinimumJerkSettings in "operator." {
-        /// Where it begins.
+        /// Its start.
         start: StartSettings,
-        /// Where it ends.
+        /// Its end.
         end: EndSettings,
-        /// How long it takes.
+        /// Its duration.
         movement: MovementSettings,
     }
 }
 
 trocar_core::settings! {
-    /// In by pushes, a rest, and out again.
+    /// An insertion in pushes, a rest, and a withdrawal.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct InsertionExtractionSettings in "operator." {
-        /// Where it begins.
+        /// Its start.
         start: StartSettings,
-        /// How deep it goes.
+        /// Its depth.
         end: EndSettings,
-        /// How long the way in takes.
+        /// Duration of the insertion.
         movement: MovementSettings,
-        /// In how many pushes, each from rest to rest, an insertion-extraction goes in.
+        /// Number of pushes, each from rest to rest, of an insertion-extraction.
         pushes: u64 [1..] = 1,
-        /// How long an insertion-extraction rests inside.
+        /// Duration of the rest of an insertion-extraction.
         hold_s: f64 [NON_NEGATIVE] = 1.0,
-        /// How long an insertion-extraction takes to come back.
+        /// Duration of the withdrawal of an insertion-extraction.
         withdrawal_s: f64 [POSITIVE] = 1.0,
     }
 }
 
 trocar_core::settings! {
-    /// A swing.
+    /// A sine.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SineSettings in "operator." {
         /// Its centre.
@@ -90,18 +90,18 @@ trocar_core::settings! {
 }
 
 trocar_core::choice! {
-    /// Replays the recording's position, moves at a constant speed or with the least jerk, in and out, or swings.
+    /// The recording's position, a constant speed, a minimum-jerk movement, an insertion and extraction, or a sine.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum MotionSettings at "operator.kind" = Recording {
         /// A recording.
         "recording" => Recording,
         /// A constant speed.
         "ramp" => Ramp(RampSettings),
-        /// The least jerk, from rest to rest.
+        /// Minimum jerk, from rest to rest.
         "minimum-jerk" => MinimumJerk(MinimumJerkSettings),
-        /// In by pushes, a rest, and out again.
+        /// An insertion in pushes, a rest, and a withdrawal.
         "insertion-extraction" => InsertionExtraction(InsertionExtractionSettings),
-        /// A swing.
+        /// A sine.
         "sine" => Sine(SineSettings),
     }
 }

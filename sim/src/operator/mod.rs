@@ -1,4 +1,4 @@
-//! What the person wants: the desired position that the arm pulls the master towards.
+//! The operator: the desired position towards which the arm pulls the master.
 
 mod hand;
 mod kind;
@@ -22,26 +22,26 @@ use std::sync::Arc;
 use crate::error::{InvalidValue, finite};
 use crate::lane::Lane;
 
-/// How far from 0 a person may go, in m: farther is no insertion, and a run that gets there has diverged.
+/// Largest distance of the desired position from 0, in m. A run beyond it has diverged.
 pub const MAX_POSITION_M: f64 = 1.0;
 
-/// The kinds of intention. The desired position is linear between ticks.
+/// The kinds of motion. The desired position is linear between ticks.
 #[derive(Debug, Clone)]
 pub enum Motion<L> {
-    /// A recorded or computed motion, one position a tick; the last one is held after its end.
+    /// A recorded or computed motion, one position per tick; the last one is held after the end.
     Recording(Arc<[f64]>),
     /// A constant speed from a start to an end.
     Ramp(Ramp<L>),
-    /// Whatever a hand does that is there now.
+    /// The motion of a live hand.
     Hand(Arc<Hand>),
 }
 
-/// Says where the person wants the master to be.
+/// Gives the operator's desired position of the master.
 ///
-/// An operator of one's own implements this for `f64`; [`Person`] and [`Replay`] do for any number of lanes.
+/// A user-defined operator implements this for `f64`; [`HumanOperator`] and [`Replay`] for any number of lanes.
 pub trait Operator<L: Lane> {
-    /// The desired position at `tick` in m, after a force `felt_n` (N) at the tick before. Called once for each tick, from 0
-    /// on.
+    /// The desired position at `tick` in m, given the felt force `felt_n` (N) at the tick before. Called once per tick,
+    /// starting at 0.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
 }
 
@@ -52,7 +52,7 @@ impl<L: Lane, O: Operator<L> + ?Sized> Operator<L> for Box<O> {
     }
 }
 
-/// A motion that is known beforehand: one position a tick in m; the last one is held after its end.
+/// A motion known in advance: one position per tick in m; the last one is held after the end.
 #[derive(Debug, Clone)]
 pub struct Replay(pub Arc<[f64]>);
 
@@ -71,9 +71,9 @@ impl crate::lane::Gather for Replay {
     }
 }
 
-/// A person: what they intend, how their hand trembles, and how they react to what they feel.
+/// A human operator: the intended motion, the hand's tremor, and the reaction to the felt force.
 #[derive(Debug, Clone)]
-pub struct Person<L: Lane> {
+pub struct HumanOperator<L: Lane> {
     motion: Motion<L>,
     tremor: Option<Arc<[L]>>,
     reaction: Option<Reaction<L>>,
@@ -106,7 +106,7 @@ impl<L: Lane> Ramp<L> {
     }
 }
 
-/// The position of a recorded motion at `tick`, in m; the last one is held after its end.
+/// The position of a recorded motion at `tick`, in m; the last one is held after the end.
 #[inline(always)]
 pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
     let held = || positions.last().copied().unwrap_or(0.0);
@@ -114,7 +114,7 @@ pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
 }
 
 impl<L: Lane> Motion<L> {
-    /// The desired position in m at a person's own time in ticks.
+    /// The desired position in m at a time of the motion in ticks.
     #[inline(always)]
     fn at(&self, ticks: L) -> L {
         match self {
@@ -125,22 +125,22 @@ impl<L: Lane> Motion<L> {
     }
 }
 
-impl<L: Lane> Person<L> {
-    /// A person with a steady hand who follows the motion whatever they feel.
+impl<L: Lane> HumanOperator<L> {
+    /// An operator without tremor who does not react to the felt force.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
         Self { motion, tremor: None, reaction: None }
     }
 
-    /// The same person with a displacement in m added at each tick, as [`TremorSettings::displacements`] gives them.
+    /// Adds a tremor: one displacement in m per tick, as from [`TremorSettings::displacements`].
     #[must_use]
     pub fn trembling(mut self, displacements_m: Arc<[L]>) -> Self {
         self.tremor = Some(displacements_m);
         self
     }
 
-    /// The same person, reacting to a fall of the felt force if they do; lane `i` by stream `first_stream + i` of the seed, on ticks of
-    /// `tick_s` (s).
+    /// Adds the reaction to a drop of the felt force, if the settings have one; lane `i` uses stream `first_stream + i`
+    /// of the seed, on ticks of `tick_s` (s).
     #[must_use]
     pub fn reacting(mut self, settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
         self.reaction = settings.reacts().then(|| Reaction::new(settings, seed, first_stream, tick_s));
@@ -148,13 +148,13 @@ impl<L: Lane> Person<L> {
     }
 }
 
-impl<L: Lane> Operator<L> for Person<L> {
+impl<L: Lane> Operator<L> for HumanOperator<L> {
     #[inline(always)]
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
         let intended = match &mut self.reaction {
             Some(reaction) if tick > 0 => {
-                let (own_ticks, withdrawn_m) = reaction.step(tick, felt_n);
-                self.motion.at(own_ticks) - withdrawn_m
+                let (motion_ticks, withdrawn_m) = reaction.step(tick, felt_n);
+                self.motion.at(motion_ticks) - withdrawn_m
             }
             _ => self.motion.at(L::splat(tick as f64)),
         };
@@ -165,7 +165,7 @@ impl<L: Lane> Operator<L> for Person<L> {
     }
 }
 
-crate::lane::gather!(Person { motion, tremor, reaction });
+crate::lane::gather!(HumanOperator { motion, tremor, reaction });
 crate::lane::gather!(Ramp { start, step, low, high });
 
 impl crate::lane::Gather for Motion<f64> {
@@ -188,7 +188,7 @@ impl crate::lane::Gather for Motion<f64> {
                 });
                 crate::lane::Gather::gather(ramps).map(Motion::Ramp)
             }
-            // Hands do not go side by side.
+            // Live hands cannot be combined.
             Self::Hand(_) => None,
         }
     }
@@ -202,7 +202,7 @@ mod tests {
     fn a_ramp_ends_where_it_should_in_either_direction() {
         let at = |start, end, tick| {
             let ramp = Ramp::<f64>::new(start, end, 0.01, 1e-3).expect("valid");
-            Person::new(Motion::Ramp(ramp)).desired_position_m(tick, 0.0)
+            HumanOperator::new(Motion::Ramp(ramp)).desired_position_m(tick, 0.0)
         };
         assert_eq!(at(0.0, 0.02, 0), 0.0);
         assert!((at(0.0, 0.02, 500) - 0.005).abs() < 1e-15);

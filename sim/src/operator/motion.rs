@@ -1,8 +1,8 @@
-//! Motions in closed form, computed before a run: nothing transcendental happens in the tick.
+//! Motions in closed form, computed before a run, so that the tick needs no transcendental function.
 
 use std::sync::Arc;
 
-/// A movement from `start_m` to `end_m` (m) in `movement_s` (s, above 0) with the least jerk, then rest; one position a
+/// A movement from `start_m` to `end_m` (m) in `movement_s` (s, above 0) with minimum jerk, then rest; one position per
 /// tick for `ticks` ticks of `tick_s` (s).
 ///
 /// `x = start + (end - start) (10 τ³ - 15 τ⁴ + 6 τ⁵)`, `τ = t / movement` (Flash and Hogan 1985).
@@ -15,11 +15,11 @@ pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, tick
     (0..ticks).map(position).collect()
 }
 
-/// An insertion as hands do it, and the way back: from `start_m` to `end_m` (m) in a number of equal pushes that take
-/// `movement_s` (s) together, a rest of `hold_s`, and back in one go in `withdrawal_s`; then rest. One position a tick.
+/// An insertion and a withdrawal: from `start_m` to `end_m` (m) in a number of equal pushes that take `movement_s` (s)
+/// in total, a rest of `hold_s`, and back in one movement of `withdrawal_s`; then rest. One position per tick.
 ///
-/// Each push and the withdrawal have the least jerk. The pushes are chosen here: a hand that works its way in, so that the
-/// speed rises and falls.
+/// Each push and the withdrawal are minimum-jerk movements. The pushes are chosen here: the speed rises and falls, as
+/// in manual insertions.
 #[must_use]
 pub fn insertion_extraction(
     (start_m, end_m): (f64, f64),
@@ -44,7 +44,7 @@ pub fn insertion_extraction(
     (0..ticks).map(position).collect()
 }
 
-/// `x = centre + amplitude sin(2π f t)`: centre and amplitude in m, `f` in Hz; one position a tick.
+/// `x = centre + amplitude sin(2π f t)`: centre and amplitude in m, `f` in Hz; one position per tick.
 #[must_use]
 pub fn sine(centre_m: f64, amplitude_m: f64, frequency_hz: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
     let position = |tick: u64| {

@@ -1,4 +1,4 @@
-//! A person who notices that the resistance falls, and reacts.
+//! The operator's reaction to a drop of the felt force.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -8,54 +8,54 @@ use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
-/// How many reaction times are drawn; then they repeat.
+/// Number of reaction times drawn; then they repeat.
 const DRAWN: usize = 16;
 
-/// Sets the reaction times apart from the other random numbers with the same seed.
+/// Separates the reaction times from other random numbers with the same seed.
 const DOMAIN: u64 = 0x7265_666c_6578;
 
 trocar_core::choice! {
-    /// What the person does, a reaction time after the felt force has fallen: go on, pause, or pause and withdraw.
+    /// The operator's reaction, one reaction time after a drop of the felt force: none, pause, or pause and withdraw.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Reflex at "operator.reflex" = None {
-        /// Goes on.
+        /// No reaction.
         "none" => None,
-        /// Stops, for the pause.
+        /// Stops for the pause.
         "stop" => Stop,
-        /// Stops, and withdraws meanwhile.
+        /// Stops and withdraws during the pause.
         "withdraw" => Withdraw in "operator.reflex_withdraw_" {
-            /// How far they withdraw.
+            /// Distance of the withdrawal.
             distance_m: f64 at "operator.reflex_withdraw_m" [NON_NEGATIVE] = 0.005,
-            /// How fast they withdraw.
+            /// Speed of the withdrawal.
             speed_m_per_s: f64 [POSITIVE] = 0.02,
         },
     }
 }
 
 trocar_core::settings! {
-    /// When a person notices, how fast they react, and for how long.
+    /// When the operator notices a drop, how fast they react, and for how long.
     ///
-    /// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. The threshold for telling
-    /// forces of 2.5 to 10 N apart is about 7 % (Pang, Tan and Durlach 1991); the default of 15 % is chosen here, as the hand
-    /// is busy. Reaction times are drawn uniformly, anew for each reaction; their default of 150 to 250 ms, memory, pause and
-    /// least force are chosen here too.
+    /// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. The discrimination
+    /// threshold for forces of 2.5 to 10 N is about 7 % (Pang, Tan and Durlach 1991); the default of 15 % for a moving
+    /// hand is chosen here. Each reaction draws a reaction time from a uniform distribution; its default range of 150
+    /// to 250 ms, the memory, the pause and the minimum force are chosen here, too.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ReflexSettings in "operator.reflex_" {
-        /// What the person does.
+        /// The kind of reaction.
         reflex: Reflex [kinds last],
-        /// By what share of its recent level the felt force has to fall to be noticed.
+        /// Fraction of its recent level by which the felt force must drop to be noticed.
         ///
         /// Weber fraction, between 0 and 1.
         weber_fraction: f64 [SHARE] = 0.15,
-        /// Shortest reaction time.
+        /// Minimum reaction time.
         reaction_min_s: f64 [NON_NEGATIVE] = 0.15,
-        /// Longest reaction time.
+        /// Maximum reaction time.
         reaction_max_s: f64 [NON_NEGATIVE] = 0.25,
         /// Time constant of the recent level.
         memory_s: f64 [POSITIVE] = 0.05,
-        /// Level below which no fall is noticed.
+        /// Minimum level of the felt force at which a drop is noticed.
         min_force_n: f64 at "operator.reflex_least_force_n" [NON_NEGATIVE] = 0.3,
-        /// How long the person pauses.
+        /// Duration of the pause.
         pause_s: f64 [NON_NEGATIVE] = 0.5,
     }
     where weber_fraction: |s| s.weber_fraction > 0.0 && s.weber_fraction < 1.0, "between 0 and 1";
@@ -63,13 +63,13 @@ trocar_core::settings! {
 }
 
 impl ReflexSettings {
-    /// Whether the person reacts at all.
+    /// Whether the operator reacts at all.
     #[must_use]
     pub fn reacts(&self) -> bool {
         self.reflex != Reflex::None
     }
 
-    /// Checks the ranges that the fields state, where the person reacts.
+    /// Checks the stated ranges of the fields, if the operator reacts.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -78,36 +78,36 @@ impl ReflexSettings {
     }
 }
 
-/// A person's reaction at work: when it comes, and what it makes of the motion.
+/// The state of the reaction: its time, and its effect on the motion.
 ///
 /// ```text
 /// level_k = F_h + exp(-T/τ) (level_{k-1} - F_h)
-/// noticed:  F_h < (1 - w) level_{k-1},  level_{k-1} >= least force,  no reaction pending
+/// noticed:  F_h < (1 - w) level_{k-1},  level_{k-1} >= minimum force,  no reaction pending
 /// ```
-/// A reaction time after the notice the person's own clock stands still for the pause; the motion then goes on from where
-/// it was. Until the pause has passed nothing else is noticed.
+/// One reaction time after the drop is noticed, the time of the motion stops for the pause; then the motion continues.
+/// No other drop is noticed until the end of the pause.
 #[derive(Debug, Clone)]
 pub(super) struct Reaction<L: Lane> {
     keep: L,
-    noticed_share: L,
+    noticed_ratio: L,
     min_force: L,
     pause_ticks: L,
     withdraw_step: L,
     withdraw_m: L,
     reaction_ticks: [L; DRAWN],
-    /// The level; below any force before the first tick.
+    /// The level; -∞ before the first tick.
     level: L,
-    /// When the reaction comes; never while none is pending.
+    /// Tick of the reaction; infinite while none is pending.
     due: L,
     reactions: L,
-    /// The person's own time in ticks.
+    /// The time of the motion in ticks.
     clock: L,
     withdrawn: L,
     withdrawn_before: L,
 }
 
 impl<L: Lane> Reaction<L> {
-    /// A person with nothing felt so far; lane `i` reacts by stream `first_stream + i` of the seed.
+    /// A reaction before the first tick; lane `i` uses stream `first_stream + i` of the seed.
     pub(super) fn new(settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
         let ticks = |duration_s: f64| nearest_ticks(duration_s, tick_s) as f64;
         let (withdraw_m, speed) = match settings.reflex {
@@ -126,7 +126,7 @@ impl<L: Lane> Reaction<L> {
         }
         Self {
             keep: L::splat(libm::exp(-tick_s / settings.memory_s)),
-            noticed_share: L::splat(1.0 - settings.weber_fraction),
+            noticed_ratio: L::splat(1.0 - settings.weber_fraction),
             min_force: L::splat(settings.min_force_n),
             pause_ticks: L::splat(ticks(settings.pause_s)),
             withdraw_step: L::splat(speed * tick_s),
@@ -141,15 +141,15 @@ impl<L: Lane> Reaction<L> {
         }
     }
 
-    /// Takes the force felt at the tick before `tick`; gives the person's own time at `tick` in ticks, and how far they
-    /// have withdrawn in m.
+    /// Processes the felt force at the tick before `tick`; returns the time of the motion at `tick` in ticks, and the
+    /// withdrawn distance in m.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, felt: L) -> (L, L) {
         let (zero, one, never) = (L::zero(), L::splat(1.0), L::splat(f64::INFINITY));
         let now = L::splat(tick as f64);
         let first = self.level.lt(L::splat(f64::MIN));
         let idle = self.due.ge(never);
-        let fallen = felt.lt(self.noticed_share * self.level) & self.level.ge(self.min_force);
+        let fallen = felt.lt(self.noticed_ratio * self.level) & self.level.ge(self.min_force);
         let notices = idle & fallen & !first;
         if notices.any() {
             self.notice(notices, now);
@@ -157,17 +157,17 @@ impl<L: Lane> Reaction<L> {
         let followed = felt + self.keep * (self.level - felt);
         let acts = now.gt(self.due) & now.le(self.due + self.pause_ticks);
         let is_over = now.gt(self.due + self.pause_ticks) & self.due.lt(never);
-        // After a reaction the present force is what the next drop is told from.
+        // After a reaction the next drop is measured from the present force.
         self.level = L::select(first | is_over, felt, followed);
         self.due = L::select(is_over, never, self.due);
         self.clock = self.clock + L::select(acts, zero, one);
-        let farther = (self.withdrawn + self.withdraw_step).min(self.withdrawn_before + self.withdraw_m);
-        self.withdrawn = L::select(acts, farther, self.withdrawn);
+        let withdrawn_next = (self.withdrawn + self.withdraw_step).min(self.withdrawn_before + self.withdraw_m);
+        self.withdrawn = L::select(acts, withdrawn_next, self.withdrawn);
         self.withdrawn_before = L::select(is_over, self.withdrawn, self.withdrawn_before);
         (self.clock, self.withdrawn)
     }
 
-    /// Sets the time of the reaction where a drop is noticed.
+    /// Sets the tick of the reaction in the lanes that notice a drop.
     #[cold]
     #[inline(never)]
     fn notice(&mut self, notices: L::Mask, now: L) {
@@ -182,7 +182,7 @@ impl<L: Lane> Reaction<L> {
 
 crate::lane::gather!(Reaction {
     keep,
-    noticed_share,
+    noticed_ratio,
     min_force,
     pause_ticks,
     withdraw_step,
@@ -212,8 +212,8 @@ mod tests {
         }
     }
 
-    /// The person's own time and withdrawal at each tick of a force.
-    fn live(settings: &ReflexSettings, seed: u64, force: impl Fn(u64) -> f64) -> Vec<(f64, f64)> {
+    /// The time of the motion and the withdrawal at each tick of a force.
+    fn react_to(settings: &ReflexSettings, seed: u64, force: impl Fn(u64) -> f64) -> Vec<(f64, f64)> {
         let mut reaction = Reaction::<f64>::new(settings, seed, 0, 1e-3);
         (1..3000).map(|tick| reaction.step(tick, force(tick - 1))).collect()
     }
@@ -223,32 +223,36 @@ mod tests {
     }
 
     #[test]
-    fn a_drop_is_acted_on_after_a_reaction_time_and_the_motion_then_goes_on() {
+    fn a_drop_causes_a_pause_after_a_reaction_time_and_the_motion_then_continues() {
         for seed in 0..50 {
-            let lived = live(&settings(), seed, drop_at(1000));
-            let stood: Vec<usize> = (1..lived.len()).filter(|&k| lived[k].0 == lived[k - 1].0).collect();
-            assert_eq!(stood.len(), 400, "one pause of 0.4 s");
-            assert!((1150..=1252).contains(&stood[0]), "{}", stood[0]);
-            assert!(stood.windows(2).all(|pair| pair[1] == pair[0] + 1));
-            assert_eq!(lived.last().expect("lived").0, 2999.0 - 400.0);
+            let reaction = react_to(&settings(), seed, drop_at(1000));
+            let paused: Vec<usize> = (1..reaction.len()).filter(|&k| reaction[k].0 == reaction[k - 1].0).collect();
+            assert_eq!(paused.len(), 400, "one pause of 0.4 s");
+            assert!((1150..=1252).contains(&paused[0]), "{}", paused[0]);
+            assert!(paused.windows(2).all(|pair| pair[1] == pair[0] + 1));
+            assert_eq!(reaction.last().expect("reaction").0, 2999.0 - 400.0);
         }
     }
 
     #[test]
     fn without_a_drop_nobody_reacts() {
         for force in [&(|_| 2.0) as &dyn Fn(u64) -> f64, &|k| 2.0 - 0.05 * (k % 3) as f64, &|k| 1e-3 * k as f64] {
-            assert_eq!(live(&settings(), 1, force).last().expect("lived").0, 2999.0);
+            assert_eq!(react_to(&settings(), 1, force).last().expect("reaction").0, 2999.0);
         }
-        assert_eq!(live(&settings(), 1, |k| 0.1 * drop_at(1000)(k)).last().expect("lived").0, 2999.0, "too faint");
+        assert_eq!(
+            react_to(&settings(), 1, |k| 0.1 * drop_at(1000)(k)).last().expect("reaction").0,
+            2999.0,
+            "too faint"
+        );
     }
 
     #[test]
     fn a_withdrawal_goes_as_far_and_as_fast_as_it_says() {
         let reflex = Reflex::Withdraw { distance_m: 0.004, speed_m_per_s: 0.05 };
-        let lived = live(&ReflexSettings { reflex, ..settings() }, 1, drop_at(1000));
-        let fastest = lived.windows(2).map(|pair| pair[1].1 - pair[0].1).fold(0.0, f64::max);
+        let reaction = react_to(&ReflexSettings { reflex, ..settings() }, 1, drop_at(1000));
+        let fastest = reaction.windows(2).map(|pair| pair[1].1 - pair[0].1).fold(0.0, f64::max);
         assert!((fastest - 5e-5).abs() < 1e-15, "{fastest}");
-        assert!((lived.last().expect("lived").1 - 0.004).abs() < 1e-12);
+        assert!((reaction.last().expect("reaction").1 - 0.004).abs() < 1e-12);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Physiological tremor: what a hand adds to what its owner wants.
+//! Physiological tremor, added to the intended motion.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -10,25 +10,25 @@ use rand_chacha::rand_core::SeedableRng;
 use crate::error::{InvalidValue, require};
 use crate::lane::Lane;
 
-/// How many sines a tremor is made of.
+/// Number of sines of a tremor.
 const SINES: usize = 8;
 
-/// Over how long the tremor grows from nothing, in s, so that a person begins where they mean to.
+/// Time over which the tremor grows from 0, in s, so that a motion starts at its intended position.
 const GROWTH_S: f64 = 0.25;
 
-/// Sets the tremor's random numbers apart from those of the other sources with the same seed.
+/// Separates the tremor's random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7472_656d_6f72;
 
 trocar_core::settings! {
-    /// How a hand trembles.
+    /// The tremor of the hand.
     ///
     /// Physiological tremor of the hand lies between 8 and 12 Hz; that of surgeons' hands is of the order of 50 to 200 µm in
     /// the root mean square (both as reviewed in <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TremorSettings in "operator.tremor_" {
-        /// Root mean square of the hand's tremor; usual are tens to hundreds of micrometres.
+        /// Root mean square of the hand's tremor, usually tens to hundreds of micrometres.
         ///
-        /// 0 is a hand that does not tremble.
+        /// 0: no tremor.
         amplitude_m: f64 [NON_NEGATIVE] = 0.0,
         /// Lower end of the tremor's band.
         low_hz: f64 [POSITIVE] = 8.0,
@@ -41,42 +41,42 @@ trocar_core::settings! {
 }
 
 impl TremorSettings {
-    /// Checks the ranges that the fields state, on ticks of `tick_s` (s).
+    /// Checks the stated ranges of the fields, on ticks of `tick_s` (s).
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         self.validate()?;
-        let seen = self.amplitude_m == 0.0 || self.high_hz < 0.5 / tick_s;
-        require("operator.tremor_high_hz", self.high_hz, seen, "below half the rate of the ticks").map(drop)
+        let is_sampled = self.amplitude_m == 0.0 || self.high_hz < 0.5 / tick_s;
+        require("operator.tremor_high_hz", self.high_hz, is_sampled, "below half the rate of the ticks").map(drop)
     }
 
-    /// The tremor in m, one displacement a tick; lane `i` has stream `first_stream + i` of the seed.
+    /// The tremor in m, one displacement per tick; lane `i` uses stream `first_stream + i` of the seed.
     ///
-    /// A sum of sines of equal size, one in each eighth of the band, of random frequency and phase.
+    /// A sum of sines of equal amplitude, one in each eighth of the band, with random frequency and phase.
     #[must_use]
     pub fn displacements<L: Lane>(&self, seed: u64, first_stream: u64, tick_s: f64, ticks: u64) -> Arc<[L]> {
-        let mut lanes: Vec<Hand> =
-            (0..L::WIDTH).map(|lane| Hand::new(self, seed, first_stream + lane as u64, tick_s)).collect();
+        let mut lanes: Vec<SineSum> =
+            (0..L::WIDTH).map(|lane| SineSum::new(self, seed, first_stream + lane as u64, tick_s)).collect();
         let growth_ticks = GROWTH_S / tick_s;
         let displacement = |tick: u64| {
             let share = (tick as f64 / growth_ticks).min(1.0);
             let grown = share * share * (3.0 - 2.0 * share);
-            let next = |all: L, (lane, hand): (usize, &mut Hand)| all.with_lane(lane, grown * hand.next());
+            let next = |all: L, (lane, hand): (usize, &mut SineSum)| all.with_lane(lane, grown * hand.next());
             lanes.iter_mut().enumerate().fold(L::zero(), next)
         };
         (0..ticks).map(displacement).collect()
     }
 }
 
-/// A hand's sines, each a vector that turns by a fixed angle a tick: nothing transcendental, tick by tick.
-struct Hand {
+/// The sines of a tremor. Each is a vector that rotates by a fixed angle per tick, without transcendental functions.
+struct SineSum {
     size_m: f64,
-    /// Cosine and sine of the phase, and of the angle of a tick.
+    /// Cosine and sine of the phase, and of the angle per tick.
     sines: [([f64; 2], [f64; 2]); SINES],
 }
 
-impl Hand {
+impl SineSum {
     fn new(settings: &TremorSettings, seed: u64, stream: u64, tick_s: f64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ DOMAIN);
         rng.set_stream(stream);
@@ -111,7 +111,8 @@ mod tests {
         settings.displacements::<f64>(seed, 0, TICK_S, ticks).to_vec()
     }
 
-    /// The share of the power of the last 40 s between two frequencies (Hz), of all below 50 Hz.
+    /// The fraction of the power of the last 40 s between two frequencies (Hz), relative to the power from 0.5 to 30
+    /// Hz.
     fn share_between(signal: &[f64], low_hz: f64, high_hz: f64) -> f64 {
         let tail = &signal[signal.len() - 40_000..];
         let power = |bin: usize| {

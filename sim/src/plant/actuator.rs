@@ -1,87 +1,87 @@
-//! What the motors of both sides can do.
+//! Limits and lags of the motors of both sides.
 
 use super::{PlantError, on};
 use crate::lti::{Continuous, StateSpace, lagged_input};
 
 trocar_core::settings! {
-    /// Limits on what the motors make of the controllers' commands, the same either way; `None` is without a limit, a lag of 0
-    /// none.
+    /// Limits on the motors' response to the controllers' commands, the same in both directions. `None` is no limit, a
+    /// lag of 0 no lag.
     ///
-    /// A wanted command is clipped to the range, then goes there from the last one no faster than its rate; held until the
-    /// next tick, it is followed with the lag in continuous time.
+    /// A command is clipped to the range, then limited in its change from the last one. It is held until the next tick,
+    /// and the motor follows it with the lag in continuous time.
     ///
-    /// All of it acts on the held output of a controller that runs on the tick
-    /// ([`ControlTiming::Sampled`](super::ControlTiming)): when a continuous one would saturate between ticks is not known
-    /// beforehand, so that no exact step exists.
+    /// The limits act on the held output of a controller that runs on the tick
+    /// ([`ControlTiming::Sampled`](super::ControlTiming)). A continuous controller would saturate at unknown times
+    /// between ticks, so that no exact step exists.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ActuatorLimits in "actuator." {
-        /// Greatest force U_m of the master's motor, either way; without a limit when not given.
+        /// Maximum force U_m of the master's motor, in both directions; no limit when not given.
         master_force_n: Option<f64> at "actuator.master_force_limit_n" [POSITIVE],
-        /// Greatest command U_s to the slave, either way, in its own unit; without a limit when not given.
+        /// Maximum command U_s to the slave, in both directions, in its own unit; no limit when not given.
         slave_command: Option<f64> at "actuator.slave_command_limit" [POSITIVE],
-        /// How fast the commanded force of the master's motor changes at most; without a limit when not given.
+        /// Maximum rate of the commanded force of the master's motor; no limit when not given.
         master_force_rate_n_per_s: Option<f64> at "actuator.master_force_rate_limit_n_per_s" [POSITIVE],
-        /// How fast the command to the slave changes at most, in its unit per s; without a limit when not given.
+        /// Maximum rate of the command to the slave, in its unit per s; no limit when not given.
         slave_command_rate_per_s: Option<f64> at "actuator.slave_command_rate_limit_per_s" [POSITIVE],
-        /// Time constant with which the master's motor follows its command, first-order; 0: no lag.
+        /// Time constant of the first-order lag of the master's motor; 0: no lag.
         master_lag_s: f64 [NON_NEGATIVE] = 0.0,
-        /// Time constant with which the slave's motor follows its command, first-order; 0: no lag.
+        /// Time constant of the first-order lag of the slave's motor; 0: no lag.
         slave_lag_s: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
 impl ActuatorLimits {
-    /// Motors that do what they are told.
+    /// Ideal motors.
     pub const NONE: Self = Self::DEFAULT;
 
-    /// Whether nothing is limited and nothing lags.
+    /// Whether there is no limit and no lag.
     #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::NONE
     }
 
-    /// Greatest `|U_m|` in N, infinite without a limit.
+    /// Maximum `|U_m|` in N, infinite without a limit.
     #[must_use]
     pub fn max_master_force_n(&self) -> f64 {
         self.master_force_n.unwrap_or(f64::INFINITY)
     }
 
-    /// Greatest `|U_s|`, infinite without a limit.
+    /// Maximum `|U_s|`, infinite without a limit.
     #[must_use]
     pub fn max_slave_command(&self) -> f64 {
         self.slave_command.unwrap_or(f64::INFINITY)
     }
 
-    /// Greatest change of the commanded `U_m` in N from one tick to the next, infinite without a limit.
+    /// Maximum change of the commanded `U_m` in N from one tick to the next, infinite without a limit.
     #[must_use]
     pub fn max_master_change_n(&self, tick_s: f64) -> f64 {
         self.master_force_rate_n_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 
-    /// Greatest change of the commanded `U_s` from one tick to the next, infinite without a limit.
+    /// Maximum change of the commanded `U_s` from one tick to the next, infinite without a limit.
     #[must_use]
     pub fn max_slave_change(&self, tick_s: f64) -> f64 {
         self.slave_command_rate_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 }
 
-/// What a motor that lags behind its held command does over a tick, to itself and to the states of its side.
+/// The step of a motor that follows its held command with a lag, and its effect on the states of its side.
 ///
 /// `x += from_actual · U_0 + from_command · U_cmd`, then `U_0 ← kept · U_0 + gained · U_cmd`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotorStep<const STATES: usize> {
-    /// Effect of what the motor does at the start of the tick.
+    /// Effect of the motor's output at the start of the tick.
     pub from_actual: [f64; STATES],
-    /// Effect of its command.
+    /// Effect of the command.
     pub from_command: [f64; STATES],
-    /// Share of what it did that is left at the end.
+    /// Fraction of the initial output that remains at the end.
     pub kept: f64,
-    /// Share of its command that it has then reached.
+    /// Fraction of the command that is reached at the end.
     pub gained: f64,
 }
 
 impl<const STATES: usize> MotorStep<STATES> {
-    /// The motor at input `input` of a side without its controller; states beyond the side's own are left alone.
+    /// The motor at input `input` of a side without its controller; effects on states beyond those of the side are 0.
     pub(super) fn new(
         (side, system): (&'static str, &StateSpace<Continuous>),
         input: usize,

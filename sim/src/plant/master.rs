@@ -1,4 +1,4 @@
-//! The master, its force controller and the arm that holds it (eq. 28, 29, 32-35).
+//! The master, its force controller and the operator's arm (eq. 28, 29, 32-35).
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -29,7 +29,8 @@ trocar_core::settings! {
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 4.1,
         /// K_i in 1/s.
         ///
-        /// A spring to the slave's position is no force to be tracked: an integral of the difference would never settle.
+        /// A spring to the slave's position is not a force to be tracked: the integral of the difference would not
+        /// converge.
         force_integral_gain: f64 [NON_NEGATIVE]
             => "12 as the paper has it; 0 where positions are fed back to the master"
             if is_fed_positions { 0.0 } else { 12.0 },
@@ -46,11 +47,11 @@ trocar_core::settings! {
     /// m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h
     /// F_h       = k_a (x_a - x_h) + b_a (x_a' - x_h')
     /// ```
-    /// Eliminating `x_a` gives eq. 32. Held still, it feels like the stiffness `k_a k_h / (k_a + k_h)` = 698.845 N/m.
+    /// Eliminating `x_a` gives eq. 32. At rest its stiffness is `k_a k_h / (k_a + k_h)` = 698.845 N/m.
     ///
-    /// Stiffness and damping of a hand rise with the force of its grip (Hasser and Cutkosky 2002). The factors are chosen
-    /// here: both stiffnesses halved or doubled, both dampings by the square root of that, so that the damping ratios stay;
-    /// the mass stays.
+    /// Stiffness and damping of a hand rise with the force of its grip (Hasser and Cutkosky 2002). The factors are
+    /// chosen here: both stiffnesses change by a factor of 2 and both dampings by its square root, so that the damping
+    /// ratios and the mass are unchanged.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper) {
         /// Stiffness between arm and master.
@@ -67,7 +68,7 @@ trocar_core::settings! {
 }
 
 trocar_core::choice! {
-    /// How firmly the hand holds: as the paper identified it, half or twice as stiff.
+    /// The grip of the hand: as the paper identified it, half or twice as stiff.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Grip at "arm.grip" = Paper {
         /// As the paper identified it (eq. 32-35).
@@ -88,7 +89,7 @@ impl Grip {
         }
     }
 
-    /// The square root of the stiffness's.
+    /// The square root of the stiffness factor.
     const fn damping_factor(self) -> f64 {
         match self {
             Self::Paper => 1.0,
@@ -99,7 +100,7 @@ impl Grip {
 }
 
 impl ArmParameters {
-    /// The force in N per m of a still master's distance from the desired position: `k_a k_h / (k_a + k_h)`.
+    /// The static force in N per m between the master and the desired position: `k_a k_h / (k_a + k_h)`.
     #[must_use]
     pub fn static_stiffness_n_per_m(&self) -> f64 {
         self.k_a_n_per_m * self.k_h_n_per_m / (self.k_a_n_per_m + self.k_h_n_per_m)
@@ -113,7 +114,7 @@ impl ArmParameters {
 /// itself, and the second output `U_m - F_h`.
 ///
 /// # Errors
-/// [`PlantError`] for a parameter out of range or numbers beyond computing.
+/// [`PlantError`] for a parameter out of range or a computation that fails.
 pub fn master_system(
     master: &MasterParameters,
     arm: &ArmParameters,
@@ -168,13 +169,13 @@ fn build(
 /// over the tick and `F_ed` held; states `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MasterStep {
-    /// Row by row.
+    /// Transition matrix, row by row.
     pub transition: [[f64; MASTER_STATES]; MASTER_STATES],
     /// Effect of the desired position at the start of the tick.
     pub desired_now: [f64; MASTER_STATES],
-    /// Effect of the desired position at its end.
+    /// Effect of the desired position at the end of the tick.
     pub desired_next: [f64; MASTER_STATES],
-    /// Effect of the fed-back force.
+    /// Effect of the feedback force.
     pub feedback: [f64; MASTER_STATES],
     /// `F_h` from the states.
     pub hand_force: [f64; MASTER_STATES],
@@ -198,8 +199,8 @@ impl MasterStep {
         Ok(step)
     }
 
-    /// The step of the machine alone, without its controller: `feedback` is then the effect of a held `U_m`, and the force
-    /// integral stays as it is.
+    /// The step of the machine alone, without its controller: `feedback` is then the effect of a held `U_m`, and the
+    /// force integral does not change.
     ///
     /// # Errors
     /// As [`MasterStep::new`].
@@ -207,8 +208,8 @@ impl MasterStep {
         Self::open(master, arm, ControlTiming::Sampled, tick_s)
     }
 
-    /// What the machine's motor does over a tick where it follows its command with a lag of `lag_s` (s, at least 0); without
-    /// one, the `feedback` of [`MasterStep::of_machine`].
+    /// The step of the machine's motor over a tick, following its command with a lag of `lag_s` (s, at least 0);
+    /// without a lag, the `feedback` of [`MasterStep::of_machine`].
     ///
     /// # Errors
     /// As [`MasterStep::new`].
@@ -251,7 +252,7 @@ impl MasterStep {
         })
     }
 
-    /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the bare machine.
+    /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the machine alone.
     fn close_sampled_loop(&mut self, integral_gain: f64, tick_s: f64) {
         const INTEGRAL: usize = MASTER_STATES - 1;
         for i in 0..INTEGRAL {

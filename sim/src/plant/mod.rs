@@ -1,8 +1,8 @@
-//! The machines: the master with the person's arm on it, and the slave, each with its controller (eq. 28-35).
+//! The machines: the master with the operator's arm, and the slave, each with its controller (eq. 28-35).
 //!
-//! Each side is built from the paper's transfer functions by interconnection, then stepped exactly over a tick. Where the
-//! printed appendix cannot be what was simulated, the reading that can is the default and the printed one stays
-//! selectable.
+//! Each side is built from the paper's transfer functions by interconnection, then stepped exactly over a tick. Where
+//! the printed appendix cannot be what the authors simulated, a plausible reading is the default and the printed one
+//! remains selectable.
 
 mod actuator;
 mod master;
@@ -17,10 +17,10 @@ use thiserror::Error;
 use crate::error::InvalidValue;
 use crate::lti;
 
-/// How many states the master side has: `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
+/// Number of states of the master side: `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
 pub const MASTER_STATES: usize = 5;
 
-/// How many states the slave side has: `x_e, v_e` and one without a physical meaning.
+/// Number of states of the slave side: `x_e, v_e` and one without a physical meaning.
 pub const SLAVE_STATES: usize = 3;
 
 trocar_core::choice! {
@@ -34,18 +34,18 @@ trocar_core::choice! {
     }
 }
 
-/// Why a side cannot be built.
+/// The error of a side that cannot be built.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlantError {
     /// A parameter is out of range.
     #[error(transparent)]
     Parameter(#[from] InvalidValue),
-    /// The parameters make a system that cannot be computed with.
+    /// The computation of the side's system failed.
     #[error("the {side} side cannot be built: {source}")]
     Build {
         /// Which side.
         side: &'static str,
-        /// What its algebra says.
+        /// The error of the computation.
         source: lti::Error,
     },
     /// The slave's transfer function has no position and velocity, or too many states.
@@ -61,7 +61,7 @@ pub enum PlantError {
     },
 }
 
-/// Wraps an algebra's error with the side that it concerns.
+/// Adds the side to an error of the computation.
 fn on(side: &'static str) -> impl Fn(lti::Error) -> PlantError {
     move |source| PlantError::Build { side, source }
 }

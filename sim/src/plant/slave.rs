@@ -5,7 +5,7 @@ use crate::error::{finite, require};
 use crate::lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
 
 trocar_core::choice! {
-    /// What K_v acts on; as printed it is the position.
+    /// The signal that K_v acts on: the velocity, or as printed the position.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Damping at "slave.damping" = Velocity {
         /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
@@ -27,7 +27,7 @@ trocar_core::settings! {
         proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
         /// K_v.
         velocity_gain: f64 [NON_NEGATIVE] = 15.0,
-        /// What `K_v` acts on.
+        /// The signal that `K_v` acts on.
         damping: Damping,
     }
 }
@@ -45,10 +45,11 @@ impl SlaveParameters {
         realise_with_derivative(&function).map_err(on("slave"))
     }
 
-    /// The command `U_s` that a slow motion takes per m/s and per m/s²: the first terms of `U_s / X_e` in powers of `s`.
+    /// The command `U_s` of a slow motion per m/s and per m/s²: the first terms of `U_s / X_e` in powers of `s`.
     ///
     /// # Errors
-    /// [`PlantError`] as [`slave_system`], and for a numerator that ends on 0, which leaves no slow motion.
+    /// [`PlantError`] as [`slave_system`], and for a numerator whose last coefficient is 0, which allows no slow
+    /// motion.
     pub fn slow_motion(&self) -> Result<(f64, f64), PlantError> {
         self.machine()?;
         let low = |coefficients: &[f64], power: usize| coefficients.iter().rev().nth(power).copied().unwrap_or(0.0);
@@ -78,8 +79,8 @@ impl SlaveParameters {
 /// (m) and `v_e` (m/s).
 ///
 /// # Errors
-/// [`PlantError`] for a parameter out of range, a transfer function without position and velocity, or numbers beyond
-/// computing.
+/// [`PlantError`] for a parameter out of range, a transfer function without position and velocity, or a computation
+/// that fails.
 pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<StateSpace<Continuous>, PlantError> {
     let machine = slave.machine()?;
     if timing == ControlTiming::Sampled {
@@ -99,7 +100,7 @@ pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<St
 /// The slave side's exact step over a tick: `x_{k+1} = transition · x_k + reference · x_ref(k)`, `x_ref` held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlaveStep {
-    /// Row by row; a slave with two states has a third that stays 0.
+    /// Transition matrix, row by row; a slave with two states has a third that is always 0.
     pub transition: [[f64; SLAVE_STATES]; SLAVE_STATES],
     /// Effect of the reference.
     pub reference: [f64; SLAVE_STATES],
@@ -127,8 +128,8 @@ impl SlaveStep {
         Ok(step)
     }
 
-    /// The step of the machine alone, without its controller: `reference` is then the effect of a held `U_s`; `rest` is as
-    /// with the controller.
+    /// The step of the machine alone, without its controller: `reference` is then the effect of a held `U_s`; `rest` is
+    /// that with the controller.
     ///
     /// # Errors
     /// As [`SlaveStep::new`].
@@ -136,8 +137,8 @@ impl SlaveStep {
         Self::open(slave, ControlTiming::Sampled, tick_s)
     }
 
-    /// What the machine's motor does over a tick where it follows its command with a lag of `lag_s` (s, at least 0); without
-    /// one, the `reference` of [`SlaveStep::of_machine`].
+    /// The step of the machine's motor over a tick, following its command with a lag of `lag_s` (s, at least 0);
+    /// without a lag, the `reference` of [`SlaveStep::of_machine`].
     ///
     /// # Errors
     /// As [`SlaveStep::new`].
@@ -161,7 +162,7 @@ impl SlaveStep {
     }
 }
 
-/// The states at which a unit reference leaves the slave; at the position itself where there is no such state.
+/// The steady states under a unit reference; position 1 alone if there is no steady state.
 fn rest(system: &StateSpace<Continuous>) -> [f64; SLAVE_STATES] {
     let settled = system.a().clone().lu().solve(&(-system.b()));
     let settled = settled.filter(|state| state.iter().all(|value| value.is_finite()));

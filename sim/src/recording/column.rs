@@ -1,13 +1,14 @@
-//! Which column of a file holds which quantity, and in what unit.
+//! The columns of a file with their quantities and units.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// A column of a file, and the factor that turns its numbers into SI with forces positive when they resist insertion.
+/// A column of a file, and the factor that converts its numbers to SI units, with forces positive when they resist
+/// insertion.
 ///
-/// Written `name` (factor 1) or `name:factor`, as in `xs_rad:0.075`. What follows the last `:` is the factor only if
-/// it is a number, so that `force: raw` is a plain name; a column really named `a:1` is written `a:1:1`. Spaces around
-/// the name are dropped, here and in the file.
+/// Written as `name` (factor 1) or `name:factor`, as in `xs_rad:0.075`. The text after the last `:` is the factor only
+/// if it is a number, so `force: raw` is a plain name; a column named `a:1` is written `a:1:1`. Spaces around the name
+/// are ignored, here and in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     name: String,
@@ -15,7 +16,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// The column `name`, its numbers multiplied by `scale`.
+    /// The column `name`, with its numbers multiplied by `scale`.
     ///
     /// # Errors
     /// When the name is blank, or the scale is zero or not finite.
@@ -31,7 +32,7 @@ impl Column {
         Ok(Self { name: name.to_owned(), scale })
     }
 
-    /// A column of numbers in SI already.
+    /// A column of numbers in SI units.
     pub(super) fn plain(name: &'static str) -> Self {
         Self { name: name.to_owned(), scale: 1.0 }
     }
@@ -49,7 +50,7 @@ impl Column {
     }
 }
 
-/// The tail after the last `:` if it is a number, and what stands before it.
+/// The name before the last `:`, and the number after it, if it is one.
 fn split_scale(text: &str) -> Option<(&str, f64)> {
     let (name, tail) = text.rsplit_once(':')?;
     let scale = tail.trim().parse().ok()?;
@@ -65,7 +66,7 @@ impl FromStr for Column {
     }
 }
 
-/// Writes what [`FromStr`] reads back as the same column.
+/// The text that [`FromStr`] reads as the same column.
 impl fmt::Display for Column {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.scale == 1.0 && split_scale(&self.name).is_none() {
@@ -76,27 +77,27 @@ impl fmt::Display for Column {
     }
 }
 
-/// Where a recording's quantities are found.
+/// The columns of a recording's quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     /// Time, scaled to s.
     pub time: Column,
     /// Position of the needle, scaled to m, growing into the tissue.
     pub position: Column,
-    /// Velocity of the needle, scaled to m/s, where the file has it.
+    /// Velocity of the needle, scaled to m/s, if the file has it.
     pub velocity: Option<Column>,
     /// Force on the needle, scaled to N, positive when it resists insertion.
     pub force: Column,
 }
 
-/// Why a column's description is refused.
+/// The error of an invalid description of a column.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnError {
-    /// Nothing, or only spaces, where the name is expected.
+    /// The name is empty or consists of spaces.
     #[error("a column needs a name, as in 'force_n' or 'torque_nm:13.3'")]
     NoName,
-    /// The factor would lose or poison every number.
+    /// The factor is zero or not finite.
     #[error("column '{name}' has scale {scale}, must be finite and not 0")]
     Scale {
         /// The column's name.

@@ -1,4 +1,4 @@
-//! Delays that someone has logged, imported from CSV files.
+//! Logged delays, imported from CSV files.
 
 use std::io::Read;
 
@@ -7,26 +7,27 @@ use super::header::{find, names};
 use super::table::Rows;
 use super::{Column, Limits, RecordingError};
 
-/// What a delay trace calls a sample that has not arrived; an empty field says the same.
+/// The word for a lost sample in a delay trace; an empty field means the same.
 const LOST: &str = "lost";
 
-/// A row of a delay trace: what holds from its time on.
+/// A row of a delay trace, which applies from its time on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayRow {
-    /// Its time in s, from the run's start.
+    /// Time in s, from the run's start.
     pub time_s: f64,
-    /// How long a sample sent from master to slave takes in s; `None` if it is lost.
+    /// Delay in s of a sample sent from master to slave; `None` if it is lost.
     pub forward_s: Option<f64>,
-    /// The same from slave to master.
+    /// Delay in s of a sample sent from slave to master; `None` if it is lost.
     pub backward_s: Option<f64>,
 }
 
-/// Reads a delay trace from CSV text with the columns `time_s`, `forward_delay_s` and `backward_delay_s`, and hands its rows
-/// to `take` one by one; none is kept. A delay that is empty, or the word `lost`, is a sample that was lost. For the rest
-/// the text may be as [`read_csv`](super::read_csv) takes it. Of `limits`, the longest gap is not asked for.
+/// Reads a delay trace from CSV text with the columns `time_s`, `forward_delay_s` and `backward_delay_s`, and passes
+/// its rows to `take` one by one, without storing them. An empty delay or the word `lost` is a lost sample. Otherwise
+/// the format is that of [`read_csv`](super::read_csv). The maximum gap of `limits` does not apply.
 ///
 /// # Errors
-/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `max_s` (s). Rows before the error have been taken.
+/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `max_s` (s). Rows before the error have been
+/// passed.
 pub fn read_delays<R: Read>(
     source: &str,
     reader: R,
@@ -48,7 +49,7 @@ pub fn read_delays<R: Read>(
         let time_s = rows.time(at[0], &columns[0], before)?;
         let delay = |direction: usize| {
             let (index, column) = (at[direction], &columns[direction]);
-            if rows.says_nothing(index, &[LOST]) {
+            if rows.is_empty_or(index, &[LOST]) {
                 return Ok(None);
             }
             let delay_s = rows.number(index, column)?;
@@ -104,9 +105,9 @@ mod tests {
         assert_eq!(at("0,0,NaN\n"), "wifi.csv line 2, column 'backward_delay_s': 'NaN' is not finite");
         assert_eq!(at(",0,0\n"), "wifi.csv line 2, column 'time_s': the field is empty");
         assert_eq!(at("lost,0,0\n"), "wifi.csv line 2, column 'time_s': 'lost' is not a number");
-        assert!(at("0,0,0\n1,0,0\n0.5,0,0\n").starts_with("wifi.csv line 4, column 'time_s': time runs backwards"));
+        assert!(at("0,0,0\n1,0,0\n0.5,0,0\n").starts_with("wifi.csv line 4, column 'time_s': time decreases"));
         assert!(
-            at("0,0,0\n0,0,0\n").starts_with("wifi.csv line 3, column 'time_s': time stands still at 0 s since line 2")
+            at("0,0,0\n0,0,0\n").starts_with("wifi.csv line 3, column 'time_s': the time 0 s repeats that of line 2")
         );
         assert!(at("0,0\n").starts_with("wifi.csv line 2: the row has 2 fields, the header 3"));
     }

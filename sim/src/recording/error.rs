@@ -1,4 +1,4 @@
-//! What can be wrong with a recording: where, what, and the remedy.
+//! Errors of recordings: place, problem and remedy.
 
 use std::fmt;
 use std::io;
@@ -9,9 +9,9 @@ use super::Limits;
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {problem}")]
 pub struct RecordingError {
-    /// Where it went wrong.
+    /// The place of the problem.
     pub place: Place,
-    /// What is wrong there.
+    /// The problem.
     pub problem: Problem,
 }
 
@@ -20,9 +20,9 @@ pub struct RecordingError {
 pub struct Place {
     /// The file, as the caller named it.
     pub file: Box<str>,
-    /// The line as an editor counts it, from 1; `None` where the whole file is meant.
+    /// The line number as in an editor, from 1; `None` for the whole file.
     pub line: Option<u64>,
-    /// The header name of the column; `None` where no column is to blame.
+    /// The header name of the column; `None` if the problem is not in a column.
     pub column: Option<Box<str>>,
 }
 
@@ -61,14 +61,14 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a recording, and what to do about it. Times are in s.
+/// A problem of a recording, with its remedy. Times are in s.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// The file does not exist, may not be opened, or failed while being read.
+    /// The file does not exist, cannot be opened, or failed while being read.
     #[error("cannot be read: {}{}", .0, remedy(.0))]
     Unreadable(io::Error),
-    /// A directory, pipe, socket or device. Reading one could wait or run for ever.
+    /// A directory, pipe, socket or device. Reading one could block or never end.
     #[error("is a {0}, not a regular file; give the path of a CSV file")]
     NotAFile(&'static str),
     /// The file's size is above the limit; nothing was read.
@@ -83,51 +83,51 @@ pub enum Problem {
         /// The limit in bytes.
         limit: u64,
     },
-    /// More bytes came than the limit allows, from a source whose size is not known beforehand.
+    /// More bytes than the limit, from a source of unknown size.
     #[error("holds more than {} ({limit} bytes); keep fewer rows or columns, or raise max_bytes", mebibytes(*.limit))]
     TooManyBytes {
         /// The limit in bytes.
         limit: u64,
     },
     /// More rows than the limit allows.
-    #[error("more than {limit} samples; thin the recording or raise max_samples")]
+    #[error("more than {limit} samples; downsample the recording or raise max_samples")]
     TooManySamples {
         /// The limit in samples.
         limit: usize,
     },
-    /// A line that does not end within reason.
+    /// A line that is too long.
     #[error("the line is longer than {} bytes; is this a table with one sample per line?", Limits::MAX_LINE_BYTES)]
     LineTooLong,
     /// A zero byte: a spreadsheet, a `.mat` file, UTF-16 text.
     #[error("holds binary data (a zero byte); export it as CSV text in UTF-8")]
     Binary,
-    /// Bytes that are not UTF-8 in the header or in a wanted column.
+    /// Bytes that are not UTF-8 in the header or in a requested column.
     #[error("the text is not UTF-8; save the file as CSV in UTF-8")]
     NotUtf8,
-    /// Nothing but blank lines and comments.
+    /// Only blank lines and comments.
     #[error("holds no data; a header line with the columns' names is expected, then one sample per line")]
     Empty,
     /// The first line that is not a comment holds only numbers.
     #[error(
-        "numbers where the columns' names are expected; add a header line (one that begins with '#' is taken for a comment)"
+        "numbers where the columns' names are expected; add a header line (a line that begins with '#' is a comment)"
     )]
     NoHeader,
-    /// The header does not name a wanted column.
+    /// The header does not have a requested column.
     #[error("no column '{}'; the file has {}{}", excerpt(.name), listing(.available), suggestion(.nearest.as_deref()))]
     MissingColumn {
-        /// The name looked for.
+        /// The requested name.
         name: Box<str>,
         /// The file's names, in order.
         available: Vec<String>,
-        /// The most similar of them, where one is similar.
+        /// The most similar of them, if one is similar enough.
         nearest: Option<Box<str>>,
     },
-    /// The header has a wanted name more than once.
+    /// The header has a requested name more than once.
     #[error("{count} columns are named '{}'; rename all but one", excerpt(.name))]
     AmbiguousColumn {
-        /// The name looked for.
+        /// The requested name.
         name: Box<str>,
-        /// How often the header has it, at least 2.
+        /// Number of columns with this name, at least 2.
         count: usize,
     },
     /// Fewer than two rows follow the header.
@@ -143,67 +143,67 @@ pub enum Problem {
         /// Fields in the header.
         expected: usize,
     },
-    /// A quoted field that goes on beyond its line.
-    #[error("a quoted field runs over the end of the line; close the quote")]
+    /// A quoted field that continues past the end of its line.
+    #[error("a quoted field continues past the end of the line; close the quote")]
     OpenQuote,
-    /// An empty field in a wanted column.
+    /// An empty field in a requested column.
     #[error("the field is empty; fill in a number or remove the row")]
     EmptyField,
     /// Text where a number is expected.
     #[error("'{}' is not a number; {}", .0, if .0.contains(',') { "write decimals with a point" } else { "correct it or remove the row" })]
     NotANumber(
-        /// The field, shortened where it is long.
+        /// The field, shortened if it is long.
         Box<str>,
     ),
-    /// A delay that no link has, or longer than can be kept.
+    /// A delay that is negative or too long.
     #[error(
         "a delay of {delay_s} s, must be from 0 to {max_s} s; correct it, or leave the field empty if the sample was lost"
     )]
     DelayOutOfRange {
         /// The delay in s.
         delay_s: f64,
-        /// The longest in s.
+        /// The maximum delay in s.
         max_s: f64,
     },
     /// NaN, an infinity, or a number that overflows when scaled.
     #[error("'{text}' is not finite{}; correct it or remove the row", scaled(*.scale))]
     NotFinite {
-        /// The field, shortened where it is long.
+        /// The field, shortened if it is long.
         text: Box<str>,
         /// The column's scale.
         scale: f64,
     },
-    /// A number that no needle's sensor gives, in SI.
-    #[error("{value:e} in SI units, at most {most:e}; correct it, or the column's factor")]
+    /// A number in SI units beyond [`Limits::MAX_MAGNITUDE`].
+    #[error("{value:e} in SI units, at most {limit:e}; correct it, or the column's factor")]
     TooGreat {
         /// The number.
         value: f64,
-        /// The largest.
-        most: f64,
+        /// The limit.
+        limit: f64,
     },
     /// A sample earlier than the one before it.
     #[error(
-        "time runs backwards, from {before_s} s on line {before_line} to {after_s} s; sort the rows by time, or keep one run per file"
+        "time decreases, from {before_s} s on line {before_line} to {after_s} s; sort the rows by time, or keep one run per file"
     )]
     TimeBackwards {
-        /// The line of the sample before.
+        /// The line of the previous sample.
         before_line: u64,
-        /// Its time.
+        /// Its time in s.
         before_s: f64,
         /// The time on this line.
         after_s: f64,
     },
     /// A sample at the same time as the one before it.
     #[error(
-        "time stands still at {time_s} s since line {before_line}; remove the repeated row, or log time with more digits"
+        "the time {time_s} s repeats that of line {before_line}; remove the repeated row, or log time with more digits"
     )]
     TimeRepeats {
-        /// The line of the sample before.
+        /// The line of the previous sample.
         before_line: u64,
         /// The time on both lines.
         time_s: f64,
     },
-    /// A pause longer than the limit.
+    /// A gap longer than the limit.
     #[error(
         "no sample for {} s since line {before_line} (from {before_s} s to {after_s} s), the limit is {} s{}; cut the recording there, or raise max_gap_s",
         six_digits(.after_s - .before_s),
@@ -211,34 +211,34 @@ pub enum Problem {
         median(*.median_s)
     )]
     Gap {
-        /// The line of the last sample before the pause.
+        /// The line of the last sample before the gap.
         before_line: u64,
-        /// Its time.
+        /// Its time in s.
         before_s: f64,
-        /// The time of the first sample after the pause.
+        /// The time of the first sample after the gap.
         after_s: f64,
-        /// The longest pause allowed.
+        /// The maximum gap.
         limit_s: f64,
-        /// The median interval, where the limit was derived from it.
+        /// The median interval, if the limit is derived from it.
         median_s: Option<f64>,
     },
 }
 
 /// At most 40 characters of `text`, on one line, for use inside a message.
 pub(super) fn excerpt(text: &str) -> String {
-    const LONGEST: usize = 40;
-    let mut shown: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
-    if text.chars().nth(LONGEST).is_some() {
+    const MAX_CHARACTERS: usize = 40;
+    let mut shown: String = text.chars().take(MAX_CHARACTERS).flat_map(char::escape_debug).collect();
+    if text.chars().nth(MAX_CHARACTERS).is_some() {
         shown.push('…');
     }
     shown
 }
 
 fn listing(names: &[String]) -> String {
-    const MOST: usize = 12;
-    let mut shown: Vec<String> = names.iter().take(MOST).map(|name| excerpt(name)).collect();
-    if names.len() > MOST {
-        shown.push(format!("and {} more", names.len() - MOST));
+    const MAX_NAMES: usize = 12;
+    let mut shown: Vec<String> = names.iter().take(MAX_NAMES).map(|name| excerpt(name)).collect();
+    if names.len() > MAX_NAMES {
+        shown.push(format!("and {} more", names.len() - MAX_NAMES));
     }
     shown.join(", ")
 }
@@ -258,16 +258,16 @@ fn median(median_s: Option<f64>) -> String {
     })
 }
 
-/// What to do about a file that cannot be read, where that is known.
+/// The remedy for a file that cannot be read, if known.
 fn remedy(error: &io::Error) -> &'static str {
-    if error.kind() == io::ErrorKind::NotFound { "; give the path of a file that is there" } else { "" }
+    if error.kind() == io::ErrorKind::NotFound { "; give the path of an existing file" } else { "" }
 }
 
 fn mebibytes(bytes: u64) -> String {
     format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }
 
-/// Rounded to six significant digits, so that a difference of decimals reads as a decimal.
+/// Rounded to six significant digits, so that a difference of decimals is shown as a decimal.
 fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

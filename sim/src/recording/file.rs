@@ -1,4 +1,4 @@
-//! Opening a recording or a delay trace on disk.
+//! Opens a recording, a delay trace or labels on disk.
 
 use std::fs::{File, FileType, Metadata};
 use std::path::Path;
@@ -9,8 +9,8 @@ use super::{Columns, DelayRow, LabelRow, Limits, Recording, RecordingError, read
 /// Reads the recording in the file `path`; see [`read_csv`].
 ///
 /// # Errors
-/// Those of [`read_csv`]; and, before anything is read, when the file is missing, may not be opened, is larger than
-/// [`Limits::max_bytes`], or is no regular file (reading a pipe or a device could wait or run for ever).
+/// Those of [`read_csv`]; and, before anything is read, if the file is missing, cannot be opened, is larger than
+/// [`Limits::max_bytes`], or is not a regular file (reading a pipe or a device could block or never end).
 pub fn open_csv(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_csv(&name, file, columns, limits)
@@ -19,7 +19,7 @@ pub fn open_csv(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recor
 /// Reads the delay trace in the file `path`; see [`read_delays`].
 ///
 /// # Errors
-/// Those of [`read_delays`]; and those of [`open_csv`] for what is no readable file.
+/// Those of [`read_delays`]; and those of [`open_csv`] for a file that cannot be read.
 pub fn open_delays(
     path: &Path,
     limits: &Limits,
@@ -33,18 +33,19 @@ pub fn open_delays(
 /// Reads the labels in the file `path`; see [`read_labels`].
 ///
 /// # Errors
-/// Those of [`read_labels`]; and those of [`open_csv`] for what is no readable file.
+/// Those of [`read_labels`]; and those of [`open_csv`] for a file that cannot be read.
 pub fn open_labels(path: &Path, limits: &Limits, needs_file: bool) -> Result<Vec<LabelRow>, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_labels(&name, file, limits, needs_file)
 }
 
-/// A regular file of allowed size, with its name in messages.
+/// Opens a regular file of allowed size; returns it with its name in messages.
 fn open(path: &Path, limits: &Limits) -> Result<(String, File), RecordingError> {
     let name = path.display().to_string();
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
-    // Before opening: to open a pipe is already to wait for its writer. After: the path may have changed hands.
+    // Checked before opening, because opening a pipe waits for its writer, and after, because the path may have
+    // changed.
     check(&path.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
     let file = File::open(path).map_err(unreadable)?;
     check(&file.metadata().map_err(unreadable)?, limits).map_err(refuse)?;

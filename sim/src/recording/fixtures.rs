@@ -1,8 +1,8 @@
-//! What the tests of this room share.
+//! Fixtures of the tests of this module.
 
 use super::{Columns, Limits, Recording, RecordingError, read_csv};
 
-/// Time `t`, position `x`, force `f`, no velocity, all in SI.
+/// Time `t`, position `x`, force `f`, no velocity, all in SI units.
 pub(super) fn columns() -> Columns {
     Columns {
         time: "t".parse().expect("a column"),
@@ -17,12 +17,12 @@ pub(super) fn read(table: impl AsRef<[u8]>) -> Result<Recording, RecordingError>
     read_csv("pop.csv", table.as_ref(), &columns(), &Limits::default())
 }
 
-/// The message with which `table` is refused.
+/// The error message for `table`.
 pub(super) fn refusal(table: impl AsRef<[u8]>) -> String {
     read(table).expect_err("refused").to_string()
 }
 
-/// A recording of `position_m` at `time_s`, the force being twice the position; no gap is too long.
+/// A recording of `position_m` at `time_s`, with a force of twice the position and no limit on gaps.
 pub(super) fn recording(time_s: &[f64], position_m: &[f64]) -> Recording {
     let rows = time_s.iter().zip(position_m);
     let rows: String = rows.map(|(t, x)| format!("{t},{x},{}\n", 2.0 * x)).collect();

@@ -1,10 +1,10 @@
-//! The header line: its separator, its names, and where the wanted ones stand.
+//! The header line: its separator, its names, and the positions of the requested columns.
 
 use super::error::Problem;
 use super::number::trimmed;
 use super::{Column, Columns};
 
-/// The separator of a header line: of `,`, `;` and tab the one it holds most often outside quotes; `,` when it holds none.
+/// The separator of a header line: the most frequent of `,`, `;` and tab outside quotes; `,` if there is none.
 pub(super) fn separator(header: &[u8]) -> u8 {
     let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
     let mut quoted = false;
@@ -14,12 +14,12 @@ pub(super) fn separator(header: &[u8]) -> u8 {
             *count += 1;
         }
     }
-    // `max_by_key` keeps the last of equals: reversed, the first.
+    // `max_by_key` returns the last of equal elements; reversed, it is the first.
     let most = counts.iter().rev().max_by_key(|(_, count)| *count);
     most.map_or(b',', |&(separator, _)| separator)
 }
 
-/// Where the wanted columns stand, counted from 0, and how many there are in all.
+/// The positions of the requested columns, counted from 0, and the total number of columns.
 #[derive(Debug)]
 pub(super) struct Layout {
     pub(super) time: usize,
@@ -30,7 +30,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Finds the wanted columns among the header's fields.
+    /// Finds the requested columns among the header's fields.
     pub(super) fn locate<'a>(fields: impl Iterator<Item = &'a [u8]>, columns: &Columns) -> Result<Self, Problem> {
         let names = names(fields)?;
         Ok(Self {
@@ -52,7 +52,7 @@ pub(super) fn names<'a>(fields: impl Iterator<Item = &'a [u8]>) -> Result<Vec<St
     if names.iter().all(|name| name.parse::<f64>().is_ok()) { Err(Problem::NoHeader) } else { Ok(names) }
 }
 
-/// Where the column stands, counted from 0.
+/// The position of the column, counted from 0.
 pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
     let mut found = (0..names.len()).filter(|&index| names[index] == wanted);
@@ -67,14 +67,14 @@ pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> 
     }
 }
 
-/// The name most like `wanted`, letter case aside, if it is at all like it.
+/// The name most similar to `wanted`, ignoring case, if it is similar enough.
 fn nearest(names: &[String], wanted: &str) -> Option<Box<str>> {
-    const ALIKE: f64 = 0.8;
+    const MIN_SIMILARITY: f64 = 0.8;
     let wanted = wanted.to_lowercase();
     names
         .iter()
         .map(|name| (strsim::jaro_winkler(&name.to_lowercase(), &wanted), name))
-        .filter(|(likeness, _)| *likeness >= ALIKE)
+        .filter(|(similarity, _)| *similarity >= MIN_SIMILARITY)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .map(|(_, name)| name.as_str().into())
 }

@@ -1,9 +1,9 @@
-//! A made recording with the facts of the paper's insertion into a liver through the skin.
+//! A generated recording with the properties of the paper's insertion into a liver through the skin.
 //!
-//! Nobody has published the original. This one is generated, from a seed, by a small mechanical model whose numbers were
-//! chosen so that the facts that the paper states come out: two layers that load and rupture at 5.52 s and 8.85 s, the
-//! second less suddenly; forces between about -5.7 and 2.5 N in the paper's sign; a shaft friction that pulls back on
-//! extraction, near 14.5 s, without being a rupture; 1 kHz; measurement noise.
+//! The original is not published. This recording is generated, from a seed, by a small mechanical model. Its numbers
+//! are chosen to reproduce the facts stated in the paper: two layers that load and rupture at 5.52 s and 8.85 s, the
+//! second less suddenly; forces between about -5.7 and 2.5 N in the paper's sign; a shaft friction that pulls during
+//! extraction, near 14.5 s, without a rupture; 1 kHz; measurement noise.
 
 use std::fmt::Write as _;
 
@@ -11,20 +11,20 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Samples a second, in Hz.
+/// Sampling rate in Hz.
 const RATE_HZ: f64 = 1000.0;
 
-/// How many samples there are.
+/// Number of samples.
 const SAMPLES: u32 = 17_000;
 
-/// When the layers rupture, in s.
+/// Times of the ruptures in s.
 pub const RUPTURES_S: [f64; 2] = [5.52, 8.85];
 
 /// Standard deviation of the noise on the force, in N.
 const NOISE_STD_N: f64 = 0.010;
 
-/// Where the hand is when: (s, mm). It approaches, inserts through two layers, holds, and extracts.
-const WAY: [(f64, f64); 15] = [
+/// The hand's trajectory: (s, mm). It approaches, inserts through two layers, holds, and extracts.
+const TRAJECTORY: [(f64, f64); 15] = [
     (0.0, -6.0),
     (0.9, 0.0),
     (3.0, 13.0),
@@ -42,22 +42,22 @@ const WAY: [(f64, f64); 15] = [
     (17.0, -6.0),
 ];
 
-/// Where the way is at the first rupture, in m.
+/// Position of the trajectory at the first rupture, in m.
 const RUPTURE_DEPTH_M: f64 = 27.05e-3;
 
-/// A layer: it loads as a power of its compression, ruptures, falls fast and relaxes slowly.
+/// A layer: its force is a power of its compression; at the rupture it drops fast, and the rest relaxes slowly.
 struct Layer {
-    /// Where the needle meets it, in m.
+    /// Position of its surface, in m.
     from_m: f64,
-    /// Power of its loading.
+    /// Power of the loading law.
     power: f64,
-    /// Its force when it ruptures, in N.
+    /// Force at the rupture, in N.
     rupture_n: f64,
-    /// When it ruptures, in s.
+    /// Time of the rupture, in s.
     rupture_s: f64,
-    /// Time constant of the fall, in s.
+    /// Time constant of the drop, in s.
     fall_s: f64,
-    /// Share of the force that relaxes instead of falling.
+    /// Fraction of the force that relaxes slowly.
     residual: f64,
     /// Time constant of the relaxation, in s.
     relaxation_s: f64,
@@ -87,24 +87,25 @@ const LAYERS: [Layer; 2] = [
 /// Shaft friction in N per m of needle beyond [`FRICTION_FROM_M`].
 const FRICTION_N_PER_M: f64 = 232.0;
 const FRICTION_FROM_M: f64 = 29e-3;
-/// Travel over which friction turns round (Dahl), in m.
+/// Travel over which the friction reverses (Dahl), in m.
 const PRESLIDING_M: f64 = 2.6e-3;
-/// Time constant with which friction relaxes, in s: most of it is gone when the hand has held still for two seconds.
+/// Time constant with which friction relaxes, in s: most of it is gone after a rest of two seconds.
 const FRICTION_RELAXATION_S: f64 = 1.2;
 
-/// How a made insertion differs from the shipped one; what is `None` stays as it is there.
+/// Differences of a generated insertion from the shipped one; `None` keeps the shipped value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InVivoLikeVariant {
-    /// Force that each rupture releases at once, in N, above 0 (shipped: 5.32 and 3.2; some more relaxes slowly).
+    /// Force that each rupture releases at once, in N, above 0 (shipped: 5.32 and 3.2; the rest relaxes slowly).
     pub drop_n: Option<f64>,
-    /// Time constant of each fall, in s, above 0 (shipped: 0.045).
+    /// Time constant of each drop, in s, above 0 (shipped: 0.045).
     pub fall_s: Option<f64>,
-    /// Depth of the first rupture in m, above 0 (shipped: 0.02705). The whole way is scaled with it and the forces stay.
+    /// Depth of the first rupture in m, above 0 (shipped: 0.02705). All lengths are scaled with it; the forces are
+    /// unchanged.
     pub depth_m: Option<f64>,
 }
 
 impl InVivoLikeVariant {
-    /// What every length is multiplied by.
+    /// The factor of every length.
     fn scale(&self) -> f64 {
         self.depth_m.map_or(1.0, |depth_m| depth_m / RUPTURE_DEPTH_M)
     }
@@ -139,12 +140,12 @@ pub fn in_vivo_like_csv(seed: u64) -> String {
     in_vivo_like_variant_csv(seed, &InVivoLikeVariant::default())
 }
 
-/// The same insertion with other ruptures, as [`in_vivo_like_csv`] writes it; the ruptures stay at [`RUPTURES_S`].
+/// The recording with the ruptures of a variant, in the format of [`in_vivo_like_csv`]; their times are [`RUPTURES_S`].
 #[must_use]
 pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> String {
     let scale = variant.scale();
     let layers = variant.layers();
-    let way = WAY.map(|(t, y)| (t, scale * y));
+    let way = TRAJECTORY.map(|(t, y)| (t, scale * y));
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let slopes = monotone_slopes(&way);
     let at = |t: f64| hermite(&way, &slopes, t);
@@ -158,7 +159,8 @@ pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> Strin
         let (p, v) = at(t);
         let step = p - last;
         last = p;
-        // Dahl: the share of full friction follows the travel and turns round over the presliding distance; it relaxes.
+        // Dahl's model: the fraction of full friction follows the travel, reverses over the presliding distance, and
+        // relaxes.
         friction += step / (scale * PRESLIDING_M) * (1.0 - friction * step.signum())
             - friction / (RATE_HZ * FRICTION_RELAXATION_S);
         let shaft = FRICTION_N_PER_M / scale * (p - scale * FRICTION_FROM_M).max(0.0) * friction;
@@ -171,7 +173,8 @@ pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> Strin
     text
 }
 
-/// Slopes at the points of a way for which its cubic interpolation never overshoots (Fritsch and Butland 1984), per s.
+/// Slopes at the points of a trajectory, per s, for which its cubic interpolation does not overshoot (Fritsch and
+/// Butland 1984).
 fn monotone_slopes<const N: usize>(way: &[(f64, f64); N]) -> [f64; N] {
     let secant = |i: usize| (way[i + 1].1 - way[i].1) / (way[i + 1].0 - way[i].0);
     std::array::from_fn(|i| {
@@ -188,7 +191,7 @@ fn monotone_slopes<const N: usize>(way: &[(f64, f64); N]) -> [f64; N] {
     })
 }
 
-/// Position (m) and velocity (m/s) on a way given in mm, by cubic Hermite interpolation.
+/// Position (m) and velocity (m/s) on a trajectory in mm, by cubic Hermite interpolation.
 fn hermite<const N: usize>(way: &[(f64, f64); N], slopes: &[f64; N], t: f64) -> (f64, f64) {
     let i = way[1..N - 1].iter().take_while(|(time, _)| *time <= t).count();
     let ((t0, y0), (t1, y1)) = (way[i], way[i + 1]);
@@ -225,23 +228,24 @@ mod tests {
         let (varied, shipped) = (rows(&variant), rows(&InVivoLikeVariant::default()));
         assert!((varied[5520][1] - 0.01).abs() < 1e-8);
         let fall = |from: usize, to: usize| varied[from][3] - varied[to][3];
-        // Ten time constants on, the relaxing share of 6 % has lost 1 - exp(-0.1/0.12) of its 0.128 N too.
+        // After ten time constants the relaxing 6 % has lost 1 - exp(-0.1/0.12) of its 0.128 N, too.
         assert!((fall(5520, 5620) - 2.0 - 0.072).abs() < 0.05, "{}", fall(5520, 5620));
         assert!((fall(5520, 5530) - 2.0 * (1.0 - libm::exp(-1.0))).abs() < 0.06, "{}", fall(5520, 5530));
-        // Friction alone is left on the way out, and keeps its force.
+        // During extraction only friction remains, with an unchanged force.
         assert!((varied[14_600][3] - shipped[14_600][3]).abs() < 0.05);
     }
 
     #[test]
     fn the_way_is_smooth_and_meets_its_points() {
-        let slopes = monotone_slopes(&WAY);
-        for (t, y) in WAY {
-            assert!((hermite(&WAY, &slopes, t).0 - 1e-3 * y).abs() < 1e-12);
+        let slopes = monotone_slopes(&TRAJECTORY);
+        for (t, y) in TRAJECTORY {
+            assert!((hermite(&TRAJECTORY, &slopes, t).0 - 1e-3 * y).abs() < 1e-12);
         }
         for k in 1..SAMPLES {
             let t = f64::from(k) / RATE_HZ;
-            let difference = (hermite(&WAY, &slopes, t + 1e-6).0 - hermite(&WAY, &slopes, t - 1e-6).0) / 2e-6;
-            assert!((difference - hermite(&WAY, &slopes, t).1).abs() < 1e-4, "{t}");
+            let difference =
+                (hermite(&TRAJECTORY, &slopes, t + 1e-6).0 - hermite(&TRAJECTORY, &slopes, t - 1e-6).0) / 2e-6;
+            assert!((difference - hermite(&TRAJECTORY, &slopes, t).1).abs() < 1e-4, "{t}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Ruptures that someone has labelled, imported from CSV files.
+//! Labelled ruptures, imported from CSV files.
 
 use std::io::Read;
 
@@ -9,22 +9,23 @@ use super::{Column, Limits, RecordingError};
 /// A row of a file of labels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelRow {
-    /// The recording that is meant, as it was written; none where the file has no such column.
+    /// The recording, as written in the file; `None` without this column.
     pub file: Option<String>,
-    /// When, in s; none says that the recording was looked at and has no rupture.
+    /// Time of the rupture in s; `None` means that the recording was examined and has no rupture.
     pub time_s: Option<f64>,
-    /// What kind of rupture; none where nothing was written.
+    /// Kind of rupture; `None` if the field is empty.
     pub kind: Option<String>,
-    /// The line on which it stands.
+    /// The line of the row.
     pub line: u64,
 }
 
-/// Reads labels from CSV text with the columns `file`, `time_s` and, where wanted, `kind`; `file` may be left out unless
-/// `needs_file`. For the rest the text may be as [`read_csv`](super::read_csv) takes it, in any order. A row with an empty
-/// time says that its recording has no rupture.
+/// Reads labels from CSV text with the columns `file`, `time_s` and, optionally, `kind`; `file` may be absent unless
+/// `needs_file`. Otherwise the format is that of [`read_csv`](super::read_csv), with rows in any order. A row with an
+/// empty time means that its recording has no rupture.
 ///
 /// # Errors
-/// As [`read_csv`](super::read_csv), but a table without rows is one; for an empty field where a file is expected.
+/// As [`read_csv`](super::read_csv), but a table without rows is valid; and for an empty field where a file is
+/// expected.
 pub fn read_labels<R: Read>(
     source: &str,
     reader: R,
@@ -44,10 +45,10 @@ pub fn read_labels<R: Read>(
     while rows.next()? {
         rows.check_room(labels.len(), limits.max_samples)?;
         rows.check_width(width)?;
-        let time_s = if rows.says_nothing(time, &[]) { None } else { Some(rows.number(time, &columns[1])?) };
+        let time_s = if rows.is_empty_or(time, &[]) { None } else { Some(rows.number(time, &columns[1])?) };
         let file = file.map(|index| rows.word(index, &columns[0])).transpose()?;
         let kind = match kind {
-            Some(index) if !rows.says_nothing(index, &[]) => Some(rows.word(index, &columns[2])?),
+            Some(index) if !rows.is_empty_or(index, &[]) => Some(rows.word(index, &columns[2])?),
             _ => None,
         };
         labels.push(LabelRow { file, time_s, kind, line: rows.line() });
@@ -80,7 +81,7 @@ mod tests {
         assert_eq!(rows, Ok(expected));
         let alone = LabelRow { file: None, time_s: Some(-2.0), kind: None, line: 2 };
         assert_eq!(read("time_s\n-2\n", false), Ok(vec![alone]));
-        assert_eq!(read("time_s\n", false), Ok(vec![]), "looked at, and nothing found");
+        assert_eq!(read("time_s\n", false), Ok(vec![]), "examined, without a rupture");
     }
 
     #[test]

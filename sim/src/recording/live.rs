@@ -1,4 +1,4 @@
-//! Samples from a table that is still being written, line by line.
+//! Reads samples from a growing table, line by line.
 
 use super::error::{Place, Problem};
 use super::header::{Layout, separator};
@@ -12,41 +12,41 @@ pub struct LiveSample {
     pub time_s: f64,
     /// Position of the needle in m.
     pub position_m: f64,
-    /// Velocity of the needle in m/s; 0 where no column has it.
+    /// Velocity of the needle in m/s; 0 if there is no column for it.
     pub velocity_m_per_s: f64,
     /// Force on the needle in N.
     pub force_n: f64,
 }
 
-/// What a line of a live table is.
+/// The content of a line of a live table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LiveLine {
-    /// Nothing: blank, a comment, or the header.
+    /// No sample: a blank line, a comment, or the header.
     Nothing,
     /// A sample.
     Sample(LiveSample),
 }
 
-/// Cuts a byte stream into lines, and lines into samples.
+/// Splits a byte stream into lines, and reads their samples.
 ///
-/// The text may be as [`read_csv`](super::read_csv) takes it, but a line is a row: a quoted field ends on its line. Memory
-/// is that of one line, at most [`Limits::MAX_LINE_BYTES`]. Nothing is asked here of the times but that they are numbers.
+/// The format is that of [`read_csv`](super::read_csv), but each line is a row: a quoted field ends on its line. Memory
+/// is that of one line, at most [`Limits::MAX_LINE_BYTES`]. Times must be numbers; their order is not checked.
 #[derive(Debug)]
 pub struct LiveTable {
     source: Box<str>,
     columns: Columns,
     layout: Option<(u8, Layout)>,
     line: u64,
-    /// The beginning of a line whose end has not come yet.
+    /// The beginning of an incomplete line.
     open: Vec<u8>,
     is_too_long: bool,
     after_return: bool,
-    /// Where the fields of the line begin and end.
+    /// The start and end of each field of the line.
     fields: Vec<(usize, usize)>,
 }
 
 impl LiveTable {
-    /// A table of which nothing has been read; `source` names it in messages.
+    /// A table before its first line; `source` is its name in messages.
     #[must_use]
     pub fn new(source: &str, columns: Columns) -> Self {
         Self {
@@ -61,19 +61,19 @@ impl LiveTable {
         }
     }
 
-    /// Whether the header has come.
+    /// Whether the header has been read.
     #[must_use]
     pub fn has_header(&self) -> bool {
         self.layout.is_some()
     }
 
-    /// How many lines have come.
+    /// Number of lines read.
     #[must_use]
     pub fn lines(&self) -> u64 {
         self.line
     }
 
-    /// Takes the next line of `bytes`, which is cut off them: `None` once what is left has no end yet.
+    /// Reads the next line and removes it from `bytes`; `None` if the rest is an incomplete line.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Result<LiveLine, RecordingError>> {
         if self.after_return {
             let &first = bytes.first()?;
@@ -100,12 +100,12 @@ impl LiveTable {
         Some(line)
     }
 
-    /// Takes what is left of the last line, which nothing ended; `None` if nothing is.
+    /// Reads a last line without a line end; `None` if there is none.
     pub fn finish(&mut self) -> Option<Result<LiveLine, RecordingError>> {
         if self.open.is_empty() && !self.is_too_long { None } else { Some(self.end()) }
     }
 
-    /// Keeps the beginning of a line.
+    /// Stores the beginning of a line.
     fn keep(&mut self, bytes: &[u8]) {
         self.is_too_long |= (self.open.len() + bytes.len()) as u64 > Limits::MAX_LINE_BYTES;
         if self.is_too_long {
@@ -115,7 +115,7 @@ impl LiveTable {
         }
     }
 
-    /// The kept line, at its end.
+    /// Reads the stored line.
     fn end(&mut self) -> Result<LiveLine, RecordingError> {
         if std::mem::take(&mut self.is_too_long) {
             self.line += 1;
@@ -148,9 +148,10 @@ impl LiveTable {
         if found < expected || (expected..found).any(|index| !field(index).trim_ascii().is_empty()) {
             return Err(self.place().error(Problem::RaggedRow { found, expected }));
         }
-        let read = |index: usize, column: &super::Column, most: f64| {
-            let value = number(field(index), column.scale())
-                .and_then(|value| if value.abs() <= most { Ok(value) } else { Err(Problem::TooGreat { value, most }) });
+        let read = |index: usize, column: &super::Column, limit: f64| {
+            let value = number(field(index), column.scale()).and_then(|value| {
+                if value.abs() <= limit { Ok(value) } else { Err(Problem::TooGreat { value, limit }) }
+            });
             value.map_err(|problem| self.place().in_column(column.name()).error(problem))
         };
         let velocity = layout.velocity.zip(self.columns.velocity.as_ref());
@@ -196,7 +197,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Every sample of a text that comes in chunks of `step` bytes, and every refusal.
+    /// Every sample and every error of a text in chunks of `step` bytes.
     fn through(text: &[u8], step: usize) -> (Vec<[f64; 3]>, Vec<String>) {
         let mut table = LiveTable::new("rig", columns());
         let (mut samples, mut refusals) = (vec![], vec![]);

@@ -1,15 +1,15 @@
-//! One field to one number in SI.
+//! Conversion of a field to a number in SI units.
 
 use super::error::{Problem, excerpt};
 
-/// Without the spaces around it, and without quotes that stood behind a space (where CSV takes them for text).
+/// The text without surrounding spaces, and without quotes that follow a space (which CSV treats as text).
 pub(super) fn trimmed(text: &str) -> &str {
     let text = text.trim();
     let inner = text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
     inner.map_or(text, str::trim)
 }
 
-/// The field's number times `scale`; finite.
+/// The number of the field times `scale`; finite.
 pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
     let text = str::from_utf8(field).map_err(|_| Problem::NotUtf8)?;
     let parsed = text.parse::<f64>().or_else(|_| trimmed(text).parse());
@@ -35,7 +35,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
+    fn errors_name_the_problem() {
         let message = |field: &[u8], scale| number(field, scale).expect_err("refused").to_string();
         assert_eq!(message(b"abc", 1.0), "'abc' is not a number; correct it or remove the row");
         assert_eq!(message(b"0,5", 1.0), "'0,5' is not a number; write decimals with a point");

@@ -1,4 +1,4 @@
-//! CSV text to samples.
+//! Reads samples from CSV text.
 
 use std::io::Read;
 
@@ -7,17 +7,17 @@ use super::header::Layout;
 use super::table::Rows;
 use super::{Columns, Limits, Recording, RecordingError};
 
-/// Reads a recording from CSV text in UTF-8; `source` names it in messages.
+/// Reads a recording from CSV text in UTF-8; `source` is its name in messages.
 ///
-/// The first line is the header, in which the wanted names must stand once each. The separator is `,`, `;` or tab,
-/// whichever the header holds most. Lines that begin with `#`, blank lines (also those of separators only), a byte
-/// order mark, any kind of line end, quotes, and spaces around names and numbers are allowed. Numbers have a decimal
-/// point and may have an exponent. Columns that are not wanted may hold anything.
+/// The first line is the header, which must have each requested name exactly once. The separator is the most frequent
+/// of `,`, `;` and tab in the header. Lines that begin with `#`, blank lines (also of separators only), a byte order
+/// mark, any kind of line end, quotes, and spaces around names and numbers are allowed. Numbers have a decimal point
+/// and may have an exponent. Other columns may hold anything.
 ///
 /// # Errors
-/// A [`RecordingError`] with the place and the remedy, when the text is no such table; when a wanted number is missing,
-/// malformed or not finite once scaled; when time does not increase strictly or pauses beyond [`Limits::max_gap_s`];
-/// when there are fewer than two samples, or more text or samples than the limits allow.
+/// A [`RecordingError`] with the place and the remedy if the text is not such a table; if a requested number is
+/// missing, malformed or not finite after scaling; if time does not increase strictly or has a gap above
+/// [`Limits::max_gap_s`]; if there are fewer than two samples, or more text or samples than the limits allow.
 pub fn read_csv<R: Read>(
     source: &str,
     reader: R,
@@ -33,7 +33,7 @@ pub fn read_csv<R: Read>(
     samples.finish(source)
 }
 
-/// The samples so far.
+/// The samples read so far.
 struct Samples<'a> {
     columns: &'a Columns,
     limits: &'a Limits,
@@ -81,7 +81,7 @@ impl<'a> Samples<'a> {
         let median_s = recording.median_interval_s();
         let limit_s = self.limits.max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * median_s);
         let mut pairs = recording.time_s().windows(2);
-        // The limit itself is allowed, up to the rounding of times written as decimals; a limit of NaN allows nothing.
+        // The limit itself is allowed, up to the rounding of decimal times; a limit of NaN allows nothing.
         let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
         let Some(row) = pairs.position(|pair| !allowed(pair[1] - pair[0])) else {
             return Ok(recording);
@@ -97,7 +97,7 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// The line of each row. Rows mostly follow one another line by line, so only the starts of such runs are kept.
+/// The line of each row. Most rows are on consecutive lines, so only the start of each run of lines is kept.
 #[derive(Default)]
 struct Lines(Vec<(usize, u64)>);
 

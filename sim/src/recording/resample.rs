@@ -1,8 +1,8 @@
-//! A recording on the simulator's even grid.
+//! A recording on the simulator's regular grid.
 
 use super::Recording;
 
-/// A recording's quantities at the times `k * tick_s` after its first sample; equal lengths.
+/// The quantities of a recording at the times `k * tick_s` after its first sample, in equal lengths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
     /// Position of the needle in m.
@@ -13,14 +13,14 @@ pub struct Resampled {
     pub force_n: Vec<f64>,
 }
 
-/// Why a recording cannot be resampled as asked.
+/// The error of a recording that cannot be resampled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResampleError {
-    /// The tick is no length of time.
+    /// The tick is not finite or not positive.
     #[error("tick_s is {0}, must be finite and above 0")]
     Tick(f64),
-    /// The values are not one per sample.
+    /// The number of values is not that of the samples.
     #[error("{values} values for {samples} samples, must be one each")]
     Length {
         /// Values given.
@@ -45,14 +45,15 @@ impl Recording {
     }
 
     /// `values`, one per sample, interpolated linearly at the times `k * tick_s` (`k = 0, …, ticks - 1`) after the
-    /// recording's first sample. Beyond the last sample its value is held.
+    /// recording's first sample. After the last sample its value is held.
     ///
     /// `y(t) = y_i + (y_{i+1} - y_i) (t - t_i) / (t_{i+1} - t_i)` for `t_i < t < t_{i+1}`
     ///
     /// A grid time that differs from a sample's only by rounding (1e-9 of the interval, or two units in the last place
-    /// of the recorded times) takes that sample's very value: a recording resampled onto its own grid keeps its bits.
+    /// of the recorded times) takes the value of that sample: a recording resampled onto its own grid is unchanged, bit
+    /// for bit.
     ///
-    /// No filter precedes it: content above half the grid's rate folds down when the grid is coarser.
+    /// There is no anti-aliasing filter: content above half the grid's rate is aliased when the grid is coarser.
     ///
     /// # Errors
     /// When `values` is not one per sample, or `tick_s` is not finite or not above 0.
@@ -89,17 +90,17 @@ impl Recording {
         Ok((0..ticks).map(value_at).collect())
     }
 
-    /// How many grid points `0, tick_s, 2 tick_s, …` the recording covers, its last sample included if it lies on one
-    /// up to rounding. At least 1.
+    /// Number of grid points `0, tick_s, 2 tick_s, …` within the recording, including the last sample if it is on the
+    /// grid up to rounding. At least 1.
     ///
     /// # Errors
     /// When `tick_s` is not finite or not above 0.
     pub fn ticks_covered(&self, tick_s: f64) -> Result<usize, ResampleError> {
         check_tick(tick_s)?;
-        let written_s = self.time_s().iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+        let written_s = self.time_s().iter().fold(0.0_f64, |max, t| max.max(t.abs()));
         let same_s = (1e-9 * tick_s + 2.0 * f64::EPSILON * written_s).min(0.5 * tick_s);
         let last = ((self.duration_s() + same_s) / tick_s).floor();
-        // A float cast saturates: a tick far below the interval gives the largest number, never a wrapped one.
+        // A float cast saturates, so a tick far below the interval gives the largest number.
         Ok((last as usize).saturating_add(1))
     }
 }

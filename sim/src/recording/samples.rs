@@ -1,9 +1,9 @@
-//! A recording's samples, in SI.
+//! The samples of a recording, in SI units.
 
 /// Samples of an insertion, in time order.
 ///
-/// All quantities have the same length, at least two; every number is finite and time strictly increases. Intervals
-/// may be uneven, up to the limit that the reader checked.
+/// All quantities have the same length, at least two; every number is finite and time strictly increases. Intervals may
+/// differ, up to the limit that the reader checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     time_s: Vec<f64>,
@@ -14,7 +14,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// The caller has checked everything the type promises.
+    /// The caller ensures every property of the type.
     pub(super) fn from_checked(
         time_s: Vec<f64>,
         position_m: Vec<f64>,
@@ -25,7 +25,7 @@ impl Recording {
         Self { time_s, position_m, velocity_m_per_s, force_n, median_interval_s }
     }
 
-    /// Time of each sample in s, as recorded: the first need not be 0.
+    /// Time of each sample in s, as recorded; the first may differ from 0.
     #[must_use]
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
@@ -64,7 +64,7 @@ impl Recording {
         }
     }
 
-    /// How many samples there are, at least two.
+    /// Number of samples, at least two.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {

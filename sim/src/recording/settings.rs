@@ -1,14 +1,14 @@
-//! What a scenario says of a recording: its file and labels, its signs, and the names and scales of its columns.
+//! Settings of a recording in a scenario: its file and labels, its signs, and the names and scales of its columns.
 //!
-//! How much of it is read is [`Limits`](super::Limits).
+//! [`Limits`](super::Limits) are the limits on reading.
 
 trocar_core::settings! {
-    /// The recording and when layers rupture in it.
+    /// The recording and the times of its ruptures.
     #[derive(Debug, Clone, PartialEq)]
     pub struct FileSettings in "recording." no const {
         /// A CSV file, or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv.
         file: Option<String> [FILE],
-        /// When layers rupture, counted from the recording's first sample.
+        /// Times of the ruptures, counted from the recording's first sample.
         ruptures_s: Vec<f64> = [],
     }
 }
@@ -17,17 +17,17 @@ trocar_core::settings! {
     /// The signs of the file's numbers.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SignSettings in "recording." {
-        /// -1 where the file counts resistance to insertion as negative.
+        /// -1 if the file has resistance to insertion as negative.
         force_sign: f64 [SIGN] = 1.0,
-        /// -1 where the file's positions shrink into the tissue.
+        /// -1 if the file's positions decrease into the tissue.
         position_sign: f64 [SIGN] = 1.0,
-        /// -1 where the file's velocities are negative into the tissue.
+        /// -1 if the file's velocities are negative into the tissue.
         velocity_sign: f64 [SIGN] => "that of the position" position_sign,
     }
 }
 
 trocar_core::settings! {
-    /// The columns by the names in the file's header.
+    /// The names of the columns in the file's header.
     #[derive(Debug, Clone, PartialEq)]
     pub struct ColumnSettings in "recording.columns." no const {
         /// Time.
@@ -42,12 +42,12 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// The factors that turn the columns into SI.
+    /// The factors that convert the columns to SI units.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ScaleSettings in "recording.scale." {
         /// To seconds.
         time_s: f64 [POSITIVE] = 1.0,
-        /// To metres, as 0.075 for the angle of a lever of that length.
+        /// To metres, such as 0.075 for the angle of a lever of that length.
         position_m: f64 [POSITIVE] = 1.0,
         /// To metres per second.
         velocity_m_per_s: f64 [POSITIVE] = 1.0,

@@ -1,4 +1,4 @@
-//! CSV text to rows: what every kind of table shares.
+//! Reads rows from CSV text, for every kind of table.
 
 use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
 
@@ -12,7 +12,7 @@ use super::{Column, RecordingError};
 
 const BUFFER_BYTES: usize = 64 << 10;
 
-/// The first line that is neither blank nor a comment, without a byte order mark, and how many lines precede it.
+/// The first line that is neither blank nor a comment, without a byte order mark, and the number of lines before it.
 fn header_line(text: &mut impl BufRead) -> io::Result<(Vec<u8>, u64)> {
     let mut line = Vec::new();
     let mut lines_before = 0;
@@ -42,7 +42,7 @@ pub(super) struct Rows<'a, R> {
 }
 
 impl<'a, R: Read> Rows<'a, R> {
-    /// The table at its header, of which `locate` says where what is wanted stands. At most `max_bytes` are read.
+    /// Opens a table and reads its header, in which `locate` finds the requested columns. At most `max_bytes` are read.
     pub(super) fn open<T>(
         source: &'a str,
         reader: R,
@@ -78,7 +78,7 @@ impl<'a, R: Read> Rows<'a, R> {
         advanced.map_err(|error| recover(self.source, error.into()))
     }
 
-    /// Goes on to the next row that is not blank; `false` after the last.
+    /// Advances to the next row that is not blank; `false` after the last.
     pub(super) fn next(&mut self) -> Result<bool, RecordingError> {
         while self.advance()? {
             if !self.is_blank() {
@@ -88,7 +88,7 @@ impl<'a, R: Read> Rows<'a, R> {
         Ok(false)
     }
 
-    /// Blank, or a comment behind spaces.
+    /// Whether the row is blank or a comment after spaces.
     fn is_blank(&self) -> bool {
         let text = self.record.as_slice();
         let content = text.trim_ascii_start();
@@ -99,12 +99,12 @@ impl<'a, R: Read> Rows<'a, R> {
         self.record.as_slice().contains(&b'\n')
     }
 
-    /// The line on which the row begins. The reader knows only how many lines it has consumed, this row's included (its
-    /// own count for a row starts before the comments and blank lines that precede it).
+    /// The line on which the row begins. The reader only provides the number of lines consumed, including those of this
+    /// row (its position of a row is before the preceding comments and blank lines).
     pub(super) fn line(&self) -> u64 {
         let text = self.record.as_slice();
         let inside = text.iter().filter(|&&byte| byte == b'\n').count() as u64;
-        // A quote left open takes in the file's last line end, which then is not the row's.
+        // An open quote includes the file's last line end, which is then not the end of the row.
         let own = u64::from(!text.ends_with(b"\n"));
         (self.lines_before + self.reader.position().line()).saturating_sub(inside + own)
     }
@@ -118,7 +118,7 @@ impl<'a, R: Read> Rows<'a, R> {
         number(field, column.scale()).map_err(|problem| self.place().in_column(column.name()).error(problem))
     }
 
-    /// The time of a row, which has to come after the one before, given with its line.
+    /// The time of a row, which must be later than the previous time, given with its line.
     pub(super) fn time(
         &self,
         index: usize,
@@ -135,13 +135,13 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// Whether a field is empty, or one of `words`.
-    pub(super) fn says_nothing(&self, index: usize, words: &[&str]) -> bool {
+    /// Whether a field is empty or one of `words`.
+    pub(super) fn is_empty_or(&self, index: usize, words: &[&str]) -> bool {
         let text = str::from_utf8(self.record.get(index).unwrap_or_default()).map(trimmed);
         text.is_ok_and(|text| text.is_empty() || words.contains(&text))
     }
 
-    /// The text of a field, which has to have one.
+    /// The text of a field, which must not be empty.
     pub(super) fn word(&self, index: usize, column: &Column) -> Result<String, RecordingError> {
         let refuse = |problem| Err(self.place().in_column(column.name()).error(problem));
         match str::from_utf8(self.record.get(index).unwrap_or_default()).map(trimmed) {
@@ -151,7 +151,7 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// Checks that another row may be kept after `kept`.
+    /// Checks that a row may be added to `kept` rows.
     pub(super) fn check_room(&self, kept: usize, limit: usize) -> Result<(), RecordingError> {
         if kept < limit { Ok(()) } else { Err(self.place().error(Problem::TooManySamples { limit })) }
     }

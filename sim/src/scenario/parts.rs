@@ -12,7 +12,7 @@ use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
 use crate::engine::{Any, AnyChain, Engine, OwnParts, OwnWiring, PaperChain, Parts, ScheduledAlarms, Wired};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
-use crate::operator::{Motion, Person, Ramp, Reflex, Replay};
+use crate::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use crate::teleoperation::{Connection, DirectLink, Link};
 use crate::tissue::{AnyTissue, DepthReplay, RecordedForce};
@@ -214,7 +214,7 @@ impl Scenario {
     }
 
     /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
-    fn person<L: Lane>(&self, first_stream: u64) -> Result<Person<L>, ScenarioError> {
+    fn person<L: Lane>(&self, first_stream: u64) -> Result<HumanOperator<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let motion = match &self.operator {
             OperatorSpec::Recording(positions) => Motion::Recording(positions.clone()),
@@ -224,7 +224,7 @@ impl Scenario {
             }
             OperatorSpec::Hand(hand) => Motion::Hand(hand.clone()),
         };
-        let mut person = Person::new(motion);
+        let mut person = HumanOperator::new(motion);
         if self.tremor.amplitude_m > 0.0 {
             let ticks = self.grid.ticks() + 1;
             person = person.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));

@@ -1,4 +1,4 @@
-//! Noise that many runs share.
+//! Noise shared by many runs.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -6,29 +6,29 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Standard normal numbers of streams that were drawn before. A sweep runs every seed at all of its points, and drawing a
-/// number costs as much as the tick that it is for.
+/// Standard normal numbers of streams drawn before. A sweep runs every seed at all of its points, and drawing a number
+/// costs as much as a tick.
 #[derive(Debug)]
 pub struct NoiseBank {
     kept: HashMap<Stream, Drawn>,
-    /// How many numbers may still be kept.
+    /// How many more numbers may be kept.
     room: usize,
 }
 
-/// A seed, its stream, and how many numbers of it.
+/// A seed, its stream, and the count of numbers.
 type Stream = ([u8; 32], u64, usize);
 
-/// The numbers, and the generator as it stands after them.
+/// The numbers, and the state of the generator after them.
 type Drawn = (Arc<[f64]>, ChaCha8Rng);
 
 impl NoiseBank {
-    /// A bank for `max_numbers` (8 bytes each): the streams that come when it is full are drawn anew by each run.
+    /// A bank for `max_numbers` (8 bytes each). When it is full, each run draws its other streams itself.
     #[must_use]
     pub fn new(max_numbers: usize) -> Self {
         Self { kept: HashMap::new(), room: max_numbers }
     }
 
-    /// The next `count` numbers of a generator, where there is room for them.
+    /// The next `count` numbers of a generator, if there is room for them.
     pub(super) fn numbers(&mut self, rng: &ChaCha8Rng, count: usize) -> Option<Drawn> {
         let stream = (rng.get_seed(), rng.get_stream(), count);
         if let Some(drawn) = self.kept.get(&stream) {

@@ -1,4 +1,4 @@
-//! The bandwidth of a transducer: a first-order lag, stepped exactly.
+//! The bandwidth of a transducer: a first-order lag with an exact step.
 
 use crate::lane::Lane;
 
@@ -8,8 +8,8 @@ use crate::lane::Lane;
 /// y_k = a y_{k-1} + b_0 u_{k-1} + b_1 u_k
 /// a = exp(-T/τ),  q = (1 - a) τ/T,  b_0 = q - a,  b_1 = 1 - q
 /// ```
-/// A force that changes between ticks is nearer to a line than to a step. It also makes a wide band tend to a sensor
-/// without a lag, where an input held over the tick would leave a tick of delay. At rest under no input before the first.
+/// A force that changes between ticks is closer to a line than to a step. For a large bandwidth the linear input also
+/// tends to a sensor without lag, whereas a held input would leave a delay of one tick. Initially settled.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lag<L> {
     keep: L,
@@ -20,11 +20,11 @@ pub(super) struct Lag<L> {
 }
 
 impl<L: Lane> Lag<L> {
-    /// The lag of `bandwidth_hz` (Hz, above 0) on ticks `tick_s` (s) apart, settled on `input`.
+    /// The lag of `bandwidth_hz` (Hz, above 0) on ticks `tick_s` (s) apart, settled at `input`.
     pub(super) fn new(bandwidth_hz: f64, tick_s: f64, input: f64) -> Self {
         let ticks = std::f64::consts::TAU * bandwidth_hz * tick_s;
         let keep = libm::exp(-ticks);
-        // Below the smallest normal number nothing moves, and the mean of the exponential over the tick is 1.
+        // Below the smallest normal number the output is constant, and the mean of the exponential over the tick is 1.
         let mean = if ticks > f64::MIN_POSITIVE { -libm::expm1(-ticks) / ticks } else { 1.0 };
         Self {
             keep: L::splat(keep),
@@ -71,7 +71,7 @@ mod tests {
     fn after_a_step_the_rest_decays_with_the_time_constant() {
         let tau = time_constant_s(25.0);
         let mut lag = Lag::<f64>::new(25.0, TICK_S, 0.0);
-        // The input rises over the tick before the first one: from there on the exact response is exponential.
+        // The input rises over the tick before the first one; after it the exact response is exponential.
         let first = lag.update(1.0);
         assert!((first - (1.0 - tau / TICK_S * (1.0 - (-TICK_S / tau).exp()))).abs() < 1e-15);
         for k in 1..200 {
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn a_swing_at_the_bandwidth_comes_through_at_half_its_power() {
-        // At 1/1000 of the tick's rate the line between samples is the sine to 2e-6.
+        // At 1/1000 of the tick rate the line between samples equals the sine to 2e-6.
         let mut lag = Lag::<f64>::new(1.0, TICK_S, 0.0);
         let outputs = (0..8000).map(|k| lag.update((std::f64::consts::TAU * f64::from(k) * TICK_S).sin()));
         let peak = outputs.skip(6000).fold(0.0, f64::max);

@@ -1,13 +1,13 @@
-//! What the sensors make of force and position.
+//! Sensor models of force and position.
 //!
-//! The force, in the order in which a transducer, its amplifier and its converter act:
+//! The measured force, in the order of transducer, amplifier and converter:
 //!
 //! ```text
 //! y = clip(quantise(lag(f + bias) + noise))
 //! ```
-//! The bias is the transducer's own (mounting, drift), so the lag has it too and it has settled before a run begins. The
-//! noise is the amplifier's and stays white, whatever the bandwidth. The converter has only codes within its range, so a
-//! reading never exceeds it; that is why clipping comes last.
+//! The bias is that of the transducer (mounting, drift): it passes through the lag and has settled before a run begins.
+//! The noise is that of the amplifier and is white at any bandwidth. The codes of the converter are limited to its
+//! range, so clipping is last and no reading exceeds the range.
 
 mod bank;
 mod lag;
@@ -22,12 +22,12 @@ use crate::estimation::VelocityFilter;
 use crate::lane::Lane;
 
 trocar_core::settings! {
-    /// What the sensors do.
+    /// Settings of the sensors.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SensorSettings in "sensor." {
-        /// What the force reading adds to every force.
+        /// Bias added to every force reading.
         force_bias_n: f64 [ANY] = 0.0,
-        /// First-order bandwidth of the force reading, ahead of its noise; 0: no lag.
+        /// First-order bandwidth of the force reading, before its noise; 0: no lag.
         ///
         /// In Hz (-3 dB).
         force_bandwidth_hz: f64 [NON_NEGATIVE] = 0.0,
@@ -35,33 +35,33 @@ trocar_core::settings! {
         force_noise_std_n: f64 [NON_NEGATIVE] = 0.0,
         /// Step of the force reading; 0 reads exactly.
         force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
-        /// Greatest force reading, either way: beyond it readings are clipped; without a limit when not given.
+        /// Maximum force reading, in both directions: readings beyond it are clipped; no limit when not given.
         force_range_n: Option<f64> [POSITIVE],
         /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.
         ///
         /// At 0 position and velocity are read exactly.
         position_resolution_m: f64 [NON_NEGATIVE] = 0.0,
-        /// Acceleration that the Kalman filter expects.
+        /// Standard deviation of the acceleration in the Kalman filter.
         acceleration_std_m_per_s2: f64 [POSITIVE] = 0.5,
     }
 }
 
 impl SensorSettings {
-    /// Whether the force is read as it is.
+    /// Whether the force reading is ideal.
     #[must_use]
     pub fn reads_force_exactly(&self) -> bool {
         let Self { force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n, force_range_n, .. } = *self;
         [force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n] == [0.0; 4] && force_range_n.is_none()
     }
 
-    /// Whether the position is read as it is.
+    /// Whether the position reading is ideal.
     #[must_use]
     pub fn reads_position_exactly(&self) -> bool {
         self.position_resolution_m == 0.0
     }
 }
 
-/// Rounds to multiples of a step; a step of 0 leaves the number as it is.
+/// Rounds to multiples of a step; a step of 0 does not round.
 #[derive(Debug, Clone, Copy)]
 struct Quantiser<L>(Option<(L, L)>);
 
@@ -79,12 +79,13 @@ impl<L: Lane> Quantiser<L> {
     }
 }
 
-/// Measures the needle.
+/// Measures the needle's force and motion.
 pub trait Sensor<L: Lane> {
-    /// The reading of a force (N), a position (m) and a velocity (m/s). Called once for each tick.
+    /// The reading of a force (N), a position (m) and a velocity (m/s). Called once per tick.
     fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L>;
 
-    /// Takes the noise of `ticks` readings out of a bank, where it has them or has room: the same numbers as without it.
+    /// Takes the noise of `ticks` readings from a bank, if it has them or has room. The numbers are the same as without
+    /// a bank.
     fn share_noise(&mut self, _bank: &mut NoiseBank, _ticks: u64) {}
 }
 
@@ -95,7 +96,7 @@ impl<L: Lane, S: Sensor<L> + ?Sized> Sensor<L> for Box<S> {
     }
 }
 
-/// Reads everything as it is.
+/// An ideal sensor.
 #[derive(Debug, Clone, Copy)]
 pub struct PerfectSensor;
 
@@ -114,8 +115,8 @@ impl crate::lane::Gather for PerfectSensor {
     }
 }
 
-/// Reads the force with all that the settings say, position and velocity as they are. Lane `i` draws its noise from stream
-/// `first_stream + i` of the seed, whatever the other lanes do.
+/// Reads the force with all imperfections of the settings, and position and velocity exactly. Lane `i` draws its noise
+/// from stream `first_stream + i` of the seed, independent of the other lanes.
 #[derive(Debug, Clone)]
 pub struct ForceSensor<L> {
     bias_n: Option<L>,
@@ -127,7 +128,7 @@ pub struct ForceSensor<L> {
 }
 
 impl<L: Lane> ForceSensor<L> {
-    /// A sensor read every `tick_s` (s), with the noise of `seed`, from stream `first_stream` on.
+    /// A sensor read every `tick_s` (s), with the noise of `seed`, starting at stream `first_stream`.
     #[must_use]
     pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
         let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;
@@ -175,7 +176,8 @@ impl<L: Lane> Sensor<L> for ForceSensor<L> {
     }
 }
 
-/// Reads force and position with all that the settings say. Where the position has steps, the velocity is estimated from it.
+/// Reads force and position with all imperfections of the settings. If the position is quantised, the velocity is
+/// estimated from it.
 #[derive(Debug, Clone)]
 pub struct AnySensor<L> {
     force: ForceSensor<L>,
@@ -184,10 +186,10 @@ pub struct AnySensor<L> {
 }
 
 impl<L: Lane> AnySensor<L> {
-    /// Sensors as [`ForceSensor::new`].
+    /// Sensors as in [`ForceSensor::new`].
     ///
     /// # Errors
-    /// [`InvalidValue`] where the velocity filter cannot be made.
+    /// [`InvalidValue`] if the velocity filter cannot be built.
     pub fn new(settings: &SensorSettings, tick_s: f64, (seed, first_stream): (u64, u64)) -> Result<Self, InvalidValue> {
         let resolution_m = settings.position_resolution_m;
         let acceleration = settings.acceleration_std_m_per_s2;
@@ -264,8 +266,8 @@ mod tests {
             ..Default::default()
         };
         let read = readings(&settings, (0..2000).map(|k| 0.01 * f64::from(k) - 10.0));
-        let (least, most) = read.iter().fold((0.0_f64, 0.0_f64), |(a, b), &y| (a.min(y), b.max(y)));
-        assert_eq!((least, most), (-5.0, 5.0));
+        let (min, max) = read.iter().fold((0.0_f64, 0.0_f64), |(a, b), &y| (a.min(y), b.max(y)));
+        assert_eq!((min, max), (-5.0, 5.0));
         let inside = read.iter().filter(|y| y.abs() < 5.0);
         assert!(
             inside.clone().count() > 500 && inside.into_iter().all(|y| ((y / 0.3).round() * 0.3 - y).abs() < 1e-12)

@@ -1,4 +1,4 @@
-//! White noise, a block at a time.
+//! White noise, drawn in blocks.
 
 use std::sync::Arc;
 
@@ -9,13 +9,13 @@ use rand_distr::{Distribution, StandardNormal};
 use super::bank::NoiseBank;
 use crate::lane::Lane;
 
-/// How many numbers of each lane are drawn at once.
+/// Size of a block: numbers of each lane drawn at once.
 const BLOCK: usize = 64;
 
-/// Standard normal numbers, lane `i` from stream `first_stream + i` of a seed, whatever the other lanes do.
+/// Standard normal numbers; lane `i` uses stream `first_stream + i` of a seed, independent of the other lanes.
 ///
-/// Drawn a block at a time, so that a tick mostly reads the next one of a list: the generator's code and state stay out of
-/// the tick. The numbers are those that drawing one by one gives.
+/// They are drawn in blocks, so that most ticks only read the next number of a list, without the generator's code and
+/// state. The numbers are the same as when drawn one by one.
 #[derive(Debug, Clone)]
 pub(super) struct WhiteNoise<L> {
     streams: Box<[Stream]>,
@@ -23,11 +23,11 @@ pub(super) struct WhiteNoise<L> {
     next: usize,
 }
 
-/// Where a lane's numbers come from.
+/// The source of a lane's numbers.
 #[derive(Debug, Clone)]
 struct Stream {
     rng: ChaCha8Rng,
-    /// Numbers that stand before those of the generator, whole blocks of them, and how many are taken.
+    /// Numbers before those of the generator, in whole blocks, and how many of them are used.
     drawn: Option<(Arc<[f64]>, usize)>,
 }
 
@@ -41,11 +41,11 @@ impl<L: Lane> WhiteNoise<L> {
         Self { streams: (0..L::WIDTH).map(stream).collect(), block: Box::new([L::zero(); BLOCK]), next: BLOCK }
     }
 
-    /// Takes the first `count` numbers out of a bank, as far as it has room.
+    /// Takes the first `count` numbers from a bank, if it has room.
     pub(super) fn take_from(&mut self, bank: &mut NoiseBank, count: u64) {
         let whole_blocks = usize::try_from(count).ok().and_then(|count| count.checked_next_multiple_of(BLOCK));
         for stream in &mut self.streams {
-            // Once anything was drawn, the bank has what is past.
+            // After the first draw the numbers of the bank are in the past.
             if stream.rng.get_word_pos() == 0
                 && let Some((numbers, rng)) = whole_blocks.and_then(|count| bank.numbers(&stream.rng, count))
             {
@@ -67,7 +67,8 @@ impl<L: Lane> WhiteNoise<L> {
     }
 }
 
-/// Draws the next block. It is handed nothing of the sensor itself, so that a tick need not read that again after the call.
+/// Draws the next block. It does not get the sensor itself, so that the tick need not reload the sensor's state after
+/// the call.
 #[cold]
 #[inline]
 fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {
@@ -91,7 +92,7 @@ impl crate::lane::Gather for WhiteNoise<f64> {
     type Of<L: Lane> = WhiteNoise<L>;
 
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<WhiteNoise<L>> {
-        // Together only before anything was drawn: then no block holds numbers that are still to come.
+        // Only before the first draw, when no block holds unused numbers.
         let is_fresh = all.iter().all(|one| one.next == BLOCK);
         is_fresh.then(|| WhiteNoise {
             streams: all.iter().flat_map(|one| one.streams.iter().cloned()).collect(),
@@ -120,7 +121,7 @@ mod tests {
     fn a_bank_changes_no_number() {
         let mut bank = NoiseBank::new(10 * BLOCK);
         for seed in [7, 8, 7, 9, 8] {
-            // The third seed finds no room. All go on where the bank's numbers end.
+            // There is no room for the third seed. All streams continue after the bank's numbers.
             let mut own = WhiteNoise::<f64>::new(seed, 3);
             let mut shared = own.clone();
             shared.take_from(&mut bank, 5 * BLOCK as u64 - 3);

@@ -1,4 +1,4 @@
-//! A recorded force replayed by depth, so that a frozen needle feels a held force.
+//! A recorded force replayed by depth, so that the force on a frozen needle is constant.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use crate::lane::{Lane, Mask};
 /// Depth between two entries of the tables, in m.
 const STEP_M: f64 = 1e-5;
 
-/// Most entries of a table: 10 m of depth.
+/// Maximum number of entries of a table: 10 m of depth.
 const MAX_ENTRIES: usize = 1_000_000;
 
-/// Force against depth on a regular grid; between entries it is linear, beyond them the nearest entry holds.
+/// Force over depth on a regular grid, linear between entries; outside the grid the nearest entry applies.
 #[derive(Debug, Clone, PartialEq)]
 struct Curve {
     from_m: f64,
@@ -20,19 +20,20 @@ struct Curve {
 }
 
 impl Curve {
-    /// The force at which each depth is first reached. Depths that are never reached have the nearest reached one's.
+    /// The force when each depth is first reached. Depths that are never reached have the force of the nearest reached
+    /// depth.
     fn of_first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Self {
         let mut force_n: Vec<f64> = Vec::with_capacity(entries);
         let mut last: Option<(f64, f64)> = None;
         for (position, force) in samples {
-            let (deepest, force_there) = *last.get_or_insert((position, force));
+            let (deepest, last_force) = *last.get_or_insert((position, force));
             while force_n.len() < entries {
                 let depth = from_m + force_n.len() as f64 * STEP_M;
                 if depth > position {
                     break;
                 }
                 let share = if position > deepest { ((depth - deepest) / (position - deepest)).max(0.0) } else { 0.0 };
-                force_n.push(force_there + share * (force - force_there));
+                force_n.push(last_force + share * (force - last_force));
             }
             if position >= deepest {
                 last = Some((position, force));
@@ -55,7 +56,7 @@ impl Curve {
     }
 }
 
-/// What a recording felt at each depth, on the way in and on the way out.
+/// The recorded force at each depth, during insertion and withdrawal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCurves {
     way_in: Curve,
@@ -63,45 +64,44 @@ pub struct DepthCurves {
 }
 
 impl DepthCurves {
-    /// The curves of samples of position (m) and force (N) in time order. `out` is taken no higher than `in`.
+    /// The curves of samples of position (m) and force (N) in time order. `out` is limited to `in`.
     ///
     /// # Errors
     /// [`InvalidValue`] for a recording that spans more than 10 m.
     pub fn new(position_m: &[f64], force_n: &[f64]) -> Result<Self, InvalidValue> {
-        let least = position_m.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let span = most - least;
+        let min_m = position_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let max_m = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let span = max_m - min_m;
         let allowed = span.is_finite() && span / STEP_M < MAX_ENTRIES as f64;
         crate::error::require("tissue.index", span, allowed, "by time for a recording of more than 10 m")?;
         let entries = (span / STEP_M) as usize + 2;
         let samples = || position_m.iter().copied().zip(force_n.iter().copied());
-        let way_in = Curve::of_first_passages(samples(), least, entries);
-        let mut way_out = Curve::of_first_passages(samples().rev(), least, entries);
+        let way_in = Curve::of_first_passages(samples(), min_m, entries);
+        let mut way_out = Curve::of_first_passages(samples().rev(), min_m, entries);
         for (out, &within) in way_out.force_n.iter_mut().zip(&way_in.force_n) {
             *out = out.min(within);
         }
         Ok(Self { way_in, way_out })
     }
 
-    /// The forces of the way in and of the way out in N, at depths 10 µm apart.
+    /// The forces of insertion and withdrawal in N, at depths 10 µm apart.
     #[must_use]
     pub fn tables_n(&self) -> [&[f64]; 2] {
         [&self.way_in.force_n, &self.way_out.force_n]
     }
 }
 
-/// A recording as a tissue: what it felt at each depth, on the way in and on the way out.
+/// A recording as a tissue: the recorded force at each depth, during insertion and withdrawal.
 ///
-/// While the needle is deeper than ever, the force is that of the way in. On any retreat it goes over, along
-/// `presliding_m` of travel, to that of the way out, and back along the same path until the needle is deeper than ever
-/// again:
+/// At a new maximum depth, the force is that of the insertion. During a retreat it changes, over `presliding_m` of
+/// travel, to that of the withdrawal, and back along the same path until the needle reaches a new maximum depth:
 ///
 /// ```text
-/// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the deepest x so far
+/// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the largest x so far
 /// ```
-/// `out` is nowhere higher than `in`. So what a retreat gives back never exceeds what the way in took, and the tissue
-/// dissipates over any motion that returns to where it began. Deeper than the recording went, its last force holds. Time
-/// has no part in it: the relaxation of a needle that stood still is lost.
+/// `out` never exceeds `in`. So a retreat never returns more energy than the insertion took, and the tissue dissipates
+/// energy over any closed motion. Beyond the recorded depth the last force applies. The force does not depend on time:
+/// the relaxation around a needle at rest is not reproduced.
 #[derive(Debug, Clone)]
 pub struct DepthReplay<L> {
     curves: Arc<DepthCurves>,
@@ -111,8 +111,8 @@ pub struct DepthReplay<L> {
 }
 
 impl<L: Lane> DepthReplay<L> {
-    /// A tissue of a recording's curves, with layers that rupture at some depths (m), and the travel over which the force
-    /// turns to that of the way out (m, above 0). The needle begins at `start_m`.
+    /// A tissue from a recording's curves, with layers that rupture at given depths (m), and the travel over which the
+    /// force changes to that of the withdrawal (m, above 0). The needle starts at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] for a presliding out of range.
@@ -152,9 +152,9 @@ impl crate::lane::Gather for DepthReplay<f64> {
 
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<DepthReplay<L>> {
         use crate::lane::{Gather, same_list};
-        let alike = same_list(crate::lane::of_each!(all, |one| &one.rupture_depths_m))
+        let equal = same_list(crate::lane::of_each!(all, |one| &one.rupture_depths_m))
             && all.iter().all(|one| Arc::ptr_eq(&one.curves, &all[0].curves) || one.curves == all[0].curves);
-        if !alike {
+        if !equal {
             return None;
         }
         Some(DepthReplay {
@@ -170,7 +170,7 @@ impl crate::lane::Gather for DepthReplay<f64> {
 mod tests {
     use super::*;
 
-    /// In to 10 mm with 100 N/m, a layer giving way at 6 mm, and out with a pull of 0.2 N.
+    /// An insertion to 10 mm with 100 N/m and a rupture at 6 mm, and a withdrawal with a pull of 0.2 N.
     fn recording() -> (Vec<f64>, Vec<f64>) {
         let way_in = (0..=100).map(|k| 1e-4 * f64::from(k));
         let way_out = (0..100).rev().map(|k| 1e-4 * f64::from(k));

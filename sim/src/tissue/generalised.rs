@@ -7,7 +7,7 @@ use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, non_negative, require};
 use crate::lane::{Lane, Mask};
 
-/// Most depths at which coefficients are given.
+/// Maximum number of depths at which coefficients are given.
 pub const MAX_DEPTHS: usize = 16;
 
 /// A coefficient over depth: `value + Σ slope_j clamp(p - from_j, 0, width_j)`, linear between the depths where it is given.
@@ -34,18 +34,19 @@ impl<L: Lane> Profile<L> {
 }
 
 trocar_core::settings! {
-    /// What a spring and a damper whose coefficients vary with depth are told.
+    /// Settings of a spring and a damper whose coefficients vary with depth.
     #[derive(Debug, Clone, PartialEq)]
     pub struct GeneralisedSettings in "tissue." no const {
-        /// Where it begins.
+        /// Its surface.
         surface: Surface,
         /// Its power.
         power: PowerSettings,
-        /// Depths below the surface at which generalised has its coefficients: 1 to 16, ascending; linear between them.
+        /// Depths below the surface at which the coefficients of generalised are given: 1 to 16, ascending; linear
+        /// between them.
         depths_m: Vec<f64> = [0.0, 0.02],
-        /// mu of generalised at each depth, at least 0, in N/m^n.
+        /// μ of generalised at each depth, at least 0, in N/m^n.
         mus: Vec<f64> = [2000.0, 1000.0],
-        /// lambda of generalised at each depth, at least 0, in N·s/m^(n+1).
+        /// λ of generalised at each depth, at least 0, in N·s/m^(n+1).
         lambdas: Vec<f64> = [200.0, 200.0],
     }
 }
@@ -53,10 +54,10 @@ trocar_core::settings! {
 /// `f = K p + B v` for `p > 0`, 0 otherwise, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign).
 ///
 /// The paper leaves open how its coefficients vary with position, velocity and time. Here μ and λ are functions of the
-/// depth `p = x_e - contact` alone, linear between the depths where they are given and constant beyond the first and the
-/// last: of these laws the one whose force without velocity is a function of position, so that what a closed motion
-/// takes is exactly what λ dissipates. With one depth it is Hunt-Crossley's model. What depends on time and history is in
-/// the layers.
+/// depth `p = x_e - contact` alone, linear between the given depths and constant beyond the first and the last. The
+/// static force is then a function of the position, so that the work of a closed motion is exactly the energy that λ
+/// dissipates. With one depth it is Hunt-Crossley's model. The layered tissue models the dependence on time and
+/// history.
 #[derive(Debug, Clone, Copy)]
 pub struct Generalised<L: Lane> {
     mu: Profile<L>,
@@ -69,7 +70,7 @@ pub struct Generalised<L: Lane> {
 }
 
 impl<L: Lane> Generalised<L> {
-    /// A tissue of the settings.
+    /// The tissue of the settings.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.

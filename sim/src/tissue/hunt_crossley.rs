@@ -8,14 +8,14 @@ use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// What a spring and a damper that stiffen with depth are told.
+    /// Settings of a spring and a damper that stiffen with depth.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct HuntCrossleySettings in "tissue." {
-        /// Where it begins.
+        /// Its surface.
         surface: Surface,
-        /// mu of hunt-crossley, in N/m^n.
+        /// μ of hunt-crossley, in N/m^n.
         mu: f64 [NON_NEGATIVE] = 2000.0,
-        /// lambda of hunt-crossley, in N·s/m^(n+1).
+        /// λ of hunt-crossley, in N·s/m^(n+1).
         lambda: f64 [NON_NEGATIVE] = 200.0,
         /// Its power.
         power: PowerSettings,
@@ -24,7 +24,7 @@ trocar_core::settings! {
 
 /// `f = μ pⁿ + λ pⁿ v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 2, in this crate's sign).
 ///
-/// The power is a whole number of quarters, from 0 to 7.75, so that nothing transcendental happens in the tick.
+/// The power is a multiple of 0.25 from 0 to 7.75, so that the tick needs no transcendental function.
 #[derive(Debug, Clone, Copy)]
 pub struct HuntCrossley<L: Lane> {
     stiffness: L,
@@ -34,7 +34,7 @@ pub struct HuntCrossley<L: Lane> {
 }
 
 impl<L: Lane> HuntCrossley<L> {
-    /// A tissue of the settings.
+    /// The tissue of the settings.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.

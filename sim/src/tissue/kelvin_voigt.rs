@@ -7,14 +7,14 @@ use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// What a spring and a damper in parallel are told.
+    /// Settings of a spring and a damper in parallel.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct KelvinVoigtSettings in "tissue." {
         /// K of kelvin-voigt.
         stiffness_n_per_m: f64 [NON_NEGATIVE] = 200.0,
         /// B of kelvin-voigt.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 5.0,
-        /// Where it begins.
+        /// Its surface.
         surface: Surface,
     }
 }
@@ -28,7 +28,7 @@ pub struct KelvinVoigt<L> {
 }
 
 impl<L: Lane> KelvinVoigt<L> {
-    /// A tissue of the settings.
+    /// The tissue of the settings.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_answers_only_in_contact() {
+    fn it_reacts_only_in_contact() {
         let mut tissue = KelvinVoigt::<f64>::new(&KelvinVoigtSettings {
             stiffness_n_per_m: 200.0,
             damping_n_s_per_m: 5.0,

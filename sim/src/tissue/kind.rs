@@ -1,4 +1,4 @@
-//! The kinds of tissue by the words that scenarios use: one line each.
+//! The list of the built-in tissues, by their words in scenarios.
 
 use trocar_core::settings::{ActsFor, Key, acting, count, joined};
 
@@ -6,8 +6,8 @@ use super::layer::LAYERED_KEYS;
 use super::*;
 use crate::error::InvalidValue;
 
-/// The settings and the enum of the built-in tissues, from a line each: word, type, type of the settings, and keys that stand
-/// behind those of all others. A recording is replayed by time or by depth, which are two tissues.
+/// Defines the settings and the enum of the built-in tissues, one line each: word, type, type of the settings, and keys
+/// that follow those of all others. A recording is replayed by time or by depth, which are two tissues.
 macro_rules! tissues {
     (
         $(#[doc = $about:literal])*
@@ -34,7 +34,7 @@ macro_rules! tissues {
         }
 
         impl TissueSettings {
-            /// The keys that stand behind those of all other parts.
+            /// The keys that follow those of all other parts.
             pub const LAST_KEYS: &'static [Key] = {
                 const GROUPS: &[&[Key]] = &[$($({
                     const LAST: &[Key] = $last;
@@ -44,10 +44,11 @@ macro_rules! tissues {
                 &joined::<{ count(GROUPS) }>(GROUPS)
             };
 
-            /// The tissue on ticks of `tick_s` (s), of a needle whose tip begins at `start_m` (m).
+            /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
             ///
             /// # Errors
-            /// [`InvalidValue`] naming the setting out of range, or the kind of a recording, which takes the recording too.
+            /// [`InvalidValue`] naming the setting out of range; also for a recording, whose tissue needs the recording
+            /// itself.
             pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<AnyTissue<L>, InvalidValue> {
                 match self {
                     Self::$recording(_) => Err(InvalidValue {
@@ -76,8 +77,8 @@ macro_rules! tissues {
 }
 
 tissues! {
-    /// Replays the recording's force over time, or answers as a spring and damper, even (eq. 1), stiffening (eq. 2) or
-    /// varying with depth (eq. 3-4), or as layers that give way.
+    /// The recording's force, or a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth (eq.
+    /// 3-4), or layers that rupture.
     "recording" => Recording(ReplaySettings) by Recording(RecordedForce) Depth(DepthReplay<L>),
     "kelvin-voigt" => KelvinVoigt(KelvinVoigtSettings),
     "hunt-crossley" => HuntCrossley(HuntCrossleySettings),

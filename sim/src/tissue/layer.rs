@@ -1,14 +1,14 @@
-//! One layer of tissue: what it is made of, and what it may be.
+//! One layer of tissue: its parameters, their keys and ranges.
 //!
-//! # Where the numbers come from
+//! # Sources of the numbers
 //! The form is that of Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and of Okamura,
-//! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule gives way, then a constant cutting force
-//! and friction along the shaft. What was measured of each quantity, and the range it has from that, is in
-//! [`literature`](super::literature). Barbé et al. (2007) state for one needle, in vivo, the sums that all layers make: up
-//! to 1.45 N with a pull of 0.37 N on direct access to a pig's liver, up to 5.69 N with a pull of 2.45 N through the skin,
-//! and that skin, fat and muscle make most of it (3.2.1, 3.2.2). How these sums are shared among the layers is chosen here:
-//! a layer bulges by millimetres before it gives way, as figure 1 and the 9 mm lurch of 5.2 say, and lets go within
-//! hundredths of a second.
+//! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule gives way, then a constant cutting
+//! force and friction along the shaft. The measured values of each quantity and its range are in
+//! [`literature`](super::literature). Barbé et al. (2007) state, for one needle in vivo, the total over all layers: up
+//! to 1.45 N with a pull of 0.37 N on direct access to a pig's liver, up to 5.69 N with a pull of 2.45 N through the
+//! skin, most of it from skin, fat and muscle (3.2.1, 3.2.2). How these totals are divided among the layers is chosen
+//! here: a layer bulges by millimetres before it gives way, as figure 1 and the 9 mm lurch of 5.2 show, and relaxes
+//! within hundredths of a second.
 //!
 //! | default | skin | fat | muscle | capsule | organ | measured |
 //! |---|---|---|---|---|---|---|
@@ -30,13 +30,13 @@ use super::literature::{
 };
 use crate::error::{InvalidValue, require};
 
-/// How many layers there may be.
+/// Maximum number of layers.
 pub const LAYERS: usize = 5;
 
-/// Slowest relaxation in s.
+/// Largest time constant of a relaxation in s.
 pub const MAX_RELAXATION_S: f64 = 10.0;
 
-/// Declares what each layer is told: the struct, its keys in every layer, and how it is read.
+/// Declares the parameters of a layer: the struct, its keys for every layer, and how it is read.
 macro_rules! layer_settings {
     (
         $(#[doc = $about:literal])*
@@ -66,7 +66,7 @@ macro_rules! layer_settings {
         }
 
         impl LayerParameters {
-            /// Reads the layer that has some keys.
+            /// Reads the layer of the keys.
             pub(super) fn read<S: Source>(source: &S, keys: &LayerKeys) -> Result<Self, S::Error> {
                 Ok(Self { $($field: source.number(keys.$field)?,)* })
             }
@@ -117,43 +117,43 @@ pub(super) const LAYERED_KEYS: &[[Key; LAYER_KEY_COUNT]; LAYERS] = &[
 ];
 
 layer_settings! {
-    /// What a layer is made of.
+    /// The parameters of a layer.
     ///
-    /// Its loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, as Okamura et al.
-    /// take for the capsule, and a damping in proportion to it, as in Hunt-Crossley's model (eq. 2 with `λ = c μ`), so that no
-    /// force begins with a step and none pulls.
+    /// Its loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, as Okamura
+    /// et al. use for the capsule, and a damping proportional to it, as in Hunt-Crossley's model (eq. 2 with
+    /// `λ = c μ`), so that the force starts without a step and never pulls.
     pub struct LayerParameters in "skin" "fat" "muscle" "capsule" "organ" {
         /// Thickness, up to 0.3; 0: the layer is absent.
         ///
-        /// In m; the rest of an absent layer's parameters mean nothing.
+        /// In m; the other parameters of an absent layer have no effect.
         thickness_m [THICKNESS_M.range()],
-        /// a_1 of its loading law, a_1 d + a_2 d² of the deflection d.
+        /// a_1 of the loading law a_1 d + a_2 d², with the deflection d.
         stiffness_n_per_m [STIFFNESS_N_PER_M.range()],
-        /// a_2 of its loading law.
+        /// a_2 of the loading law.
         ///
         /// `a₁` or `a₂` is above 0.
         stiffening_n_per_m2 [STIFFENING_N_PER_M2.range()],
-        /// Where it gives way, median 1.22 (van Gerwen et al. 2012); at least the cutting force.
+        /// Force at which the layer ruptures, median 1.22 (van Gerwen et al. 2012); at least the cutting force.
         rupture_force_n [RUPTURE_FORCE_N.range()],
-        /// Where the needle cuts on through it, median 0.95 (van Gerwen et al. 2012).
+        /// Force at which the needle cuts through it after the rupture, median 0.95 (van Gerwen et al. 2012).
         cutting_force_n [CUTTING_FORCE_N.range()],
-        /// How fast it relaxes once ruptured, and once through: 0 (at once), or a tick to 10.
+        /// Time constant of its relaxation, after the rupture and after the last cut: 0 (at once), or a tick to 10.
         ///
-        /// Time constant in s from the rupture force to the cutting force and, once cut through, to nothing.
+        /// In s, from the rupture force to the cutting force and, once cut through, to 0.
         relaxation_s [Range::NON_NEGATIVE],
-        /// c: its force is (1 + c v) times that of the loading law.
+        /// c: the force is (1 + c v) times that of the loading law.
         damping_s_per_m [DAMPING_S_PER_M.range()],
-        /// Friction on the shaft per length in it; 11 to 12 in liver (Okamura et al. 2004).
+        /// Friction on the shaft per length in the layer; 11 to 12 in liver (Okamura et al. 2004).
         friction_n_per_m [FRICTION_N_PER_M.range()],
-        /// Friction on the shaft whatever the length in it.
+        /// Friction on the shaft, independent of the length in the layer.
         ///
-        /// Of the layer's rim, in N.
+        /// Caused by the rim of the layer, in N.
         grip_n [GRIP_N.range()],
     }
 }
 
 impl LayerParameters {
-    /// The layers that scenarios start from, in the order of [`LAYER_NAMES`].
+    /// The default layers, in the order of [`LAYER_NAMES`].
     pub const DEFAULTS: [Self; LAYERS] = [
         Self {
             thickness_m: 2e-3,
@@ -212,10 +212,10 @@ impl LayerParameters {
         },
     ];
 
-    /// A layer that is not there.
+    /// An absent layer.
     pub const ABSENT: Self = Self { thickness_m: 0.0, ..Self::DEFAULTS[0] };
 
-    /// Whether the layer is there.
+    /// Whether the layer is present.
     #[must_use]
     pub fn is_present(&self) -> bool {
         self.thickness_m > 0.0
@@ -223,7 +223,7 @@ impl LayerParameters {
 
     /// `d >= 0` in m with `a₁ d + a₂ d² = force_n`.
     ///
-    /// Written so that nothing cancels where `a₂` is small.
+    /// The form avoids cancellation for small `a₂`.
     #[must_use]
     pub fn deflection_m(&self, force_n: f64) -> f64 {
         let (a1, a2) = (self.stiffness_n_per_m, self.stiffening_n_per_m2);
@@ -231,7 +231,7 @@ impl LayerParameters {
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
-    /// Checks the ranges that the fields state, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
+    /// Checks the stated ranges of the fields, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -287,6 +287,6 @@ mod tests {
         assert_eq!(refused(LayerParameters { rupture_force_n: 50.0, ..skin }), "tissue.capsule.rupture_force_n");
         let limp = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 0.0, ..skin };
         assert_eq!(refused(limp), "tissue.capsule.stiffness_n_per_m");
-        LayerParameters { relaxation_s: -1.0, ..LayerParameters::ABSENT }.validate(0, 1e-3).expect("it is not there");
+        LayerParameters { relaxation_s: -1.0, ..LayerParameters::ABSENT }.validate(0, 1e-3).expect("it is absent");
     }
 }

@@ -1,4 +1,4 @@
-//! Layers that bulge, give way, are cut through, and hold the shaft.
+//! Layers that bulge, give way, are cut through, and exert friction on the shaft.
 
 use trocar_core::settings::{Key, Source, count, joined};
 
@@ -10,17 +10,17 @@ use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};
 
-/// Where a layer begins that the needle has not come to, in m: deeper than any run gets.
+/// Start of a layer that the needle has not reached, in m: deeper than any run.
 const FAR_M: f64 = 1e9;
 
-/// By how much a yield deflection falls in each tick besides its exponential relaxation, in m: nothing of note, but it
-/// arrives, where otherwise ever smaller numbers would take their time.
+/// Additional decrease of a yield deflection per tick, in m. It is negligible, but makes the exponential relaxation
+/// end, without ever smaller (subnormal, slow) numbers.
 const MIN_FALL_M: f64 = 1e-15;
 
-/// What a layered tissue is made of.
+/// The parameters of a layered tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayersParameters {
-    /// The surface before anything touched it, in m.
+    /// The surface of the undeformed tissue, in m.
     pub contact_m: f64,
     /// The layers from the surface down.
     pub layers: [LayerParameters; LAYERS],
@@ -29,15 +29,15 @@ pub struct LayersParameters {
 }
 
 impl LayersParameters {
-    /// The keys that set it, but for those of its layers, which have sections of their own.
+    /// Its keys, except those of the layers, which have separate sections.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, ShaftParameters::KEYS];
 
-    /// Reads it.
+    /// Reads the parameters.
     ///
     /// # Errors
-    /// Those of the source.
+    /// Errors of the source.
     pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
         let mut layers = LayerParameters::DEFAULTS;
         for (layer, keys) in layers.iter_mut().zip(&LAYER_KEYS) {
@@ -47,7 +47,7 @@ impl LayersParameters {
         Ok(Self { contact_m, layers, shaft: ShaftParameters::read(source)? })
     }
 
-    /// Checks what needs no tick: the surface and the shaft.
+    /// Checks the surface and the shaft, which are independent of the tick.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -65,12 +65,12 @@ impl LayersParameters {
         for (index, layer) in self.layers.iter().enumerate() {
             layer.validate(index, tick_s)?;
         }
-        let is_there = self.layers.iter().any(LayerParameters::is_present);
+        let any_present = self.layers.iter().any(LayerParameters::is_present);
         require(
             "tissue.organ.thickness_m",
             self.layers[LAYERS - 1].thickness_m,
-            is_there,
-            "above 0, as no layer is left",
+            any_present,
+            "above 0, as no layer is present",
         )?;
         self.shaft.validate()
     }
@@ -85,8 +85,8 @@ impl Default for LayersParameters {
 
 /// A needle in layers of tissue: the three phases of the paper's figure 1.
 ///
-/// Each layer is a spring that yields. With `front` where the needle's tip has cut to, in the layer's own undeformed
-/// length, and `y` the deflection at which it yields:
+/// Each layer is a spring that yields. `front` is the depth to which the needle tip has cut, in the layer's undeformed
+/// length, and `y` the deflection at which the spring yields:
 ///
 /// ```text
 /// y     = target + (y - target) exp(-T/τ)
@@ -94,45 +94,46 @@ impl Default for LayersParameters {
 /// f     = (a₁ d + a₂ d²) max(1 + c v, 0)
 /// front = max(front, x - y)
 /// ```
-/// The target is `d_r`, where the spring reaches the rupture force, while the layer is intact; `d_c`, where it reaches the
-/// cutting force, from then on; 0 once the front has reached the layer's bottom. So a needle that stands still feels the
-/// force relax and then hold; one that retreats feels the spring unload, never pull. What was cut stays cut. Springs only
-/// lose deflection to fronts and relaxation, so every layer dissipates.
+/// The target is `d_r`, where the spring reaches the rupture force, while the layer is intact; then `d_c`, where it
+/// reaches the cutting force; and 0 once the front has reached the layer's bottom. So the force on a needle at rest
+/// relaxes and is then constant; a retreat unloads the spring, which never pulls. A cut remains. Fronts and relaxation
+/// only reduce the deflection of springs, so every layer dissipates energy.
 ///
-/// A layer begins to bulge where the needle is when the one above is through: until then the two move as one, and only
-/// the upper one is felt at the tip. Forces superpose: of the layer above, relaxing, of the one being cut, and of the
-/// friction of all that the shaft is in (see [`ShaftParameters`]), whose kinetic bound is the sum of each layer's grip and
-/// of its friction times the length in it. That length counts from the surface as it is dragged along, `F/σ` inward or,
-/// on the way out, outward: there the tissue pulls, and the needle comes free outside of where it first touched.
+/// A layer begins to bulge at the needle's position when the layer above is cut through: until then the two move
+/// together, and only the upper one acts on the tip. The forces add up: of the layer above, relaxing, of the layer
+/// being cut, and the friction of all layers around the shaft (see [`ShaftParameters`]). The kinetic bound of the
+/// friction is the sum of each layer's grip and of its friction times the length in it. That length is measured from
+/// the dragged surface, displaced by `F/σ` inward or, during withdrawal, outward: the tissue then pulls, and the needle
+/// leaves it outside of the first contact.
 ///
-/// All of this is a map of position and velocity, exact for any tick; a relaxation faster than a tick would not be
-/// seen and is refused. For the loop to be stable the steepest slope, `a₁ + 2 a₂ d_r + σ`, has to stay below the
-/// stiffest spring that the teleoperation holds (2.5 kN/m with the paper's controllers at 1 kHz).
+/// The model is a map of position and velocity, exact for any tick. A relaxation faster than a tick cannot be
+/// represented and is rejected. For a stable loop the largest slope, `a₁ + 2 a₂ d_r + σ`, must be below the largest
+/// stiffness at which the teleoperation is stable (2.5 kN/m with the paper's controllers at 1 kHz).
 #[derive(Debug, Clone)]
 pub struct Layers<L: Lane> {
     layers: [Layer<L>; LAYERS],
-    /// Layers before this one are through and relaxed, in every lane.
+    /// Layers before this one are cut through and relaxed, in every lane.
     first: usize,
-    /// Layers from this one on have not begun, in any lane.
+    /// Layers from this one on have not been reached, in any lane.
     begun: usize,
-    /// Layers from this one on are not there.
+    /// Layers from this one on are absent.
     count: usize,
-    /// Where the last layer that has begun did so; what is above of it, once the tip is beyond, and how it holds.
+    /// Start of the last layer reached, and the friction of the layers above it once the tip is beyond.
     last_start: L,
-    above: Hold<L>,
+    above: ShaftContact<L>,
     shaft: Shaft<L>,
-    /// What holds the shaft, as of the tick before.
-    held: Hold<L>,
+    /// The friction on the shaft after the last tick.
+    held: ShaftContact<L>,
 }
 
-/// What holds the shaft: the bound of its kinetic friction in N, and its length in the tissue in m.
+/// The friction on the shaft: its kinetic bound in N, and the shaft's length in the tissue in m.
 #[derive(Debug, Clone, Copy)]
-struct Hold<L> {
+struct ShaftContact<L> {
     kinetic_n: L,
     length_m: L,
 }
 
-/// A layer and what has become of it.
+/// A layer and its state.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Layer<L: Lane> {
@@ -143,7 +144,7 @@ struct Layer<L: Lane> {
     stiffness: L,
     stiffening: L,
     damping: L,
-    /// Where a front has to come for the layer to give way or to be through; never, once it is.
+    /// Front at which the layer gives way or is cut through; infinite after that.
     next_event: L,
     start: L,
     bottom: L,
@@ -151,7 +152,7 @@ struct Layer<L: Lane> {
     grip: L,
     thickness: L,
     cut_deflection: L,
-    /// Whether it lets go when it gives way: its rupture force is above its cutting force.
+    /// Whether giving way is a rupture: the rupture force is above the cutting force.
     ruptures: L::Mask,
 }
 
@@ -181,7 +182,7 @@ impl<L: Lane> Layer<L> {
         }
     }
 
-    /// Lets the layer begin at `start`, where the mask holds.
+    /// Starts the layer at `start` where the mask holds.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, start: L) {
         self.front = L::select(mask, start, self.front);
@@ -190,9 +191,9 @@ impl<L: Lane> Layer<L> {
         self.next_event = L::select(mask, start, self.next_event);
     }
 
-    /// The force on the tip in N, after the tick's relaxation; cuts where the layer yields.
+    /// Relaxes the layer, cuts where it yields, and returns the force on the tip in N.
     #[inline(always)]
-    fn press(&mut self, position: L, velocity: L) -> L {
+    fn force_on_tip_n(&mut self, position: L, velocity: L) -> L {
         let relaxed = self.target + (self.yields_at - self.target) * self.decay;
         self.yields_at = (relaxed - L::splat(MIN_FALL_M)).max(self.target);
         let d = (position - self.front).clamp(L::zero(), self.yields_at);
@@ -201,20 +202,20 @@ impl<L: Lane> Layer<L> {
         (d * viscous) * (self.stiffness + self.stiffening * d)
     }
 
-    /// The length in m of a shaft with its tip at `tip_m` that is in what was cut of the layer.
+    /// The length in m, in the cut part of the layer, of a shaft with its tip at `tip_m`.
     #[inline(always)]
-    fn holds_m(&self, tip_m: L) -> L {
+    fn shaft_length_m(&self, tip_m: L) -> L {
         (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start)
     }
 
-    /// Takes over what happened to the layer at this tick: from intact to cut, from cut to through. Gives where it
-    /// ruptured and where it is through.
+    /// Handles the events of the layer at this tick: from intact to cut, from cut to cut through. Returns the lanes in
+    /// which it ruptured and those in which it is cut through.
     #[inline(always)]
-    fn pass_events(&mut self) -> (L::Mask, L::Mask) {
+    fn handle_events(&mut self) -> (L::Mask, L::Mask) {
         let gives_way = self.front.gt(self.next_event) & self.next_event.lt(self.bottom);
         self.target = L::select(gives_way, self.cut_deflection, self.target);
         self.next_event = L::select(gives_way, self.bottom, self.next_event);
-        // A needle fast enough gives way and is through in one tick.
+        // With a fast needle the layer gives way and is cut through in one tick.
         let is_through = self.front.gt(self.next_event);
         self.target = L::select(is_through, L::zero(), self.target);
         self.next_event = L::select(is_through, L::splat(f64::INFINITY), self.next_event);
@@ -222,35 +223,35 @@ impl<L: Lane> Layer<L> {
     }
 }
 
-impl<L: Lane> Hold<L> {
-    fn nothing() -> Self {
+impl<L: Lane> ShaftContact<L> {
+    fn none() -> Self {
         Self { kinetic_n: L::zero(), length_m: L::zero() }
     }
 
-    /// What layers do with the tip at `tip_m`, from the surface down.
+    /// The friction of layers with the tip at `tip_m`, from the surface down.
     #[inline(always)]
     fn of(layers: &[Layer<L>], tip_m: L) -> Self {
-        let mut held = Self::nothing();
+        let mut held = Self::none();
         for layer in layers {
             held = held.and(layer, tip_m);
         }
         held
     }
 
-    /// What one layer does besides.
+    /// Adds the friction of one layer.
     #[inline(always)]
     fn and(self, layer: &Layer<L>, tip_m: L) -> Self {
-        let length = layer.holds_m(tip_m);
+        let length = layer.shaft_length_m(tip_m);
         let grip = L::select(length.gt(L::zero()), layer.grip, L::zero());
         Self { kinetic_n: self.kinetic_n + (layer.friction * length + grip), length_m: self.length_m + length }
     }
 }
 
 impl<L: Lane> Layers<L> {
-    /// An untouched tissue, on ticks of `tick_s`, with the needle at `start_m` (m).
+    /// An undeformed tissue on ticks of `tick_s`, with the needle at `start_m` (m).
     ///
     /// # Errors
-    /// [`InvalidValue`] as [`LayersParameters::validate`], or for a needle that begins inside.
+    /// [`InvalidValue`] as [`LayersParameters::validate`], or for a needle that starts inside.
     pub fn new(parameters: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         parameters.validate_on_ticks(tick_s)?;
         let outside = start_m <= parameters.contact_m;
@@ -258,7 +259,7 @@ impl<L: Lane> Layers<L> {
             "tissue.contact_m",
             parameters.contact_m,
             outside,
-            "at least where the needle begins, which is outside",
+            "at least the needle's start, which is outside the tissue",
         )?;
         let present: Vec<LayerParameters> = parameters.layers.into_iter().filter(LayerParameters::is_present).collect();
         let layer = |i: usize| Layer::new(present.get(i).unwrap_or(&LayerParameters::ABSENT), tick_s);
@@ -271,35 +272,35 @@ impl<L: Lane> Layers<L> {
             count: present.len(),
             shaft: Shaft::new(&parameters.shaft, start_m),
             last_start: L::splat(parameters.contact_m),
-            above: Hold::nothing(),
-            held: Hold::nothing(),
+            above: ShaftContact::none(),
+            held: ShaftContact::none(),
         })
     }
 
-    /// What holds the shaft until the next tick. It need not wait for this tick's friction nor this one for it.
+    /// Updates the friction on the shaft for the next tick. The two ticks' computations do not wait for each other.
     #[inline(always)]
-    fn hold(&mut self, position: L) {
+    fn update_shaft_contact(&mut self, position: L) {
         let tip = position - self.shaft.drag_m();
-        // A layer begins where the one above is through, so that a tip in the last one is through all others.
+        // A layer starts where the one above is cut through, so a tip in the last one has passed all others.
         self.held = if tip.ge(self.last_start).all() {
             self.above.and(&self.layers[self.begun - 1], tip)
         } else {
-            Hold::of(&self.layers[..self.begun], tip)
+            ShaftContact::of(&self.layers[..self.begun], tip)
         };
     }
 
-    /// Takes over what happened to layers at this tick, and what it means for the next ones. Gives where one ruptured.
+    /// Handles the events of all layers at this tick. Returns the lanes in which one ruptured.
     #[cold]
     #[inline]
-    fn pass_events(&mut self, position: L) -> L::Mask {
-        self.pass_events_here(position)
+    fn handle_events(&mut self, position: L) -> L::Mask {
+        self.handle_events_inline(position)
     }
 
     #[inline(always)]
-    fn pass_events_here(&mut self, position: L) -> L::Mask {
+    fn handle_events_inline(&mut self, position: L) -> L::Mask {
         let mut ruptured = L::Mask::splat(false);
         for i in self.first..self.begun {
-            let (here, is_through) = self.layers[i].pass_events();
+            let (here, is_through) = self.layers[i].handle_events();
             ruptured = ruptured | here;
             if i + 1 < self.count && is_through.any() {
                 self.layers[i + 1].begin(is_through, position);
@@ -308,8 +309,8 @@ impl<L: Lane> Layers<L> {
         }
         let above = self.begun - 1;
         self.last_start = self.layers[above].start;
-        self.above = Hold::of(&self.layers[..above], L::splat(FAR_M));
-        // A layer yields at nothing only once it is through and relaxed: it presses no more.
+        self.above = ShaftContact::of(&self.layers[..above], L::splat(FAR_M));
+        // A yield deflection of 0 means that the layer is cut through and relaxed: it exerts no force.
         while self.first < self.begun && self.layers[self.first].yields_at.le(L::zero()).all() {
             self.first += 1;
         }
@@ -320,11 +321,11 @@ impl<L: Lane> Layers<L> {
 impl<L: Lane> Tissue<L> for Layers<L> {
     #[inline(always)]
     fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
-        // Few layers are on the tip at a time, and which ones seldom changes.
-        let mut force_n = self.shaft.rub(position, velocity, self.held.kinetic_n, self.held.length_m);
+        // Few layers act on the tip at a time, and they rarely change.
+        let mut force_n = self.shaft.friction_n(position, velocity, self.held.kinetic_n, self.held.length_m);
         let mut is_event = L::Mask::splat(false);
         for layer in &mut self.layers[self.first..self.begun] {
-            force_n = force_n + layer.press(position, velocity);
+            force_n = force_n + layer.force_on_tip_n(position, velocity);
             is_event = is_event | layer.front.gt(layer.next_event);
         }
         let is_settled = match self.layers.get(self.first) {
@@ -333,10 +334,10 @@ impl<L: Lane> Tissue<L> for Layers<L> {
         };
         let ruptured = match is_event.any() || is_settled {
             false => L::Mask::splat(false),
-            true if L::WIDTH > 1 => self.pass_events_here(position),
-            true => self.pass_events(position),
+            true if L::WIDTH > 1 => self.handle_events_inline(position),
+            true => self.handle_events(position),
         };
-        self.hold(position);
+        self.update_shaft_contact(position);
         Reaction { force_n, ruptured }
     }
 }
@@ -353,5 +354,5 @@ crate::lane::gather!(Layer {
     front, yields_at, target, decay, stiffness, stiffening, damping, next_event, start, bottom, friction, grip, thickness,
     cut_deflection,
 } masks { ruptures });
-crate::lane::gather!(Hold { kinetic_n, length_m });
+crate::lane::gather!(ShaftContact { kinetic_n, length_m });
 crate::lane::gather!(Layers { layers, last_start, above, shaft, held } same { first, begun, count });

@@ -1,29 +1,30 @@
-//! What was measured of needles in tissue, and the ranges that layers have from it.
+//! Measurements of needles in tissue, and the ranges of the layers' parameters.
 //!
-//! Okamura, Simone and O'Leary (*Force modeling for needle insertion into soft tissue*, IEEE TBME 51(10), 2004) and Simone
-//! and Okamura (ICRA 2002) put a bevelled needle of 1.27 mm into bovine liver ex vivo; DiMaio and Salcudean (*Needle
-//! insertion modeling and simulation*, IEEE TRA 19(5), 2003) a 17 gauge one into PVC, of one layer and of two; van Gerwen,
-//! Dankelman and van den Dobbelsteen (*Needle-tissue interaction forces*, Med. Eng. Phys. 34, 2012) survey 99 works. Their
-//! figures are taken from notes on these papers that were checked against them, figure by figure
-//! (github.com/Yuming-007/Needle-Tissue-Simulation, `docs/literature`, 05 to 08); that of Khasawneh, Abu El-Rub and Allouh
-//! (Folia Morphol. 82(1), 2023) from their abstract. Ratios of static to kinetic friction are those of the means.
+//! Okamura, Simone and O'Leary (*Force modeling for needle insertion into soft tissue*, IEEE TBME 51(10), 2004) and
+//! Simone and Okamura (ICRA 2002) inserted a bevelled needle of 1.27 mm into bovine liver ex vivo; DiMaio and Salcudean
+//! (*Needle insertion modeling and simulation*, IEEE TRA 19(5), 2003) a 17 gauge one into PVC, of one layer and of two;
+//! van Gerwen, Dankelman and van den Dobbelsteen (*Needle-tissue interaction forces*, Med. Eng. Phys. 34, 2012) survey
+//! 99 works. Their numbers are from notes on these papers that were checked against them, number by number
+//! (github.com/Yuming-007/Needle-Tissue-Simulation, `docs/literature`, 05 to 08); that of Khasawneh, Abu El-Rub and
+//! Allouh (Folia Morphol. 82(1), 2023) is from their abstract. Ratios of static to kinetic friction are those of the
+//! means.
 //!
-//! The ranges are wider than what was measured, as tissues, needles and species differ: van Gerwen et al. cite a pig's liver
-//! two to six times as stiff in vivo as ex vivo. For skin, fat and muscle by themselves no stiffness, friction or damping was
-//! found, nor for any layer a relaxation, a damping `c` or a stiffness of the shaft's drag: what stands there is chosen
-//! here. Of speed it is only known that a faster needle meets a steeper force (Mahvash and Dupont, ICRA 2009) and that skin
-//! and muscle hardly heed it (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
+//! The ranges are wider than the measurements, as tissues, needles and species differ: van Gerwen et al. cite a pig's
+//! liver two to six times as stiff in vivo as ex vivo. No source was found for the stiffness, friction or damping of
+//! skin, fat and muscle alone, nor for a relaxation, a damping `c` or a stiffness of the shaft's drag of any layer:
+//! these are chosen here. On speed, the force rises more steeply for a faster needle (Mahvash and Dupont, ICRA 2009),
+//! and skin and muscle hardly depend on it (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
 
 use trocar_core::settings::Range;
 
 use crate::error::{InvalidValue, require};
 
-/// A range, and why it is that.
+/// A range and its reason.
 #[derive(Debug, PartialEq)]
 pub struct Bounds {
-    /// Least value, itself allowed.
+    /// Lower bound, included.
     pub low: f64,
-    /// Greatest value, itself allowed.
+    /// Upper bound, included.
     pub high: f64,
     /// The range and its reason, as the end of "must be …".
     pub requirement: &'static str,
@@ -36,7 +37,7 @@ impl Bounds {
         Range::stated(self.low, self.high, self.requirement)
     }
 
-    /// Passes `value` on if it is within.
+    /// Returns `value` if it is within the bounds.
     ///
     /// # Errors
     /// [`InvalidValue`] with the key and the reason otherwise (NaN included).
@@ -59,7 +60,7 @@ macro_rules! bounds {
 pub const THICKNESS_M: Bounds = bounds!(0 to 0.3, "0 is an absent layer, and no needle is longer than 0.3");
 
 /// Deflection in m at which a layer gives way.
-pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1, "a membrane that bulges further is none");
+pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1, "no membrane bulges more");
 
 /// `a₁` of a layer's loading law in N/m.
 pub const STIFFNESS_N_PER_M: Bounds =
@@ -70,23 +71,22 @@ pub const STIFFENING_N_PER_M2: Bounds =
     bounds!(0 to 2e7, "bovine liver has 2300 to 5200 (Okamura et al. 2004), and 2e7 reaches any rupture within 1 mm");
 
 /// Force in N at which a layer gives way.
-pub const RUPTURE_FORCE_N: Bounds =
-    bounds!(0.0005 to 19.2, "as in the 24 works that measured it (van Gerwen et al. 2012)");
+pub const RUPTURE_FORCE_N: Bounds = bounds!(0.0005 to 19.2, "the range measured in 24 works (van Gerwen et al. 2012)");
 
-/// Force in N at which the needle cuts on.
+/// Force in N at which the needle continues to cut.
 pub const CUTTING_FORCE_N: Bounds =
     bounds!(0.0005 to 19.2, "0.05 to 1.3 were measured (van Gerwen et al. 2012), and no rupture takes more than 19.2");
 
 /// `c` of a layer's loading law in s/m.
-pub const DAMPING_S_PER_M: Bounds = bounds!(0 to 100, "chosen here, as it then doubles the force at 10 mm/s");
+pub const DAMPING_S_PER_M: Bounds = bounds!(0 to 100, "chosen here; 100 doubles the force at 10 mm/s");
 
 /// Friction on the shaft per length in N/m.
 pub const FRICTION_N_PER_M: Bounds = bounds!(
     0 to 800,
-    "10.6 in bovine liver to 80 in PVC were measured (Okamura et al. 2004, DiMaio and Salcudean 2003), ten times as much at most"
+    "10.6 in bovine liver to 80 in PVC were measured (Okamura et al. 2004, DiMaio and Salcudean 2003), and ten times that is allowed"
 );
 
-/// Friction on the shaft whatever the length, in N.
+/// Friction on the shaft, independent of the length, in N.
 pub const GRIP_N: Bounds = bounds!(
     0 to 7,
     "0.15 to 2.8 were measured on whole shafts, and up to 150 % more on one that was turned (van Gerwen et al. 2012)"
@@ -94,14 +94,13 @@ pub const GRIP_N: Bounds = bounds!(
 
 /// `σ` of the shaft's drag in N/m.
 pub const SHAFT_STIFFNESS_N_PER_M: Bounds =
-    bounds!(10 to 1e5, "chosen here, as the most friction measured, 2.8 N, then drags tissue by 0.28 m to 0.03 mm");
+    bounds!(10 to 1e5, "chosen here; the largest measured friction, 2.8 N, then drags tissue by 0.28 m to 0.03 mm");
 
-/// Static by kinetic friction.
+/// Ratio of static to kinetic friction.
 pub const STATIC_RATIO: Bounds = bounds!(1 to 10, "bovine liver has 1.5 to 1.7 (Okamura et al. 2004)");
 
 /// Speed in m/s below which a sliding shaft sticks.
-pub const STICK_SPEED_M_PER_S: Bounds =
-    bounds!(0 to 0.01, "insertions go at 0.4 to 10 mm/s (van Gerwen et al. 2012), and some of it has to slide");
+pub const STICK_SPEED_M_PER_S: Bounds = bounds!(0 to 0.01, "insertions go at 0.4 to 10 mm/s (van Gerwen et al. 2012), and the shaft must slide in part of them");
 
 /// Viscous friction on the shaft per length in N·s/m².
 pub const SHAFT_DAMPING_N_S_PER_M2: Bounds = bounds!(
@@ -109,20 +108,20 @@ pub const SHAFT_DAMPING_N_S_PER_M2: Bounds = bounds!(
     "bovine liver has 212 to 293 (Okamura et al. 2004), or up to 1327 by another method (Simone and Okamura 2002)"
 );
 
-/// Something that was measured.
+/// A measurement.
 #[derive(Debug)]
 pub struct Measured {
-    /// What, by the name of the key in scenarios.
+    /// The quantity, by the name of the key in scenarios.
     pub quantity: &'static str,
-    /// In what tissue, and of how many.
+    /// The tissue and the number of samples.
     pub tissue: &'static str,
-    /// Least, in the unit of the quantity.
+    /// Minimum, in the unit of the quantity.
     pub low: f64,
-    /// Greatest, in the unit of the quantity.
+    /// Maximum, in the unit of the quantity.
     pub high: f64,
-    /// Where it is stated.
+    /// The source.
     pub source: &'static str,
-    /// The range that scenarios have.
+    /// The range allowed in scenarios.
     pub bounds: &'static Bounds,
 }
 
@@ -139,7 +138,7 @@ const fn measured(
 const OKAMURA: &str = "Okamura et al. 2004";
 const VAN_GERWEN: &str = "van Gerwen et al. 2012";
 
-/// What was measured, quantity by quantity.
+/// The measurements, quantity by quantity.
 pub const MEASURED: [Measured; 15] = [
     measured(
         "thickness_m",
@@ -190,9 +189,9 @@ mod tests {
     #[test]
     fn the_stiffest_springs_reach_any_rupture_within_a_millimetre_and_the_softest_drag_is_no_longer_than_a_needle() {
         let d = 1e-3;
-        for (force_n, most) in [(STIFFNESS_N_PER_M.high * d, 2.0), (STIFFENING_N_PER_M2.high * d * d, 2.0)] {
+        for (force_n, max_ratio) in [(STIFFNESS_N_PER_M.high * d, 2.0), (STIFFENING_N_PER_M2.high * d * d, 2.0)] {
             let by_rupture = force_n / RUPTURE_FORCE_N.high;
-            assert!((1.0..most).contains(&by_rupture), "{by_rupture}");
+            assert!((1.0..max_ratio).contains(&by_rupture), "{by_rupture}");
         }
         let max_friction_n = 2.8;
         assert!((max_friction_n / SHAFT_STIFFNESS_N_PER_M.low) < THICKNESS_M.high);

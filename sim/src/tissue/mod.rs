@@ -1,4 +1,4 @@
-//! What the needle meets: the force of the tissue on the slave.
+//! Tissue models: the force of the tissue on the needle.
 
 mod depth;
 mod generalised;
@@ -31,22 +31,22 @@ pub use surface::Surface;
 
 use crate::lane::Lane;
 
-/// A tissue's answer at one tick.
+/// A tissue's reaction at one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Reaction<L: Lane> {
     /// `f_e` in N, positive when it resists insertion.
     pub force_n: L,
-    /// Whether a layer ruptures at this tick: the truth, for metrics only.
+    /// Whether a layer ruptures at this tick: ground truth, for metrics only.
     pub ruptured: L::Mask,
 }
 
-/// Answers to where the needle is with a force.
+/// Gives the tissue force for a position and velocity of the needle.
 ///
-/// A tissue of one's own implements this for `f64`; the built-in ones do for any number of lanes. A built-in tissue is one file
-/// of this folder and one line in `kind.rs`.
+/// A user-defined tissue implements this for `f64`; the built-in ones for any number of lanes. A built-in tissue is one
+/// file of this folder and one line in `kind.rs`.
 pub trait Tissue<L: Lane> {
-    /// The reaction at `tick` to a needle at `position_m` (m) moving at `velocity_m_per_s` (m/s). Called once for each tick,
-    /// from 0 on.
+    /// The reaction at `tick` to a needle at `position_m` (m) moving at `velocity_m_per_s` (m/s). Called once per tick,
+    /// starting at 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
 }
 

@@ -1,13 +1,13 @@
-//! What the registry needs of a built-in tissue.
+//! The interface of a built-in tissue to the registry.
 
 use crate::error::InvalidValue;
 
-/// A tissue that is made of settings alone.
+/// A tissue that is built from settings alone.
 pub trait Model: Sized {
-    /// What it is told.
+    /// Its settings.
     type Settings;
 
-    /// A tissue of the settings on ticks of `tick_s` (s), of a needle whose tip begins at `start_m` (m).
+    /// The tissue of the settings on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.

@@ -1,4 +1,4 @@
-//! Powers of a depth without a transcendental function.
+//! Powers of a depth without transcendental functions.
 
 use crate::error::{InvalidValue, require};
 use crate::lane::{Lane, Mask};
@@ -12,11 +12,11 @@ trocar_core::settings! {
     }
 }
 
-/// Most quarters of a power: every part at once.
+/// Maximum number of quarters: all parts.
 const MAX_QUARTERS: f64 = 31.0;
 
-/// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: a product of `p`, its squares and its square roots, the same
-/// bits on every machine and in every lane. The price is that n = 1.3 has to be 1.25.
+/// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: a product of `p`, its squares and its square roots, the
+/// same bits on every machine and in every lane. The price: n = 1.3 must be rounded to 1.25.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct QuarterPower<L: Lane> {
     /// Whether 1/4, 1/2, 1, 2 and 4 are part of the power.
@@ -24,10 +24,10 @@ pub(super) struct QuarterPower<L: Lane> {
 }
 
 impl<L: Lane> QuarterPower<L> {
-    /// The power n.
+    /// The power of the settings.
     ///
     /// # Errors
-    /// [`InvalidValue`] for one that is no multiple of 0.25 from 0 to 7.75.
+    /// [`InvalidValue`] unless it is a multiple of 0.25 from 0 to 7.75.
     pub(super) fn new(settings: &PowerSettings) -> Result<Self, InvalidValue> {
         let power = settings.power;
         let quarters = 4.0 * power;

@@ -7,21 +7,21 @@ use crate::lane::{Lane, Mask};
 
 /// A force for each tick, and the ticks at which the recording's labels place a rupture.
 ///
-/// The replay does not notice what the slave does: it is how the paper simulates (5.2), and it leaves the loop open.
-/// After its end the last force is held.
+/// The replay is independent of the slave's motion, as in the paper's simulation (5.2), so the loop is open. After the
+/// end the last force is held.
 #[derive(Debug, Clone)]
 pub struct RecordedForce {
     force_n: Arc<[f64]>,
     last_force_n: f64,
     rupture_ticks: Arc<[u64]>,
-    /// How many ruptures have passed, and the tick of the next one; `u64::MAX` after the last.
+    /// Number of past ruptures, and the tick of the next one; `u64::MAX` after the last.
     ruptures: usize,
     next_rupture: u64,
 }
 
 impl RecordedForce {
-    /// A replay of `force_n` (N, one a tick, resisting insertion positive) with ruptures at `rupture_ticks`
-    /// (ascending). An empty recording is a force of 0.
+    /// A replay of `force_n` (N, one per tick, positive when it resists insertion) with ruptures at `rupture_ticks`
+    /// (ascending). An empty recording gives a force of 0.
     #[must_use]
     pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {
         let last_force_n = force_n.last().copied().unwrap_or(0.0);
@@ -29,7 +29,7 @@ impl RecordedForce {
         Self { force_n, last_force_n, rupture_ticks, ruptures: 0, next_rupture }
     }
 
-    /// The force after the end. Out of line, as looking for it at every tick would cost more than the force itself.
+    /// The force after the end. Out of line, so that the other ticks do not pay for it.
     #[cold]
     #[inline]
     fn held(&self) -> f64 {
@@ -55,10 +55,10 @@ impl crate::lane::Gather for RecordedForce {
 
     fn gather<L: Lane>(all: [&Self; crate::lane::LANES]) -> Option<Self> {
         use crate::lane::same_list;
-        let alike = same_list(crate::lane::of_each!(all, |one| &one.force_n))
+        let equal = same_list(crate::lane::of_each!(all, |one| &one.force_n))
             && same_list(crate::lane::of_each!(all, |one| &one.rupture_ticks));
         let at_once = all.iter().all(|one| one.ruptures == all[0].ruptures);
-        (alike && at_once).then(|| all[0].clone())
+        (equal && at_once).then(|| all[0].clone())
     }
 }
 

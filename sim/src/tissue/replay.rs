@@ -1,23 +1,24 @@
-//! How a recording is replayed as a tissue.
+//! Settings of a recording replayed as a tissue.
 
 trocar_core::settings! {
-    /// What a replayed recording is told.
+    /// Settings of a replayed recording.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ReplaySettings in "tissue." {
-        /// By what it is replayed.
+        /// The index of the replay.
         index: ReplayIndex,
     }
 }
 
 trocar_core::choice! {
-    /// Replay by time, or by depth: then a frozen slave feels a held force.
+    /// Replay by time, or by depth: the force on a frozen slave is then constant.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum ReplayIndex at "tissue.index" = Time {
-        /// By time, whatever the slave does.
+        /// By time, independent of the slave.
         "time" => Time,
-        /// By where the slave is.
+        /// By the slave's position.
         "depth" => Depth in "tissue." {
-            /// Travel over which a retreat in a replay by depth turns to the force of the way out.
+            /// Travel over which the force changes to that of the withdrawal when the needle retreats, in a replay by
+            /// depth.
             presliding_m: f64 [POSITIVE] = 2e-3,
         },
     }

@@ -4,21 +4,22 @@ use super::literature::{SHAFT_DAMPING_N_S_PER_M2, SHAFT_STIFFNESS_N_PER_M, STATI
 use crate::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// How the shaft rubs.
+    /// The friction on the shaft.
     ///
-    /// Kim and Lee (2016) find that the friction of a needle in porcine tissue rises with the displacement up to a kinetic
-    /// one, as Dahl's model has it, with a viscous share; Simone (2002) and Okamura et al. (2004) take Karnopp's model, where
-    /// the shaft holds until a larger static friction is overcome. Both are here. What was measured, and the ranges it makes,
-    /// is in [`literature`](super::literature). The defaults are chosen here: a drag of the skin by a few millimetres; a static
-    /// friction a tenth above the kinetic one, where bovine liver ex vivo has 1.5 to 1.7; a viscous one that is small, as
-    /// Barbé et al. find of a pig's liver in vivo (3.2.1), where bovine liver ex vivo has 212 to 293 N·s/m².
+    /// Kim and Lee (2016) find that the friction of a needle in porcine tissue rises with the displacement up to a
+    /// kinetic friction, as in Dahl's model, with a viscous part; Simone (2002) and Okamura et al. (2004) take
+    /// Karnopp's model, where the shaft sticks until a larger static friction is overcome. This model combines both.
+    /// The measured values and the ranges are in [`literature`](super::literature). The defaults are chosen here: a
+    /// drag of the skin by a few millimetres; a static friction of 1.1 times the kinetic one (bovine liver ex vivo: 1.5
+    /// to 1.7); a small viscous friction, as Barbé et al. find in a pig's liver in vivo (3.2.1) (bovine liver ex vivo:
+    /// 212 to 293 N·s/m²).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ShaftParameters in "tissue." {
-        /// sigma of layers: how stiffly the shaft drags tissue along before it slides.
+        /// σ of layers: stiffness with which the shaft drags the tissue before it slides.
         ///
-        /// `F/σ` is how far.
+        /// The tissue is dragged by `F/σ`.
         stiffness_n_per_m: f64 at "tissue.shaft_stiffness_n_per_m" [SHAFT_STIFFNESS_N_PER_M.range()] = 400.0,
-        /// Static by kinetic friction of the shaft in layers.
+        /// Ratio of the static to the kinetic friction of the shaft in layers.
         static_ratio: f64 [STATIC_RATIO.range()] = 1.1,
         /// Speed below which the shaft sticks again.
         stick_speed_m_per_s: f64 [STICK_SPEED_M_PER_S.range()] = 1e-3,
@@ -32,9 +33,9 @@ trocar_core::settings! {
 /// ```text
 /// F = clamp(F + σ Δx, -F_max, F_max),  F_max = F_kinetic · (static_ratio where the shaft sticks, else 1)
 /// ```
-/// The energy kept is `F²/2σ`. A position's change adds what it does as work, a bound only takes from it, so the friction
-/// dissipates however the bound changes. The shaft slides where the bound acts, and sticks again where it does not (it
-/// turned back) or where it is slower than the stick speed (Karnopp's regularisation).
+/// The stored energy is `F²/2σ`. A motion adds at most its work, and the bound only reduces the energy, so the friction
+/// dissipates for any change of the bound. The shaft slides while the bound acts. It sticks again when the bound does
+/// not act (after a reversal) or below the stick speed (Karnopp's regularisation).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shaft<L: Lane> {
     stiffness: L,
@@ -48,7 +49,7 @@ pub(super) struct Shaft<L: Lane> {
 }
 
 impl<L: Lane> Shaft<L> {
-    /// A shaft at rest and free at `start_m`.
+    /// A shaft at rest and without force at `start_m`.
     pub(super) fn new(parameters: &ShaftParameters, start_m: f64) -> Self {
         Self {
             stiffness: L::splat(parameters.stiffness_n_per_m),
@@ -62,7 +63,7 @@ impl<L: Lane> Shaft<L> {
         }
     }
 
-    /// How far the tissue is dragged along, in m, positive into the tissue.
+    /// The displacement of the dragged tissue in m, positive into the tissue.
     #[inline(always)]
     pub(super) fn drag_m(&self) -> L {
         self.force * self.compliance
@@ -70,7 +71,7 @@ impl<L: Lane> Shaft<L> {
 
     /// The friction in N at a position, a velocity, a kinetic bound and a length in the tissue.
     #[inline(always)]
-    pub(super) fn rub(&mut self, position: L, velocity: L, kinetic_n: L, length_m: L) -> L {
+    pub(super) fn friction_n(&mut self, position: L, velocity: L, kinetic_n: L, length_m: L) -> L {
         let trial = self.force + self.stiffness * (position - self.position);
         let bound = kinetic_n * L::select(self.is_stuck, self.static_ratio, L::splat(1.0));
         let slides = trial.abs().gt(bound);

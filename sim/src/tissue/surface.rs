@@ -1,12 +1,12 @@
-//! Where a tissue begins.
+//! The surface of a tissue.
 
 trocar_core::settings! {
     /// The surface of a tissue.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Surface in "tissue." {
-        /// Surface of every tissue but a recording.
+        /// Position of the surface, for every tissue except a recording.
         ///
-        /// In m; the needle is in contact beyond.
+        /// In m; a deeper needle is in contact.
         contact_m: f64 [ANY] = 0.0,
     }
 }

@@ -15,7 +15,7 @@ use trocar::channel::Delay;
 use trocar::detection::{CusumDetector, DetectorSettings};
 use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms};
 use trocar::estimation::{AnyEstimator, RlsSettings};
-use trocar::operator::{Motion, Person, Ramp};
+use trocar::operator::{HumanOperator, Motion, Ramp};
 use trocar::sensor::{AnySensor, SensorSettings};
 use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
 use trocar::time::TickGrid;
@@ -118,7 +118,7 @@ impl ClosedLoop {
             grid: TickGrid::new(tick_s, 3.0).expect("valid"),
             plants,
             parts: Parts {
-                operator: Person::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
+                operator: HumanOperator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
                 tissue: AnyTissue::KelvinVoigt(tissue),
                 sensor: AnySensor::new(&SensorSettings::default(), tick_s, (0, 0)).expect("valid"),
                 chain: Chain {

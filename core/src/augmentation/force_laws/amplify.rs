@@ -4,17 +4,19 @@ use super::{AugmentedTick, BuiltIn, ForceLaw};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// What an amplification is told.
+    /// Settings of the amplification.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AmplifySettings in "augmentation." {
-        /// kappa of amplify.
+        /// Gain (κ) of the amplify law.
         gain: f64 at "augmentation.amplification" [AT_LEAST_ONE] = 2.0,
     }
 }
 
-/// `F = max(F* + κ (F_e - F*), min(F*, 0))`: the measured variation is scaled, and its size still tells.
+/// `F = max(F* + κ (F_e - F*), min(F*, 0))`: the measured variation is scaled, so the drop still depends on the size of
+/// the rupture.
 ///
-/// `|ΔF| <= κ |ΔF_e|`. The floor of a force that pulled already is that force, as a jump to 0 would be felt.
+/// `|ΔF| <= κ |ΔF_e|`. If the force already pulls at the alarm, that force is the floor, since a jump to 0 would be
+/// felt.
 #[derive(Debug, Clone)]
 pub struct Amplify<L> {
     gain: L,

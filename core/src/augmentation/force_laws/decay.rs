@@ -1,22 +1,21 @@
-//! A force that decays after the alarm, whatever the tissue does.
+//! A force that decays after the alarm, independent of the tissue.
 
 use super::{AugmentedTick, BuiltIn, ForceLaw};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// What a decay is told.
+    /// Settings of the decay.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DecaySettings in "augmentation.decay_" {
-        /// Where decay ends, as a share of the force at the alarm.
+        /// Final force of the decay, as a fraction of the force at the alarm.
         ratio: f64 [SHARE] = 0.0,
-        /// How fast it decays.
-        ///
-        /// Time constant in s.
+        /// Time constant of the decay.
         time_constant_s: f64 [POSITIVE] = 0.03,
     }
 }
 
-/// `F = F∞ + (F⁻ - F∞) exp(-T/τ)` with `F∞ = ratio · F*`: the same crisp drop at every rupture, whatever its size.
+/// `F = F∞ + (F⁻ - F∞) exp(-T/τ)` with `F∞ = ratio · F*`: the same sharp drop at every rupture, independent of its
+/// size.
 ///
 /// `|ΔF| <= |F⁻ - F∞| (1 - exp(-T/τ))`.
 #[derive(Debug, Clone)]

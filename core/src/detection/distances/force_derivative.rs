@@ -1,4 +1,4 @@
-//! The squared change of the force, the direct filtering that the paper compares with (4.1).
+//! The squared change of the force, the direct filtering in the paper's comparison (4.1).
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;

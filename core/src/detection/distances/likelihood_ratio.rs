@@ -5,17 +5,17 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
 
-/// Most samples that a window may hold: it lies within the detector, which allocates nothing.
+/// Maximum number of samples of a window. The window is part of the detector, which allocates nothing.
 pub const MAX_WINDOW_SAMPLES: usize = 64;
 
 crate::settings! {
     /// The window of a likelihood ratio.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct WindowSettings in "detector." {
-        /// How many samples the likelihood ratio looks back over, at most 64.
+        /// Length of the likelihood ratio's window in samples, at most 64.
         ///
-        /// From 1 to [`MAX_WINDOW_SAMPLES`]. The default is what the estimator's default memory is in updates, after which it
-        /// has learnt the change and the residual no longer shows it (chosen here).
+        /// From 1 to [`MAX_WINDOW_SAMPLES`]. The default is the estimator's default memory in updates, after which the
+        /// estimate follows the change and the residual vanishes (chosen here).
         window_samples: usize [1..] = 10,
     }
     where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
@@ -26,15 +26,15 @@ crate::settings! {
 /// ```text
 /// T_k = max over n = 1 … N of (e_{k-n+1} + … + e_k)² / (2 σ_0² n)
 /// ```
-/// dimensionless. The size that maximises the likelihood is the mean of the `n` samples; what is left is the maximum over
-/// the time of the shift. The ratio is that of Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2;
-/// the window, which bounds the work of a sample, is Willsky and Jones's, *IEEE Transactions on Automatic Control* 21
-/// (1976). Rises and falls count alike: which of them is a rupture is the arming's matter.
+/// dimensionless. The size that maximises the likelihood is the mean of the `n` samples; the maximum is over the time
+/// of the shift. The ratio is that of Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2; the
+/// window, which bounds the work of a sample, is Willsky and Jones's, *IEEE Transactions on Automatic Control* 21
+/// (1976). Rises and falls count equally; the arming decides which of them is a rupture.
 ///
-/// It presumes neither a size nor a drift; the price is `N` steps a sample where a CUSUM takes one.
+/// It assumes neither a size nor a drift; the price is `N` steps per sample where a CUSUM takes one.
 #[derive(Debug, Clone)]
 pub struct LikelihoodRatio<L> {
-    /// The last samples in a ring, 0 where there was none: a sum that reaches back to those is a smaller ratio.
+    /// Ring buffer of the last samples, initially 0: sums over initial zeros give smaller ratios.
     window: [L; MAX_WINDOW_SAMPLES],
     /// `1 / (2 σ_0² n)` for a sum of `n` samples, from `n = 1` on.
     weight: [L; MAX_WINDOW_SAMPLES],
@@ -43,7 +43,7 @@ pub struct LikelihoodRatio<L> {
 }
 
 impl<L: Lane> LikelihoodRatio<L> {
-    /// Over `samples` of them, kept within 1 and [`MAX_WINDOW_SAMPLES`], with `σ_0` in N.
+    /// A window of `samples` (limited to 1 to [`MAX_WINDOW_SAMPLES`]), with `σ_0` in N.
     fn over(samples: usize, quiet_std_n: f64) -> Self {
         let weight = |n: usize| L::splat(1.0 / (2.0 * quiet_std_n * quiet_std_n * (n + 1) as f64));
         Self {
@@ -54,7 +54,7 @@ impl<L: Lane> LikelihoodRatio<L> {
         }
     }
 
-    /// Takes a residual in N; gives `T_k`.
+    /// Processes a residual in N; returns `T_k`.
     #[inline(always)]
     fn ratio(&mut self, residual: L) -> L {
         self.newest = if self.newest + 1 < self.samples { self.newest + 1 } else { 0 };
@@ -64,13 +64,13 @@ impl<L: Lane> LikelihoodRatio<L> {
         let (mut sum, mut ratio) = (L::zero(), L::zero());
         for (&sample, &weight) in backwards.zip(&self.weight) {
             sum = sum + sample;
-            // In this order a sum that is no number is passed over.
+            // With this order of arguments a NaN sum is ignored.
             ratio = (sum * sum * weight).max(ratio);
         }
         ratio
     }
 
-    /// Forgets the window where the mask holds.
+    /// Clears the window in the lanes of the mask.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask) {
         for sample in &mut self.window {
@@ -115,15 +115,15 @@ crate::lane::gather!(LikelihoodRatio { window, weight } same { samples, newest }
 mod tests {
     use super::*;
 
-    /// The definition, written out over all of what was seen.
-    fn by_definition(seen: &[f64], samples: usize, std: f64) -> f64 {
+    /// The definition, evaluated over all residuals.
+    fn by_definition(residuals: &[f64], samples: usize, std: f64) -> f64 {
         let ratio = |n: usize| {
-            let last = &seen[seen.len() - n..];
+            let last = &residuals[residuals.len() - n..];
             let mean = last.iter().sum::<f64>() / n as f64;
             let log_likelihood = |m: f64| last.iter().map(|e| -(e - m).powi(2) / (2.0 * std * std)).sum::<f64>();
             log_likelihood(mean) - log_likelihood(0.0)
         };
-        (1..=samples.min(seen.len())).map(ratio).fold(0.0, f64::max)
+        (1..=samples.min(residuals.len())).map(ratio).fold(0.0, f64::max)
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The distances: how unlike the hypothesis "nothing happened" a sample is (eq. 22, 23, 26, the paper's choices and two textbook
+//! The distances of a sample from the hypothesis of no rupture (eq. 22, 23, 26, the paper's choices and two textbook
 //! tests).
 //!
 //! A distance is one file of this folder and one line of [`distances!`].
@@ -25,19 +25,19 @@ use super::Evidence;
 use super::hypotheses::Hypotheses;
 use crate::lane::Lane;
 
-/// Turns the evidence of a sample into the number that is accumulated (eq. 27).
+/// Computes the number to accumulate (eq. 27) from the evidence of a sample.
 ///
-/// A distance of one's own implements this for `f64`; the built-in ones do for any number of lanes.
+/// A user-defined distance implements this for `f64`; the built-in ones for any number of lanes.
 pub trait Distance<L: Lane> {
     /// `s_k`, in the unit of the distance.
     fn update(&mut self, evidence: &Evidence<L>) -> L;
 
-    /// Forgets earlier samples where the mask holds, as an alarm was raised there.
+    /// Discards earlier samples in the lanes of the mask, after an alarm.
     #[inline(always)]
     fn reset(&mut self, _mask: L::Mask) {}
 
-    /// Whether the distance adds up over samples (eq. 27). One that looks back by itself does not: `s_k - ν` itself is then
-    /// compared with the threshold.
+    /// Whether the distance is accumulated over samples (eq. 27). A distance with a window is not: `s_k - ν` is
+    /// then compared with the threshold.
     #[inline(always)]
     fn accumulates(&self) -> bool {
         true
@@ -59,13 +59,13 @@ impl<L: Lane, D: Distance<L> + ?Sized> Distance<L> for alloc::boxed::Box<D> {
     }
 }
 
-/// What a built-in distance says of itself.
+/// Properties of a built-in distance.
 trait BuiltIn {
     /// The unit of the distance, of its threshold and its drift.
     const UNIT: &'static str;
     /// See [`Distance::accumulates`].
     const ACCUMULATES: bool = true;
-    /// Whether only a mean shifted the way of `m_1` counts.
+    /// Whether only a shift of the mean with the sign of `m_1` counts.
     const IS_ONE_SIDED: bool = false;
 
     /// Threshold γ and drift ν that follow from the hypotheses, in the unit of the distance.
@@ -75,12 +75,12 @@ trait BuiltIn {
     fn new(settings: &DistanceSettings) -> Self;
 }
 
-/// The kinds of distance, their settings and the enum of them, from a line each: the word in scenarios, the type, and in braces
-/// what it is told besides the hypotheses.
+/// Defines the kinds of distance, their settings and their enum, one line each: the word in scenarios, the type, and in
+/// braces its settings besides the hypotheses.
 macro_rules! distances {
-    ($($word:literal => $Part:ident $({ $own:ident: $Settings:ident })?,)*) => {
+    ($($word:literal => $Part:ident $({ $field:ident: $Settings:ident })?,)*) => {
         crate::choice! {
-            /// What decides: e², e² of drops, eq. 22, 23, the stiffness of eq. 26, the derivative, GLR or Page-Hinkley.
+            /// The distance: e², e² of drops, eq. 22, 23, the stiffness of eq. 26, the derivative, GLR or Page-Hinkley.
             #[derive(Debug, Clone, Copy, PartialEq, Eq)]
             pub enum DistanceKind at "detector.distance" = SquaredResidual {
                 $($word => $Part,)*
@@ -91,19 +91,19 @@ macro_rules! distances {
             /// A kind of distance with the hypotheses that scale it.
             #[derive(Debug, Clone, Copy, PartialEq)]
             pub struct DistanceSettings in "detector." {
-                /// Which distance.
+                /// The kind of distance.
                 kind: DistanceKind,
-                /// What it compares.
+                /// The compared hypotheses.
                 hypotheses: Hypotheses,
                 $($(
-                    /// What this kind is told besides.
-                    $own: $Settings for DistanceKind::$Part,
+                    /// The settings of this kind.
+                    $field: $Settings for DistanceKind::$Part,
                 )?)*
             }
         }
 
         impl DistanceKind {
-            /// Whether the distance adds up (eq. 27); one that looks back by itself does not.
+            /// Whether the distance is accumulated (eq. 27); a distance with a window is not.
             #[must_use]
             pub fn accumulates(self) -> bool {
                 match self {
@@ -111,7 +111,7 @@ macro_rules! distances {
                 }
             }
 
-            /// Whether only a mean shifted the way of `m_1` counts.
+            /// Whether only a shift of the mean with the sign of `m_1` counts.
             #[must_use]
             pub fn is_one_sided(self) -> bool {
                 match self {
@@ -131,9 +131,9 @@ macro_rules! distances {
         impl Hypotheses {
             /// Threshold γ and drift ν for a kind of distance, in its unit.
             ///
-            /// The drift lies halfway between the two hypotheses and the threshold is what one sample of the changed one
-            /// adds: for the squared residual `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio
-            /// brings its own drift.
+            /// The drift is halfway between the two hypotheses, and the threshold is the contribution of one sample
+            /// after the change: for the squared residual `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6). A
+            /// log-likelihood ratio includes its drift.
             #[must_use]
             pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
                 match kind {

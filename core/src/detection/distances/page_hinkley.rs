@@ -5,17 +5,18 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
-/// How far a residual lies beyond the mean of all since the start or the last alarm, towards a rupture:
+/// The deviation of a residual, in the direction of a rupture, from the mean of all residuals since the start or the
+/// last alarm:
 ///
 /// ```text
 /// ē_k = ē_{k-1} + (e_k - ē_{k-1}) / k
 /// s_k = ± (e_k - ē_k)
 /// ```
-/// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 with the drift `ν` it is the Page-Hinkley test: the sum of
-/// `s_i - ν` less its own smallest value so far (Page, *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean
-/// before the change is found, not presumed to be 0, so that a constant error of the model does not add up.
+/// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 with the drift `ν` it is the Page-Hinkley test: the sum
+/// of `s_i - ν` minus its smallest value so far (Page, *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean
+/// before the change is estimated, not assumed to be 0, so that a constant error of the model is not accumulated.
 ///
-/// The price: after a long quiet the mean moves slowly, and an offset that comes then is taken for a change.
+/// The price: after a long quiet time the mean changes slowly, and a new offset counts as a change.
 #[derive(Debug, Clone)]
 pub struct PageHinkley<L> {
     towards: L,
@@ -24,12 +25,12 @@ pub struct PageHinkley<L> {
 }
 
 impl<L: Lane> PageHinkley<L> {
-    /// Towards the sign of `m_1` (N).
+    /// For changes with the sign of `m_1` (N).
     fn towards(rupture_mean_n: f64) -> Self {
         Self { towards: L::splat(rupture_mean_n.signum()), mean: L::zero(), samples: L::zero() }
     }
 
-    /// Takes a residual in N; gives `s_k` in N. One that is no number, or infinite, teaches nothing and says nothing.
+    /// Processes a residual in N; returns `s_k` in N. NaN and infinite residuals are ignored and give 0.
     #[inline(always)]
     fn excess(&mut self, residual: L) -> L {
         let finite = residual.abs().le(L::splat(f64::MAX));
@@ -39,7 +40,7 @@ impl<L: Lane> PageHinkley<L> {
         self.towards * (residual - self.mean)
     }
 
-    /// Starts again where the mask holds.
+    /// Restarts in the lanes of the mask.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask) {
         if mask.any() {
@@ -53,7 +54,7 @@ impl<L: Lane> BuiltIn for PageHinkley<L> {
     const UNIT: &'static str = "N";
     const IS_ONE_SIDED: bool = true;
 
-    /// Half of the smallest shift that is to be found is Hinkley's drift.
+    /// Hinkley's drift is half of the smallest shift to detect.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
         let half = hypotheses.rupture_mean_n.abs() / 2.0;
         (half, half)
@@ -88,25 +89,25 @@ mod tests {
             (0..400).map(|k| 0.3 - 0.2 * f64::from(k * k % 13) / 13.0 - f64::from(k / 300)).collect();
         let drift = 0.05;
         let mut test = PageHinkley::<f64>::towards(-0.2);
-        let (mut accumulated, mut sum, mut least) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut accumulated, mut sum, mut minimum) = (0.0_f64, 0.0_f64, 0.0_f64);
         for k in 0..residuals.len() {
             accumulated = (accumulated + (test.excess(residuals[k]) - drift)).max(0.0);
             let mean = residuals[..=k].iter().sum::<f64>() / (k + 1) as f64;
             sum += mean - residuals[k] - drift;
-            least = least.min(sum);
-            assert!((accumulated - (sum - least)).abs() < 1e-9, "{k}");
+            minimum = minimum.min(sum);
+            assert!((accumulated - (sum - minimum)).abs() < 1e-9, "{k}");
         }
-        assert!(accumulated > 10.0, "the shift at 300 was seen: {accumulated}");
+        assert!(accumulated > 10.0, "the shift at 300 is detected: {accumulated}");
     }
 
     #[test]
-    fn a_constant_offset_says_nothing() {
+    fn a_constant_offset_gives_0() {
         let mut test = PageHinkley::<f64>::towards(-0.2);
         assert!((0..1000).all(|_| test.excess(-3.0) == 0.0));
     }
 
     #[test]
-    fn what_is_no_number_is_passed_over() {
+    fn nan_and_infinity_are_ignored() {
         let mut test = PageHinkley::<f64>::towards(-0.2);
         test.excess(1.0);
         assert_eq!((test.excess(f64::NAN), test.excess(f64::INFINITY)), (0.0, 0.0));

@@ -1,4 +1,4 @@
-//! The squared residual where the force falls short of the expected one.
+//! The squared residual where the force is below the prediction.
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;

@@ -1,4 +1,4 @@
-//! What is read, and with which words the rest is refused.
+//! Accepted tables, and the errors of rejected ones.
 
 use std::io;
 
@@ -56,7 +56,7 @@ fn headers_that_do_not_serve_are_refused() {
     assert_eq!(
         refusal("# t,x,f\n0,1,2\n"),
         "pop.csv line 2: numbers where the columns' names are expected; add a header line \
-         (one that begins with '#' is taken for a comment)"
+         (a line that begins with '#' is a comment)"
     );
     assert_eq!(refusal(b"t,x,f,\xb5\n"), "pop.csv line 1: the text is not UTF-8; save the file as CSV in UTF-8");
 }
@@ -112,10 +112,11 @@ fn rows_of_another_width_are_refused() {
     let ragged = |line, found| format!("pop.csv line {line}: the row has {found} fields, the header 3; {remedy}");
     assert_eq!(refusal("t,x,f\n0,1\n"), ragged(2, 2));
     assert_eq!(refusal("t,x,f\n0,0,1,5,2,0\n"), ragged(2, 6));
-    let open = |line| format!("pop.csv line {line}: a quoted field runs over the end of the line; close the quote");
+    let open =
+        |line| format!("pop.csv line {line}: a quoted field continues past the end of the line; close the quote");
     assert_eq!(refusal("t,x,f\n0,\"1,2\n1,1,2\n2,1,2\n"), open(2));
     assert_eq!(refusal("t,x,f\n0,1,2\n1,\"1,2"), open(3));
-    let in_column = "pop.csv line 2, column 'f': a quoted field runs over the end of the line; close the quote";
+    let in_column = "pop.csv line 2, column 'f': a quoted field continues past the end of the line; close the quote";
     assert_eq!(refusal("t,x,f\n0,1,\"2\n1,1,2\n"), in_column);
 }
 
@@ -123,12 +124,12 @@ fn rows_of_another_width_are_refused() {
 fn time_must_increase() {
     assert_eq!(
         refusal("t,x,f\n0,1,2\n# pause\n0.5,1,2\n0.25,1,2\n"),
-        "pop.csv line 5, column 't': time runs backwards, from 0.5 s on line 4 to 0.25 s; \
+        "pop.csv line 5, column 't': time decreases, from 0.5 s on line 4 to 0.25 s; \
          sort the rows by time, or keep one run per file"
     );
     assert_eq!(
         refusal("t,x,f\n0,1,2\n# pause\n0,1,2\n"),
-        "pop.csv line 4, column 't': time stands still at 0 s since line 2; \
+        "pop.csv line 4, column 't': the time 0 s repeats that of line 2; \
          remove the repeated row, or log time with more digits"
     );
 }
@@ -161,7 +162,7 @@ fn samples_have_a_limit() {
     let limited = |table: &str| read_csv("pop.csv", table.as_bytes(), &columns(), &limits);
     assert_eq!(limited("t,x,f\n0,0,0\n1,0,0\n\n#\n").expect("two").len(), 2);
     let error = limited("t,x,f\n0,0,0\n1,0,0\n2,0,0\n").expect_err("three");
-    assert_eq!(error.to_string(), "pop.csv line 4: more than 2 samples; thin the recording or raise max_samples");
+    assert_eq!(error.to_string(), "pop.csv line 4: more than 2 samples; downsample the recording or raise max_samples");
 }
 
 #[test]
