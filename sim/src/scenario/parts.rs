@@ -25,7 +25,7 @@ impl Scenario {
     /// The engine around `plants`, compiled for any parts.
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
         let link = self.link(first_stream)?;
-        let (operator, tissue) = (self.person(first_stream)?, self.any_tissue()?);
+        let (operator, tissue) = (self.operator(first_stream)?, self.any_tissue()?);
         Ok(self.with_any_chain(plants, operator, tissue, self.any_sensor(first_stream)?, link))
     }
 
@@ -58,7 +58,7 @@ impl Scenario {
             }
             (_, tissue) => Wired::AnyDirect(self.with_any_chain(
                 plants,
-                self.person(first_stream)?,
+                self.operator(first_stream)?,
                 tissue,
                 self.any_sensor(first_stream)?,
                 link,
@@ -129,7 +129,7 @@ impl Scenario {
         Ok(Parts {
             operator: match own.operator {
                 Some(operator) => operator,
-                None => Box::new(self.person(0)?),
+                None => Box::new(self.operator(0)?),
             },
             tissue: match own.tissue {
                 Some(tissue) => tissue,
@@ -213,8 +213,8 @@ impl Scenario {
         Link::new(&self.link, (forward, backward), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
     }
 
-    /// The person, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
-    fn person<L: Lane>(&self, first_stream: u64) -> Result<HumanOperator<L>, ScenarioError> {
+    /// The operator, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
+    fn operator<L: Lane>(&self, first_stream: u64) -> Result<HumanOperator<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let motion = match &self.operator {
             OperatorSpec::Recording(positions) => Motion::Recording(positions.clone()),
@@ -224,11 +224,11 @@ impl Scenario {
             }
             OperatorSpec::Hand(hand) => Motion::Hand(hand.clone()),
         };
-        let mut person = HumanOperator::new(motion);
+        let mut operator = HumanOperator::new(motion);
         if self.tremor.amplitude_m > 0.0 {
             let ticks = self.grid.ticks() + 1;
-            person = person.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
+            operator = operator.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
         }
-        Ok(person.reacting(&self.reflex, self.seed, first_stream, tick_s))
+        Ok(operator.reacting(&self.reflex, self.seed, first_stream, tick_s))
     }
 }
