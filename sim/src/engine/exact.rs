@@ -175,7 +175,7 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
 
 impl ExactPlants<f64> {
     /// Combines eight cases with the same machines; `None` if they differ in any bit.
-    pub(crate) fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactPlants<L, Shared>> {
+    fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactPlants<L, Shared>> {
         fn same<const ROWS: usize, const COLUMNS: usize>(
             a: &[[f64; ROWS]; COLUMNS],
             b: &[[f64; ROWS]; COLUMNS],
@@ -195,6 +195,49 @@ impl ExactPlants<f64> {
             slave_state: Gather::gather(of_each!(all, |one| &one.slave_state))?,
             force_state: Gather::gather(of_each!(all, |one| &one.force_state))?,
         })
+    }
+}
+
+/// The plants of eight cases. One type for both, so that an engine is compiled once: the branch in each tick costs less
+/// than a second copy of every run.
+#[derive(Debug, Clone)]
+pub(crate) enum GatheredPlants<L> {
+    /// All cases have the same machines.
+    Alike(ExactPlants<L, Shared>),
+    /// Each case has its own.
+    Different(ExactPlants<L>),
+}
+
+impl<L: Lane> GatheredPlants<L> {
+    /// The plants of eight cases, the first in lane 0.
+    pub(crate) fn gather(all: [&ExactPlants<f64>; LANES]) -> Option<Self> {
+        ExactPlants::gather_alike(all).map(Self::Alike).or_else(|| ExactPlants::gather(all).map(Self::Different))
+    }
+}
+
+impl<L: Lane> Plants<L> for GatheredPlants<L> {
+    #[inline(always)]
+    fn master(&self) -> MasterReading<L> {
+        match self {
+            Self::Alike(plants) => plants.master(),
+            Self::Different(plants) => plants.master(),
+        }
+    }
+
+    #[inline(always)]
+    fn slave(&self) -> SlaveReading<L> {
+        match self {
+            Self::Alike(plants) => plants.slave(),
+            Self::Different(plants) => plants.slave(),
+        }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+        match self {
+            Self::Alike(plants) => plants.step(desired, desired_next, feedback, reference),
+            Self::Different(plants) => plants.step(desired, desired_next, feedback, reference),
+        }
     }
 }
 

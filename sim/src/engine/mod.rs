@@ -34,6 +34,7 @@ mod wired;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use eight::{Avx2, Avx512};
 pub use exact::ExactPlants;
+pub(crate) use exact::GatheredPlants;
 pub use instruction_set::InstructionSet;
 pub(crate) use instruction_set::Wide;
 pub use integrated::IntegratedPlants;

@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::{RunError, run_observed};
 #[cfg(target_arch = "x86_64")]
 use crate::engine::{Avx2, Avx512};
-use crate::engine::{ExactPlants, InstructionSet, Observer, Plants, Wide, Wired};
-use crate::lane::{Gather, LANES, Lane, of_each};
+use crate::engine::{ExactPlants, GatheredPlants, InstructionSet, Observer, Wide, Wired};
+use crate::lane::{LANES, Lane, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
 use crate::sensor::NoiseBank;
@@ -142,9 +142,9 @@ impl Engines {
         let Some(engines) = self.exact() else { return false };
         match InstructionSet::widest() {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => Wired::gather::<Avx512, _>(engines, ExactPlants::gather::<Avx512>).is_some(),
+            InstructionSet::Avx512 => Wired::gather::<Avx512, GatheredPlants<Avx512>>(engines, GatheredPlants::gather).is_some(),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => Wired::gather::<Avx2, _>(engines, ExactPlants::gather::<Avx2>).is_some(),
+            InstructionSet::Avx2 => Wired::gather::<Avx2, GatheredPlants<Avx2>>(engines, GatheredPlants::gather).is_some(),
             #[cfg(not(target_arch = "x86_64"))]
             InstructionSet::Avx512 | InstructionSet::Avx2 => false,
             InstructionSet::Baseline => false,
@@ -181,19 +181,9 @@ impl Engines {
 fn side_by_side<L: Wide, R: RunObserver>(
     engines: [&Wired<f64, ExactPlants<f64>>; LANES],
     scenarios: &[Scenario],
-    observer: (usize, &R),
-) -> Option<Vec<(Metrics, R::Finding)>> {
-    match Wired::gather::<L, _>(engines, ExactPlants::gather_alike) {
-        Some(engine) => run_gathered(engine, scenarios, observer),
-        None => run_gathered(Wired::gather::<L, _>(engines, ExactPlants::gather)?, scenarios, observer),
-    }
-}
-
-fn run_gathered<L: Wide, P: Plants<L>, R: RunObserver>(
-    mut engine: Wired<L, P>,
-    scenarios: &[Scenario],
     (first, observer): (usize, &R),
 ) -> Option<Vec<(Metrics, R::Finding)>> {
+    let mut engine = Wired::gather::<L, GatheredPlants<L>>(engines, GatheredPlants::gather)?;
     let grid = scenarios.first()?.grid;
     let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
     let additional = observer.over_lanes::<L>(first..first + scenarios.len());
