@@ -12,7 +12,7 @@ use trocar::detection::{
 };
 use trocar::estimation::{Estimator, Rls, RlsSettings};
 use trocar::recording::{InVivoLikeVariant, RUPTURES_S};
-use trocar::roc::{Characteristics, Ladder, Point, Signal, SignalKind, Study};
+use trocar::roc::{Characteristics, DetectorBank, Point, Signal, SignalKind, Study};
 use trocar::scenario::{DetectionSpec, Scenario, Source, Values};
 
 fn shipped() -> DetectionSpec {
@@ -55,7 +55,7 @@ fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
 }
 
 #[test]
-fn a_ladder_announces_what_the_real_detector_announces_alarm_for_alarm() {
+fn a_bank_raises_the_alarms_of_the_separate_detectors() {
     let evidence = evidence(0.06);
     let armings = [
         ArmingSettings::default(),
@@ -66,15 +66,15 @@ fn a_ladder_announces_what_the_real_detector_announces_alarm_for_alarm() {
             let mut settings = DetectorSettings { arming, ..DetectorSettings::for_kind(kind, Hypotheses::default()) };
             settings.cusum.cap = 3.0 * settings.cusum.threshold;
             // Thirteen: a full group of lanes, and one that is not.
-            let ladder = Ladder::around(settings, 13);
-            let mut climbed = vec![vec![]; 13];
-            ladder.evaluate(&evidence, 1e-3, |rung, sample| climbed[rung].push(sample));
-            for (rung, climbed) in climbed.iter().enumerate() {
-                let mut detector = CusumDetector::<f64>::new(&ladder.settings_at(rung), 1e-3);
+            let bank = DetectorBank::around(settings, 13);
+            let mut found = vec![vec![]; 13];
+            bank.evaluate(&evidence, 1e-3, |index, sample| found[index].push(sample));
+            for (index, found) in found.iter().enumerate() {
+                let mut detector = CusumDetector::<f64>::new(&bank.settings_at(index), 1e-3);
                 let alarms: Vec<usize> = (0..evidence.len()).filter(|&k| detector.update(&evidence[k]).alarm).collect();
-                assert_eq!(*climbed, alarms, "{kind:?}, threshold {rung}");
+                assert_eq!(*found, alarms, "{kind:?}, threshold {index}");
             }
-            assert!(climbed.iter().any(|alarms| alarms.len() > 1), "{kind:?}: nothing to compare");
+            assert!(found.iter().any(|alarms| alarms.len() > 1), "{kind:?}: nothing to compare");
         }
     }
 }
