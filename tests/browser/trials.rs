@@ -87,7 +87,7 @@ async fn timing(page: Page) -> Page {
 
 async fn map(page: Page) -> Page {
     page.open("").await;
-    page.wait("return trocarMap.told() !== null").await;
+    page.wait("return trocarMap.current() !== null").await;
     let map = page.element("map").await;
     page.client
         .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&map).expect("JSON")])
@@ -105,7 +105,7 @@ async fn map(page: Page) -> Page {
     let near = |key: &str, value: f64| (set[key].as_f64().expect("a number") / value - 1.0).abs() < 0.05;
     assert!(near("scaling.force", 8.0) && near("tissue.stiffness_n_per_m", 1500.0), "{set}");
     // Beyond the boundary of this corner of the map, as `trocar stability` draws it.
-    page.wait("return document.getElementById('map-told').textContent.includes('unstable')").await;
+    page.wait("return document.getElementById('map-text').textContent.includes('unstable')").await;
     let address = page.client.current_url().await.expect("there");
     let state = address.fragment().expect("the state").to_owned();
     page.open(&state).await;
