@@ -44,7 +44,8 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
             let mut server = http1::Builder::new();
             server.timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT).max_buf_size(16 << 10);
             // An error of a client ends only its own connection.
-            let _ = timeout(REQUEST_TIMEOUT, server.serve_connection(TokioIo::new(stream), service).with_upgrades()).await;
+            let _ =
+                timeout(REQUEST_TIMEOUT, server.serve_connection(TokioIo::new(stream), service).with_upgrades()).await;
         }));
     }
 }

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::limits::MAP_POINTS;
 use super::pair::PairMaker;
-use super::protocol::{ServerMessage, MapRequest};
+use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
 use trocar_sim::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, map};
 

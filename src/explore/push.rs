@@ -170,7 +170,13 @@ const COLUMNS: [&str; 7] = [
 ];
 
 impl Pacer {
-    fn new(id: u32, scenario: &Scenario, hand: Arc<Hand>, stop: Arc<AtomicBool>, answers: Sender<ServerMessage>) -> Self {
+    fn new(
+        id: u32,
+        scenario: &Scenario,
+        hand: Arc<Hand>,
+        stop: Arc<AtomicBool>,
+        answers: Sender<ServerMessage>,
+    ) -> Self {
         let tick_s = scenario.grid.tick_s();
         let now = Instant::now();
         let tick = Duration::from_secs_f64(tick_s);

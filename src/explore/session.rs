@@ -9,9 +9,9 @@ use tokio::sync::mpsc::{self, Sender};
 use tokio::time::{interval, timeout};
 
 use super::controls::greeting;
-use super::limits::{MAX_ENDING, MESSAGES, PING_INTERVAL, MAX_SILENCE, SEND_TIMEOUT};
+use super::limits::{MAX_ENDING, MAX_SILENCE, MESSAGES, PING_INTERVAL, SEND_TIMEOUT};
 use super::pair::PairMaker;
-use super::protocol::{ServerMessage, Request};
+use super::protocol::{Request, ServerMessage};
 use super::push::Push;
 use super::state::Catalogue;
 use super::worker::{Job, Mailbox, WorkerContext, start};

@@ -14,7 +14,7 @@ use super::controls;
 use super::frame::{frame, table};
 use super::map::mapped;
 use super::pair::{Pair, PairMaker, SCHEMES};
-use super::protocol::{ServerMessage, Export, File, MapRequest, Show};
+use super::protocol::{Export, File, MapRequest, ServerMessage, Show};
 use super::state::{Catalogue, StateError};
 use trocar_report::write_trace_csv;
 use trocar_sim::compare::NoiseCheck;

@@ -1,4 +1,4 @@
-//! What a person does at the page, and what they see.
+//! Actions of a user on the page, and their results.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use tokio::time::sleep;
 use crate::page::{Body, Page};
 use crate::test_folder::TestFolder;
 
-/// Every trial.
+/// All trials.
 pub const ALL: [(&str, Body); 7] = [
     ("a_slider_moves_the_metrics_to_what_compare_prints", |page| Box::pin(slider(page))),
     ("from_input_to_picture", |page| Box::pin(timing(page))),
@@ -23,7 +23,7 @@ pub const ALL: [(&str, Body); 7] = [
     ("screenshots", |page| Box::pin(screenshots(page))),
 ];
 
-/// The lines that `compare` prints of the shipped pair with settings.
+/// Returns the lines that `compare` prints for the shipped pair with settings.
 fn compared(settings: &[&str]) -> Vec<String> {
     let settings = settings.iter().flat_map(|setting| ["--set", setting]);
     let arguments = ["compare", "builtin:classical.toml", "builtin:augmented.toml"].into_iter().chain(settings);
@@ -31,7 +31,7 @@ fn compared(settings: &[&str]) -> Vec<String> {
     text.lines().skip(2).take_while(|line| !line.is_empty()).map(squeezed).collect()
 }
 
-/// A line with single blanks.
+/// Returns a line with single spaces.
 fn squeezed(line: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -77,11 +77,11 @@ async fn timing(page: Page) -> Page {
     };
     let (server, total) = (of("server_ms"), of("total_ms"));
     assert_eq!((server.len(), total.len()), (40, 40));
-    let told =
+    let text =
         |values: &[f64]| format!("best {:.1} ms, median {:.1} ms, worst {:.1} ms", values[0], values[20], values[39]);
     let build = std::env::var("TROCAR_BIN").unwrap_or_else(|_| "as tests are built".into());
-    eprintln!("two 7 s insertions on the server ({build}): {}", told(&server));
-    eprintln!("from the input event to the drawn frame: {}", told(&total));
+    eprintln!("two 7 s insertions on the server ({build}): {}", text(&server));
+    eprintln!("from the input event to the drawn frame: {}", text(&total));
     page
 }
 
@@ -104,7 +104,7 @@ async fn map(page: Page) -> Page {
     let set = page.ask("return trocar.state.set").await;
     let near = |key: &str, value: f64| (set[key].as_f64().expect("a number") / value - 1.0).abs() < 0.05;
     assert!(near("scaling.force", 8.0) && near("tissue.stiffness_n_per_m", 1500.0), "{set}");
-    // Beyond the boundary of this corner of the map, as `trocar stability` draws it.
+    // Beyond the boundary in this corner of the map, according to `trocar stability`.
     page.wait("return document.getElementById('map-text').textContent.includes('unstable')").await;
     let address = page.client.current_url().await.expect("there");
     let state = address.fragment().expect("the state").to_owned();
@@ -130,12 +130,12 @@ async fn push(page: Page) -> Page {
         .then(PointerAction::MoveToElement { element: field, duration: None, x: 0.0, y: top })
         .then(PointerAction::Down { button: 0 });
     page.client.perform_actions(mouse).await.expect("pressed");
-    // What the page tells for a third of a second may be over when it is asked: it is written down there.
-    let watch = "const told = document.getElementById('push-mode'); window.modes = [told.textContent];
-        new MutationObserver(() => modes.push(told.textContent)).observe(told, { childList: true }); return null";
+    // A mode can last a third of a second, less than the time between two queries, so the page records the modes.
+    let watch = "const text = document.getElementById('push-mode'); window.modes = [text.textContent];
+        new MutationObserver(() => modes.push(text.textContent)).observe(text, { childList: true }); return null";
     page.ask(watch).await;
     for _ in 0..15 {
-        // Ten at once: the driver moves as fast as it is told, however slowly it answers.
+        // Ten moves at once, because the driver is slow to confirm each.
         let step = PointerAction::MoveBy { duration: Some(Duration::from_millis(15)), x: 0.0, y: 3.0 };
         let down = (0..10).fold(MouseActions::new("mouse".into()), |down, _| down.then(step.clone()));
         page.client.perform_actions(down).await.expect("pulled");
@@ -146,7 +146,7 @@ async fn push(page: Page) -> Page {
     let modes: Vec<String> = serde_json::from_value(page.ask("return modes").await).expect("texts");
     assert_eq!(modes.first().map(String::as_str), Some("teleoperation"));
     assert!(modes.iter().any(|mode| mode.contains("the slave is frozen")), "{modes:?}");
-    // What was told of the first frozen stretch: the hand goes on, the slave does not.
+    // The recorded rows of the first frozen interval: the hand moves, the slave does not.
     sleep(Duration::from_millis(300)).await;
     let first = "const rows = trocarPush.state().rows, from = rows.slice(rows.findIndex(row => row[6] === 1));
         const end = from.findIndex(row => row[6] !== 1); return end < 0 ? from : from.slice(0, end)";
@@ -174,7 +174,7 @@ async fn export(page: Page) -> Page {
     let scenario = name.trim_end_matches(".toml");
     assert!(folder.text(&format!("out/{scenario}/trace.csv")) == csv, "the same bytes");
     assert_eq!(folder.text(&format!("out/{scenario}/scenario.toml")), toml);
-    // What the page says that one should type gives the same too.
+    // The command that the page displays gives the same file.
     let command = page.text("command").await.replace('\'', "");
     let arguments = command.split_whitespace().skip(1).chain(["--out", "typed"]);
     folder.good(&arguments.collect::<Vec<_>>());
@@ -201,7 +201,7 @@ async fn access(page: Page) -> Page {
     {
         assert!(reached.iter().any(|one| one == id), "{id} is not reached by Tab: {reached:?}");
     }
-    // Without names nothing of this is heard.
+    // Screen readers need a name for every control.
     let nameless = "return [...document.querySelectorAll('input, select, button, canvas[tabindex], [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
     assert_eq!(page.ask(nameless).await, Json::Array(vec![]));
     // 1400 pixels at 125 %, a small window, a telephone.
@@ -214,7 +214,7 @@ async fn access(page: Page) -> Page {
     page
 }
 
-/// The README's pictures, where a folder for them is given.
+/// Writes the pictures of the README, if a folder for them is given.
 async fn screenshots(page: Page) -> Page {
     page.open("scenario=builtin:augmented.toml").await;
     page.table().await;
@@ -225,14 +225,14 @@ async fn screenshots(page: Page) -> Page {
     .await;
     sleep(Duration::from_millis(500)).await;
     let explored = page.client.screenshot().await.expect("a picture");
-    assert!(explored.len() > 20_000, "a page that shows something");
+    assert!(explored.len() > 20_000, "a page that is not empty");
     let folder = TestFolder::new();
     folder.good(&["compare", "builtin:classical.toml", "builtin:augmented.toml", "--report", "--quiet"]);
     page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");
     page.ask("document.getElementById('signals').scrollIntoView(); return null").await;
     sleep(Duration::from_millis(1000)).await;
     let report = page.client.screenshot().await.expect("a picture");
-    assert!(report.len() > 20_000, "a report that shows something");
+    assert!(report.len() > 20_000, "a report that is not empty");
     if let Ok(folder) = std::env::var("TROCAR_SCREENSHOTS") {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
         std::fs::create_dir_all(&folder).expect("made");

@@ -77,16 +77,7 @@ pub(crate) fn summary_row(summary: &Summary) -> [String; 6] {
         }
     };
     let Spread {
-        min,
-        quantile_5,
-        median,
-        quantile_95,
-        max,
-        median_low,
-        median_high,
-        mean,
-        mean_ci95_half_width,
-        ..
+        min, quantile_5, median, quantile_95, max, median_low, median_high, mean, mean_ci95_half_width, ..
     } = spread;
     [
         name,

@@ -17,7 +17,7 @@ pub struct Tally {
     pub recorded_s: f64,
     /// Recorded time in contact, in s.
     pub contact_s: f64,
-    }
+}
 
 impl Tally {
     /// Adds the counts of another tally.

@@ -159,7 +159,11 @@ mod tests {
         assert_eq!((insertion.intervals, insertion.samples, insertion.duration_s), (2, 4, 2.0));
         assert_eq!((insertion.mean_absolute_n, insertion.std_n), (Some(2.0), Some(5.0_f64.sqrt())));
         assert_eq!((insertion.mean_stiffness_n_per_m, insertion.mean_damping_n_s_per_m), (Some(3.0), Some(2.0)));
-        assert_eq!((all[0].mean_absolute_n, all[0].mean_stiffness_n_per_m), (Some(9.0), None), "no update out of the tissue");
+        assert_eq!(
+            (all[0].mean_absolute_n, all[0].mean_stiffness_n_per_m),
+            (Some(9.0), None),
+            "no update out of the tissue"
+        );
         let never = &all[3];
         assert_eq!((never.samples, never.std_n, never.robust_std_n), (0, None, None), "undefined, not 0");
     }

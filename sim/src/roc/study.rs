@@ -139,7 +139,12 @@ impl Study {
         Ok(first.detectors.iter().map(|settings| DetectorBank::around(*settings, self.thresholds)).collect())
     }
 
-    fn characteristics(&self, banks: &[DetectorBank], conditions: &[(&Signal, f64)], tallies: &[Tally]) -> Characteristics {
+    fn characteristics(
+        &self,
+        banks: &[DetectorBank],
+        conditions: &[(&Signal, f64)],
+        tallies: &[Tally],
+    ) -> Characteristics {
         let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
         let of_condition = |index: usize| &tallies[index * per_condition..][..per_condition];
         let conditions: Vec<Condition> = conditions

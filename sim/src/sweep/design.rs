@@ -21,10 +21,10 @@ pub enum SamplingScheme {
         points: u64,
         /// Seed of the random numbers.
         seed: u64,
-        },
-        /// A Latin hypercube: each of `points` equal parts of every axis has one point, at a random position in the
-        /// part.
-        LatinHypercube {
+    },
+    /// A Latin hypercube: each of `points` equal parts of every axis has one point, at a random position in the
+    /// part.
+    LatinHypercube {
         /// Number of points.
         points: u64,
         /// Seed of the random numbers.
@@ -182,7 +182,8 @@ impl UnitCoordinates<'_> {
     pub fn values(&self, case: u64, coordinates: &mut Vec<f64>, values: &mut Vec<Value>) {
         self.of(case, coordinates);
         values.clear();
-        values.extend(self.design.axes.iter().zip(coordinates.iter()).map(|(axis, coordinate)| axis.value(*coordinate)));
+        values
+            .extend(self.design.axes.iter().zip(coordinates.iter()).map(|(axis, coordinate)| axis.value(*coordinate)));
     }
 
     fn stream(&self, point: u64) -> ChaCha8Rng {

@@ -74,7 +74,9 @@ pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
         let (one, other) = (&first.folder, &other.folder);
         let difference = super::plan::difference(&read(&one.join(SWEEP))?, &read(&other.join(SWEEP))?);
         let (one, other) = (one.display(), other.display());
-        return parts_error(format!("{one} and {other} belong to different sweeps:\n{difference}join the parts of one sweep"));
+        return parts_error(format!(
+            "{one} and {other} belong to different sweeps:\n{difference}join the parts of one sweep"
+        ));
     }
     let source = Source::Disk(first.folder.join(SWEEP));
     let design = stored_design(&source)?;
@@ -84,7 +86,9 @@ pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
         let (start, folder) = (part.packs.start, part.folder.display());
         if start < next {
             let case = start * PACK_CASES;
-            return parts_error(format!("{folder} has case {case}, which is also in another part; name each part once"));
+            return parts_error(format!(
+                "{folder} has case {case}, which is also in another part; name each part once"
+            ));
         }
         if start > next {
             return parts_error(missing(&design, next..start));

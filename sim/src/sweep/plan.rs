@@ -60,7 +60,8 @@ impl Plan {
     pub fn over(source: &Source, base: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         if let Some(entry) = &file.base {
-            let error = ScenarioError::new("the scenario to vary is given twice: as an argument and as base in the file");
+            let error =
+                ScenarioError::new("the scenario to vary is given twice: as an argument and as base in the file");
             return Err(error.at(Some(entry.key_place.clone())).remedy("remove one of them"));
         }
         Self::of(file, source, (base, None), settings)
@@ -142,8 +143,10 @@ impl Plan {
     /// starts.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
-        let ends: Vec<Vec<Value>> =
-            axes.iter().map(|axis| axis.ends().into_iter().map(|coordinate| axis.value(coordinate)).collect()).collect();
+        let ends: Vec<Vec<Value>> = axes
+            .iter()
+            .map(|axis| axis.ends().into_iter().map(|coordinate| axis.value(coordinate)).collect())
+            .collect();
         let firsts: Vec<Value> = axes.iter().map(Axis::first).collect();
         let mut corners: Vec<Vec<Value>> = vec![];
         for (index, of_axis) in ends.iter().enumerate() {

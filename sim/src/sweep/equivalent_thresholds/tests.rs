@@ -105,7 +105,10 @@ fn thresholds_reported_as_equivalent_raise_the_same_alarms_and_few_are_missed() 
             alarm_count += of_own.iter().filter(|alarm| **alarm).count();
         }
     }
-    assert!(alarm_count > 500 && true_of > 300 && 10 * reported > 8 * true_of, "{reported} of {true_of}, {alarm_count}");
+    assert!(
+        alarm_count > 500 && true_of > 300 && 10 * reported > 8 * true_of,
+        "{reported} of {true_of}, {alarm_count}"
+    );
 }
 
 /// Returns the remaining ones of the thresholds 1.5 and 3, for a run with threshold 1 and ticks with a `g` and an alarm
