@@ -64,16 +64,16 @@ impl Page {
     }
 
     /// Returns the result of a script.
-    pub async fn ask(&self, script: &str) -> Json {
+    pub async fn evaluate(&self, script: &str) -> Json {
         self.client.execute(script, vec![]).await.expect("a script of this test")
     }
 
     /// Waits until a script returns true.
     pub async fn wait(&self, script: &str) {
         let until = Instant::now() + TIMEOUT;
-        while self.ask(script).await != Json::Bool(true) {
+        while self.evaluate(script).await != Json::Bool(true) {
             if Instant::now() > until {
-                let trouble = self.ask("return document.getElementById('trouble')?.textContent").await;
+                let trouble = self.evaluate("return document.getElementById('trouble')?.textContent").await;
                 panic!("timeout: {script}; message of the page: {trouble}");
             }
             tokio::time::sleep(Duration::from_millis(10)).await;
@@ -93,15 +93,15 @@ impl Page {
         self.wait("return !trocar.busy() && document.querySelector('#metrics tbody').textContent.includes('in noise')")
             .await;
         let script = "return [...document.querySelectorAll('#metrics tbody tr')].map(r => [...r.children].map(c => c.textContent))";
-        serde_json::from_value(self.ask(script).await).expect("a table")
+        serde_json::from_value(self.evaluate(script).await).expect("a table")
     }
 
     /// Returns the file that a button saves.
     pub async fn file(&self, button: &str) -> (String, String) {
-        self.ask("trocar.file.before = trocar.file(); return null").await;
+        self.evaluate("trocar.file.before = trocar.file(); return null").await;
         self.element(button).await.click().await.expect("clicked");
         self.wait("return trocar.file() !== null && trocar.file() !== trocar.file.before").await;
-        let file = self.ask("return trocar.file()").await;
+        let file = self.evaluate("return trocar.file()").await;
         (file["name"].as_str().unwrap_or_default().to_owned(), file["content"].as_str().unwrap_or_default().to_owned())
     }
 }

@@ -50,7 +50,7 @@ async fn slider(page: Page) -> Page {
         slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");
     }
     page.wait("return !trocar.busy() && trocar.state.set['scaling.force'] > 1.2").await;
-    let force = page.ask("return trocar.state.set['scaling.force']").await;
+    let force = page.evaluate("return trocar.state.set['scaling.force']").await;
     let moved = compared(&[&format!("scaling.force={force}")]);
     assert_ne!(moved, printed);
     assert_eq!(lines(&page).await, moved);
@@ -68,7 +68,7 @@ async fn timing(page: Page) -> Page {
         ))
         .await;
     }
-    let timings = page.ask("return trocar.timings.filter(t => t.total_ms !== null)").await;
+    let timings = page.evaluate("return trocar.timings.filter(t => t.total_ms !== null)").await;
     let of = |name: &str| {
         let mut values: Vec<f64> =
             timings.as_array().into_iter().flatten().filter_map(|one| one[name].as_f64()).collect();
@@ -93,7 +93,7 @@ async fn map(page: Page) -> Page {
         .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&map).expect("JSON")])
         .await
         .expect("scrolled");
-    let spot = page.ask("const c = document.getElementById('map'), b = c.getBoundingClientRect(), s = trocarMap.spot(c, 8, 1500); return [s[0] - b.width / 2, s[1] - b.height / 2]").await;
+    let spot = page.evaluate("const c = document.getElementById('map'), b = c.getBoundingClientRect(), s = trocarMap.spot(c, 8, 1500); return [s[0] - b.width / 2, s[1] - b.height / 2]").await;
     let at = |index: usize| spot[index].as_f64().expect("a number").round();
     let mouse = MouseActions::new("mouse".into())
         .then(PointerAction::MoveToElement { element: map, duration: None, x: at(0), y: at(1) })
@@ -101,7 +101,7 @@ async fn map(page: Page) -> Page {
         .then(PointerAction::Up { button: 0 });
     page.client.perform_actions(mouse).await.expect("clicked");
     page.wait("return trocar.state.set['scaling.force'] > 6").await;
-    let set = page.ask("return trocar.state.set").await;
+    let set = page.evaluate("return trocar.state.set").await;
     let near = |key: &str, value: f64| (set[key].as_f64().expect("a number") / value - 1.0).abs() < 0.05;
     assert!(near("scaling.force", 8.0) && near("tissue.stiffness_n_per_m", 1500.0), "{set}");
     // Beyond the boundary in this corner of the map, according to `trocar stability`.
@@ -109,8 +109,8 @@ async fn map(page: Page) -> Page {
     let address = page.client.current_url().await.expect("there");
     let state = address.fragment().expect("the state").to_owned();
     page.open(&state).await;
-    assert_eq!(page.ask("return trocar.state.set").await, set);
-    let shown = page.ask("return document.getElementById('key-scaling-force-number').value").await;
+    assert_eq!(page.evaluate("return trocar.state.set").await, set);
+    let shown = page.evaluate("return document.getElementById('key-scaling-force-number').value").await;
     assert_eq!(shown.as_str().and_then(|text| text.parse().ok()), set["scaling.force"].as_f64());
     page
 }
@@ -124,7 +124,7 @@ async fn push(page: Page) -> Page {
         .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&field).expect("JSON")])
         .await
         .expect("scrolled");
-    let height = page.ask("return document.getElementById('field').getBoundingClientRect().height").await;
+    let height = page.evaluate("return document.getElementById('field').getBoundingClientRect().height").await;
     let top = -height.as_f64().expect("a number") / 2.0 + 16.0;
     let mouse = MouseActions::new("mouse".into())
         .then(PointerAction::MoveToElement { element: field, duration: None, x: 0.0, y: top })
@@ -133,31 +133,31 @@ async fn push(page: Page) -> Page {
     // A mode can last a third of a second, less than the time between two queries, so the page records the modes.
     let watch = "const text = document.getElementById('push-mode'); window.modes = [text.textContent];
         new MutationObserver(() => modes.push(text.textContent)).observe(text, { childList: true }); return null";
-    page.ask(watch).await;
+    page.evaluate(watch).await;
     for _ in 0..15 {
         // Ten moves at once, because the driver is slow to confirm each.
         let step = PointerAction::MoveBy { duration: Some(Duration::from_millis(15)), x: 0.0, y: 3.0 };
         let down = (0..10).fold(MouseActions::new("mouse".into()), |down, _| down.then(step.clone()));
         page.client.perform_actions(down).await.expect("pulled");
-        if page.ask("return trocarPush.state().rows.some(row => row[6] === 1)").await == Json::Bool(true) {
+        if page.evaluate("return trocarPush.state().rows.some(row => row[6] === 1)").await == Json::Bool(true) {
             break;
         }
     }
-    let modes: Vec<String> = serde_json::from_value(page.ask("return modes").await).expect("texts");
+    let modes: Vec<String> = serde_json::from_value(page.evaluate("return modes").await).expect("texts");
     assert_eq!(modes.first().map(String::as_str), Some("teleoperation"));
     assert!(modes.iter().any(|mode| mode.contains("the slave is frozen")), "{modes:?}");
     // The recorded rows of the first frozen interval: the hand moves, the slave does not.
     sleep(Duration::from_millis(300)).await;
     let first = "const rows = trocarPush.state().rows, from = rows.slice(rows.findIndex(row => row[6] === 1));
         const end = from.findIndex(row => row[6] !== 1); return end < 0 ? from : from.slice(0, end)";
-    let rows = page.ask(first).await;
+    let rows = page.evaluate(first).await;
     let span = |column: usize| {
         let values: Vec<f64> = rows.as_array().expect("rows").iter().filter_map(|row| row[column].as_f64()).collect();
         values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - values.iter().copied().fold(f64::INFINITY, f64::min)
     };
     assert!(span(3) < 0.5, "the slave moved by {} mm while frozen", span(3));
     assert!(span(2) > span(3), "the master moved by {} mm", span(2));
-    let events = page.ask("return trocarPush.state().events.map(event => event[1])").await;
+    let events = page.evaluate("return trocarPush.state().events.map(event => event[1])").await;
     assert!(events.as_array().is_some_and(|all| all.iter().any(|event| event == "rupture")), "{events}");
     page.element("push").await.click().await.expect("ended");
     page
@@ -192,7 +192,7 @@ async fn access(page: Page) -> Page {
     let mut reached: Vec<String> = vec![];
     for _ in 0..90 {
         let active = page.client.active_element().await.expect("one");
-        let id = active.attr("id").await.expect("asked").unwrap_or_default();
+        let id = active.attr("id").await.expect("an attribute").unwrap_or_default();
         reached.push(id);
         active.send_keys(&tab).await.expect("sent");
     }
@@ -203,12 +203,12 @@ async fn access(page: Page) -> Page {
     }
     // Screen readers need a name for every control.
     let nameless = "return [...document.querySelectorAll('input, select, button, canvas[tabindex], [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
-    assert_eq!(page.ask(nameless).await, Json::Array(vec![]));
+    assert_eq!(page.evaluate(nameless).await, Json::Array(vec![]));
     // 1400 pixels at 125 %, a small window, a telephone.
     for (width, height) in [(1120, 800), (800, 600), (500, 800)] {
         page.client.set_window_size(width, height).await.expect("set");
         sleep(Duration::from_millis(300)).await;
-        let wide = page.ask("return [document.documentElement.scrollWidth, innerWidth]").await;
+        let wide = page.evaluate("return [document.documentElement.scrollWidth, innerWidth]").await;
         assert!(wide[0].as_u64() <= wide[1].as_u64(), "at {width}: {wide}");
     }
     page
@@ -219,7 +219,7 @@ async fn screenshots(page: Page) -> Page {
     page.open("scenario=builtin:augmented.toml").await;
     page.table().await;
     page.client.set_window_size(1400, 1000).await.expect("set");
-    page.ask(
+    page.evaluate(
         "document.documentElement.dataset.theme = 'light'; window.dispatchEvent(new Event('themechange')); return null",
     )
     .await;
@@ -229,7 +229,7 @@ async fn screenshots(page: Page) -> Page {
     let folder = TestFolder::new();
     folder.good(&["compare", "builtin:classical.toml", "builtin:augmented.toml", "--report", "--quiet"]);
     page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");
-    page.ask("document.getElementById('signals').scrollIntoView(); return null").await;
+    page.evaluate("document.getElementById('signals').scrollIntoView(); return null").await;
     sleep(Duration::from_millis(1000)).await;
     let report = page.client.screenshot().await.expect("a picture");
     assert!(report.len() > 20_000, "a report that is not empty");

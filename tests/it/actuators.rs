@@ -322,7 +322,7 @@ fn lanes_are_identical_bit_for_bit_to_single_runs() {
 
 #[test]
 fn a_slave_that_is_held_at_rest_stays_there() {
-    // With a spring of its own the slave needs a command even at rest: its motor has to begin with it.
+    // A slave with a spring needs a command even at rest, which its motor must have from the start.
     let slave = SlaveParameters { proportional_gain: 500.0, ..overdriven() };
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &slave);
     let limits = ActuatorLimits { slave_lag_s: 0.05, slave_command_rate_per_s: Some(1.0), ..ActuatorLimits::NONE };

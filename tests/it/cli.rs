@@ -316,7 +316,7 @@ fn samples_too_far_apart_for_a_rupture_are_warned_of() {
 }
 
 #[test]
-fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit() {
+fn a_time_between_false_alarms_out_of_range_is_rejected_with_the_limit() {
     let folder = TestFolder::new();
     let calibrate = |wanted_s: &str, phrases: &[&str]| {
         folder.refused(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", wanted_s], phrases);

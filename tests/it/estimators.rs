@@ -182,10 +182,10 @@ fn files_show_what_is_estimated_besides() {
     for (parameters, column) in
         [("stiffness-damping-friction", "friction_n"), ("hunt-crossley", "power"), ("least-residual", "friction_n")]
     {
-        let (header, further) = columns(parameters);
+        let (header, estimate) = columns(parameters);
         assert_eq!(header, format!("{plain},{column}"));
-        assert_eq!(further["column"], column);
-        assert!(further["median"].is_f64() && further["last"].is_f64());
+        assert_eq!(estimate["column"], column);
+        assert!(estimate["median"].is_f64() && estimate["last"].is_f64());
     }
 }
 

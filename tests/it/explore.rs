@@ -72,7 +72,7 @@ impl Page {
     /// Returns the next message of a kind; for a frame, its header.
     fn receive(&mut self, kind: &str) -> Json {
         loop {
-            let message: Json = match self.socket.read().expect("heard") {
+            let message: Json = match self.socket.read().expect("received") {
                 Message::Text(text) => serde_json::from_str(&text).expect("JSON"),
                 Message::Binary(bytes) => {
                     let length = u32::from_le_bytes(bytes[..4].try_into().expect("four")) as usize;
@@ -114,7 +114,7 @@ impl Page {
 }
 
 #[test]
-fn the_page_comes_with_everything_and_is_told_to_load_nothing_else() {
+fn the_page_is_complete_and_its_policy_admits_no_other_source() {
     let (_server, address) = explore(&[]);
     let host = address.to_string();
     let page = get(address, "/", &host);
@@ -148,7 +148,7 @@ fn a_page_of_another_site_is_not_heard() {
 }
 
 #[test]
-fn what_a_page_may_not_ask_for_is_refused_in_words() {
+fn invalid_requests_of_a_page_are_rejected_with_a_reason() {
     let (_server, address) = explore(&[]);
     let mut page = Page::open(address);
     let refusals = [

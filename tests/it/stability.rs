@@ -92,12 +92,12 @@ fn powers_of_the_matrix_are_the_trajectory_of_the_engine() {
         let mut at = stops;
         let peak = |column: &[f64]| column.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         for squarings in 0.. {
-            let further = 1 << squarings;
-            if at + further >= ticks {
+            let step = 1 << squarings;
+            if at + step >= ticks {
                 break;
             }
             state = &power * state;
-            at += further;
+            at += step;
             for (name, computed, column) in [
                 ("x_h", state[0], &trace.master_position_m),
                 ("v_h", state[1], &trace.master_velocity_m_per_s),

@@ -72,7 +72,7 @@ fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
 fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
     let part = folder.path(below).join("cases.part");
     while !std::fs::metadata(&part).is_ok_and(|file| file.len() > 0) {
-        assert!(child.try_wait().expect("asked").is_none(), "ended by itself");
+        assert!(child.try_wait().expect("a status").is_none(), "ended by itself");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -259,7 +259,7 @@ fn incomplete_or_different_parts_are_rejected() {
     let (one, two, three) = (part("1"), part("2"), part("3"));
     folder.refused(&["sweep", "merge", &one, &three], &["the cases 8 to 23 are in none of the parts"]);
     folder.refused(&["sweep", "merge", &one, &two], &["the cases 24 to 35"]);
-    folder.refused(&["sweep", "merge", &one, &two, &two, &three], &["another part has too"]);
+    folder.refused(&["sweep", "merge", &one, &two, &two, &three], &["which is also in another part"]);
     folder.refused(&["sweep", "merge", "nowhere"], &["nowhere"]);
     folder.file("other/small.toml", SMALL.replace("seeds = 3", "seeds = 2"));
     folder.good(&["sweep", "other/small.toml", "--quiet", "--shard", "3/3", "--out", "other"]);
@@ -407,7 +407,7 @@ fn what_is_wrong_with_a_file_is_underlined() {
         ("scaling.force = 2.0", &["write axes.scaling.force to vary it, set.scaling.force to fix it"]),
         ("seeds = 0", &["seeds is 0, must be a whole number from 1", "^"]),
         ("metrics = [\"false_alarm\"]", &["no metric false_alarm", "did you mean false_alarms?"]),
-        ("metrics = [\"events\"]\nfocus = [\"ruptures\"]", &["none of the metrics", "add \"ruptures\""]),
+        ("metrics = [\"events\"]\nfocus = [\"ruptures\"]", &["not among the kept metrics", "add \"ruptures\""]),
         ("axes.scaling.froce = [1.0]", &["no key scaling.froce", "did you mean axes.scaling.force?"]),
         ("axes.scaling.froce = { from = 1, to = 2, points = 3 }", &["did you mean axes.scaling.force?"]),
         ("axes.scaling.force = [1.0, -1.0]", &["has -1.0, each must be a number, at least 0"]),
@@ -457,14 +457,14 @@ fn shipped_and_documented_sweeps_are_valid() {
     }
     assert!(shipped >= 3);
     let help = folder.good(&["sweep", "--help"]);
-    let taught = help
+    let example = help
         .split("each:\n")
         .nth(1)
         .and_then(|rest| rest.split("A sweep file with points").next())
         .expect("an example");
-    folder.file("taught.toml", taught);
-    folder.good(&["sweep", "taught.toml", "--case", "2559"]);
-    folder.refused(&["sweep", "taught.toml", "--case", "2560"], &["2560"]);
+    folder.file("example.toml", example);
+    folder.good(&["sweep", "example.toml", "--case", "2559"]);
+    folder.refused(&["sweep", "example.toml", "--case", "2560"], &["2560"]);
     for word in ["seeds", "design.kind", "rupture_1_felt_contrast", "--shard 3/8", "merge"] {
         assert!(help.contains(word), "{word}");
     }

@@ -31,9 +31,9 @@ fn scenario(settings: &[&str]) -> Scenario {
 
 /// Returns the analysis of a scenario, which is computed once.
 fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
-    static KEPT: Mutex<BTreeMap<String, Arc<OnceLock<Switching>>>> = Mutex::new(BTreeMap::new());
+    static CACHE: Mutex<BTreeMap<String, Arc<OnceLock<Switching>>>> = Mutex::new(BTreeMap::new());
     let key = format!("{settings:?} {tissue:?}");
-    let place = Arc::clone(KEPT.lock().expect("nobody fails in it").entry(key).or_default());
+    let place = Arc::clone(CACHE.lock().expect("not poisoned").entry(key).or_default());
     let analyse = || {
         let settings = SwitchingSettings::of(&scenario(settings), tissue).expect("covered");
         Switching::of(&settings).expect("analysed")
@@ -55,7 +55,7 @@ const HOLD: [&str; 8] = [
 
 /// Records the slave and the force from the first event on.
 #[derive(Default)]
-struct Farthest {
+struct Extremes {
     slave_m: f64,
     force_n: f64,
     events: u64,
@@ -64,7 +64,7 @@ struct Farthest {
     switched: bool,
 }
 
-impl Observer<f64> for Farthest {
+impl Observer<f64> for Extremes {
     fn observe(&mut self, signals: &Signals<f64>) {
         self.slave_m = self.slave_m.max(signals.slave_position_m.abs());
         self.force_n = self.force_n.max(signals.feedback_force_n.abs());
@@ -84,7 +84,7 @@ fn at_rest(settings: &[&str]) -> Scenario {
 }
 
 /// Runs a sequence on a stiffness after a release of the hand at a distance, and returns the record.
-fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u64], ticks: u64) -> Farthest {
+fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u64], ticks: u64) -> Extremes {
     let tick_s = base.grid.tick_s();
     let mut run = base.clone();
     run.grid = TickGrid::new(tick_s, ticks as f64 * tick_s).expect("a grid");
@@ -100,7 +100,7 @@ fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u6
     run.augmentation.automaton.min_hold_s = held as f64 * tick_s;
     run.augmentation.automaton.max_hold_s = held as f64 * tick_s;
     run.events = Arc::from(events);
-    let mut seen = Farthest::default();
+    let mut seen = Extremes::default();
     run.build().expect("built").run(&mut seen).expect("runs");
     seen
 }
@@ -184,7 +184,7 @@ fn the_engine_agrees_with_the_analysis_on_the_worst_sequence_found() {
         let shown = worst_events(&source(), &[setting], &switching).expect("loads");
         assert_eq!(&shown.events[..], &reach.worst.starts[..]);
         let OperatorSpec::Ramp { start_m, .. } = shown.operator else { panic!("no ramp") };
-        let mut seen = Farthest::default();
+        let mut seen = Extremes::default();
         // The tick of the release does not belong to an event.
         shown.build().expect("built").run(&mut seen).expect("runs");
         assert_eq!(seen.events, reach.worst.starts.len() as u64);
@@ -206,7 +206,7 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     assert!(switching.shown.lower > 1.0);
     // The growth in the engine agrees with the analysis, event by event.
     let shown = worst_events(&source(), &owned(&HOLD), &switching).expect("loads");
-    let mut seen = Farthest::default();
+    let mut seen = Extremes::default();
     shown.build().expect("built").run(&mut seen).expect("runs");
     let period = switching.shown.worst.len();
     let at = &seen.at_events_m;

@@ -35,23 +35,23 @@ pub struct LiveStep {
 pub enum TimestampAnomaly {
     /// The time is not later than that of the last sample; the sample is omitted.
     NotLater {
-        /// The time of the last sample in s.
+        /// The time of the previous sample in s.
         last_s: f64,
-        /// Its own in s.
+        /// The time of this sample in s.
         time_s: f64,
     },
     /// Ten consecutive rows are earlier than the last sample, so the clock was set back; the detection restarts.
     SetBack {
-        /// The time of the last sample in s.
+        /// The time of the previous sample in s.
         last_s: f64,
-        /// Its own in s.
+        /// The time of this sample in s.
         time_s: f64,
     },
     /// The gap is too long for an interpolation; the detection restarts.
     Gap {
-        /// The time of the last sample in s.
+        /// The time of the previous sample in s.
         last_s: f64,
-        /// Its own in s.
+        /// The time of this sample in s.
         time_s: f64,
     },
 }
@@ -79,11 +79,11 @@ pub struct LiveSummary {
     pub restarts: u64,
     /// Mean of the residual in N; `None` without samples, as the next three.
     pub mean_n: Option<f64>,
-    /// Its standard deviation in N.
+    /// Standard deviation of the residual in N.
     pub std_n: Option<f64>,
-    /// Mean of its magnitude in N.
+    /// Mean magnitude of the residual in N.
     pub mean_absolute_n: Option<f64>,
-    /// Its largest magnitude in N.
+    /// Maximum magnitude of the residual in N.
     pub max_absolute_n: Option<f64>,
 }
 

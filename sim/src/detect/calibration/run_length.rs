@@ -22,12 +22,12 @@ use rayon::prelude::*;
 
 use crate::detection::DistanceKind;
 
-/// Which samples of a symmetric noise add to the decision.
+/// The samples of a symmetric noise that add to the decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tails {
-    /// All of them: `s = x²`.
+    /// All samples: `s = x²`.
     Both,
-    /// Those below 0: `s = x²` for `x < 0`, else 0.
+    /// The samples below 0: `s = x²` for `x < 0`, else 0.
     Lower,
 }
 
