@@ -9,16 +9,16 @@
 //! All quantities are in SI units: m, m/s, N, s. Positions increase into the tissue. Forces are positive when they resist
 //! insertion (the paper plots the opposite sign). The force of the operator on the master is positive in the direction of insertion.
 //!
-//! # What to start with
+//! # Entry points
 //! | task | start with |
 //! |---|---|
 //! | run a scenario | [`scenario::Scenario::load`], [`run::run`], [`run::measure`] |
 //! | compare scenarios | [`compare::Comparison`] |
 //! | run many, vary keys | [`sweep`], [`run::run_pack`] |
-//! | detect ruptures in a recording | [`detect`], judged by [`roc`] |
-//! | judge stability | [`stability`] |
+//! | detect ruptures in a recording | [`detect`]; [`roc`] evaluates detectors |
+//! | analyse stability | [`stability`] |
 //! | control a rig | [`rig::HapticController`] (the package `trocar-core`: `no_std`, no allocation) |
-//! | put a part of one's own into the loop | [`engine::OwnParts`] with [`run::run_with`] |
+//! | use your own part in the loop | [`engine::OwnParts`] with [`run::run_with`] |
 //! | write results | [`report`] |
 //!
 //! # A run
@@ -34,7 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # A part of one's own
+//! # Your own parts
 //! Every role in the loop is a trait: [`Operator`](operator::Operator), [`Tissue`](tissue::Tissue),
 //! [`Estimator`](estimation::Estimator), [`Detector`](detection::Detector), [`Distance`](detection::Distance),
 //! [`ForceLaw`](augmentation::ForceLaw), [`MotionLaw`](augmentation::MotionLaw),
@@ -45,7 +45,7 @@
 //! use trocar::scenario::{Scenario, Source};
 //! use trocar::tissue::{Reaction, Tissue};
 //!
-//! /// A spring that begins at 0.
+//! /// A spring with its rest position at 0.
 //! struct Spring {
 //!     stiffness_n_per_m: f64,
 //! }
@@ -64,7 +64,7 @@
 //! ```
 //!
 //! # The layers
-//! A module depends only on modules of the same or a lower layer. `tests/it/layering.rs` checks this.
+//! A module depends only on modules of the same or a lower layer. `tests/it/layering` checks this.
 //!
 //! | layer | package | modules |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Nothing is allocated from a run's first tick to its last, nor by a rig's controller.
+//! No allocation from the first to the last tick of a run, nor in the controller of a rig.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -8,7 +8,7 @@ use trocar::metrics::MetricsObserver;
 use trocar::rig::{HapticController, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
 
-/// The system's allocator, counting what this thread asks of it.
+/// The system allocator with a count of this thread's allocations.
 struct Counting;
 
 thread_local! {
@@ -20,7 +20,7 @@ fn count() {
 }
 
 #[allow(unsafe_code, reason = "an allocator is unsafe by its trait")]
-// SAFETY: every request goes to the system's allocator as it came.
+// SAFETY: every request is passed unchanged to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
@@ -90,7 +90,7 @@ fn a_step_of_the_rig_allocates_nothing() {
     let mut events = 0;
     let before = COUNT.with(Cell::get);
     let mut controller = HapticController::new(&Settings { velocity, ..Settings::default() }).expect("valid");
-    // In, with a rupture every two seconds, and a sample in four hundred missing.
+    // An insertion with a rupture every two seconds and one missing sample in four hundred.
     for k in 0..20_000_u32 {
         let depth = 1e-5 * f64::from(k % 2000);
         let sample = Sample {

@@ -33,10 +33,10 @@ impl Columns {
             outcome: vec![],
             metrics: design.columns.iter().map(|column| (column.name.clone(), vec![])).collect(),
         };
-        let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+        let (sampler, mut coordinates, mut values) = (design.coordinates(), vec![], vec![]);
         rows.each(|case, outcome, metrics| {
             debug_assert!(case >= first);
-            sampler.values(case, &mut shares, &mut values);
+            sampler.values(case, &mut coordinates, &mut values);
             all.case.push(case as i64);
             all.seed.push(design.seed(case) as i64);
             all.outcome.push(outcome as u8);

@@ -128,8 +128,8 @@ mod tests {
         let folder = Folder::new(folder.path());
         folder.write("x.csv", b"one").expect("written");
         let (left, own) = (folder.path().join(".trocar-Ab3"), folder.path().join(".trocarrc"));
-        std::fs::write(&left, b"ha").expect("written");
-        std::fs::write(&own, b"mine").expect("written");
+        std::fs::write(&left, b"left").expect("written");
+        std::fs::write(&own, b"own").expect("written");
         folder.remove_leftovers();
         assert!(!left.exists() && own.exists() && folder.path().join("x.csv").exists());
         folder.folder("is not there").remove_leftovers();

@@ -7,12 +7,12 @@ use trocar_sim::engine::TRACE_COLUMNS;
 use trocar_sim::metrics::{Declaration, Scope};
 use trocar_sim::sweep::Column;
 
-/// What is declared of every metric: those that sweeps can keep, then those in noise.
+/// Returns the declarations of all metrics: those that sweeps can keep, then those in noise.
 pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
     Column::declarations().chain(NoiseCheck::METRICS.iter().map(|metric| &metric.declaration))
 }
 
-/// Every metric as a Markdown table per scope, those of ruptures and events with the number 1.
+/// Returns a Markdown table of the metrics for each scope; those of ruptures and events have the number 1.
 #[must_use]
 pub fn metrics_markdown() -> String {
     let mut text = String::new();
@@ -43,7 +43,7 @@ fn about(scope: Scope) -> &'static str {
     }
 }
 
-/// The columns of `trace.csv` as a Markdown table.
+/// Returns the columns of `trace.csv` as a Markdown table.
 #[must_use]
 pub fn trace_columns_markdown() -> String {
     let mut text = "| column | unit | meaning |\n|---|---|---|\n".to_owned();

@@ -1,4 +1,4 @@
-//! Numbers with units, as tables show them.
+//! Numbers with units, in the form of tables.
 
 use trocar_sim::metrics::Unit;
 

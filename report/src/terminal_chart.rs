@@ -30,7 +30,7 @@ pub fn runs_chart(runs: &[Run]) -> Option<String> {
         runs.iter().map(|run| (&*run.scenario.name, line(run, from_s, to_s))).collect();
     let positions = || lines.iter().flat_map(|(_, points)| points.iter().map(|(_, y)| *y));
     let (low, high) = (positions().reduce(f32::min)?, positions().reduce(f32::max)?);
-    // A needle at rest has a range of its own, so that nothing divides by 0.
+    // A needle at rest has a range of 1 mm, which avoids a division by 0.
     let (low, high) = if high - low < 1e-3 { (low - 0.5, high + 0.5) } else { (low, high) };
     let mut text = String::new();
     for (index, (name, points)) in lines.iter().enumerate() {

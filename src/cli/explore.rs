@@ -9,13 +9,13 @@ use super::{ScenarioArgs, terminal};
 use crate::explore::{Catalogue, Options, serve};
 
 /// The default scenario.
-const FIRST: &str = "builtin:augmented.toml";
+const DEFAULT_SCENARIO: &str = "builtin:augmented.toml";
 
 /// Explore a scenario in the browser.
 #[derive(Debug, Args)]
 pub(super) struct ExploreArgs {
     /// A scenario file, or a shipped scenario such as builtin:augmented.toml
-    #[arg(value_name = "SCENARIO", default_value = FIRST)]
+    #[arg(value_name = "SCENARIO", default_value = DEFAULT_SCENARIO)]
     scenario: String,
     /// The port of the server; 0 for any free port
     #[arg(long, default_value_t = 8417)]

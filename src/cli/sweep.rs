@@ -95,7 +95,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         part: (first, first + layout.part_cases()),
         is_complete: false,
     };
-    // The data of the page's charts are not kept: a complete sweep without a page runs again, to the same bytes.
+    // The data of the charts are not kept, so a complete sweep without a report runs again, with identical results.
     let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
         if shard.is_whole() {

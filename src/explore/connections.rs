@@ -16,7 +16,7 @@ use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-use super::limits::{HEAD, MAX_WAITING, REQUEST};
+use super::limits::{HEAD_TIMEOUT, MAX_WAITING, REQUEST_TIMEOUT};
 
 /// Accepts connections until it is dropped.
 pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible {
@@ -42,9 +42,10 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
         let service = TowerToHyperService::new(router.clone());
         open.push_back(tokio::spawn(async move {
             let mut server = http1::Builder::new();
-            server.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(16 << 10);
+            server.timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT).max_buf_size(16 << 10);
             // An error of a client ends only its own connection.
-            let _ = timeout(REQUEST, server.serve_connection(TokioIo::new(stream), service).with_upgrades()).await;
+            let _ =
+                timeout(REQUEST_TIMEOUT, server.serve_connection(TokioIo::new(stream), service).with_upgrades()).await;
         }));
     }
 }

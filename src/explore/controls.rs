@@ -3,18 +3,18 @@
 use serde_json::{Value as Json, json};
 
 use super::pair::PairMaker;
-use super::protocol::Answer;
+use super::protocol::ServerMessage;
 use super::state::{Catalogue, SCHEME, State, StateError};
 use trocar_sim::scenario::{KEYS, Key, Kind};
 use trocar_sim::stability::Parameter;
 
 /// Returns the first message to a page: scenarios, keys, and the parameters of a map.
-pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> Answer {
+pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {
     let scenarios: Vec<Json> =
         catalogue.entries().map(|(name, question)| json!({ "name": name, "question": question })).collect();
     let axes: Vec<Json> =
         Parameter::all().map(|parameter| json!({ "key": parameter.key(), "name": parameter.caption() })).collect();
-    Answer::json(&json!({
+    ServerMessage::json(&json!({
         "type": "hello",
         "version": env!("CARGO_PKG_VERSION"),
         "first": first,
@@ -45,7 +45,7 @@ fn description(key: &Key) -> Json {
 ///
 /// # Errors
 /// [`StateError`].
-pub(super) fn values(id: u32, scenario: &str, maker: &mut PairMaker) -> Result<Answer, StateError> {
+pub(super) fn values(id: u32, scenario: &str, maker: &mut PairMaker) -> Result<ServerMessage, StateError> {
     let state = State { scenario: scenario.to_owned(), ..State::default() };
     let written = maker.written(&state, true)?;
     let values = written.values();
@@ -53,7 +53,7 @@ pub(super) fn values(id: u32, scenario: &str, maker: &mut PairMaker) -> Result<A
         let value = serde_json::to_value(values.get(key.path)?.to_toml()).ok()?;
         Some((key.path.to_owned(), value))
     });
-    Ok(Answer::json(&json!({
+    Ok(ServerMessage::json(&json!({
         "type": "values",
         "id": id,
         "scenario": scenario,

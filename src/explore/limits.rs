@@ -9,10 +9,10 @@ pub const MAX_SESSIONS: usize = 16;
 pub const MAX_WAITING: usize = 128;
 
 /// Time limit for the head of a request.
-pub const HEAD: Duration = Duration::from_secs(3);
+pub const HEAD_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Time limit for a whole request.
-pub const REQUEST: Duration = Duration::from_secs(10);
+pub const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Maximum size of a message from a page. A state has a few hundred bytes.
 pub const MAX_MESSAGE_BYTES: usize = 16 << 10;
@@ -21,12 +21,12 @@ pub const MAX_MESSAGE_BYTES: usize = 16 << 10;
 pub const MESSAGES: (f64, f64) = (600.0, 300.0);
 
 /// Time limit for a page to read an answer.
-pub const STALLED: Duration = Duration::from_secs(5);
+pub const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Interval of pings to a page.
-pub const PING: Duration = Duration::from_secs(10);
+pub const PING_INTERVAL: Duration = Duration::from_secs(10);
 /// Maximum time without a message or a pong from a page.
-pub const SILENT: Duration = Duration::from_secs(35);
+pub const MAX_SILENCE: Duration = Duration::from_secs(35);
 
 /// Maximum number of ticks of a run, which are two minutes at 1 kHz.
 pub const MAX_TICKS: u64 = 120_000;

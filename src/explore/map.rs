@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::limits::MAP_POINTS;
 use super::pair::PairMaker;
-use super::protocol::{Answer, MapRequest};
+use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
 use trocar_sim::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, map};
 
@@ -15,7 +15,7 @@ const SPAN_RATIO: f64 = 12.0;
 ///
 /// # Errors
 /// [`StateError`].
-pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Answer, StateError> {
+pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<ServerMessage, StateError> {
     let scenario = maker.written(&request.state, false)?;
     let settings = LoopSettings::of(&scenario);
     let axes = || StateError::Axes(request.x.chars().take(80).collect(), request.y.chars().take(80).collect());
@@ -39,7 +39,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Answ
         })
     };
     let rows = map.stable.iter().map(|stable| if *stable { '1' } else { '0' });
-    Ok(Answer::json(&json!({
+    Ok(ServerMessage::json(&json!({
         "type": "mapped",
         "id": request.id,
         "x": axis_json(&map.x),

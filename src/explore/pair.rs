@@ -121,7 +121,7 @@ mod tests {
     use trocar_sim::scenario::Source;
 
     #[test]
-    fn a_page_runs_what_the_command_line_runs() {
+    fn a_page_gives_the_runs_of_the_command_line() {
         let mut maker = PairMaker::new(Catalogue::new(None));
         let mut state = State { scenario: "builtin:augmented.toml".into(), ..State::default() };
         for (key, value) in [("scaling.force", 1.5), ("augmentation.min_hold_s", 0.3), ("scaling.force", 0.8)] {

@@ -84,14 +84,14 @@ pub(super) struct Export {
 
 /// A message to a page.
 #[derive(Debug, Clone)]
-pub(super) enum Answer {
+pub(super) enum ServerMessage {
     /// JSON.
     Text(String),
     /// A [frame](super::frame).
     Frame(Vec<u8>),
 }
 
-impl Answer {
+impl ServerMessage {
     /// Returns a message with a JSON object.
     pub(super) fn json(value: &serde_json::Value) -> Self {
         Self::Text(value.to_string())

@@ -14,7 +14,7 @@ use tokio::sync::mpsc::error::TrySendError;
 
 use super::limits::MAX_TICKS;
 use super::pair::PairMaker;
-use super::protocol::Answer;
+use super::protocol::ServerMessage;
 use super::state::{State, StateError, bounded};
 use trocar_sim::engine::{Observer, Signals};
 use trocar_sim::metrics::Outcome;
@@ -54,7 +54,7 @@ impl Push {
         id: u32,
         (state, augmented): (&State, bool),
         maker: &mut PairMaker,
-        (answers, permit): (Sender<Answer>, Arc<OwnedSemaphorePermit>),
+        (answers, permit): (Sender<ServerMessage>, Arc<OwnedSemaphorePermit>),
     ) -> Result<Self, StateError> {
         let scenario = by_hand(state, augmented, maker)?;
         let (from_m, to_m) = travel(&scenario);
@@ -69,7 +69,7 @@ impl Push {
         let thread_hand = hand.clone();
         let started = std::thread::Builder::new().name("trocar push".into()).spawn(move || {
             let _permit = permit;
-            if answers.blocking_send(Answer::json(&start)).is_err() {
+            if answers.blocking_send(ServerMessage::json(&start)).is_err() {
                 return;
             }
             let mut pacer = pacer;
@@ -90,7 +90,7 @@ impl Push {
                 }),
                 Err(error) => json!({ "type": "refused", "id": id, "message": error.to_string() }),
             };
-            let _ = answers.blocking_send(Answer::json(&outcome));
+            let _ = answers.blocking_send(ServerMessage::json(&outcome));
         });
         match started {
             Ok(_) => Ok(Self { hand, stop, range_m }),
@@ -147,7 +147,7 @@ struct Pacer {
     id: u32,
     hand: Arc<Hand>,
     stop: Arc<AtomicBool>,
-    answers: Sender<Answer>,
+    answers: Sender<ServerMessage>,
     tick: Duration,
     tick_s: f64,
     began: Instant,
@@ -170,7 +170,13 @@ const COLUMNS: [&str; 7] = [
 ];
 
 impl Pacer {
-    fn new(id: u32, scenario: &Scenario, hand: Arc<Hand>, stop: Arc<AtomicBool>, answers: Sender<Answer>) -> Self {
+    fn new(
+        id: u32,
+        scenario: &Scenario,
+        hand: Arc<Hand>,
+        stop: Arc<AtomicBool>,
+        answers: Sender<ServerMessage>,
+    ) -> Self {
         let tick_s = scenario.grid.tick_s();
         let now = Instant::now();
         let tick = Duration::from_secs_f64(tick_s);
@@ -198,7 +204,7 @@ impl Pacer {
     fn send(&mut self) {
         let message =
             json!({ "type": "moved", "id": self.id, "columns": COLUMNS, "rows": self.rows, "events": self.events });
-        match self.answers.try_send(Answer::json(&message)) {
+        match self.answers.try_send(ServerMessage::json(&message)) {
             Ok(()) => {
                 self.rows.clear();
                 self.events.clear();

@@ -9,9 +9,9 @@ use tokio::sync::mpsc::{self, Sender};
 use tokio::time::{interval, timeout};
 
 use super::controls::greeting;
-use super::limits::{MAX_ENDING, MESSAGES, PING, SILENT, STALLED};
+use super::limits::{MAX_ENDING, MAX_SILENCE, MESSAGES, PING_INTERVAL, SEND_TIMEOUT};
 use super::pair::PairMaker;
-use super::protocol::{Answer, Request};
+use super::protocol::{Request, ServerMessage};
 use super::push::Push;
 use super::state::Catalogue;
 use super::worker::{Job, Mailbox, WorkerContext, start};
@@ -38,7 +38,7 @@ impl Allowance {
 /// An open page.
 struct Session {
     mailbox: Arc<Mailbox>,
-    answers: Sender<Answer>,
+    answers: Sender<ServerMessage>,
     permit: Arc<OwnedSemaphorePermit>,
     maker: PairMaker,
     push: Option<Push>,
@@ -71,7 +71,7 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
     }
     let mut allowance = Allowance { left: MESSAGES.0, updated: Instant::now() };
     let mut last_received = Instant::now();
-    let mut ping = interval(PING);
+    let mut ping = interval(PING_INTERVAL);
     loop {
         tokio::select! {
             answer = answered.recv() => {
@@ -82,7 +82,7 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
                 }
             }
             _ = ping.tick() => {
-                if last_received.elapsed() > SILENT || !sent(&mut socket, Message::Ping("".into())).await {
+                if last_received.elapsed() > MAX_SILENCE || !sent(&mut socket, Message::Ping("".into())).await {
                     return;
                 }
             }
@@ -118,7 +118,7 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
 
 impl Session {
     /// Handles a request. Returns an immediate answer, if any.
-    fn take(&mut self, request: Request) -> Option<Answer> {
+    fn take(&mut self, request: Request) -> Option<ServerMessage> {
         match request {
             Request::Show(show) => self.mailbox.show(show),
             Request::Map(map) => self.mailbox.map(map),
@@ -128,7 +128,7 @@ impl Session {
                 self.push = None;
                 // The page, its two threads and each running insertion hold a permit.
                 if Arc::strong_count(&self.permit) > 3 + MAX_ENDING {
-                    return Some(Answer::refused(id, &"too many requests at once"));
+                    return Some(ServerMessage::refused(id, &"too many requests at once"));
                 }
                 let (maker, answers, permit) = (&mut self.maker, self.answers.clone(), self.permit.clone());
                 // Reading a recording takes some milliseconds and must not block other pages.
@@ -136,7 +136,7 @@ impl Session {
                     tokio::task::block_in_place(|| Push::begin(id, (&state, augmented), maker, (answers, permit)));
                 match begun {
                     Ok(push) => self.push = Some(push),
-                    Err(reason) => return Some(Answer::refused(id, &reason)),
+                    Err(reason) => return Some(ServerMessage::refused(id, &reason)),
                 }
             }
             Request::Aim { m } => {
@@ -149,22 +149,22 @@ impl Session {
         None
     }
 
-    fn job(&mut self, id: u32, job: Job) -> Option<Answer> {
-        let too_many = |_| Answer::refused(id, &"too many requests at once");
+    fn job(&mut self, id: u32, job: Job) -> Option<ServerMessage> {
+        let too_many = |_| ServerMessage::refused(id, &"too many requests at once");
         self.mailbox.job(job).err().map(too_many)
     }
 }
 
-fn message(answer: Answer) -> Message {
+fn message(answer: ServerMessage) -> Message {
     match answer {
-        Answer::Text(text) => Message::Text(text.into()),
-        Answer::Frame(bytes) => Message::Binary(bytes.into()),
+        ServerMessage::Text(text) => Message::Text(text.into()),
+        ServerMessage::Frame(bytes) => Message::Binary(bytes.into()),
     }
 }
 
 /// Sends a message. Returns false if the page does not read it in time.
 async fn sent(socket: &mut WebSocket, message: Message) -> bool {
-    matches!(timeout(STALLED, socket.send(message)).await, Ok(Ok(())))
+    matches!(timeout(SEND_TIMEOUT, socket.send(message)).await, Ok(Ok(())))
 }
 
 async fn close(socket: &mut WebSocket, code: u16, reason: &'static str) {
@@ -185,6 +185,6 @@ mod tests {
         assert_eq!(passed as f64, MESSAGES.0);
         let mut allowance = Allowance { left: 0.0, updated: start };
         let passed = (1..=10_000).filter(|k| allowance.take(start + Duration::from_millis(10 * k))).count();
-        assert_eq!(passed, 10_000, "100 a second are fewer than are allowed");
+        assert_eq!(passed, 10_000, "100 per second are below the limit");
     }
 }

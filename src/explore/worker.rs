@@ -14,13 +14,13 @@ use super::controls;
 use super::frame::{frame, table};
 use super::map::mapped;
 use super::pair::{Pair, PairMaker, SCHEMES};
-use super::protocol::{Answer, Export, File, MapRequest, Show};
+use super::protocol::{Export, File, MapRequest, ServerMessage, Show};
 use super::state::{Catalogue, StateError};
 use trocar_report::write_trace_csv;
 use trocar_sim::compare::NoiseCheck;
 use trocar_sim::run::run;
 
-/// Maximum number of queued jobs. Further jobs are refused.
+/// Maximum number of queued jobs. Additional jobs are refused.
 const MAX_JOBS: usize = 8;
 
 /// Time without requests after which the noise checks start.
@@ -86,7 +86,7 @@ impl Mailbox {
 pub(super) struct WorkerContext {
     pub(super) mailbox: Arc<Mailbox>,
     pub(super) catalogue: Catalogue,
-    pub(super) answers: Sender<Answer>,
+    pub(super) answers: Sender<ServerMessage>,
     pub(super) permit: Arc<OwnedSemaphorePermit>,
 }
 
@@ -124,8 +124,8 @@ pub(super) fn start(context: WorkerContext) -> std::io::Result<()> {
     Ok(())
 }
 
-fn or_refused(id: u32, answer: Result<Answer, StateError>) -> Answer {
-    answer.unwrap_or_else(|reason| Answer::refused(id, &reason))
+fn or_refused(id: u32, answer: Result<ServerMessage, StateError>) -> ServerMessage {
+    answer.unwrap_or_else(|reason| ServerMessage::refused(id, &reason))
 }
 
 fn next_map(mailbox: &Mailbox) -> Option<MapRequest> {
@@ -179,11 +179,11 @@ struct RunWorker {
 }
 
 impl RunWorker {
-    fn answer(&mut self, task: Task) -> Answer {
+    fn answer(&mut self, task: Task) -> ServerMessage {
         match task {
             Task::Show(show) => {
                 let id = show.id;
-                self.show(show).unwrap_or_else(|reason| Answer::refused(id, &reason))
+                self.show(show).unwrap_or_else(|reason| ServerMessage::refused(id, &reason))
             }
             Task::Job(Job::Open { id, scenario }) => or_refused(id, controls::values(id, &scenario, &mut self.maker)),
             Task::Job(Job::Export(export)) => {
@@ -191,22 +191,22 @@ impl RunWorker {
                 or_refused(id, self.export(&export))
             }
             Task::Idle => {
-                let Some((show, pair)) = &self.shown else { return Answer::json(&serde_json::Value::Null) };
+                let Some((show, pair)) = &self.shown else { return ServerMessage::json(&serde_json::Value::Null) };
                 // After a failure the noise checks are not repeated.
                 let noise = self.noise.insert(vec![]);
                 match pair.in_noise() {
-                    Ok(seen) => {
-                        *noise = seen;
+                    Ok(checks) => {
+                        *noise = checks;
                         let table = table(&pair.runs, noise);
-                        Answer::json(&serde_json::json!({ "type": "table", "id": show.id, "table": table }))
+                        ServerMessage::json(&serde_json::json!({ "type": "table", "id": show.id, "table": table }))
                     }
-                    Err(reason) => Answer::refused(show.id, &reason),
+                    Err(reason) => ServerMessage::refused(show.id, &reason),
                 }
             }
         }
     }
 
-    fn show(&mut self, show: Show) -> Result<Answer, StateError> {
+    fn show(&mut self, show: Show) -> Result<ServerMessage, StateError> {
         let began = Instant::now();
         let same = |shown: &(Show, Pair)| shown.0.state == show.state;
         let pair = match self.shown.take().filter(same) {
@@ -218,10 +218,10 @@ impl RunWorker {
         };
         let frame = frame(&pair, self.noise.as_deref().unwrap_or_default(), &show, began);
         self.shown = Some((show, pair));
-        Ok(Answer::Frame(frame))
+        Ok(ServerMessage::Frame(frame))
     }
 
-    fn export(&mut self, export: &Export) -> Result<Answer, StateError> {
+    fn export(&mut self, export: &Export) -> Result<ServerMessage, StateError> {
         let scenario = self.maker.written(&export.state, export.augmented)?;
         let (name, extension) = (scenario.name.clone(), if export.file == File::Toml { "toml" } else { "csv" });
         let content = match export.file {
@@ -237,7 +237,7 @@ impl RunWorker {
         let scheme = SCHEMES[usize::from(export.augmented)];
         // Both files of a scenario can be saved into the same folder.
         let name = if name.ends_with(scheme) { name } else { format!("{name}_{scheme}") };
-        Ok(Answer::json(&serde_json::json!({
+        Ok(ServerMessage::json(&serde_json::json!({
             "type": "file",
             "id": export.id,
             "name": format!("{name}.{extension}"),

@@ -1,7 +1,7 @@
 //! The page in a real browser: Debian's chromium, driven by its chromedriver.
 //!
-//! Where there is none these tests are left out, and say so; with `TROCAR_BROWSER=required` that is a failure.
-//! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots` draws the README's pictures anew.
+//! Without a browser the tests are skipped with a message; with `TROCAR_BROWSER=required` that is a failure.
+//! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots` writes the pictures of the README.
 
 mod page;
 mod trials;

@@ -1,4 +1,4 @@
-//! A server, a browser and a person at it.
+//! A server, a browser and their user.
 
 use std::future::Future;
 use std::net::SocketAddr;
@@ -12,28 +12,28 @@ use serde_json::{Value as Json, json};
 
 use crate::server::{Running, explore};
 
-/// What a trial does.
+/// The body of a trial.
 pub type Body = fn(Page) -> Pin<Box<dyn Future<Output = Page>>>;
 
-/// How long a page may take for what it was asked; a machine that runs every test at once is slow.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// Time limit of a page; a machine that runs all tests at once is slow.
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 fn found(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Whether there is a browser with its driver.
+/// Returns whether a browser and its driver are installed.
 pub fn is_there() -> bool {
     found("chromium") && found("chromedriver")
 }
 
-/// A page that is open.
+/// An open page.
 pub struct Page {
     pub client: Client,
     pub address: SocketAddr,
 }
 
-/// Runs a trial on a page, a server and a browser of its own.
+/// Runs a trial with a new page, server and browser.
 pub fn run(body: Body) -> Result<(), String> {
     let (_server, address) = explore(&[]);
     let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
@@ -55,26 +55,26 @@ pub fn run(body: Body) -> Result<(), String> {
 }
 
 impl Page {
-    /// Opens the page of a state and waits for its pictures.
+    /// Opens the page of a state and waits for its charts.
     pub async fn open(&self, state: &str) {
-        // The same address with another hash is no new page.
+        // The same address with another hash does not load a new page.
         self.client.goto("about:blank").await.expect("goes");
         self.client.goto(&format!("http://{}/#{state}", self.address)).await.expect("goes");
         self.wait("return typeof trocar !== 'undefined' && trocar.timings.length > 0 && !trocar.busy()").await;
     }
 
-    /// What a script gives.
-    pub async fn ask(&self, script: &str) -> Json {
+    /// Returns the result of a script.
+    pub async fn evaluate(&self, script: &str) -> Json {
         self.client.execute(script, vec![]).await.expect("a script of this test")
     }
 
-    /// Waits until a script gives true.
+    /// Waits until a script returns true.
     pub async fn wait(&self, script: &str) {
-        let until = Instant::now() + PATIENCE;
-        while self.ask(script).await != Json::Bool(true) {
+        let until = Instant::now() + TIMEOUT;
+        while self.evaluate(script).await != Json::Bool(true) {
             if Instant::now() > until {
-                let trouble = self.ask("return document.getElementById('trouble')?.textContent").await;
-                panic!("in vain: {script}; the page says {trouble}");
+                let trouble = self.evaluate("return document.getElementById('trouble')?.textContent").await;
+                panic!("timeout: {script}; message of the page: {trouble}");
             }
             tokio::time::sleep(Duration::from_millis(10)).await;
         }
@@ -88,20 +88,20 @@ impl Page {
         self.element(id).await.text().await.expect("text")
     }
 
-    /// Waits for the whole table, detection in noise included; gives it line by line.
+    /// Waits for the whole table, including the detection in noise, and returns its lines.
     pub async fn table(&self) -> Vec<Vec<String>> {
         self.wait("return !trocar.busy() && document.querySelector('#metrics tbody').textContent.includes('in noise')")
             .await;
         let script = "return [...document.querySelectorAll('#metrics tbody tr')].map(r => [...r.children].map(c => c.textContent))";
-        serde_json::from_value(self.ask(script).await).expect("a table")
+        serde_json::from_value(self.evaluate(script).await).expect("a table")
     }
 
-    /// A file that a button saves.
+    /// Returns the file that a button saves.
     pub async fn file(&self, button: &str) -> (String, String) {
-        self.ask("trocar.file.before = trocar.file(); return null").await;
+        self.evaluate("trocar.file.before = trocar.file(); return null").await;
         self.element(button).await.click().await.expect("clicked");
         self.wait("return trocar.file() !== null && trocar.file() !== trocar.file.before").await;
-        let file = self.ask("return trocar.file()").await;
+        let file = self.evaluate("return trocar.file()").await;
         (file["name"].as_str().unwrap_or_default().to_owned(), file["content"].as_str().unwrap_or_default().to_owned())
     }
 }

@@ -1,4 +1,4 @@
-//! What a person does at the page, and what they see.
+//! Actions of a user on the page, and their results.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use tokio::time::sleep;
 use crate::page::{Body, Page};
 use crate::test_folder::TestFolder;
 
-/// Every trial.
+/// All trials.
 pub const ALL: [(&str, Body); 7] = [
     ("a_slider_moves_the_metrics_to_what_compare_prints", |page| Box::pin(slider(page))),
     ("from_input_to_picture", |page| Box::pin(timing(page))),
@@ -23,7 +23,7 @@ pub const ALL: [(&str, Body); 7] = [
     ("screenshots", |page| Box::pin(screenshots(page))),
 ];
 
-/// The lines that `compare` prints of the shipped pair with settings.
+/// Returns the lines that `compare` prints for the shipped pair with settings.
 fn compared(settings: &[&str]) -> Vec<String> {
     let settings = settings.iter().flat_map(|setting| ["--set", setting]);
     let arguments = ["compare", "builtin:classical.toml", "builtin:augmented.toml"].into_iter().chain(settings);
@@ -31,7 +31,7 @@ fn compared(settings: &[&str]) -> Vec<String> {
     text.lines().skip(2).take_while(|line| !line.is_empty()).map(squeezed).collect()
 }
 
-/// A line with single blanks.
+/// Returns a line with single spaces.
 fn squeezed(line: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -50,7 +50,7 @@ async fn slider(page: Page) -> Page {
         slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");
     }
     page.wait("return !trocar.busy() && trocar.state.set['scaling.force'] > 1.2").await;
-    let force = page.ask("return trocar.state.set['scaling.force']").await;
+    let force = page.evaluate("return trocar.state.set['scaling.force']").await;
     let moved = compared(&[&format!("scaling.force={force}")]);
     assert_ne!(moved, printed);
     assert_eq!(lines(&page).await, moved);
@@ -68,7 +68,7 @@ async fn timing(page: Page) -> Page {
         ))
         .await;
     }
-    let timings = page.ask("return trocar.timings.filter(t => t.total_ms !== null)").await;
+    let timings = page.evaluate("return trocar.timings.filter(t => t.total_ms !== null)").await;
     let of = |name: &str| {
         let mut values: Vec<f64> =
             timings.as_array().into_iter().flatten().filter_map(|one| one[name].as_f64()).collect();
@@ -77,23 +77,23 @@ async fn timing(page: Page) -> Page {
     };
     let (server, total) = (of("server_ms"), of("total_ms"));
     assert_eq!((server.len(), total.len()), (40, 40));
-    let told =
+    let text =
         |values: &[f64]| format!("best {:.1} ms, median {:.1} ms, worst {:.1} ms", values[0], values[20], values[39]);
     let build = std::env::var("TROCAR_BIN").unwrap_or_else(|_| "as tests are built".into());
-    eprintln!("two 7 s insertions on the server ({build}): {}", told(&server));
-    eprintln!("from the input event to the drawn frame: {}", told(&total));
+    eprintln!("two 7 s insertions on the server ({build}): {}", text(&server));
+    eprintln!("from the input event to the drawn frame: {}", text(&total));
     page
 }
 
 async fn map(page: Page) -> Page {
     page.open("").await;
-    page.wait("return trocarMap.told() !== null").await;
+    page.wait("return trocarMap.current() !== null").await;
     let map = page.element("map").await;
     page.client
         .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&map).expect("JSON")])
         .await
         .expect("scrolled");
-    let spot = page.ask("const c = document.getElementById('map'), b = c.getBoundingClientRect(), s = trocarMap.spot(c, 8, 1500); return [s[0] - b.width / 2, s[1] - b.height / 2]").await;
+    let spot = page.evaluate("const c = document.getElementById('map'), b = c.getBoundingClientRect(), s = trocarMap.spot(c, 8, 1500); return [s[0] - b.width / 2, s[1] - b.height / 2]").await;
     let at = |index: usize| spot[index].as_f64().expect("a number").round();
     let mouse = MouseActions::new("mouse".into())
         .then(PointerAction::MoveToElement { element: map, duration: None, x: at(0), y: at(1) })
@@ -101,16 +101,16 @@ async fn map(page: Page) -> Page {
         .then(PointerAction::Up { button: 0 });
     page.client.perform_actions(mouse).await.expect("clicked");
     page.wait("return trocar.state.set['scaling.force'] > 6").await;
-    let set = page.ask("return trocar.state.set").await;
+    let set = page.evaluate("return trocar.state.set").await;
     let near = |key: &str, value: f64| (set[key].as_f64().expect("a number") / value - 1.0).abs() < 0.05;
     assert!(near("scaling.force", 8.0) && near("tissue.stiffness_n_per_m", 1500.0), "{set}");
-    // Beyond the boundary of this corner of the map, as `trocar stability` draws it.
-    page.wait("return document.getElementById('map-told').textContent.includes('unstable')").await;
+    // Beyond the boundary in this corner of the map, according to `trocar stability`.
+    page.wait("return document.getElementById('map-text').textContent.includes('unstable')").await;
     let address = page.client.current_url().await.expect("there");
     let state = address.fragment().expect("the state").to_owned();
     page.open(&state).await;
-    assert_eq!(page.ask("return trocar.state.set").await, set);
-    let shown = page.ask("return document.getElementById('key-scaling-force-number').value").await;
+    assert_eq!(page.evaluate("return trocar.state.set").await, set);
+    let shown = page.evaluate("return document.getElementById('key-scaling-force-number').value").await;
     assert_eq!(shown.as_str().and_then(|text| text.parse().ok()), set["scaling.force"].as_f64());
     page
 }
@@ -124,40 +124,40 @@ async fn push(page: Page) -> Page {
         .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&field).expect("JSON")])
         .await
         .expect("scrolled");
-    let height = page.ask("return document.getElementById('field').getBoundingClientRect().height").await;
+    let height = page.evaluate("return document.getElementById('field').getBoundingClientRect().height").await;
     let top = -height.as_f64().expect("a number") / 2.0 + 16.0;
     let mouse = MouseActions::new("mouse".into())
         .then(PointerAction::MoveToElement { element: field, duration: None, x: 0.0, y: top })
         .then(PointerAction::Down { button: 0 });
     page.client.perform_actions(mouse).await.expect("pressed");
-    // What the page tells for a third of a second may be over when it is asked: it is written down there.
-    let watch = "const told = document.getElementById('push-mode'); window.modes = [told.textContent];
-        new MutationObserver(() => modes.push(told.textContent)).observe(told, { childList: true }); return null";
-    page.ask(watch).await;
+    // A mode can last a third of a second, less than the time between two queries, so the page records the modes.
+    let watch = "const text = document.getElementById('push-mode'); window.modes = [text.textContent];
+        new MutationObserver(() => modes.push(text.textContent)).observe(text, { childList: true }); return null";
+    page.evaluate(watch).await;
     for _ in 0..15 {
-        // Ten at once: the driver moves as fast as it is told, however slowly it answers.
+        // Ten moves at once, because the driver is slow to confirm each.
         let step = PointerAction::MoveBy { duration: Some(Duration::from_millis(15)), x: 0.0, y: 3.0 };
         let down = (0..10).fold(MouseActions::new("mouse".into()), |down, _| down.then(step.clone()));
         page.client.perform_actions(down).await.expect("pulled");
-        if page.ask("return trocarPush.state().rows.some(row => row[6] === 1)").await == Json::Bool(true) {
+        if page.evaluate("return trocarPush.state().rows.some(row => row[6] === 1)").await == Json::Bool(true) {
             break;
         }
     }
-    let modes: Vec<String> = serde_json::from_value(page.ask("return modes").await).expect("texts");
+    let modes: Vec<String> = serde_json::from_value(page.evaluate("return modes").await).expect("texts");
     assert_eq!(modes.first().map(String::as_str), Some("teleoperation"));
     assert!(modes.iter().any(|mode| mode.contains("the slave is frozen")), "{modes:?}");
-    // What was told of the first frozen stretch: the hand goes on, the slave does not.
+    // The recorded rows of the first frozen interval: the hand moves, the slave does not.
     sleep(Duration::from_millis(300)).await;
     let first = "const rows = trocarPush.state().rows, from = rows.slice(rows.findIndex(row => row[6] === 1));
         const end = from.findIndex(row => row[6] !== 1); return end < 0 ? from : from.slice(0, end)";
-    let rows = page.ask(first).await;
+    let rows = page.evaluate(first).await;
     let span = |column: usize| {
         let values: Vec<f64> = rows.as_array().expect("rows").iter().filter_map(|row| row[column].as_f64()).collect();
         values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - values.iter().copied().fold(f64::INFINITY, f64::min)
     };
     assert!(span(3) < 0.5, "the slave moved by {} mm while frozen", span(3));
     assert!(span(2) > span(3), "the master moved by {} mm", span(2));
-    let events = page.ask("return trocarPush.state().events.map(event => event[1])").await;
+    let events = page.evaluate("return trocarPush.state().events.map(event => event[1])").await;
     assert!(events.as_array().is_some_and(|all| all.iter().any(|event| event == "rupture")), "{events}");
     page.element("push").await.click().await.expect("ended");
     page
@@ -174,7 +174,7 @@ async fn export(page: Page) -> Page {
     let scenario = name.trim_end_matches(".toml");
     assert!(folder.text(&format!("out/{scenario}/trace.csv")) == csv, "the same bytes");
     assert_eq!(folder.text(&format!("out/{scenario}/scenario.toml")), toml);
-    // What the page says that one should type gives the same too.
+    // The command that the page displays gives the same file.
     let command = page.text("command").await.replace('\'', "");
     let arguments = command.split_whitespace().skip(1).chain(["--out", "typed"]);
     folder.good(&arguments.collect::<Vec<_>>());
@@ -192,7 +192,7 @@ async fn access(page: Page) -> Page {
     let mut reached: Vec<String> = vec![];
     for _ in 0..90 {
         let active = page.client.active_element().await.expect("one");
-        let id = active.attr("id").await.expect("asked").unwrap_or_default();
+        let id = active.attr("id").await.expect("an attribute").unwrap_or_default();
         reached.push(id);
         active.send_keys(&tab).await.expect("sent");
     }
@@ -201,38 +201,38 @@ async fn access(page: Page) -> Page {
     {
         assert!(reached.iter().any(|one| one == id), "{id} is not reached by Tab: {reached:?}");
     }
-    // Without names nothing of this is heard.
+    // Screen readers need a name for every control.
     let nameless = "return [...document.querySelectorAll('input, select, button, canvas[tabindex], [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
-    assert_eq!(page.ask(nameless).await, Json::Array(vec![]));
+    assert_eq!(page.evaluate(nameless).await, Json::Array(vec![]));
     // 1400 pixels at 125 %, a small window, a telephone.
     for (width, height) in [(1120, 800), (800, 600), (500, 800)] {
         page.client.set_window_size(width, height).await.expect("set");
         sleep(Duration::from_millis(300)).await;
-        let wide = page.ask("return [document.documentElement.scrollWidth, innerWidth]").await;
+        let wide = page.evaluate("return [document.documentElement.scrollWidth, innerWidth]").await;
         assert!(wide[0].as_u64() <= wide[1].as_u64(), "at {width}: {wide}");
     }
     page
 }
 
-/// The README's pictures, where a folder for them is given.
+/// Writes the pictures of the README, if a folder for them is given.
 async fn screenshots(page: Page) -> Page {
     page.open("scenario=builtin:augmented.toml").await;
     page.table().await;
     page.client.set_window_size(1400, 1000).await.expect("set");
-    page.ask(
+    page.evaluate(
         "document.documentElement.dataset.theme = 'light'; window.dispatchEvent(new Event('themechange')); return null",
     )
     .await;
     sleep(Duration::from_millis(500)).await;
     let explored = page.client.screenshot().await.expect("a picture");
-    assert!(explored.len() > 20_000, "a page that shows something");
+    assert!(explored.len() > 20_000, "a page that is not empty");
     let folder = TestFolder::new();
     folder.good(&["compare", "builtin:classical.toml", "builtin:augmented.toml", "--report", "--quiet"]);
     page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");
-    page.ask("document.getElementById('signals').scrollIntoView(); return null").await;
+    page.evaluate("document.getElementById('signals').scrollIntoView(); return null").await;
     sleep(Duration::from_millis(1000)).await;
     let report = page.client.screenshot().await.expect("a picture");
-    assert!(report.len() > 20_000, "a report that shows something");
+    assert!(report.len() > 20_000, "a report that is not empty");
     if let Ok(folder) = std::env::var("TROCAR_SCREENSHOTS") {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
         std::fs::create_dir_all(&folder).expect("made");

@@ -1,5 +1,5 @@
-//! Motors that saturate, take their time and lag: against numerical integration, against closed forms and motors without a
-//! limit, and by what they may not do.
+//! Motors with saturation, rate limit and lag: compared with numerical integration, closed forms and motors without
+//! limits, and checked for their limits.
 
 use crate::support;
 use crate::support::pair::Pair;
@@ -79,7 +79,7 @@ fn a_limit_that_is_never_reached_changes_nothing() {
     }
 }
 
-/// `U_m` over a tick, told from the motion alone: the master's equation solved for it, to the tick's accuracy.
+/// Returns `U_m` over a tick, from the motion alone: the master's equation solved for it, to the accuracy of the tick.
 fn motor_forces(columns: &[Vec<f64>; 5]) -> Vec<f64> {
     let MasterParameters { mass_kg, damping_n_s_per_m, .. } = MasterParameters::default();
     let [x_h, v_h, f_h, ..] = columns;
@@ -107,7 +107,7 @@ fn the_motor_never_exceeds_its_limit() {
 
 #[test]
 fn the_force_integral_does_not_wind_up() {
-    // Half a second of more than the motor can give, then nothing: the motor has to let go as if that had not lasted.
+    // Half a second of an excessive command, then none: the motor must release at once.
     let motor_after = |overload_ticks: usize| {
         let push = |k: usize| (0.0, if k < overload_ticks { 4.0 } else { 0.0 }, 0.0);
         let columns = drive(limited(&TIGHT, Coupling::Physical, Damping::Velocity), push);
@@ -118,7 +118,7 @@ fn the_force_integral_does_not_wind_up() {
 }
 
 #[test]
-fn a_limit_of_nothing_is_refused() {
+fn a_limit_of_zero_is_rejected() {
     for limits in [
         ActuatorLimits { master_force_n: Some(0.0), ..Default::default() },
         ActuatorLimits { slave_command: Some(f64::NAN), ..Default::default() },
@@ -157,7 +157,7 @@ fn range_rate_and_lag_agree_with_numerical_integration() {
             let error = difference(&exact, &drive(integrated(&limits, damping), input));
             assert!(error < 1e-8, "{damping:?} {limits:?}: {error:e}");
         }
-        // Each of them matters, to its own side.
+        // Each limit has an effect, on its own side.
         let exact = drive(limited(&ALL, Coupling::Physical, damping), input);
         for (without, columns) in [
             (ActuatorLimits { master_force_n: None, ..ALL }, 0..3),
@@ -175,7 +175,7 @@ fn range_rate_and_lag_agree_with_numerical_integration() {
     }
 }
 
-/// Plants whose machines are simple enough to be told by hand: a master of 1 kg without damping that no hand holds, and
+/// Returns plants with closed forms: a master of 1 kg without damping that no hand holds, and
 /// a slave of any kind.
 fn simple(slave: &SlaveParameters, limits: &ActuatorLimits) -> LimitedPlants<f64> {
     let master = MasterParameters { mass_kg: 1.0, damping_n_s_per_m: 0.0, ..MasterParameters::default() };
@@ -218,7 +218,7 @@ fn a_lagging_slave_answers_a_step_as_partial_fractions_say() {
     }
 }
 
-/// What drives a mass of 1 kg over each tick, from its velocity.
+/// Returns the force on a mass of 1 kg over each tick, from its velocity.
 fn pushes(velocity: &[f64]) -> Vec<f64> {
     velocity.windows(2).map(|pair| (pair[1] - pair[0]) / TICK_S).collect()
 }
@@ -239,7 +239,7 @@ fn no_command_changes_faster_than_its_rate() {
             (steps.iter().any(|&step| step > 0.99 * per_tick), steps.iter().any(|&step| step < -0.99 * per_tick));
         assert!(up && down, "{per_tick} is reached either way");
     }
-    // Towards a command far away, every tick goes as far as it may, up to the range.
+    // Towards a distant command, every tick changes by the maximum, up to the range.
     let limits = ActuatorLimits { slave_command: Some(1.5), ..limits };
     let [.., velocity] = drive(simple(&free_mass(1e6), &limits), |_| (0.0, 0.0, 10.0));
     for (k, push) in pushes(&velocity).into_iter().enumerate() {
@@ -256,7 +256,7 @@ fn the_master_leaves_a_limit_at_once_when_the_error_turns() {
         let [_, velocity, ..] = drive(simple(&free_mass(0.0), limits), turning);
         pushes(&velocity).into_iter().map(|push| -push).collect()
     };
-    // Nobody holds this master, so that F_ed is the whole error: wound up, the integral would have added
+    // No hand holds this master, so F_ed is the whole error. With windup, the integral would have added
     // 12 · 4 N · 0.5 s = 24 N, and at -0.5 N would have kept the motor at its limit for all that is left.
     let at =
         |k: usize, motor_n: f64, expected: f64| assert!((motor_n - expected).abs() < 1e-9, "{k}: {motor_n} {expected}");
@@ -273,25 +273,26 @@ fn the_master_leaves_a_limit_at_once_when_the_error_turns() {
         if k < OVERLOAD {
             at(k, rated, (0.01 * (k + 1) as f64).min(1.2));
         } else {
-            // On its way down the motor gives more than is wanted and the integral stands.
+            // While the motor exceeds the command on its way down, the integral is constant.
             at(k, rated, (1.2 - 0.01 * (k + 1 - OVERLOAD) as f64).max(rated_end(k - OVERLOAD)));
         }
     }
-    // Without a range the rate alone holds the integral: the motor turns round on the very tick.
+    // Without a range, only the rate limits the integral: the motor reverses at this tick.
     let rate_alone = motor(&ActuatorLimits { master_force_rate_n_per_s: Some(10.0), ..ActuatorLimits::NONE });
     let (before, turned) = (rate_alone[OVERLOAD - 1], rate_alone[OVERLOAD]);
     assert!(before > 4.0, "{before}: the overload was followed");
     at(OVERLOAD, turned, before - 0.01);
 }
 
-/// The motor of the case above once it has come down to what is wanted, `k` ticks after the turn: 170 ticks of 0.01 N later.
+/// Returns the motor force of the case above after it reaches the command, `k` ticks after the turn: 170 ticks of 0.01
+/// N later.
 fn rated_end(k: usize) -> f64 {
     const DOWN: usize = 169;
     (-0.5 * (1.0 + 12.0 * TICK_S * k.saturating_sub(DOWN) as f64)).max(-1.2)
 }
 
 #[test]
-fn lanes_have_the_bits_of_each_alone() {
+fn lanes_are_identical_bit_for_bit_to_single_runs() {
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &SlaveParameters::default());
     let mut together = LimitedPlants::<Pair>::new(machines, &ALL, TICK_S, 0.0, 0.0).expect("valid");
     let shifted = |k: usize| input(k + 70);
@@ -321,7 +322,7 @@ fn lanes_have_the_bits_of_each_alone() {
 
 #[test]
 fn a_slave_that_is_held_at_rest_stays_there() {
-    // With a spring of its own the slave needs a command even at rest: its motor has to begin with it.
+    // A slave with a spring needs a command even at rest, which its motor must have from the start.
     let slave = SlaveParameters { proportional_gain: 500.0, ..overdriven() };
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &slave);
     let limits = ActuatorLimits { slave_lag_s: 0.05, slave_command_rate_per_s: Some(1.0), ..ActuatorLimits::NONE };
@@ -354,7 +355,7 @@ fn a_weak_and_slow_master_hides_the_rupture_for_longer_and_lets_the_needle_go_fa
 }
 
 #[test]
-fn motors_of_any_limits_leave_only_numbers() {
+fn motors_with_any_limits_give_finite_values() {
     let base = [
         "simulation.control=sampled",
         "simulation.duration_s=0.1",
@@ -367,7 +368,7 @@ fn motors_of_any_limits_leave_only_numbers() {
     for (i, lag) in lags.iter().enumerate() {
         for (j, range) in limits.iter().enumerate() {
             for rate in limits {
-                // The other side's differ, so that each value meets others.
+                // The limits of the other side differ, so that all combinations occur.
                 let (other_lag, other) = (lags[(i + j) % lags.len()], limits[(i + j) % limits.len()]);
                 let settings: Vec<String> = base
                     .iter()

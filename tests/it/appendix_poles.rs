@@ -1,4 +1,5 @@
-//! The appendix's transfer functions, as printed and as physics reads them, give the poles computed independently.
+//! The transfer functions of the appendix, as printed and in their physical reading, have the poles of an independent
+//! computation.
 
 use nalgebra::dmatrix;
 use trocar::lti::{

@@ -1,4 +1,4 @@
-//! The architectures: what a hand feels of a tissue through each, and whether the augmentation works with each.
+//! The architectures: the impedance of a tissue that each transmits to the hand, and the augmentation with each.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ fn ran(file: &str, settings: &[String]) -> (Trace, Metrics) {
     (run.trace, run.metrics)
 }
 
-/// The Fourier sum of a signal over the last whole periods.
+/// Returns the Fourier sum of a signal over the last whole periods.
 fn phasor(signal: &[f64], frequency_hz: f64, ticks: usize) -> (f64, f64) {
     let first = signal.len() - ticks;
     signal[first..].iter().zip(first..).fold((0.0, 0.0), |(re, im), (value, k)| {
@@ -29,8 +29,8 @@ fn ratio((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
     ((a * c + b * d) / square, (b * c - a * d) / square)
 }
 
-/// How far the impedance that the hand meets is from the tissue's `K + jωB`, as a share of its magnitude, for a hand that
-/// swings by 2 mm deep inside the tissue.
+/// Returns the deviation of the impedance at the hand from the tissue's `K + jωB`, as a share of its magnitude, for a
+/// hand that oscillates by 2 mm inside the tissue.
 fn impedance_error(kind: &str, frequency_hz: f64, (stiffness, damping): (f64, f64), more: &[&str]) -> f64 {
     let mut settings = vec![
         format!("controller.kind={kind}"),
@@ -82,7 +82,7 @@ fn scales_grips_and_a_slave_that_yields_leave_four_channels_transparent() {
         let error = impedance_error("four-channel", 5.0, (200.0, 5.0), more);
         assert!(error < 0.05, "{more:?}: {error}");
     }
-    // A hand that moves the slave by half as much and feels three times the force meets 1.5 times the tissue.
+    // With half the slave motion and three times the force, the impedance at the hand is 1.5 times that of the tissue.
     let scaled = ["scaling.position=0.5", "scaling.force=3"];
     let mut settings: Vec<String> = scaled.iter().map(|&setting| setting.to_owned()).collect();
     settings.extend(
@@ -117,10 +117,11 @@ fn only_a_slave_that_the_tissue_pushes_lets_position_position_feel_it() {
         let (trace, _) = ran("classical.toml", &settings.map(str::to_owned));
         trace.feedback_force_n[trace.feedback_force_n.len() - 1]
     };
-    // At rest at 20 mm the stiff slave is where the hand is; the other 0.77 mm/N behind it, on a spring of 1000 N/m.
+    // At rest at 20 mm the stiff slave follows the hand exactly; the compliant one is 0.77 mm/N behind, on a spring of
+    // 1000 N/m.
     assert!(peak("slave.compliance_m_per_n=0").abs() < 0.01);
     let felt = peak("slave.compliance_m_per_n=7.7e-4");
-    // f = K x_e, x_e = x_h - c f, F = K_c c f, and the hand gives way by F / 698.845.
+    // f = K x_e, x_e = x_h - c f, F = K_c c f, and the hand deflects by F / 698.845.
     let (k, c, coupling, arm) = (200.0, 7.7e-4, 1000.0, 698.845);
     let share = k / (1.0 + c * k);
     let expected = coupling * c * share * 0.02 / (1.0 + coupling * c * share / arm);

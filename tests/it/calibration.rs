@@ -1,4 +1,5 @@
-//! Settings that `calibrate` finds from the first 5 s of a recording, one rule for all of them, on the whole of it.
+//! The settings of `calibrate` from the first 5 s of each recording, with one rule for all, evaluated on the whole
+//! recording.
 
 use std::fmt::Write as _;
 
@@ -26,7 +27,7 @@ fn lever(file: &str, force: &str, ruptures_s: &str) -> DetectionSpec {
     ])
 }
 
-/// A recording that is written for the test: time in s, position in m, velocity in m/s, force in N.
+/// Returns a recording for a test: time in s, position in m, velocity in m/s, force in N.
 fn written(rows: impl Iterator<Item = [f64; 4]>, ruptures_s: &str) -> DetectionSpec {
     let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
     for [time, position, velocity, force] in rows {
@@ -46,7 +47,7 @@ fn noisy_insertion(seed: u64, noise_std_n: f64) -> DetectionSpec {
     noisy_variant(InVivoLikeVariant::default(), seed, noise_std_n)
 }
 
-/// The same with other ruptures.
+/// Returns a variant with other ruptures.
 fn noisy_variant(variant: InVivoLikeVariant, seed: u64, noise_std_n: f64) -> DetectionSpec {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let recording = in_vivo_like_variant_csv(1, &variant);
@@ -60,7 +61,7 @@ fn noisy_variant(variant: InVivoLikeVariant, seed: u64, noise_std_n: f64) -> Det
     written(rows, "[5.52, 8.85]")
 }
 
-/// Calibrates on the beginning without being told of the ruptures, and detects in the whole.
+/// Calibrates on the beginning without the labels, and detects in the whole recording.
 fn calibrated(spec: &DetectionSpec) -> (Calibration, DetectionReport) {
     calibrated_as(spec, &CalibrationRequest::default())
 }
@@ -78,7 +79,7 @@ fn calibrated_as(spec: &DetectionSpec, request: &CalibrationRequest) -> (Calibra
     (calibration, report)
 }
 
-/// Every rupture within 10 ms and no other alarm.
+/// Checks that every rupture is detected within 10 ms, without another alarm.
 fn assert_right(name: &str, spec: &DetectionSpec) -> Calibration {
     assert_right_as(name, spec, &CalibrationRequest::default())
 }
@@ -93,7 +94,7 @@ fn assert_right_as(name: &str, spec: &DetectionSpec, request: &CalibrationReques
 }
 
 #[test]
-fn one_rule_serves_the_made_and_the_real_recordings() {
+fn one_rule_is_sufficient_for_synthetic_and_real_recordings() {
     let insertion = assert_right("in-vivo-like", &noisy_insertion(0, 0.0));
     assert_eq!(insertion.settings().contact_m.clamp(0.0, 3e-3), insertion.settings().contact_m);
     let pop = assert_right("own_ctrl_pop", &lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", "[1.779]"));
@@ -104,7 +105,7 @@ fn one_rule_serves_the_made_and_the_real_recordings() {
     assert_eq!(assert_right("m2_d_free_motion", &free).contact_rule, ContactRule::Lowest);
 }
 
-/// The real recordings, their contact set or not.
+/// Returns the real recordings, with and without a given contact.
 fn real() -> [(&'static str, DetectionSpec); 3] {
     [
         ("own_ctrl_pop", lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", "[1.779]")),
@@ -138,7 +139,7 @@ fn a_contact_that_is_given_wrongly_does_little_harm() {
 }
 
 #[test]
-fn it_holds_in_the_force_cells_noise_and_beyond() {
+fn calibration_works_in_the_noise_of_the_force_sensor_and_above() {
     for seed in 1..=10 {
         assert_right("0.025 N", &noisy_insertion(seed, 0.025));
     }
@@ -148,7 +149,7 @@ fn it_holds_in_the_force_cells_noise_and_beyond() {
 }
 
 #[test]
-fn it_holds_for_other_ruptures() {
+fn calibration_works_for_other_ruptures() {
     let mut seed = 100;
     for drop_n in [2.0, 3.0, 5.0] {
         for fall_s in [0.01, 0.02, 0.045] {
@@ -162,7 +163,7 @@ fn it_holds_for_other_ruptures() {
 }
 
 #[test]
-fn half_the_rate_serves_as_well() {
+fn half_the_sampling_rate_is_sufficient() {
     let file = std::fs::read_to_string("scenarios/recordings/own_ctrl_pop.csv").expect("there");
     let rows = file.lines().skip(1).step_by(2).map(|line| {
         let fields: Vec<f64> = line.split(',').map(|field| field.parse().expect("a number")).collect();
@@ -184,7 +185,7 @@ fn a_given_quiet_segment_is_taken() {
 }
 
 #[test]
-fn a_longer_wanted_interval_asks_for_a_higher_threshold() {
+fn a_longer_wanted_interval_needs_a_higher_threshold() {
     let threshold = |false_alarm_s: f64| {
         let request = CalibrationRequest { false_alarm_s, ..CalibrationRequest::default() };
         let calibration = calibrate(&noisy_insertion(0, 0.0), &request).expect("calibrates");
@@ -195,7 +196,7 @@ fn a_longer_wanted_interval_asks_for_a_higher_threshold() {
 
 #[test]
 fn degenerate_recordings_give_finite_settings_and_no_alarm() {
-    /// Position, velocity and force at a time.
+    /// Position, velocity and force as functions of time.
     type Row = fn(f64) -> [f64; 3];
     let rows = |count: u32, row: Row| {
         (0..count).map(move |k| {

@@ -1,4 +1,4 @@
-//! The command as a user meets it: exit codes, messages with the place and the remedy, files whole and the same twice.
+//! The command line: exit codes, messages with place and remedy, complete and reproducible files.
 
 use std::fs;
 use std::path::Path;
@@ -250,7 +250,7 @@ fn recording(times_s: impl Iterator<Item = f64>) -> String {
     text
 }
 
-/// So many milliseconds from a time on, in s.
+/// Returns this many times, 1 ms apart, from a time on, in s.
 fn milliseconds(from_s: f64, count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| from_s + f64::from(k) * 1e-3)
 }
@@ -316,7 +316,7 @@ fn samples_too_far_apart_for_a_rupture_are_warned_of() {
 }
 
 #[test]
-fn a_time_between_false_alarms_beyond_what_can_be_told_is_refused_with_the_limit() {
+fn a_time_between_false_alarms_out_of_range_is_rejected_with_the_limit() {
     let folder = TestFolder::new();
     let calibrate = |wanted_s: &str, phrases: &[&str]| {
         folder.refused(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", wanted_s], phrases);
@@ -406,7 +406,7 @@ fn the_help_teaches() {
     let help = folder.good(&["--help"]);
     assert!(help.contains("Examples:"));
     let commands = help.split("Commands:\n").nth(1).expect("commands").lines().take_while(|line| !line.is_empty());
-    // What a command does goes on in lines that are further in.
+    // The description of a command continues on indented lines.
     let names = commands.filter_map(|line| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()));
     for command in names.filter(|name| *name != "help") {
         assert_snapshot!(format!("help_{command}"), folder.good(&[command, "--help"]));
@@ -496,13 +496,13 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     let few = ["roc", "--seeds", "2", "--thresholds", "4", "--detectors", "squared-residual,page-hinkley", "--json"];
     let json: serde_json::Value = serde_json::from_str(&folder.good(&few)).expect("JSON");
     assert_eq!(json["characteristics"]["cases"], 2);
-    // None was seen in half a minute: that is no 0.
+    // Without a false alarm in half a minute, the rate is not 0.
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
     let left = folder.files("out");
     let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
     assert_eq!(names, ["roc.csv", "roc.json", "roc.png", "roc.svg"]);
     let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");
-    // A heading, and for both detectors four thresholds: of all conditions, and of the one that there is.
+    // A heading, and four thresholds for each of the two detectors: over all conditions, and for the single one.
     assert_eq!(csv.lines().count(), 1 + 2 * 2 * 4);
     let columns = csv.lines().next().expect("a heading").split(',').count();
     assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
@@ -527,7 +527,7 @@ fn an_interrupted_roc_says_what_it_kept() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .expect("started");
-    // Until it surely listens, and has begun.
+    // Waits until the handler is installed and the work has started.
     std::thread::sleep(std::time::Duration::from_secs(3));
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");
     assert!(kill.success());
@@ -548,7 +548,7 @@ fn completions_and_manual_pages_know_every_command() {
     let folder = TestFolder::new();
     let help = folder.good(&["--help"]);
     let listed = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
-    // What is set in farther belongs to the line above.
+    // An indented line belongs to the line above.
     let of_command = |line: &&str| line.starts_with("  ") && !line.starts_with("   ");
     let commands: Vec<&str> =
         listed.lines().filter(of_command).filter_map(|line| line.split_whitespace().next()).collect();
@@ -575,7 +575,7 @@ fn what_is_no_terminal_gets_no_chart_and_no_colour() {
     let folder = TestFolder::new();
     let printed = folder.good(&["run", "builtin:augmented.toml"]);
     assert!(!printed.contains('\u{1b}') && !printed.contains("slave position around"), "{printed}");
-    // What a terminal does is seen by `script`, which makes one.
+    // `script` provides a terminal.
     let trocar = env!("CARGO_BIN_EXE_trocar");
     let on_terminal = |colours: &[(&str, &str)]| {
         let line = format!("{trocar} run builtin:augmented.toml --out on-terminal");

@@ -1,4 +1,4 @@
-//! Signals that no needle gives: no alarm, nothing but numbers, and a gain that stays symmetric, positive definite and bounded.
+//! Degenerate signals: no alarm, finite values only, and a gain that stays symmetric, positive definite and bounded.
 
 use proptest::prelude::*;
 use trocar::augmentation::{AmplifySettings, AugmentationSettings, ForceLawSettings, Reengage};
@@ -6,7 +6,7 @@ use trocar::detection::{DetectorSettings, DistanceKind, Hypotheses};
 use trocar::estimation::{Parameters, RlsSettings};
 use trocar::rig::{Command, HapticController, Sample, Settings, VelocitySource};
 
-/// What is wrong with a command: a number that is none.
+/// Returns the problem of a command, a value that is not finite.
 fn is_finite(command: &Command) -> bool {
     [
         command.slave_reference_m,
@@ -24,7 +24,7 @@ fn is_finite(command: &Command) -> bool {
     .all(|number| number.is_finite())
 }
 
-/// Steps through samples and checks what holds of any; gives how many alarms there were.
+/// Evaluates samples, checks the invariants, and returns the number of alarms.
 fn alarms(settings: &Settings, samples: impl Iterator<Item = Sample>) -> Result<usize, TestCaseError> {
     let mut controller = HapticController::new(settings).expect("valid");
     let greatest = settings.estimator.initial_gain;
@@ -51,7 +51,8 @@ fn at(position_m: f64, velocity_m_per_s: f64, force_n: f64) -> Sample {
     }
 }
 
-/// The shipped rule, the constant weighting, a memory without an end, and the stiffness alone, each with or without a dead zone.
+/// The shipped rule, the constant weighting, an infinite memory, and the stiffness alone, each with and without a dead
+/// zone.
 fn estimators() -> impl Strategy<Value = RlsSettings> {
     let rule = RlsSettings::default();
     let constant = RlsSettings { normalisation: 0.0, initial_gain: 1e4, reset_threshold: 7e-4, ..rule };
@@ -96,7 +97,7 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     )
 }
 
-/// Numbers that a broken sensor gives.
+/// Values of a broken sensor.
 fn bad_number() -> impl Strategy<Value = f64> {
     prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 1e6, -1e6])
 }
@@ -108,7 +109,7 @@ fn any_number() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Whatever comes, at whatever settings, there is a command, and the gain keeps its bounds.
+    /// With any samples and any settings, the commands are finite and the gain is bounded.
     #[test]
     fn any_samples_leave_only_numbers(
         settings in any_settings(),
@@ -141,7 +142,7 @@ proptest! {
         prop_assert_eq!(alarms(&settings, (0..3000).map(above))?, 0);
     }
 
-    /// No excitation: the depth stands still to the last bit while the force leaves the dead zone at most samples.
+    /// No excitation: the depth is constant, bit for bit, while the force is outside the dead zone at most samples.
     #[test]
     fn a_motionless_needle_is_no_rupture(
         estimator in estimators(), depth in prop::sample::select(vec![1e-300, 1e-12, 1e-6, 1e-3, 0.02, 0.9]),
@@ -152,13 +153,13 @@ proptest! {
         prop_assert_eq!(alarms(&settings, samples)?, 0);
     }
 
-    /// A hole anywhere in a plain insertion, of any length and in any channel.
+    /// A gap anywhere in an insertion, of any length and in any channel.
     #[test]
     fn a_hole_is_no_rupture(
         kind in prop::sample::select(DistanceKind::ALL.to_vec()), velocity in velocities(), start in 0..3000_u64,
         length in 1..600_u64, channel in 0..4_usize, bad in bad_number(), every in 1..5_u64,
     ) {
-        // Below the step that the derivative distance takes for a rupture, whatever the kind.
+        // Below the step that the derivative distance detects as a rupture, for every kind of gap.
         let detector = DetectorSettings::for_kind(kind, Hypotheses::default());
         let settings = Settings { detector, velocity, ..Settings::default() };
         let sample = |k: u64| {
@@ -184,7 +185,7 @@ proptest! {
     }
 }
 
-/// A spread of 0 is refused, as is everything else that a division would meet; what may be 0 is safe at 0.
+/// A standard deviation of 0 is rejected, as is every other divisor of 0; settings that may be 0 are safe at 0.
 #[test]
 fn what_would_be_divided_by_zero_is_refused() {
     let refused = |hypotheses: Hypotheses| {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
-/// Long enough for a busy machine; a test that waits in vain fails then.
+/// Time limit for a busy machine, after which a waiting test fails.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 const VELOCITY: [&str; 2] = ["--velocity", "velocity_m_per_s"];
@@ -18,7 +18,7 @@ fn insertion() -> String {
     trocar::recording::in_vivo_like_csv(1)
 }
 
-/// A stream that goes on while a test watches.
+/// A stream that a test feeds and reads.
 struct Rig {
     child: Child,
     input: Option<ChildStdin>,
@@ -26,7 +26,7 @@ struct Rig {
     errors: Receiver<String>,
 }
 
-/// The lines of a pipe as they come.
+/// Returns the lines of a pipe as they arrive.
 fn lines(pipe: impl Read + Send + 'static) -> Receiver<String> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -65,7 +65,7 @@ impl Rig {
         self.lines.recv_timeout(PATIENCE).expect("a line in time")
     }
 
-    /// The exit code, and what was printed since the last line that was asked for.
+    /// Returns the exit code, and the output after the last line that was read.
     fn end(mut self) -> (i32, Vec<String>, Vec<String>) {
         drop(self.input.take());
         let code = self.child.wait().expect("ended").code().unwrap_or(-1);
@@ -77,7 +77,7 @@ impl Rig {
         assert!(Command::new("kill").args([name, &id]).status().expect("kill").success());
     }
 
-    /// The most memory it has ever had, in kB.
+    /// Returns the peak memory, in kB.
     #[cfg(target_os = "linux")]
     fn peak_kb(&self) -> u64 {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).expect("there");
@@ -128,7 +128,7 @@ fn an_even_stream_raises_the_alarms_of_its_file_bit_by_bit() {
 }
 
 #[test]
-fn an_alarm_is_told_before_the_next_sample_comes() {
+fn an_alarm_is_printed_before_the_next_sample_arrives() {
     let mut rig = Rig::start(&VELOCITY);
     assert!(rig.line().starts_with("event,time_s,sample,position_m"), "the header comes at once");
     let text = insertion();
@@ -178,7 +178,7 @@ fn a_reader_that_goes_away_ends_it_quietly() {
     let mut input = child.stdin.take().expect("a pipe");
     let mut first = String::new();
     BufReader::new(child.stdout.take().expect("a pipe")).read_line(&mut first).expect("the header");
-    // The reader is gone; the command notices with the next row, the feeder when the command has ended.
+    // The reader is closed: the command ends at the next row, and the feeder after the command.
     let _ = input.write_all(insertion().as_bytes());
     let output = child.wait_with_output().expect("ended");
     assert!(output.status.success());
@@ -186,7 +186,7 @@ fn a_reader_that_goes_away_ends_it_quietly() {
 }
 
 #[test]
-fn bad_rows_are_skipped_told_and_counted() {
+fn bad_rows_are_skipped_reported_and_counted() {
     let folder = TestFolder::new();
     let text = insertion();
     let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -215,7 +215,7 @@ fn bad_rows_are_skipped_told_and_counted() {
         assert!(outcome.err.contains(place), "{}", outcome.err);
     }
 
-    // A flood is held back.
+    // The rate of warnings is limited.
     let flood = text.clone() + &"what\n".repeat(100_000);
     let outcome = folder.fed(&[&["detect", "-"], &VELOCITY[..]].concat(), flood.as_bytes());
     assert_eq!(outcome.code, 0);
@@ -268,7 +268,7 @@ fn a_stream_that_cannot_be_used_is_refused() {
     assert_eq!((one.code, &json(&one.out)["samples"]), (0, &Json::from(1)), "with an interval one sample is one");
 }
 
-/// Three million rows: the peak of its memory hardly grows from the hundred thousandth on.
+/// Three million rows: the peak memory hardly grows after the first hundred thousand.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_is_constant() {
@@ -280,7 +280,7 @@ fn memory_is_constant() {
         for k in block * 100_000..(block + 1) * 100_000 {
             let t = f64::from(k) * 1e-3;
             let phase = t.fract();
-            // To and fro through a layer that gives way twice a second, so that alarms and warnings come too.
+            // An oscillation through a layer that ruptures twice a second, so that there are alarms and warnings.
             let force = if phase < 0.5 { 8.0 * phase } else { 0.1 };
             text.push_str(&format!("{t:.3},{:.5},{force:.4},0.01\n", 0.01 + 0.01 * phase));
             if k % 1000 == 77 {

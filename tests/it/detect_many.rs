@@ -1,4 +1,4 @@
-//! `trocar detect` on many recordings: their order, their files, their labels and what is wrong with them.
+//! `trocar detect` on many recordings: order, files, labels and errors.
 
 use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
@@ -6,14 +6,14 @@ use serde_json::Value as Json;
 /// A tick of the small recordings below, in s.
 const TICK_S: f64 = 1e-3;
 
-/// A needle pushed at 10 mm/s through something of 300 N/m that gives way at `ruptures_s`, for `duration_s`.
+/// Returns a needle that moves at 10 mm/s through a tissue of 300 N/m that ruptures at `ruptures_s`, for `duration_s`.
 fn insertion(start_s: f64, duration_s: f64, ruptures_s: &[f64]) -> String {
     let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
     for k in 0..=(duration_s / TICK_S).round() as u32 {
         let t = f64::from(k) * TICK_S;
         let since = ruptures_s.iter().filter(|&&rupture| t > rupture).fold(0.0_f64, |last, &rupture| last.max(rupture));
         let position = 1e-2 * t;
-        // After a rupture the needle meets the next layer anew, from nearly nothing.
+        // After a rupture the force starts again from nearly 0 at the next layer.
         let force = 300.0 * 1e-2 * (t - 0.95 * since);
         text.push_str(&format!("{:.3},{position:.6},0.01,{force:.4}\n", start_s + t));
     }
@@ -22,7 +22,8 @@ fn insertion(start_s: f64, duration_s: f64, ruptures_s: &[f64]) -> String {
 
 const VELOCITY: [&str; 2] = ["--velocity", "velocity_m_per_s"];
 
-/// The folder with three recordings: ruptures at 1 s and 2 s; at 1.5 s, with a clock that begins at 10 s; and none.
+/// Returns a folder with three recordings: ruptures at 1 s and 2 s; at 1.5 s, with a clock that starts at 10 s; and
+/// none.
 fn three_recordings() -> TestFolder {
     let folder = TestFolder::new();
     folder
@@ -69,7 +70,7 @@ fn a_folder_stands_for_its_recordings_and_a_bad_one_does_not_lose_the_others() {
 #[test]
 fn the_number_of_threads_does_not_matter() {
     let folder = three_recordings();
-    // A recording that is named twice has no name of its own, but its labels may be left out.
+    // A recording that is given twice has no unique name, but needs no labels.
     folder.file("l.csv", "file,time_s\na/one.csv,11.5\nb/none.csv,\n");
     let mut printed = vec![];
     for threads in ["1", "8"] {
@@ -125,7 +126,7 @@ fn names_that_collide_have_folders_of_their_own() {
 #[test]
 fn labels_are_held_against_alarms_one_by_one() {
     let folder = three_recordings();
-    // Two true ruptures and one that never was; one; none; in any order.
+    // Two ruptures and a false label; one; none; in any order.
     folder.file(
         "l.csv",
         "# seen on video\nfile;time_s;kind\na/two.csv;2.0;muscle\none.csv;11.5;skin\ntwo.csv;0.4;skin\nnone.csv;;\n\
@@ -154,7 +155,7 @@ fn labels_are_held_against_alarms_one_by_one() {
         .collect();
     assert_eq!(kinds, [("missed", "skin"), ("found", "skin"), ("found", "muscle")], "{events}");
 
-    // A window that no alarm keeps makes every alarm false and every rupture missed.
+    // With a window shorter than every delay, every alarm is false and every rupture is missed.
     folder.file("l2.csv", "file,time_s\ntwo.csv,0.9\none.csv,11.4\n");
     let strict = json(&folder.good(&detect(&["a", "--labels", "l2.csv", "--window-s", "0", "--json"])));
     assert_eq!((&strict["scores"]["false_alarms"], &strict["scores"]["missed"]), (&Json::from(3), &Json::from(2)));
@@ -167,7 +168,7 @@ fn labels_are_held_against_alarms_one_by_one() {
 }
 
 #[test]
-fn labels_beside_a_recording_serve_without_being_asked_for() {
+fn labels_in_the_folder_of_a_recording_are_read_by_default() {
     let folder = three_recordings();
     folder.file("a/two.labels.csv", "time_s,kind\n1.0,skin\n").file("b/none.labels.csv", "time_s\n");
     let all = json(&folder.good(&detect(&["a", "b", "--json"])));
@@ -177,9 +178,9 @@ fn labels_beside_a_recording_serve_without_being_asked_for() {
     assert_eq!((&of(1)["scores"]["found"], &of(1)["false_alarms"]), (&Json::from(1), &Json::from(1)));
     assert_eq!((&of(2)["scores"]["ruptures"], &of(2)["false_alarms"]), (&Json::from(0), &Json::from(0)));
     assert_eq!(all["scores"]["recordings"], 2);
-    // What is asked for comes first.
-    let asked = json(&folder.good(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"])));
-    assert_eq!((&asked["missed_ruptures"], &asked["false_alarms"]), (&Json::from(0), &Json::from(0)));
+    // Explicit labels have priority.
+    let explicit = json(&folder.good(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"])));
+    assert_eq!((&explicit["missed_ruptures"], &explicit["false_alarms"]), (&Json::from(0), &Json::from(0)));
     folder.file("b/none.labels.csv", "time_s\nsoon\n");
     let outcome = folder.trocar(&detect(&["a", "b"]));
     assert_eq!(outcome.code, 2);
@@ -213,7 +214,7 @@ fn bad_labels_are_refused_with_file_and_line() {
     folder.refused(&detect(&["a", "--labels", "gone.csv"]), &["gone.csv", "cannot be read"]);
     folder.file("l.csv", "file,time_s\ntwo.csv,1\n");
     folder.refused(&detect(&["a/two.csv", "./a/two.csv", "--labels", "l.csv"]), &["matches a/two.csv and ./a/two.csv"]);
-    // What only the recording itself can tell.
+    // Errors that depend on the recording.
     for (content, phrases) in [
         ("time_s\n-0.1\n", ["l.csv line 2", "-0.1 s is outside the recording, which lasts from 0 to 3 s"]),
         ("time_s\n1\n3.1\n", ["l.csv line 3", "outside the recording"]),
@@ -252,7 +253,7 @@ fn the_phases_of_the_shipped_insertion_are_those_that_were_made() {
     let names: Vec<_> = phases.iter().filter_map(|phase| phase["phase"].as_str()).collect();
     assert_eq!(names, ["free", "insertion", "hold", "withdrawal"]);
     assert!((durations.iter().sum::<f64>() - 17.0).abs() < 1e-9, "each sample in one phase: {durations:?}");
-    // It rests at 48 mm from 12.2 s to 14.2 s and then comes out, through the surface at 16.25 s.
+    // The needle rests at 48 mm from 12.2 s to 14.2 s and then moves out, through the surface at 16.25 s.
     assert!((1.9..2.3).contains(&durations[2]) && (2.0..2.3).contains(&durations[3]), "{durations:?}");
     assert!(phases[0]["mean_stiffness_n_per_m"].is_null() && phases[1]["mean_stiffness_n_per_m"].is_number());
     let printed = folder.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures"]);

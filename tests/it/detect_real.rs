@@ -3,7 +3,7 @@
 use trocar::detect::{Detection, DetectionReport, detect};
 use trocar::scenario::{DetectionSpec, Values};
 
-/// Detects in a recording of the lever, its contact in m; with the spec to sum up.
+/// Detects in a recording of the lever rig with a contact in m, and returns the specification too.
 fn on_lever(file: &str, force: &str, contact_m: f64, settings: &[&str]) -> (Detection, DetectionSpec) {
     let mut all: Vec<String> = [
         format!("recording.file={file}"),
@@ -57,7 +57,7 @@ fn without_a_recorded_velocity_the_filter_serves() {
 
 #[test]
 fn a_spring_and_free_motion_raise_no_alarm() {
-    // The spring is touched throughout: its force is 0 about 8.5 mm before the lever's zero.
+    // The needle is in contact throughout: the force of the spring is 0 about 8.5 mm before the lever's zero.
     for contact_mm in [-9.0, -8.5, -8.0] {
         let (detection, _) = on_lever("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm", 1e-3 * contact_mm, &[]);
         assert!(detection.alarms.is_empty(), "spring, contact at {contact_mm} mm: {:?}", detection.alarms);

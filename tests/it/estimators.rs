@@ -1,5 +1,5 @@
-//! Every estimator finds its own parameters, foretells its own force better than the others, and the README's tables of
-//! them are what the example prints.
+//! Every estimator finds its own parameters and predicts its own force better than the others, and the tables of the
+//! README are the output of the example.
 
 #[path = "../../examples/estimators.rs"]
 mod tables;
@@ -11,7 +11,7 @@ use trocar::scenario::{Scenario, Source};
 
 const TICK_S: f64 = 1e-3;
 
-/// Depth and velocity at a tick of a needle that goes in, out and in again, with ripples that excite every parameter.
+/// Depth and velocity at a tick of a needle that moves in, out and in again, with ripples that excite every parameter.
 fn motion(k: u32) -> (f64, f64) {
     let t = TICK_S * f64::from(k);
     let (slow, fast) = (1.3, 23.0);
@@ -29,7 +29,7 @@ fn estimates(settings: &RlsSettings, force: impl Fn(f64, f64) -> f64) -> Vec<Est
     let mut last = (0.0, 0.0);
     (0..20_000)
         .map(|k| {
-            // The estimator expects of a force what the last depth and velocity say (eq. 6).
+            // The prediction uses the last depth and velocity (eq. 6).
             let force = if k == 0 { 0.0 } else { force(last.0, last.1) };
             last = motion(k);
             estimator.update(force, last.0, last.1)
@@ -50,7 +50,7 @@ fn with_friction(p: f64, v: f64) -> f64 {
 }
 
 fn hunt_crossley(power: f64) -> impl Fn(f64, f64) -> f64 {
-    // The same 2 N at 1 cm, whatever the power.
+    // 2 N at 1 cm for every power.
     move |p, v| 2.0 * (p / 0.01).powf(power) * (1.0 + 6.0 * v)
 }
 
@@ -58,7 +58,7 @@ fn assert_close(value: f64, expected: f64, share: f64) {
     assert!((value - expected).abs() <= share * expected.abs(), "{value} for {expected}");
 }
 
-/// An estimator that weighs evenly and keeps what it has learnt, but for what it forgets by the factor.
+/// Returns an estimator with equal weights and an infinite memory except for the forgetting factor.
 fn keeping(parameters: Parameters, forgetting: Forgetting) -> RlsSettings {
     let (initial_gain, reset_threshold) = (1e6, 1e6);
     RlsSettings { normalisation: 0.0, initial_gain, reset_threshold, forgetting, ..settings(parameters) }
@@ -77,7 +77,7 @@ fn friction_finds_its_three_parameters() {
 
 #[test]
 fn hunt_crossley_finds_its_power_its_stiffness_and_its_damping() {
-    // Some memory is needed: the power shows only where depths differ.
+    // The power needs some memory, because it is observable only over different depths.
     let slow = RlsSettings { parameters: Parameters::HuntCrossley, ..RlsSettings::normalised(1e-3, 10.0, 100.0, 0.0) };
     let forgetting = Forgetting::Exponential { factor: 0.99 };
     for settings in [slow, RlsSettings { forgetting, ..slow }] {
@@ -105,7 +105,7 @@ fn stiffness_and_damping_are_found_while_forgetting() {
 fn every_model_foretells_its_own_force_best() {
     use Parameters::{HuntCrossley, Stiffness, StiffnessAndDamping, StiffnessDampingFriction};
     let error = |parameters, force: &dyn Fn(f64, f64) -> f64| {
-        // With the dead zone of the defaults, within which nothing is learnt.
+        // With the default dead zone, in which the estimator does not update.
         let settings = RlsSettings { parameters, ..RlsSettings::default() };
         mean_error_n(&estimates(&settings, force))
     };
@@ -138,7 +138,7 @@ fn no_model_makes_anything_of_nothing() {
         Parameters::ALL.into_iter().flat_map(|parameters| forgettings.map(|forgetting| (parameters, forgetting)))
     {
         let settings = RlsSettings { parameters, forgetting, ..RlsSettings::default() };
-        // No contact; a needle that is held still in noise; forces, depths and velocities that are no numbers.
+        // No contact; a needle at rest in noise; forces, depths and velocities that are not finite.
         let kinds: [fn(u32) -> [f64; 3]; 4] = [
             |k| [f64::from(k % 7), -1e-3, 0.1],
             |k| [2.0 + 0.3 * f64::from(k % 2), 0.02, 0.0],
@@ -182,10 +182,10 @@ fn files_show_what_is_estimated_besides() {
     for (parameters, column) in
         [("stiffness-damping-friction", "friction_n"), ("hunt-crossley", "power"), ("least-residual", "friction_n")]
     {
-        let (header, further) = columns(parameters);
+        let (header, estimate) = columns(parameters);
         assert_eq!(header, format!("{plain},{column}"));
-        assert_eq!(further["column"], column);
-        assert!(further["median"].is_f64() && further["last"].is_f64());
+        assert_eq!(estimate["column"], column);
+        assert!(estimate["median"].is_f64() && estimate["last"].is_f64());
     }
 }
 

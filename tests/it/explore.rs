@@ -1,4 +1,4 @@
-//! The page's server, its guests and its hostile clients.
+//! The server of the page, with regular and hostile clients.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
@@ -11,7 +11,7 @@ use tungstenite::{Message, WebSocket};
 use crate::support::server::explore;
 use crate::support::test_folder::TestFolder;
 
-/// As long as a page that is being attacked may wait for its answer: a person would call it slow, not broken.
+/// Maximum time of an answer during an attack.
 const RESPONSIVE: Duration = Duration::from_secs(5);
 
 type Socket = WebSocket<TcpStream>;
@@ -23,7 +23,7 @@ fn connect(address: SocketAddr) -> TcpStream {
     stream
 }
 
-/// What the server answers to a request: all that it sends until it closes.
+/// Returns the answer to a request: all bytes until the server closes the connection.
 fn answer(address: SocketAddr, request: &str) -> String {
     let mut stream = connect(address);
     stream.write_all(request.as_bytes()).expect("sent");
@@ -36,7 +36,7 @@ fn get(address: SocketAddr, path: &str, host: &str) -> String {
     answer(address, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n"))
 }
 
-/// Opens the link as a page of an origin would.
+/// Opens the WebSocket with an origin.
 fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Socket, Box<tungstenite::Error>> {
     let mut request = format!("ws://{address}/link").into_client_request().map_err(Box::new)?;
     let headers = request.headers_mut();
@@ -51,28 +51,28 @@ fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Socket,
     }
 }
 
-/// A page of the server's own.
+/// A page of this server.
 struct Page {
     socket: Socket,
-    asked: u32,
+    last_id: u32,
 }
 
 impl Page {
     fn open(address: SocketAddr) -> Self {
         let socket = link(address, Some(&format!("http://{address}")), &address.to_string()).expect("opens");
-        let mut page = Self { socket, asked: 0 };
-        assert_eq!(page.hear("hello")["type"], "hello");
+        let mut page = Self { socket, last_id: 0 };
+        assert_eq!(page.receive("hello")["type"], "hello");
         page
     }
 
-    fn tell(&mut self, wish: &Json) {
-        self.socket.send(Message::text(wish.to_string())).expect("sent");
+    fn send(&mut self, request: &Json) {
+        self.socket.send(Message::text(request.to_string())).expect("sent");
     }
 
-    /// The next message of a kind; of a frame its head.
-    fn hear(&mut self, kind: &str) -> Json {
+    /// Returns the next message of a kind; for a frame, its header.
+    fn receive(&mut self, kind: &str) -> Json {
         loop {
-            let told: Json = match self.socket.read().expect("heard") {
+            let message: Json = match self.socket.read().expect("received") {
                 Message::Text(text) => serde_json::from_str(&text).expect("JSON"),
                 Message::Binary(bytes) => {
                     let length = u32::from_le_bytes(bytes[..4].try_into().expect("four")) as usize;
@@ -80,31 +80,31 @@ impl Page {
                 }
                 _ => continue,
             };
-            assert!(kind == "refused" || told["type"] != "refused", "{told}");
-            if told["type"] == kind {
-                return told;
+            assert!(kind == "refused" || message["type"] != "refused", "{message}");
+            if message["type"] == kind {
+                return message;
             }
         }
     }
 
-    fn ask(&mut self, mut wish: Json, kind: &str) -> Json {
-        self.asked += 1;
-        wish["id"] = self.asked.into();
-        self.tell(&wish);
+    fn request(&mut self, mut request: Json, kind: &str) -> Json {
+        self.last_id += 1;
+        request["id"] = self.last_id.into();
+        self.send(&request);
         loop {
-            let told = self.hear(kind);
-            if told["id"] == self.asked {
-                return told;
+            let message = self.receive(kind);
+            if message["id"] == self.last_id {
+                return message;
             }
         }
     }
 
     fn show(&mut self, set: Json) -> Json {
         let state = json!({ "scenario": "builtin:01_augmented.toml", "set": set });
-        self.ask(json!({ "type": "show", "state": state, "points": 400 }), "shown")
+        self.request(json!({ "type": "show", "state": state, "points": 400 }), "shown")
     }
 
-    /// Asks for a run of its own and says how long that took.
+    /// Requests a new run and returns the time until its answer.
     fn moves_a_slider(&mut self, force: f64) -> Duration {
         let began = Instant::now();
         let shown = self.show(json!({ "scaling.force": force }));
@@ -114,7 +114,7 @@ impl Page {
 }
 
 #[test]
-fn the_page_comes_with_everything_and_is_told_to_load_nothing_else() {
+fn the_page_is_complete_and_its_policy_admits_no_other_source() {
     let (_server, address) = explore(&[]);
     let host = address.to_string();
     let page = get(address, "/", &host);
@@ -139,7 +139,7 @@ fn a_page_of_another_site_is_not_heard() {
         assert!(refused.to_string().contains("403"), "{origin}: {refused}");
     }
     assert!(link(address, None, &address.to_string()).expect_err("no origin").to_string().contains("403"));
-    // A name that was made to point here.
+    // DNS rebinding.
     let rebound = format!("evil.example:{port}");
     let refused = link(address, Some(&format!("http://{rebound}")), &rebound).expect_err("rebound");
     assert!(refused.to_string().contains("421"), "{refused}");
@@ -148,7 +148,7 @@ fn a_page_of_another_site_is_not_heard() {
 }
 
 #[test]
-fn what_a_page_may_not_ask_for_is_refused_in_words() {
+fn invalid_requests_of_a_page_are_rejected_with_a_reason() {
     let (_server, address) = explore(&[]);
     let mut page = Page::open(address);
     let refusals = [
@@ -160,8 +160,8 @@ fn what_a_page_may_not_ask_for_is_refused_in_words() {
         ("builtin:01_augmented.toml", json!({ "simulation.tick_s": 1e-9 }), "ticks"),
     ];
     for (scenario, set, reason) in refusals {
-        let wish = json!({ "type": "show", "state": { "scenario": scenario, "set": set }, "points": 400 });
-        let refused = page.ask(wish, "refused");
+        let request = json!({ "type": "show", "state": { "scenario": scenario, "set": set }, "points": 400 });
+        let refused = page.request(request, "refused");
         assert!(refused["message"].as_str().is_some_and(|text| text.contains(reason)), "{refused}");
     }
     page.moves_a_slider(1.5);
@@ -180,7 +180,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
         assert!(took < RESPONSIVE, "{what}: the honest page waited {took:?}");
     };
 
-    // A frame that says that it has a gigabyte, and begins to send it.
+    // A frame whose header announces a gigabyte, and its beginning.
     let mut liar = link(address, Some(&own), &host).expect("opens");
     let stream = liar.get_mut();
     let mut frame = vec![0x82, 0xff];
@@ -188,7 +188,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     frame.extend_from_slice(&[1, 2, 3, 4]);
     stream.write_all(&frame).expect("sent");
     let block = vec![0_u8; 1 << 16];
-    // The server closes long before it has read a gigabyte; what is still sent then fails.
+    // The server closes the connection early, so that sending fails.
     let sent = (0..1 << 14).take_while(|_| stream.write_all(&block).is_ok()).count();
     assert!(sent < 1 << 10, "{sent} blocks of a frame that is too large were taken");
     watch("a frame of a gigabyte", 1.1);
@@ -209,7 +209,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     }
     watch("garbage", 1.2);
 
-    // Clients that say half of a request, and no more.
+    // Clients that send half a request and then nothing.
     let half_open: Vec<TcpStream> = (0..300)
         .map(|_| {
             let mut stream = connect(address);
@@ -237,15 +237,15 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     assert!(get(address, "/", &host).starts_with("HTTP/1.1 200"), "a newcomer is served all the same");
     drop(kept);
 
-    // A page that asks for everything and reads nothing.
+    // A page that sends many requests and reads no answer.
     let mut deaf: Vec<Socket> = (0..4).map(|_| link(address, Some(&own), &host).expect("opens")).collect();
     for socket in &mut deaf {
         socket.get_ref().set_write_timeout(Some(Duration::from_millis(200))).expect("set");
         for id in 0..200 {
             let state =
                 json!({ "scenario": "builtin:augmented.toml", "set": { "scaling.force": 1.0 + f64::from(id) } });
-            let wish = json!({ "type": "show", "id": id, "state": state, "points": 4000 });
-            if socket.send(Message::text(wish.to_string())).is_err() {
+            let request = json!({ "type": "show", "id": id, "state": state, "points": 4000 });
+            if socket.send(Message::text(request.to_string())).is_err() {
                 break;
             }
         }
@@ -253,14 +253,14 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     watch("pages that do not read", 1.6);
     drop(deaf);
 
-    // More messages than a person makes.
+    // More messages than a user can cause.
     let mut hasty = link(address, Some(&own), &host).expect("opens");
-    let told = (0..100_000).take_while(|_| hasty.send(Message::text(r#"{"type":"aim","m":0.01}"#)).is_ok()).count();
+    let sent = (0..100_000).take_while(|_| hasty.send(Message::text(r#"{"type":"aim","m":0.01}"#)).is_ok()).count();
     let mut closed = false;
     while let Ok(message) = hasty.read() {
         closed |= matches!(message, Message::Close(Some(frame)) if frame.reason.contains("too many"));
     }
-    assert!(closed || told < 100_000, "a flood of messages is cut off");
+    assert!(closed || sent < 100_000, "a flood of messages is cut off");
     watch("a flood of messages", 1.7);
     eprintln!("the honest page waited {slowest:?} at most");
 }
@@ -293,18 +293,18 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
     let (_server, address) = explore(&[]);
     let mut page = Page::open(address);
     let state = json!({ "scenario": "builtin:01_augmented.toml", "set": {} });
-    page.asked += 1;
+    page.last_id += 1;
     let began = Instant::now();
-    page.tell(&json!({ "type": "push", "id": page.asked, "state": state, "augmented": true }));
-    let told = page.hear("pushing");
-    let deepest_m = told["range_mm"][1].as_f64().expect("a number") / 1e3;
+    page.send(&json!({ "type": "push", "id": page.last_id, "state": state, "augmented": true }));
+    let message = page.receive("pushing");
+    let deepest_m = message["range_mm"][1].as_f64().expect("a number") / 1e3;
     let mut events = vec![];
     let mut frozen = vec![];
     let mut last_s = 0.0;
     for step in 0..1200 {
         let share = (f64::from(step) / 600.0).min(1.0);
-        page.tell(&json!({ "type": "aim", "m": share * deepest_m }));
-        let moved = page.hear("moved");
+        page.send(&json!({ "type": "aim", "m": share * deepest_m }));
+        let moved = page.receive("moved");
         events.extend(moved["events"].as_array().expect("a list").iter().map(|event| event[1].clone()));
         for row in moved["rows"].as_array().expect("a list") {
             last_s = row[0].as_f64().expect("a number");
@@ -322,8 +322,8 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
     let moved_mm = frozen.iter().map(|position| (position - frozen[0]).abs()).fold(0.0, f64::max);
     assert!(moved_mm < 0.5, "frozen, and moved by {moved_mm} mm");
     assert!(last_s <= passed_s, "{last_s} s in {passed_s} s: not faster than time");
-    page.tell(&json!({ "type": "stop" }));
-    page.hear("pushed");
+    page.send(&json!({ "type": "stop" }));
+    page.receive("pushed");
 }
 
 #[test]

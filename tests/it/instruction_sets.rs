@@ -1,10 +1,10 @@
-//! A run gives the same bits in the widest instruction set of the machine and in the baseline.
+//! A run is identical, bit for bit, in the widest instruction set of the machine and in the baseline.
 
 use trocar::engine::{Observer, Signals, Trace};
 use trocar::metrics::MetricsObserver;
 use trocar::scenario::{Scenario, Source};
 
-/// The signals that are in no trace.
+/// The signals that a trace does not contain.
 #[derive(Default)]
 struct Unrecorded(Vec<[u64; 5]>);
 
@@ -26,7 +26,7 @@ fn run(scenario: &Scenario, portably: bool) -> Seen {
     let mut columns: Vec<Vec<u64>> =
         trace.numbers().iter().map(|column| column.iter().map(|value| value.to_bits()).collect()).collect();
     columns.push(trace.mode.iter().map(|&mode| u64::from(mode)).collect());
-    // The text has every number in its shortest form that reads back to the same bits.
+    // The text has the shortest decimal form that reads back to the same value.
     (columns, unrecorded.0, serde_json::to_string(&metrics.metrics(0)).expect("serialises"))
 }
 

@@ -1,11 +1,11 @@
-//! Two scenarios side by side give the bits of each alone, over every kind of link and with every estimator.
+//! Two scenarios in lanes are identical, bit for bit, to single runs, with every kind of link and every estimator.
 
 use crate::support::pair::Pair;
 use trocar::engine::{Observer, Signals};
 use trocar::lane::{Lane, Mask};
 use trocar::scenario::{Scenario, Source};
 
-/// Every number of every tick of one lane.
+/// All numbers of all ticks of one lane.
 #[derive(Default)]
 struct Seen(Vec<Vec<u64>>);
 

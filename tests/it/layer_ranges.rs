@@ -1,4 +1,5 @@
-//! The ranges of the layers' keys: what is outside is refused with the reason, what ships is inside, the README tells them.
+//! The ranges of the keys of layers: values outside are rejected with a reason, shipped values are inside, and the
+//! README lists the ranges.
 
 use std::path::Path;
 
@@ -22,7 +23,7 @@ fn keys_of(keys: &LayerKeys) -> [(&'static str, &'static Bounds); 8] {
     ]
 }
 
-/// Every key that has a range, with it.
+/// Every key with a range.
 fn ranged() -> Vec<(&'static str, &'static Bounds)> {
     let shaft = [
         ("tissue.shaft_stiffness_n_per_m", &literature::SHAFT_STIFFNESS_N_PER_M),
@@ -33,7 +34,7 @@ fn ranged() -> Vec<(&'static str, &'static Bounds)> {
     LAYER_KEYS.iter().flat_map(keys_of).chain(shaft).collect()
 }
 
-/// The next number further from the range: the bounds themselves are allowed.
+/// Returns the next number outside of a bound; the bound itself is allowed.
 fn just_outside(bounds: &Bounds) -> [f64; 2] {
     [bounds.low.next_down(), bounds.high.next_up()]
 }

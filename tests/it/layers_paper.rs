@@ -1,4 +1,4 @@
-//! The layered insertions against the paper's own (3.2.1, 3.2.2), and the two engines against each other on them.
+//! The layered insertions compared with the paper's (3.2.1, 3.2.2), and the two engines with each other.
 
 use trocar::engine::{Observer, Signals};
 use trocar::metrics::{Metrics, Outcome};
@@ -12,7 +12,7 @@ fn scenario(name: &str, settings: &[&str]) -> Scenario {
     Scenario::load(&Source::Builtin(format!("{name}.toml")), &settings).expect("a good scenario")
 }
 
-/// Least and greatest measured force in N, and the metrics.
+/// Returns the minimum and maximum measured force in N, and the metrics.
 fn measure(name: &str, settings: &[&str]) -> (f64, f64, Metrics) {
     let run = run(scenario(name, settings)).expect("runs");
     assert_eq!(run.metrics.outcome, Outcome::Completed);
@@ -37,7 +37,7 @@ fn within_a_factor_of_two(value: f64, paper: f64) -> bool {
 fn paper_direct_access_has_the_forces_and_errors_of_3_2_1() {
     for seed in 1..=SEEDS {
         let (least, greatest, m) = measure("02_direct_access", &[&seeded(seed)]);
-        // Within the paper's range, and most of the way to either end of it.
+        // Within the paper's range, and close to both ends of it.
         assert!((-0.37..-0.9 * 0.3).contains(&least) && (0.9 * 1.45..1.45).contains(&greatest), "{least} {greatest}");
         assert!(within_a_factor_of_two(error_n(&m), 0.019), "seed {seed}: {}", error_n(&m));
         assert_eq!((m.ruptures.len(), m.missed_ruptures, m.false_alarms), (1, 0, 0), "seed {seed}: the capsule");
@@ -49,7 +49,7 @@ fn paper_stiffness_alone_is_about_three_times_worse_on_direct_access() {
     for seed in 1..=SEEDS {
         let both = error_n(&measure("02_direct_access", &[&seeded(seed)]).2);
         let alone = error_n(&measure("02_direct_access", &[&seeded(seed), "estimator.parameters=stiffness"]).2);
-        // The paper has 0.0612 N for 0.019 N: 3.2 times.
+        // The paper states 0.0612 N and 0.019 N: a ratio of 3.2.
         assert!(within_a_factor_of_two(alone, 0.0612), "seed {seed}: {alone}");
         assert!((2.5..=3.9).contains(&(alone / both)), "seed {seed}: {}", alone / both);
     }
@@ -66,7 +66,7 @@ fn paper_through_the_skin_has_the_forces_and_errors_of_3_2_2() {
     }
 }
 
-/// Ticks of ruptures, and position and force of each tick.
+/// The ticks of ruptures, and position and force of each tick.
 #[derive(Default)]
 struct Watch {
     ruptures: Vec<u64>,
@@ -104,7 +104,7 @@ fn oracle_dop853_agrees_on_layers() {
 }
 
 #[test]
-fn layers_that_cannot_be_say_why() {
+fn impossible_layers_are_rejected_with_a_reason() {
     let refused = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
         let error = Scenario::load(&Source::Builtin("01_through_the_skin.toml".into()), &settings).expect_err("no");

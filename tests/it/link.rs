@@ -1,4 +1,4 @@
-//! The link's delays of no whole number of ticks: exact, by ways that do not share the engine's step.
+//! Delays of fractions of a tick: compared with exact solutions that do not share the engine's step.
 
 use crate::support::difference;
 use nalgebra::{DMatrix, DVector};
@@ -24,7 +24,7 @@ fn trace(settings: &[&str]) -> Trace {
     run(scenario).expect("runs").trace
 }
 
-/// `exp(A t)` and `∫₀ᵗ exp(A s) ds`, by the Taylor series of small steps: independent of the holds of `lti`.
+/// Returns `exp(A t)` and `∫₀ᵗ exp(A s) ds`, by a Taylor series in small steps, independent of the holds of `lti`.
 fn flow(a: &DMatrix<f64>, t: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     const HALVINGS: i32 = 12;
     let n = a.nrows();
@@ -43,7 +43,7 @@ fn flow(a: &DMatrix<f64>, t: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     (phi, integral)
 }
 
-/// A side between breakpoints, with held inputs: nothing of the engine.
+/// A plant between breakpoints, with held inputs and without the engine.
 struct Side {
     system: StateSpace<Continuous>,
     state: DVector<f64>,
@@ -59,11 +59,11 @@ impl Side {
 
 #[test]
 fn a_delay_of_a_fraction_of_a_tick_shifts_the_step_response_of_the_channel() {
-    // The slave under a reference that steps: after 3.7 ticks it moves as its closed form says, to the microsecond.
+    // The slave with a stepped reference: after 3.7 ticks it moves as in its closed form, within a microsecond.
     let slave = slave_system(&SlaveParameters::default(), ControlTiming::Continuous).expect("valid");
     let (share, whole) = (0.7, 3);
     let trace = trace(&["channel.forward_delay_s=0.0037", "scaling.force=0"]);
-    // What the master did, arriving 3.7 ticks later, held from sample to sample.
+    // The motion of the master arrives 3.7 ticks later, held between samples.
     let mut side = Side { state: DVector::zeros(3), system: slave };
     let mut expected = vec![];
     for k in 0..TICKS {
@@ -85,7 +85,7 @@ fn the_closed_loop_with_delays_of_3_7_and_1_25_ticks_is_that_of_its_parts() {
     let mut slave = Side { system: slave, state: DVector::zeros(3) };
     let (mut hand, mut force) = (vec![], vec![]);
     let (mut x_h, mut x_e) = (vec![], vec![]);
-    // Within a tick the desired position is a ramp: one more state.
+    // Within a tick the desired position is a ramp, which needs one more state.
     let mut augmented = DMatrix::zeros(6, 6);
     augmented.view_mut((0, 0), (5, 5)).copy_from(master.system.a());
     augmented.view_mut((0, 5), (5, 1)).copy_from(&master.system.b().column(0));

@@ -1,4 +1,4 @@
-//! The parts of the link: the direct one is the full one, and one's own are as good as built-in ones.
+//! The parts of the link: the direct link equals the full one, and user-defined parts equal built-in ones.
 
 use proptest::prelude::*;
 use trocar::scenario::{Scenario, Source};
@@ -7,7 +7,7 @@ use trocar::teleoperation::{
     SlavePort,
 };
 
-/// The link of an insertion that begins at 0 m, on ticks of 1 ms, under these settings.
+/// Returns the link of an insertion from 0 m, with ticks of 1 ms and these settings.
 fn link(settings: &[&str]) -> Link<f64> {
     let base = ["operator.kind=ramp", "tissue.kind=kelvin-voigt", "simulation.duration_s=1"];
     let settings: Vec<String> = base.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
@@ -15,8 +15,8 @@ fn link(settings: &[&str]) -> Link<f64> {
     scenario.general_engine(0).expect("builds").parts.link
 }
 
-/// What a tick gives: the target of the reference, the mode and the force that arrive, the force fed back, and the reference
-/// under the tissue's force.
+/// Returns the results of a tick: the target of the reference, the mode and the force that arrive, the feedback force,
+/// and the reference with the tissue force.
 fn tick(link: &mut impl Connection<f64>, mode: f64, master: &AtMaster<f64>, slave: &AtSlave<f64>) -> [u64; 5] {
     let target_m = link.to_slave(master, slave);
     let (arrived_mode, force_n) = link.to_master(mode, slave, master);
@@ -25,7 +25,7 @@ fn tick(link: &mut impl Connection<f64>, mode: f64, master: &AtMaster<f64>, slav
     [target_m, arrived_mode, force_n, fed_back_n, reference_m].map(f64::to_bits)
 }
 
-/// Ten thousand ticks of a hand that swings on a needle that follows and is frozen for a while now and then.
+/// Compares two links over ten thousand ticks of an oscillating hand and a needle that follows or is frozen at times.
 fn compare(mut one: impl Connection<f64>, mut other: impl Connection<f64>) {
     for k in 0..10_000 {
         let t = 1e-3 * f64::from(k);
@@ -49,7 +49,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn the_direct_link_is_the_full_one_to_the_bit(
+    fn the_direct_link_is_identical_to_the_full_one_bit_for_bit(
         scales in (-3.0..3.0f64, -5.0..5.0f64), policy in prop::sample::select(vec!["ramp", "hold", "give-up"]),
         ticks in prop::collection::vec((-0.1..0.1f64, -1.0..1.0f64, -20.0..20.0f64, 0..3_u8), 1..200),
     ) {
@@ -72,7 +72,7 @@ proptest! {
 }
 
 #[test]
-fn a_link_with_anything_in_it_is_not_direct() {
+fn a_link_with_any_effect_is_not_direct() {
     for setting in [
         "controller.kind=local-force",
         "controller.kind=position-position",
@@ -86,18 +86,18 @@ fn a_link_with_anything_in_it_is_not_direct() {
         let link = link(&[setting]);
         assert!(!link.is_direct() && link.as_direct().is_none() && link.report(0).is_some(), "{setting}");
     }
-    // Without delay the two transformations of the waves cancel out.
+    // Without delay the two wave transformations cancel.
     assert!(link(&["passivity.scheme=wave-variables"]).is_direct());
-    // Nobody knows what is in a part of one's own.
+    // The effect of a user-defined part is unknown.
     assert!(!link(&[]).with_scheme(Nothing).is_direct());
 }
 
-/// A scheme that does nothing.
+/// A scheme without effect.
 struct Nothing;
 
 impl PassivityScheme<f64> for Nothing {}
 
-/// Wave variables, written anew.
+/// A separate implementation of wave variables.
 struct OwnWaves {
     b: f64,
     tick_s: f64,
@@ -132,11 +132,11 @@ impl PassivityScheme<f64> for OwnWaves {
     }
 }
 
-/// A spring and a damper between the machines, written anew.
+/// A separate implementation of a spring and a damper between master and slave.
 struct OwnSpring {
     stiffness: f64,
     damping: f64,
-    /// The whole force and the tissue's, at the last tick at which the slave was not frozen.
+    /// The total force and the tissue force at the last tick at which the slave was not frozen.
     unfrozen: (f64, f64),
 }
 
@@ -160,7 +160,7 @@ impl Architecture<f64> for OwnSpring {
 const LATE: [&str; 3] = ["channel.forward_delay_s=0.003", "channel.backward_delay_s=0.005", "channel.loss=0.1"];
 
 #[test]
-fn a_boxed_scheme_of_ones_own_gives_the_bits_of_the_built_in_one_that_it_copies() {
+fn a_boxed_copy_of_a_scheme_is_identical_to_the_built_in_one_bit_for_bit() {
     let scheme: Box<dyn PassivityScheme<f64> + Send> = Box::new(OwnWaves {
         b: 40.0,
         tick_s: 1e-3,
@@ -174,7 +174,7 @@ fn a_boxed_scheme_of_ones_own_gives_the_bits_of_the_built_in_one_that_it_copies(
 }
 
 #[test]
-fn a_boxed_architecture_of_ones_own_gives_the_bits_of_the_built_in_one_that_it_copies() {
+fn a_boxed_copy_of_an_architecture_is_identical_to_the_built_in_one_bit_for_bit() {
     let architecture: Box<dyn Architecture<f64> + Send> =
         Box::new(OwnSpring { stiffness: 1000.0, damping: 10.0, unfrozen: (0.0, 0.0) });
     let built_in = link(&[&LATE[..], &["controller.kind=position-position"]].concat());

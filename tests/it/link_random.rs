@@ -1,5 +1,5 @@
-//! A thousand links drawn at random, each under an insertion with a rupture: whatever a link does, the numbers stay
-//! numbers, a frozen slave stays where it is, and the way back to the hand has its speed.
+//! A thousand random links, each with an insertion and a rupture: all values are finite, a frozen slave stays in place,
+//! and the return to the hand has its speed limit.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -18,22 +18,22 @@ const TICK_S: f64 = 1e-3;
 const TELEOPERATION: u8 = 0;
 const FROZEN: u8 = 1;
 
-struct Dice(ChaCha8Rng);
+struct Random(ChaCha8Rng);
 
-impl Dice {
+impl Random {
     fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
     }
     fn one<T: Copy>(&mut self, of: &[T]) -> T {
         of[self.between(0.0, of.len() as f64) as usize]
     }
-    /// 0 one time in four, else up to `most`.
-    fn up_to(&mut self, most: f64) -> f64 {
-        self.one(&[0.0, 1.0, 1.0, 1.0]) * self.between(0.0, most)
+    /// Returns 0 with a probability of 1/4, else a number up to `max`.
+    fn up_to(&mut self, max: f64) -> f64 {
+        self.one(&[0.0, 1.0, 1.0, 1.0]) * self.between(0.0, max)
     }
 }
 
-/// An insertion at 15 mm/s into a spring of 300 N/m, which loses 70 % of its force at `rupture_s`.
+/// Returns an insertion at 15 mm/s into a spring of 300 N/m, which loses 70 % of its force at `rupture_s`.
 fn insertion(rupture_s: f64) -> String {
     let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
     for tick in 0..=1500 {
@@ -44,35 +44,36 @@ fn insertion(rupture_s: f64) -> String {
     text
 }
 
-/// A link that walks at random within 0 to 200 ms and loses one sample in ten; and the ticks that it takes.
-fn logged_delays(dice: &mut Dice) -> (String, RangeInclusive<u64>) {
+/// Returns a delay trace, a random walk from 0 to 200 ms with a loss of one sample in ten, and the range of its delays
+/// in ticks.
+fn logged_delays(random: &mut Random) -> (String, RangeInclusive<u64>) {
     let mut text = String::from("time_s,forward_delay_s,backward_delay_s\n");
-    let (mut delay_s, mut least, mut most) = (dice.between(0.0, 0.2), u64::MAX, 0);
+    let (mut delay_s, mut min, mut max) = (random.between(0.0, 0.2), u64::MAX, 0);
     for row in 0..150 {
-        delay_s = (delay_s + dice.between(-0.03, 0.03)).clamp(0.0, 0.2);
-        let forward = if row > 0 && dice.one(&[true, false, false, false, false, false, false, false, false, false]) {
+        delay_s = (delay_s + random.between(-0.03, 0.03)).clamp(0.0, 0.2);
+        let forward = if row > 0 && random.one(&[true, false, false, false, false, false, false, false, false, false]) {
             "lost".to_owned()
         } else {
             let ticks = (delay_s / TICK_S).round() as u64;
-            (least, most) = (least.min(ticks), most.max(ticks));
+            (min, max) = (min.min(ticks), max.max(ticks));
             delay_s.to_string()
         };
         writeln!(text, "{},{forward},{}", f64::from(row) * 0.01, 0.2 - delay_s).expect("written");
     }
-    (text, least..=most)
+    (text, min..=max)
 }
 
-/// The tables that drawn scenarios read.
+/// The files of the random scenarios.
 struct Tables {
     folder: tempfile::TempDir,
-    /// The ticks that each of the delay traces takes from master to slave.
+    /// The range of the forward delay of each trace, in ticks.
     logged: Vec<RangeInclusive<u64>>,
 }
 
 impl Tables {
     const RUPTURES_S: [f64; 3] = [0.45, 0.7, 0.9];
 
-    fn write(dice: &mut Dice) -> Self {
+    fn write(random: &mut Random) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: String, text: String| std::fs::write(folder.path().join(name), text).expect("written");
         for (index, rupture_s) in Self::RUPTURES_S.into_iter().enumerate() {
@@ -80,7 +81,7 @@ impl Tables {
         }
         let mut logged = vec![];
         for index in 0..8 {
-            let (text, ticks) = logged_delays(dice);
+            let (text, ticks) = logged_delays(random);
             write(format!("delays_{index}.csv"), text);
             logged.push(ticks);
         }
@@ -92,75 +93,76 @@ impl Tables {
     }
 }
 
-/// A drawn link: the settings that make it, and how long its samples take before jitter, if that is not a delay's key.
-struct Drawn {
+/// A random link: its settings, and the range of its delays before jitter, if no key gives the delay.
+struct RandomLink {
     settings: Vec<String>,
     logged: Option<RangeInclusive<u64>>,
 }
 
-fn draw(dice: &mut Dice, tables: &Tables) -> Drawn {
+fn draw(random: &mut Random, tables: &Tables) -> RandomLink {
     let mut settings = vec![];
     let mut set = |key: &str, value: &dyn std::fmt::Display| settings.push(format!("{key}={value}"));
     let file = |path: &Path| format!("{:?}", path.display().to_string());
 
     set("simulation.duration_s", &1.5);
-    set("simulation.seed", &dice.one(&[1, 2, 3, 4, 5]));
-    set("simulation.control", &dice.one(&["continuous", "continuous", "sampled"]));
-    let index = dice.one(&[0, 1, 2]);
+    set("simulation.seed", &random.one(&[1, 2, 3, 4, 5]));
+    set("simulation.control", &random.one(&["continuous", "continuous", "sampled"]));
+    let index = random.one(&[0, 1, 2]);
     set("recording.file", &file(&tables.path(&format!("insertion_{index}.csv"))));
     set("recording.ruptures_s", &format!("[{}]", Tables::RUPTURES_S[index]));
-    if dice.one(&[true, false, false]) {
-        // A tissue that answers to where the needle is.
+    if random.one(&[true, false, false]) {
+        // A tissue that depends on the position of the needle.
         set("operator.kind", &"ramp");
         set("operator.start_m", &-0.002);
         set("operator.end_m", &0.05);
-        set("operator.speed_m_per_s", &dice.between(0.02, 0.06));
+        set("operator.speed_m_per_s", &random.between(0.02, 0.06));
         set("tissue.kind", &"layers");
         set("tissue.skin.rupture_force_n", &2.0);
     }
 
-    // On one link in three the way back to the hand can be seen from outside.
-    let plain = dice.one(&[true, false, false]);
+    // On one link in three, the trace shows the return to the hand.
+    let plain = random.one(&[true, false, false]);
     let kinds = ["position-force", "position-force", "local-force", "position-position", "four-channel"];
-    let kind = if plain { "position-force" } else { dice.one(&kinds) };
+    let kind = if plain { "position-force" } else { random.one(&kinds) };
     let mut schemes = vec!["none", "none", "time-domain", "energy-tank"];
     if matches!(kind, "position-force" | "local-force") {
         schemes.push("wave-variables");
     }
     set("controller.kind", &kind);
-    set("passivity.scheme", &if plain { "none" } else { dice.one(&schemes) });
+    set("passivity.scheme", &if plain { "none" } else { random.one(&schemes) });
 
     let mut logged = None;
-    if dice.one(&[true, false, false, false, false]) {
-        let index = dice.one(&[0, 1, 2, 3, 4, 5, 6, 7]);
+    if random.one(&[true, false, false, false, false]) {
+        let index = random.one(&[0, 1, 2, 3, 4, 5, 6, 7]);
         set("channel.delays_file", &file(&tables.path(&format!("delays_{index}.csv"))));
         logged = Some(tables.logged[index].clone());
     } else {
-        set("channel.forward_delay_s", &dice.up_to(0.2));
-        set("channel.backward_delay_s", &dice.up_to(0.2));
+        set("channel.forward_delay_s", &random.up_to(0.2));
+        set("channel.backward_delay_s", &random.up_to(0.2));
     }
-    let mut outages: Vec<f64> = (0..2 * dice.one(&[0, 1, 1, 2, 3])).map(|_| dice.between(0.0, 1.4)).collect();
+    let mut outages: Vec<f64> = (0..2 * random.one(&[0, 1, 1, 2, 3])).map(|_| random.between(0.0, 1.4)).collect();
     outages.sort_by(f64::total_cmp);
     if let Some(first) = outages.first_mut() {
-        // Some links are dead from the start.
-        *first *= dice.one(&[0.0, 1.0, 1.0]);
+        // Some links have an outage from the start.
+        *first *= random.one(&[0.0, 1.0, 1.0]);
     }
     set("channel.outages_s", &format!("{outages:?}"));
-    set("channel.jitter_s", &dice.up_to(0.2));
-    set("channel.loss", &dice.up_to(0.5));
-    set("channel.outage_s", &dice.between(0.005, 0.15));
-    set("channel.recovery", &if plain { "ramp" } else { dice.one(&["ramp", "hold", "give-up"]) });
-    set("channel.recovery_speed_m_per_s", &dice.between(0.005, 0.1));
+    set("channel.jitter_s", &random.up_to(0.2));
+    set("channel.loss", &random.up_to(0.5));
+    set("channel.outage_s", &random.between(0.005, 0.15));
+    set("channel.recovery", &if plain { "ramp" } else { random.one(&["ramp", "hold", "give-up"]) });
+    set("channel.recovery_speed_m_per_s", &random.between(0.005, 0.1));
 
     set("augmentation.min_hold_s", &0.1);
     set("augmentation.max_hold_s", &0.3);
-    set("augmentation.freeze", &dice.one(&["measured", "reference"]));
-    set("augmentation.reengage", &dice.one(&["ramp", "clutch", "snap"]));
-    set("augmentation.force_law", &dice.one(&["decay", "amplify"]));
-    Drawn { settings, logged }
+    set("augmentation.freeze", &random.one(&["measured", "reference"]));
+    set("augmentation.reengage", &random.one(&["ramp", "clutch", "snap"]));
+    set("augmentation.force_law", &random.one(&["decay", "amplify"]));
+    RandomLink { settings, logged }
 }
 
-/// Whether the reference keeps its bits from each tick with a frozen slave to the next one; and whether there is any.
+/// Returns whether the reference is constant, bit for bit, from each tick with a frozen slave to the next, and whether
+/// there is any.
 fn stays_while_frozen(trace: &Trace) -> Result<bool, String> {
     let frozen = |tick: usize| trace.mode[tick] == FROZEN;
     for tick in 1..trace.len() {
@@ -172,8 +174,9 @@ fn stays_while_frozen(trace: &Trace) -> Result<bool, String> {
     Ok((0..trace.len()).any(frozen))
 }
 
-/// Whether the reference, once the link is back, runs to the hand no faster than it may; and after how many outages that
-/// could be seen. It is there when it is to the bit where the hand was when something was sent after the outage.
+/// Checks that the reference returns to the hand within its speed limit after an outage, and returns the number of
+/// checked outages. The return ends when the reference equals, bit for bit, a position of the hand that was sent after
+/// the outage.
 fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<u64>) -> Result<usize, String> {
     let numbers = scenario.values();
     let number = |key: &str| match numbers.get(key) {
@@ -182,7 +185,7 @@ fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<
     };
     let Some(trocar::scenario::Value::Numbers(outages_s)) = numbers.get("channel.outages_s") else { panic!("a list") };
     let jitter = (number("channel.jitter_s") / TICK_S).round() as usize;
-    let (least, most) = (*ticks.start() as usize, *ticks.end() as usize + jitter);
+    let (min, max) = (*ticks.start() as usize, *ticks.end() as usize + jitter);
     let outage = (number("channel.outage_s") / TICK_S).round() as usize;
     let step_m = number("channel.recovery_speed_m_per_s") * TICK_S;
     let (hand, reference) = (&trace.master_position_m, &trace.slave_reference_m);
@@ -191,15 +194,15 @@ fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<
     for pair in outages_s.chunks(2) {
         let tick = |time_s: f64| (time_s / TICK_S).ceil() as usize;
         let (begin, end) = (tick(pair[0]), tick(pair[1]));
-        // What was sent before comes until `begin + most`, and what is sent after from `end + least` on.
-        if end + least <= begin + most + outage {
+        // Samples from before arrive until `begin + max`, samples from after from `end + min` on.
+        if end + min <= begin + max + outage {
             continue;
         }
         let undisturbed = |tick: &usize| trace.mode[*tick] == TELEOPERATION;
-        if (0..end + least).any(|tick| tick >= trace.len() || !undisturbed(&tick)) {
+        if (0..end + min).any(|tick| tick >= trace.len() || !undisturbed(&tick)) {
             continue;
         }
-        for now in (end + least..trace.len()).take_while(undisturbed) {
+        for now in (end + min..trace.len()).take_while(undisturbed) {
             let moved_m = (reference[now] - reference[now - 1]).abs();
             if moved_m > step_m * (1.0 + 1e-9) + 1e-15 {
                 return Err(format!(
@@ -207,7 +210,7 @@ fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<
                     pair[1]
                 ));
             }
-            let sent = hand.get(end..=now - least).unwrap_or_default();
+            let sent = hand.get(end..=now - min).unwrap_or_default();
             if sent.iter().any(|position| position.to_bits() == reference[now].to_bits()) {
                 break;
             }
@@ -218,12 +221,12 @@ fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<
 }
 
 #[test]
-fn a_thousand_links_leave_numbers_hold_a_frozen_slave_and_come_back_slowly() {
-    let mut dice = Dice(ChaCha8Rng::seed_from_u64(4));
-    let tables = Tables::write(&mut dice);
+fn a_thousand_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
+    let mut random = Random(ChaCha8Rng::seed_from_u64(4));
+    let tables = Tables::write(&mut random);
     let (mut frozen, mut diverged, mut recoveries) = (0, 0, 0);
     for link in 0..LINKS {
-        let Drawn { settings, logged } = draw(&mut dice, &tables);
+        let RandomLink { settings, logged } = draw(&mut random, &tables);
         let about = || format!("link {link}:\n  {}", settings.join("\n  "));
         let scenario = Scenario::load(&Source::parse("builtin:augmented.toml"), &settings);
         let scenario = scenario.unwrap_or_else(|error| panic!("{error:?}\n{}", about()));
@@ -244,12 +247,12 @@ fn a_thousand_links_leave_numbers_hold_a_frozen_slave_and_come_back_slowly() {
     }
     println!("{frozen} frozen, {diverged} diverged, {recoveries} recoveries seen");
     assert!(frozen >= LINKS / 2, "only {frozen} have an event to freeze at");
-    assert!(recoveries >= LINKS / 20, "only {recoveries} recoveries were seen");
+    assert!(recoveries >= LINKS / 20, "only {recoveries} recoveries were checked");
 }
 
-/// What decides whether the way back can be seen from outside.
+/// The properties that determine whether the trace shows the return.
 struct LinkKind {
-    /// The reference is the hand's position as it has arrived.
+    /// Whether the reference is the received position of the hand.
     plain: bool,
     ramps: bool,
 }

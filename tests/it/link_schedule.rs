@@ -1,16 +1,16 @@
-//! Outages and logged delays, from a scenario's file to the trace; and what is refused.
+//! Outages and logged delays, from the scenario file to the trace; and invalid ones.
 
 use crate::support::test_folder::TestFolder;
 use trocar::engine::Trace;
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 
-/// A hand at 20 mm/s, a slave in a soft tissue, nothing augmented, 1 s.
+/// A hand at 20 mm/s and a slave in a soft tissue, without augmentation, for 1 s.
 const BASE: &str = "name = \"x\"\noperator.kind = \"ramp\"\noperator.speed_m_per_s = 0.02\n\
     tissue = { kind = \"kelvin-voigt\", stiffness_n_per_m = 20.0 }\nsimulation.duration_s = 1.0\n\
     augmentation.enabled = false\n";
 
-/// A folder in which the scenario is tried with its channel's keys.
+/// Loads the scenario in a folder, with these keys of its channel.
 fn load(folder: &TestFolder, channel: &str) -> Scenario {
     folder.file("x.toml", format!("{BASE}[channel]\n{channel}\n"));
     Scenario::load(&Source::Disk(folder.path("x.toml")), &[]).expect("loads")
@@ -25,8 +25,8 @@ fn refuse(folder: &TestFolder, channel: &str, phrases: &[&str]) {
     folder.refused(&["check", "x.toml"], phrases);
 }
 
-/// Where the slave is sent, if what the master sent at each tick takes that many ticks and the last that was sent counts;
-/// what has not come at the end is lost.
+/// Returns the reference of the slave if each sample of the master takes a number of ticks and the latest sample
+/// counts; a sample that has not arrived at the end is lost.
 fn held(trace: &Trace, ticks: impl Fn(usize) -> Option<usize>) -> Vec<f64> {
     let arrived = |now: usize| (0..=now).rev().find(|&sent| ticks(sent).is_some_and(|ticks| sent + ticks <= now));
     let position_m = |now| arrived(now).map_or(0.0, |sent| trace.master_position_m[sent]);
@@ -36,7 +36,7 @@ fn held(trace: &Trace, ticks: impl Fn(usize) -> Option<usize>) -> Vec<f64> {
 #[test]
 fn a_logged_delay_is_what_samples_take() {
     let folder = TestFolder::new();
-    // Late, lost, early enough to overtake, and lost again to the end; nothing happens on the way back.
+    // Late, lost, early enough to overtake, and lost until the end; no backward delay.
     folder.file(
         "logs/wifi.csv",
         "# from a rig\ntime_s,forward_delay_s,backward_delay_s\n0.1,0.0304,0\n0.3005,,0\n0.35,0.1,0\n0.4,0.0052,0\n0.9,lost,0\n",
@@ -89,12 +89,12 @@ fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() 
     let link = "forward_delay_s = 0.02\njitter_s = 0.003\noutages_s = [0.3, 0.6]\nrecovery_speed_m_per_s = 0.05";
     let trace = traced(&folder, link);
     let reference = &trace.slave_reference_m;
-    // Nothing that was sent before 0.3 s comes after 0.322 s, nothing sent after before 0.62 s.
+    // No sample from before 0.3 s arrives after 0.322 s, none from after it before 0.62 s.
     assert!(reference[322..620].iter().all(|&position| position == reference[322]));
     let there = (620..1000).find(|&tick| trace.master_position_m[600..tick].contains(&reference[tick])).expect("there");
     let steps: Vec<f64> = (620..=there).map(|tick| reference[tick] - reference[tick - 1]).collect();
     assert!(steps.iter().all(|&step| step <= 5e-5 * (1.0 + 1e-9)), "faster than 50 mm/s");
-    // 6 mm behind a hand at 20 mm/s: 0.2 s at 50 mm/s.
+    // 6 mm behind a hand at 20 mm/s takes 0.2 s at 50 mm/s.
     assert!((780..860).contains(&there), "{there}");
     assert_eq!(
         trace.slave_reference_m[..320],
@@ -109,18 +109,18 @@ fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() 
 }
 
 #[test]
-fn a_slave_that_has_heard_nothing_from_the_start_is_not_thrown() {
+fn a_slave_with_an_outage_from_the_start_does_not_jump() {
     let folder = TestFolder::new();
     let trace = traced(&folder, "outages_s = [0.0, 0.5]\nrecovery_speed_m_per_s = 0.05");
     let reference = &trace.slave_reference_m;
     assert!(reference[..500].iter().all(|&position| position == 0.0) && trace.master_position_m[500] > 8e-3);
     let fastest = reference.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
     assert!(fastest <= 5e-5 * (1.0 + 1e-9), "{fastest}");
-    assert_eq!(reference[999], trace.master_position_m[999], "it is there by the end");
+    assert_eq!(reference[999], trace.master_position_m[999], "it has returned at the end");
 }
 
 #[test]
-fn outages_that_make_no_sense_are_refused_where_they_stand() {
+fn invalid_outages_are_rejected_with_their_place() {
     let folder = TestFolder::new();
     for (outages, phrases) in [
         ("[0.3]", ["and the outage at 0.3 s no end", "write each outage as its begin and its end"]),
@@ -137,7 +137,7 @@ fn outages_that_make_no_sense_are_refused_where_they_stand() {
 }
 
 #[test]
-fn delays_that_make_no_sense_are_refused_with_file_line_and_remedy() {
+fn invalid_delays_are_rejected_with_file_line_and_remedy() {
     let folder = TestFolder::new();
     let header = "time_s,forward_delay_s,backward_delay_s\n";
     for (rows, phrases) in [

@@ -1,29 +1,29 @@
-//! A programme that uses this crate and a BLAS: both link, and each gets its own routines.
+//! A program with this crate and another BLAS links, and each uses its own routines.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::SystemTime;
 use std::{env, fs};
 
-/// Routines of BLAS and LAPACK without the letter of their precision.
+/// Routines of BLAS and LAPACK without the prefix of their precision.
 const ROUTINES: [&str; 38] = [
     "asum", "axpy", "copy", "dot", "nrm2", "rot", "scal", "swap", "gemv", "ger", "symv", "syr", "syr2", "trmv", "trsv",
     "gemm", "symm", "syrk", "syr2k", "trmm", "trsm", "gesv", "getrf", "getri", "getrs", "geqrf", "ormqr", "potrf",
     "potri", "potrs", "syev", "syevd", "syevr", "sygv", "geev", "gesdd", "gesvd", "gelsd",
 ];
 
-/// What the user's routines return, and trocar's would not.
+/// Return value of the user's routines, which trocar's do not return.
 const MARK: f64 = 41.0;
 
-/// A BLAS that is all in one object, so that each of its names is linked.
+/// Returns a BLAS in a single object file, so that all its names are linked.
 fn blas() -> String {
     let names =
         ROUTINES.iter().flat_map(|routine| ["s", "d", "c", "z"].map(|precision| format!("{precision}{routine}_")));
     names.map(|name| format!("#[unsafe(no_mangle)] pub extern \"C\" fn {name}() -> f64 {{ {MARK:?} }}\n")).collect()
 }
 
-/// Certifies a scenario, for which trocar solves semidefinite programmes, and calls the BLAS.
-const PROGRAMME: &str = r#"
+/// Certifies a scenario, which needs semidefinite programs, and calls the BLAS.
+const PROGRAM: &str = r#"
 use user_blas as _;
 use trocar::scenario::{Scenario, Source};
 use trocar::stability::{Switching, SwitchingSettings};
@@ -40,7 +40,7 @@ fn main() {
 }
 "#;
 
-/// Where cargo keeps what this test was built from, and the library in there that was built last.
+/// Returns cargo's folder of the dependencies of this test, and the latest library in it.
 fn built() -> (PathBuf, PathBuf) {
     let folder = env::current_exe().expect("a path").parent().expect("a folder").to_owned();
     let is_library = |path: &PathBuf| {
@@ -66,10 +66,10 @@ fn rustc(folder: &Path) -> Command {
 }
 
 #[test]
-fn a_programme_with_a_blas_of_its_own_links_and_both_get_theirs() {
+fn a_program_with_its_own_blas_links_and_each_uses_its_own_routines() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("user_blas.rs"), blas()).expect("written");
-    fs::write(folder.path().join("programme.rs"), PROGRAMME).expect("written");
+    fs::write(folder.path().join("programme.rs"), PROGRAM).expect("written");
     run(rustc(folder.path()).args(["--crate-type=rlib", "user_blas.rs"]));
     let (dependencies, library) = built();
     let mut programme = rustc(folder.path());

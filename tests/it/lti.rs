@@ -161,7 +161,7 @@ proptest! {
         let value = |system: &StateSpace<Continuous>| system.evaluate(s).expect("not a pole")[(0, 0)];
         prop_assert!(near(value(&series(&a, &b).expect("one by one")), (&g * &h).evaluate(s)));
         prop_assert!(near(value(&parallel(&a, &b).expect("one by one")), (&g + &h).evaluate(s)));
-        // A loop gain of exactly -1 at infinite frequency is an error on both sides; it has measure 0 here.
+        // A loop gain of exactly -1 at infinite frequency is an error on both sides; its probability is 0 here.
         if let Ok(closed) = feedback(&a, &b) {
             let wanted = g.feedback(&h).expect("regular").evaluate(s);
             prop_assume!(wanted.norm() < 1e3);

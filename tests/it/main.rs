@@ -1,4 +1,4 @@
-//! Everything that is tested from the outside, in one program: a module a subject.
+//! All tests of the public interface in one program, with a module per subject.
 
 mod actuators;
 mod appendix_poles;

@@ -1,4 +1,4 @@
-//! The catalogue of metrics: declared once, and found by every surface.
+//! The catalogue of metrics: each is declared once, and all outputs use it.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The sources of every package.
+/// Returns the sources of all packages.
 fn sources() -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = vec![];
@@ -30,7 +30,7 @@ fn sources() -> String {
     files.iter().map(|path| std::fs::read_to_string(path).expect("a source")).collect()
 }
 
-/// How often a word stands in a text, as a word of its own.
+/// Returns the number of occurrences of a whole word in a text.
 fn occurrences(text: &str, word: &str) -> usize {
     let is_of_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     let is_alone =
@@ -44,7 +44,7 @@ fn a_metric_is_declared_in_one_place() {
     for metric in declarations() {
         assert_eq!(sources.matches(metric.meaning).count(), 1, "{}: {}", metric.name, metric.meaning);
     }
-    // Metrics that are read off others stand nowhere but in the catalogue.
+    // Metrics that are derived from others occur only in the catalogue.
     for name in ["max_detection_delay_s", "max_slave_travel_m", "max_frozen_motion_m"] {
         assert_eq!(occurrences(&sources, name), 1, "{name}");
     }
@@ -70,7 +70,7 @@ fn every_surface_has_every_metric() {
 }
 
 #[test]
-fn former_names_of_metrics_are_taken_and_the_new_ones_named() {
+fn former_names_of_metrics_are_accepted_with_a_note() {
     let folder = TestFolder::new();
     let file = |metrics: &str| {
         format!(

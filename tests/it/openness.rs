@@ -1,5 +1,5 @@
-//! How many places a built-in part is named in: its own file and its line in the registry. What else names one does so because
-//! it is about that part, and is listed here with the reason.
+//! A built-in part is named in its own file and in its line of the registry only. Other places that name a part are
+//! about that part, and are listed here with the reason.
 
 use std::collections::HashMap;
 use std::fs;
@@ -11,13 +11,13 @@ use trocar::scenario::{KEYS, Kind};
 const CORE: &str = "core/src/";
 const SIM: &str = "sim/src/";
 
-/// Where else a part may be named, and why.
+/// Another place that may name a part, and the reason.
 type Exception = (&'static str, &'static str);
 
-/// A built-in part: its own file, the names that it goes by, and where else they may stand.
+/// A built-in part: its own file, its names, and its exceptions.
 type Part = (&'static str, &'static [&'static str], &'static [Exception]);
 
-/// What is compiled for the parts that most runs have.
+/// The compiled wirings of frequent parts.
 const WIRED: [Exception; 2] = [
     ("sim/src/engine/wired.rs", "the wirings that are compiled for their parts"),
     ("sim/src/scenario/parts.rs", "which of these wirings a scenario has"),
@@ -109,7 +109,7 @@ const SCHEMES: &[Part] = &[
     ("passivity/tank.rs", &["Tank", "TankSettings", "EnergyTank"], &[]),
 ];
 
-/// The sources of both crates that are no tests, each as code alone: without comments, imports and its tests.
+/// Returns the sources of both crates as code alone: without comments, imports and tests.
 fn sources() -> HashMap<String, String> {
     let mut sources = HashMap::new();
     for folder in [CORE, SIM] {
@@ -126,7 +126,7 @@ fn sources() -> HashMap<String, String> {
     sources
 }
 
-/// A file without comments, imports, modules' names and tests.
+/// Returns a file without comments, imports, module names and tests.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).expect("text");
     let mut code = String::new();
@@ -144,15 +144,15 @@ fn code(path: &Path) -> String {
     code
 }
 
-/// Whether a name stands in a line of code by itself.
+/// Returns whether a line of code contains a whole name.
 fn names(line: &str, name: &str) -> bool {
     let part_of_name = |c: char| c.is_alphanumeric() || c == '_';
     line.match_indices(name)
         .any(|(at, _)| !line[..at].ends_with(part_of_name) && !line[at + name.len()..].starts_with(part_of_name))
 }
 
-/// Checks that each part of a registry is named in its own file, in one line of the registry's, and where it is excepted; in
-/// the files whose names begin with one of `within`.
+/// Checks that each part of a registry is named in its own file, in one line of the registry and in its exceptions
+/// only, in the files whose paths start with one of `within`.
 fn named_once(registry: &str, within: &[&str], parts: &[Part]) {
     let sources = sources();
     let folder = registry.rsplit_once('/').expect("a folder").0;
@@ -160,7 +160,7 @@ fn named_once(registry: &str, within: &[&str], parts: &[Part]) {
         let own = format!("{folder}/{own}");
         assert!(sources.contains_key(&own), "{own}");
         let lines = |text: &str| {
-            // The head of a choice names its default.
+            // The first line of a choice names its default.
             let counts = |line: &&str| !line.contains("pub enum") && names_of_part.iter().any(|name| names(line, name));
             text.lines().filter(counts).count()
         };
@@ -187,7 +187,7 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
     named_once("sim/src/teleoperation/mod.rs", &[SIM], SCHEMES);
 }
 
-/// Where a text is spelt as a word of a choice, and what it is there.
+/// Texts that equal a word of a choice, and their meaning.
 const SPELT_ALIKE: [(&str, &str, &str); 8] = [
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),

@@ -1,4 +1,4 @@
-//! People in the loop: reaction times, tremor and grips in whole runs, the same in both engines.
+//! Human operators in the loop: reaction times, tremor and grips in whole runs, with both engines.
 
 use trocar::engine::Trace;
 use trocar::run::run;
@@ -14,7 +14,8 @@ fn trace(name: &str, settings: &[&str]) -> Trace {
     run(scenario(name, settings)).expect("runs").trace
 }
 
-/// The first tick from `from` on at which the desired position stands still, and for how many ticks it does.
+/// Returns the first tick from `from` on at which the desired position stops, and the number of ticks for which it
+/// does.
 fn pause(trace: &Trace, from: usize) -> (usize, usize) {
     let desired = &trace.desired_position_m;
     let stands = |k: &usize| desired[*k + 1] == desired[*k];
@@ -23,12 +24,12 @@ fn pause(trace: &Trace, from: usize) -> (usize, usize) {
 }
 
 #[test]
-fn the_skin_gives_way_and_the_person_stops_150_to_250_ms_later_for_half_a_second() {
+fn the_operator_stops_150_to_250_ms_after_the_rupture_of_the_skin_for_half_a_second() {
     for seed in 1..=20 {
         let run = run(scenario("10_reflex", &[&format!("simulation.seed={seed}")])).expect("runs");
         let rupture = (run.metrics.ruptures[0].time_s * 1e3).round() as usize;
         let (start, length) = pause(&run.trace, rupture);
-        // The fall is noticed within some ticks of the rupture, once it is felt.
+        // The operator detects the drop of the felt force some ticks after the rupture.
         assert!((rupture + 150..=rupture + 275).contains(&start), "seed {seed}: {start} after {rupture}");
         assert_eq!(length, 500, "seed {seed}");
     }
@@ -49,14 +50,14 @@ fn the_desired_position_never_jumps() {
         for reflex in ["operator.reflex=stop", "operator.reflex=withdraw"] {
             let trace = trace(name, &[reflex]);
             let steps = trace.desired_position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-            // The fastest push is 15/8 of the mean speed; tremor and withdrawal add some tens of mm/s.
+            // The maximum speed is 15/8 of the mean speed; tremor and withdrawal add some tens of mm/s.
             assert!(steps.fold(0.0, f64::max) < 2e-4, "{name} {reflex}");
         }
     }
 }
 
 #[test]
-fn nobody_reacts_without_a_reflex_and_nothing_trembles_without_a_tremor() {
+fn without_a_reflex_there_is_no_reaction_and_without_tremor_no_tremor() {
     let still = trace("01_through_the_skin", &["simulation.seed=1"]);
     let other = trace("01_through_the_skin", &["simulation.seed=2"]);
     assert_eq!(still.desired_position_m, other.desired_position_m);
@@ -85,7 +86,7 @@ fn a_firm_hand_gives_way_less_than_a_relaxed_one_and_both_are_stable() {
         assert!(spread < 1e-6, "{grip} has come to rest: {spread}");
         tail[0]
     };
-    // At rest the hand's spring, k_a k_h / (k_a + k_h), and the tissue's are in series.
+    // At rest the spring of the hand, k_a k_h / (k_a + k_h), and that of the tissue are in series.
     let expected = |factor: f64| {
         let hand = factor * 733.0 * 14998.0 / (733.0 + 14998.0);
         0.02 * hand / (hand + 200.0)

@@ -1,4 +1,4 @@
-//! The engine and the estimator against trajectories of an independent implementation (`tests/reference`).
+//! The engine and the estimator compared with trajectories of an independent implementation (`tests/reference`).
 
 use crate::support::{ClosedLoop, difference, drive, table};
 use trocar::engine::{ExactPlants, IntegratedPlants, Trace};

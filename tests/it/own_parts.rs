@@ -1,4 +1,4 @@
-//! Parts of a user's own: the examples run, and copies of built-in parts give the bits of the built-in ones.
+//! User-defined parts: the examples run, and copies of built-in parts are identical to them, bit for bit.
 
 use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, Modes, MotionLaw};
 use trocar::detection::{CusumDetector, Decision, Detector, Distance, Evidence};
@@ -35,7 +35,7 @@ fn assert_same_bits(own: &Run, built_in: &Run, what: &str) {
 }
 
 #[test]
-fn a_tissue_of_ones_own_relaxes_where_it_is_held() {
+fn a_user_defined_tissue_relaxes_at_rest() {
     let run = own_tissue::run().expect("runs");
     let force = &run.trace.tissue_force_n;
     assert!(force.iter().all(|force| *force >= 0.0) && force.iter().any(|force| *force > 2.0));
@@ -43,7 +43,7 @@ fn a_tissue_of_ones_own_relaxes_where_it_is_held() {
 }
 
 #[test]
-fn a_detector_of_ones_own_finds_both_ruptures() {
+fn a_user_defined_detector_finds_both_ruptures() {
     let run = own_detector::run().expect("runs");
     assert_eq!((run.metrics.ruptures.len(), run.metrics.missed_ruptures, run.metrics.false_alarms), (2, 0, 0));
     let late = |delay: Option<f64>| delay.is_some_and(|delay| delay < 0.01);
@@ -51,7 +51,7 @@ fn a_detector_of_ones_own_finds_both_ruptures() {
 }
 
 #[test]
-fn a_force_law_of_ones_own_keeps_within_its_steps() {
+fn a_user_defined_force_law_keeps_its_step_limit() {
     let run = own_force_law::run().expect("runs");
     assert_eq!(run.metrics.events.len(), 2);
     assert!(run.metrics.feedback_step_excess_n <= 1e-12, "{}", run.metrics.feedback_step_excess_n);
@@ -59,7 +59,7 @@ fn a_force_law_of_ones_own_keeps_within_its_steps() {
 }
 
 #[test]
-fn a_scenario_with_all_parts_called_has_the_bits_of_the_built_in_one() {
+fn a_scenario_with_boxed_parts_is_identical_to_the_built_in_one_bit_for_bit() {
     for (name, settings) in [
         ("augmented", &[][..]),
         ("01_augmented", &[]),
@@ -75,7 +75,7 @@ fn a_scenario_with_all_parts_called_has_the_bits_of_the_built_in_one() {
     }
 }
 
-/// A part that passes everything on to a built-in one.
+/// A part that delegates to a built-in one.
 struct Copied<T>(T);
 
 impl<T: Tissue<f64>> Tissue<f64> for Copied<T> {
@@ -120,7 +120,7 @@ impl<T: MotionLaw<f64>> MotionLaw<f64> for Copied<T> {
     }
 }
 
-/// The paper's distance and decay, written anew.
+/// Separate implementations of the paper's distance and decay.
 struct Square;
 
 impl Distance<f64> for Square {
@@ -142,7 +142,7 @@ impl ForceLaw<f64> for Decay {
 }
 
 #[test]
-fn copies_of_built_in_parts_give_their_bits() {
+fn copies_of_built_in_parts_are_identical_bit_for_bit() {
     let built = || scenario("augmented", &[]);
     let built_in = run(built()).expect("runs");
     let scenario = built();

@@ -1,4 +1,4 @@
-//! Eight scenarios side by side give, bit for bit, the metrics of each alone, in every instruction set.
+//! Eight scenarios in lanes have, bit for bit, the metrics of separate runs, in every instruction set.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -7,13 +7,13 @@ use trocar::engine::InstructionSet;
 use trocar::run::{PACK, can_share, measure, run_pack, run_pack_in};
 use trocar::scenario::{Scenario, Source};
 
-/// A shipped scenario with settings of its own.
+/// Returns a shipped scenario with settings.
 fn load(name: &str, settings: &[String]) -> Scenario {
     let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     Scenario::load(&Source::parse(&path), settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
 }
 
-/// Every number in its shortest form that reads back to the same bits, and whatever else there is.
+/// Returns the metrics of a separate run, with each number in the shortest form that reads back to the same value.
 fn alone(scenario: &Scenario) -> String {
     format!("{:?}", measure(scenario).expect("runs"))
 }
@@ -22,7 +22,7 @@ fn in_packs(set: InstructionSet, scenarios: &[Scenario]) -> Vec<String> {
     run_pack_in(set, scenarios).into_iter().map(|metrics| format!("{:?}", metrics.expect("runs"))).collect()
 }
 
-/// Random settings of each kind that lanes may differ in.
+/// Returns random values of the keys that may differ between lanes.
 fn settings(rng: &mut ChaCha8Rng, ranges: &[(&str, f64, f64)]) -> Vec<String> {
     let mut settings: Vec<String> =
         ranges.iter().map(|(key, low, high)| format!("{key}={:?}", low + (high - low) * rng.random::<f64>())).collect();
@@ -30,7 +30,7 @@ fn settings(rng: &mut ChaCha8Rng, ranges: &[(&str, f64, f64)]) -> Vec<String> {
     settings
 }
 
-/// The machines, which lanes have in common or each for itself.
+/// The parameters of master and slave, equal in all lanes or different.
 const MACHINES: [(&str, f64, f64); 4] = [
     ("arm.k_a_n_per_m", 150.0, 600.0),
     ("arm.b_a_n_s_per_m", 1.0, 8.0),
@@ -38,7 +38,7 @@ const MACHINES: [(&str, f64, f64); 4] = [
     ("slave.proportional_gain", 900.0, 1500.0),
 ];
 
-/// What any scenario may differ in. Force scales this large make some of the closed loops diverge.
+/// The keys that may differ in any scenario. The large force scales make some closed loops diverge.
 const COMMON: [(&str, f64, f64); 8] = [
     ("scaling.force", 0.3, 3.0),
     ("scaling.position", 0.5, 1.5),
@@ -50,7 +50,7 @@ const COMMON: [(&str, f64, f64); 8] = [
     ("augmentation.catch_up_speed_m_per_s", 0.01, 0.1),
 ];
 
-/// That scenarios in packs give, in every instruction set, what each gives alone; gives the latter.
+/// Checks that scenarios in packs give, in every instruction set, the results of separate runs, and returns these.
 fn each_as_alone(name: &str, scenarios: &[Scenario]) -> Vec<String> {
     let single: Vec<String> = scenarios.iter().map(alone).collect();
     for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
@@ -93,7 +93,7 @@ fn replays() {
 }
 
 #[test]
-fn lanes_with_augmentation_beside_lanes_without() {
+fn lanes_with_and_without_augmentation() {
     for name in ["augmented", "01_augmented", "16_long_delay_waves", "20_four_channel"] {
         let mut rng = ChaCha8Rng::seed_from_u64(12);
         let case = |k: usize| {
@@ -159,7 +159,7 @@ fn links_and_other_estimators() {
 }
 
 #[test]
-fn what_cannot_be_side_by_side_runs_all_the_same() {
+fn scenarios_that_cannot_share_a_pack_run_separately() {
     let one =
         |settings: &[&str]| load("augmented", &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>());
     let scenarios = [

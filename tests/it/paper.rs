@@ -1,4 +1,4 @@
-//! The paper's facts, the readings of its appendix, and the two engines against each other, on the shipped scenarios.
+//! The paper's facts, the readings of its appendix, and the agreement of the two engines, on the shipped scenarios.
 
 use crate::support;
 use crate::support::difference;
@@ -71,7 +71,7 @@ fn paper_every_law_and_policy_keeps_its_bounds() {
         let m = metrics("augmented", &[&format!("augmentation.reengage={reengage}")]);
         m.peak_reengaging_speed_m_per_s.expect("re-engaged")
     };
-    assert!(speed("snap") > 5.0 * speed("ramp"), "snapping throws the needle");
+    assert!(speed("snap") > 5.0 * speed("ramp"), "snap moves the needle fast");
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn paper_the_fed_back_force_keeps_its_bound_recomputed_from_the_trace() {
 }
 
 #[test]
-fn paper_detection_stands_in_noise_where_the_derivative_fails() {
+fn paper_detection_works_in_noise_in_which_the_derivative_fails() {
     let seeds = 20;
     let mut separable = 0;
     for seed in 0..seeds {
@@ -120,7 +120,7 @@ fn paper_detection_stands_in_noise_where_the_derivative_fails() {
             separable += u32::from(check.derivative_exceedances == Some(0));
         }
     }
-    // Even a threshold chosen with the truth in hand seldom separates ruptures from noise: in a quarter of the runs at most.
+    // Even the best threshold separates ruptures from noise in at most a quarter of the runs.
     assert!(separable <= 2 * seeds as u32 / 4, "{separable} of {}", 2 * seeds);
 }
 
@@ -131,7 +131,7 @@ fn paper_master_as_printed_diverges_and_says_when() {
     assert!(time_s > 0.0 && time_s < 17.0);
     assert_eq!(run.trace.len() as u64, run.metrics.ticks);
     assert!(run.trace.numbers().iter().all(|column| column.iter().all(|value| value.is_finite())));
-    // The growth is that of the pole at +41.961.
+    // The growth rate is that of the pole at +41.961.
     let speeds = &run.trace.master_velocity_m_per_s;
     let (late, last) = (speeds[speeds.len() - 51].abs(), speeds[speeds.len() - 1].abs());
     let rate = (last / late).ln() / 0.05;
@@ -142,7 +142,7 @@ fn paper_master_as_printed_diverges_and_says_when() {
 fn paper_slave_as_printed_has_its_static_error() {
     let m = metrics("classical", &["slave.damping=as-printed"]);
     assert_eq!(m.outcome, Outcome::Completed);
-    // On a reference that stands still: 1 - 1300/1315.
+    // With a constant reference: 1 - 1300/1315.
     let still = [
         "slave.damping=as-printed",
         "operator.kind=ramp",
@@ -165,7 +165,7 @@ fn oracle_dop853_agrees_on_the_shipped_scenarios() {
             let integrated = run(scenario(name, &[&control, "simulation.engine=dop853"])).expect("runs");
             assert_eq!(exact.trace.mode, integrated.trace.mode);
             for (column, (a, b)) in COLUMNS.iter().zip(exact.trace.numbers().iter().zip(integrated.trace.numbers())) {
-                // The estimator's branches make its own signals as sensitive as its data; the physics is what is compared.
+                // The branches of the estimator make its signals sensitive; only the physical signals are compared.
                 if ["stiffness_n_per_m", "damping_n_s_per_m", "residual_n", "distance", "decision"].contains(column) {
                     continue;
                 }
@@ -185,7 +185,7 @@ fn oracle_stability_limits() {
         let delay_s = ticks * 1e-3;
         let growth = |stiffness: f64| {
             let settings = [
-                // A slow ramp into the tissue and a rest, with little ringing: contact is never lost.
+                // A slow ramp into the tissue and a rest, with little oscillation, so that contact is permanent.
                 "operator.kind=ramp".to_owned(),
                 "operator.speed_m_per_s=0.005".to_owned(),
                 "simulation.duration_s=9".to_owned(),
@@ -238,9 +238,9 @@ fn a_replay_by_depth_closes_the_loop() {
     }
     let overshoot = |m: &Metrics| m.ruptures[0].slave_overshoot_m.expect("seen");
     assert!(overshoot(&augmented) < 0.05 * overshoot(&classical));
-    // What the README says is left to do.
+    // The remaining steps that the README lists.
     assert_eq!((classical.missed_ruptures, augmented.missed_ruptures), (0, 1));
-    // A frozen needle feels a held force: between release and alarm it changes by what the needle's settling does.
+    // A frozen needle has a constant tissue force, except for its settling between rupture and alarm.
     let trace = run(scenario("depth_augmented", &[])).expect("runs").trace;
     let frozen: Vec<usize> = (0..trace.len()).filter(|&k| trace.mode[k] == 1).collect();
     let (first, last) = (frozen[100], frozen[450]);

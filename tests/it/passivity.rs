@@ -1,4 +1,4 @@
-//! What keeps a late link passive: that it does, what it costs, and that its energies are those of the ports.
+//! The passivity schemes of a delayed link: their effect, their cost, and their logged energies.
 
 use proptest::prelude::*;
 use trocar::engine::Trace;
@@ -14,7 +14,7 @@ fn ran(file: &str, settings: &[String]) -> (Trace, Metrics) {
     (run.trace, run.metrics)
 }
 
-/// How far a signal swings over the ticks of a span of seconds.
+/// Returns the amplitude of a signal over an interval in s.
 fn swing(signal: &[f64], from_s: usize, to_s: usize) -> f64 {
     let part = &signal[from_s * 1000..to_s * 1000];
     let (low, high) = part.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
@@ -22,7 +22,7 @@ fn swing(signal: &[f64], from_s: usize, to_s: usize) -> f64 {
 }
 
 #[test]
-fn every_scheme_calms_the_wall_on_which_the_plain_loop_builds_up() {
+fn every_scheme_stabilises_the_contact_in_which_the_plain_loop_grows() {
     let (plain, _) = ran("21_late_wall.toml", &[]);
     let (early, late) = (swing(&plain.feedback_force_n, 1, 3), swing(&plain.feedback_force_n, 10, 12));
     assert!(late > early && late > 10.0, "the plain loop: {early} N, then {late} N");
@@ -36,7 +36,7 @@ fn every_scheme_calms_the_wall_on_which_the_plain_loop_builds_up() {
 
 #[test]
 fn the_limit_of_the_plain_loop_is_where_the_reference_has_it() {
-    // 907 N/m is the most that it bears: below it the swing dies out, above it does not.
+    // The stability limit is 907 N/m: below it the oscillation decays, above it grows.
     let late = |stiffness: f64| {
         let (trace, _) = ran("21_late_wall.toml", &[format!("tissue.stiffness_n_per_m={stiffness}")]);
         swing(&trace.feedback_force_n, 10, 12) / swing(&trace.feedback_force_n, 7, 9)
@@ -57,7 +57,8 @@ fn without_delay_a_scheme_costs_at_most_a_hundredth_of_tracking() {
     }
 }
 
-/// A link of random scheme and delays, a spring of random stiffness (N/m), and a hand that swings inside it.
+/// Returns a link with a random scheme and random delays, a spring of random stiffness (N/m), and a hand that
+/// oscillates inside it.
 fn random_link() -> impl Strategy<Value = (Vec<String>, f64)> {
     let link = (0..SCHEMES.len(), 1..60u32, 0..60u32, 0.0..0.02, 0.0..0.3);
     (link, 50.0..300.0, 0.001..0.008, 0.3..1.5, 1..1000u64).prop_map(
@@ -86,8 +87,8 @@ fn random_link() -> impl Strategy<Value = (Vec<String>, f64)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The master's force is held over a tick, so that the integral of force times velocity is the sum of forces times
-    /// displacements; what a needle put into a spring is what the spring holds.
+    /// The force of the master is held over a tick, so the integral of force times velocity is the sum of forces times
+    /// displacements; the work of the needle on a spring is the energy of the spring.
     #[test]
     fn the_energies_logged_are_the_integrals_at_the_ports((settings, stiffness) in random_link()) {
         let (trace, metrics) = ran("classical.toml", &settings);

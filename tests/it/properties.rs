@@ -1,4 +1,4 @@
-//! Whatever a file holds, loading it ends with a scenario or an error; and what is resolved is echoed faithfully.
+//! Loading any file ends with a scenario or an error, and the echo of a resolved scenario is faithful.
 
 use proptest::prelude::*;
 use trocar::scenario::{Fallback, KEYS, Kind, Scenario, Source, json_schema, starter};
@@ -11,7 +11,7 @@ fn load(text: &[u8]) -> Result<Scenario, String> {
     Scenario::load(&Source::Disk(path), &[]).map_err(|error| error.to_string())
 }
 
-/// Numbers at the ends of what keys allow, and words that some allow.
+/// Numbers at the limits of keys, and words that some keys allow.
 fn extreme_value() -> impl Strategy<Value = String> {
     prop::sample::select(vec![
         "0",
@@ -47,7 +47,7 @@ fn extreme_value() -> impl Strategy<Value = String> {
     .prop_map(str::to_owned)
 }
 
-/// How many of a run's metrics are undefined; JSON writes NaN and infinity as null too, which this does not count.
+/// Returns the number of undefined metrics of a run; NaN and infinity, which JSON also writes as null, do not count.
 fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
     let undefined = [
         metrics.mean_absolute_residual_n,
@@ -125,7 +125,7 @@ proptest! {
     fn arbitrary_values_of_known_keys_do_not_panic(
         entries in prop::collection::vec((0..KEYS.len(), any_value()), 1..6),
     ) {
-        // Without the recording a case is quick; long runs are refused or only resolved, never run.
+        // Without the recording a case is quick; long runs are rejected or only resolved, but not run.
         let mut text = String::from("operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\n");
         for (index, value) in entries {
             if !KEYS[index].path.ends_with("kind") {
@@ -136,7 +136,7 @@ proptest! {
     }
 
     #[test]
-    fn whatever_runs_leaves_only_numbers(
+    fn every_run_gives_finite_values(
         entries in prop::collection::vec((0..KEYS.len(), extreme_value()), 1..4),
     ) {
         let mut text = String::from("operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.2\n");
@@ -156,7 +156,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_resolved_is_echoed(
+    fn a_resolved_scenario_is_echoed(
         scale in 0.1..3.0f64, tick in prop::sample::select(vec![1e-3, 5e-4, 2e-3]), k_v in 0.0..40.0f64,
         seed in 0..i64::MAX, ratio in 0.0..=1.0f64, reengage in prop::sample::select(vec!["ramp", "clutch", "snap"]),
         distance in prop::sample::select(trocar::detection::DistanceKind::WORDS.to_vec()),

@@ -1,7 +1,7 @@
-//! What other people's code can name is listed in a file, so that a change of it is seen: `INSTA_UPDATE=always` writes it anew.
+//! The public names are listed in a file, so that every change is visible: `INSTA_UPDATE=always` updates it.
 //!
-//! The list is read off the source text: items, public fields, variants and methods, wherever `pub use` shows them. What macros
-//! make is not in it.
+//! The list comes from the source text: items, public fields, variants and methods, by their `pub use` paths. Items
+//! from macros are not included.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,12 +10,12 @@ use insta::assert_snapshot;
 use crate::layering::modules::{Modules, Place};
 use crate::support::file;
 
-/// What a stretch of source text says of its own items.
+/// The items of a part of a source text.
 #[derive(Default)]
 struct Items {
-    /// Those with `pub`, each with its public fields, its variants, or what a trait asks.
+    /// Public items, each with its public fields, its variants, or the items of a trait.
     public: BTreeMap<String, Names>,
-    /// What `impl` adds to a type.
+    /// The items that `impl` adds to a type.
     added: BTreeMap<String, Names>,
 }
 
@@ -30,7 +30,7 @@ fn is_name(word: &str) -> bool {
 }
 
 impl Items {
-    /// Reads a module's words; what stands inside a function's braces is nobody's.
+    /// Parses the words of a module; function bodies are ignored.
     fn read(words: &[String]) -> Self {
         let mut items = Self::default();
         let mut at = 0;
@@ -65,14 +65,14 @@ impl Items {
         let members = match kind.as_str() {
             "struct" | "union" => fields(inside),
             "enum" => variants(inside),
-            "trait" => asked(inside),
+            "trait" => trait_items(inside),
             _ => vec![],
         };
         self.public.entry(name.clone()).or_default().extend(members);
     }
 }
 
-/// Where the brace that opens at a place closes.
+/// Returns the position of the closing brace for an opening one.
 fn closing(words: &[String], open: usize) -> usize {
     let mut depth = 0;
     for (at, word) in words.iter().enumerate().skip(open) {
@@ -94,7 +94,7 @@ fn without_attributes(words: &[String]) -> Vec<String> {
     rest.to_vec()
 }
 
-/// The type that an `impl<…> Type<…>` is of.
+/// Returns the type of an `impl<…> Type<…>`.
 fn implemented(head: &[String]) -> String {
     let mut depth = 0;
     for word in &head[1..] {
@@ -108,7 +108,7 @@ fn implemented(head: &[String]) -> String {
     String::new()
 }
 
-/// The parts of a list, at the commas that stand in no bracket.
+/// Splits a list at the commas outside of brackets.
 fn parts(words: &[String]) -> Vec<Vec<String>> {
     let mut parts = vec![vec![]];
     let mut depth = 0;
@@ -135,8 +135,8 @@ fn variants(inside: &[String]) -> Vec<String> {
     parts(inside).into_iter().map(|part| part[0].clone()).collect()
 }
 
-/// Functions, types and constants of a trait.
-fn asked(inside: &[String]) -> Vec<String> {
+/// Returns the functions, types and constants of a trait.
+fn trait_items(inside: &[String]) -> Vec<String> {
     let public = |word: &String| {
         let is_item = ["fn", "type", "const"].contains(&word.as_str());
         [is_item.then(|| "pub".to_owned()), Some(word.clone())].into_iter().flatten()
@@ -148,7 +148,7 @@ fn asked(inside: &[String]) -> Vec<String> {
 struct Api<'a> {
     modules: &'a Modules,
     items: BTreeMap<&'a Place, Items>,
-    /// What `impl` adds to a type, in whichever module, by where the type is defined.
+    /// The items that `impl` adds to a type in any module, by the module that defines the type.
     added: BTreeMap<(Place, String), Names>,
     lines: Names,
 }
@@ -169,7 +169,7 @@ impl<'a> Api<'a> {
         api.lines
     }
 
-    /// Lists a module under the path by which it is reached.
+    /// Lists a module under its public path.
     fn list_module(&mut self, place: &Place, path: &str) {
         let names: Vec<String> = self.items[place].public.keys().cloned().collect();
         for name in names {
@@ -214,7 +214,7 @@ fn the_public_names_are_those_of_the_list() {
 }
 
 #[test]
-fn public_names_are_found_wherever_they_are_shown() {
+fn public_names_are_found_under_every_public_path() {
     let mut modules = Modules::default();
     let sources = [
         ("", "pub mod open; mod closed; pub use closed::Shown as Seen; pub use other::thing;"),

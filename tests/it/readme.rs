@@ -1,4 +1,4 @@
-//! The README is executed: its commands run, and what it shows is what they print and draw.
+//! The commands of the README run, and their output and figures are those in the README.
 
 use super::support::file;
 use super::support::test_folder::TestFolder;
@@ -7,30 +7,30 @@ fn readme() -> String {
     std::fs::read_to_string(file("README.md")).expect("there")
 }
 
-/// The blocks fenced with a language.
+/// Returns the fenced blocks of a language.
 fn blocks(language: &str) -> Vec<String> {
     let text = readme();
     let opening = format!("```{language}\n");
     text.split(&opening).skip(1).map(|rest| rest.split("```").next().unwrap_or_default().to_owned()).collect()
 }
 
-/// The arguments of a shell line that calls trocar.
+/// Returns the arguments of a shell line that calls trocar.
 fn arguments(line: &str) -> Vec<&str> {
     line.trim().strip_prefix("trocar ").expect("a command").split_whitespace().collect()
 }
 
-/// Runs a command as it is shown, the project's files at their place; gives what it prints.
+/// Runs a command of the README, with the paths of the project, and returns its output.
 fn printed(folder: &TestFolder, command: &str) -> String {
     let command = command.replace("\\\n", " ").replace(" scenarios/", &format!(" {}/", file("scenarios").display()));
     folder.good(&arguments(&command))
 }
 
-/// The text is a block of the README.
+/// Checks that a text is a block of the README.
 fn assert_is_shown(text: &str) {
     assert!(blocks("text").iter().any(|block| block == text), "paste into README.md:\n{text}");
 }
 
-/// What a command has drawn is a picture that the README shows.
+/// Checks that a figure is a picture of the README.
 fn assert_picture(folder: &TestFolder, drawn: &str, shown: &str) {
     let read = |path| std::fs::read(path).expect("there");
     assert!(read(folder.path(drawn)) == read(file(shown)), "copy {drawn} to {shown}");
@@ -58,7 +58,7 @@ fn detect_prints_what_the_readme_shows() {
     assert_eq!(printed(&TestFolder::new(), &blocks("sh")[1]), blocks("text")[1]);
 }
 
-/// Runs a line of a session in a folder, commands joined by `|`; gives what the last one prints.
+/// Runs a line of a session in a folder, with commands joined by `|`, and returns the output of the last one.
 fn session(folder: &TestFolder, line: &str) -> String {
     line.split(" | ").fold(String::new(), |input, command| {
         let outcome = folder.fed(&arguments(command), input.as_bytes());

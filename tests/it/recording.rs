@@ -1,4 +1,4 @@
-//! The recordings of a real teleoperator that come with the project.
+//! The shipped recordings of a real teleoperator.
 
 use std::path::Path;
 

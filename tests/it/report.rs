@@ -1,4 +1,4 @@
-//! `--report`: one page that holds what the command found, loads nothing, and lets nothing out of the texts that it shows.
+//! `--report`: one self-contained page with the results of a command, in which all texts are escaped.
 
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -6,17 +6,17 @@ use std::process::Command;
 use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
-/// What a page may weigh.
+/// Maximum size of a page.
 const MAX_BYTES: usize = 2_000_000;
 
 /// A short scenario that needs no recording.
 const SHORT: &str =
     "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
 
-/// What would run if it were not taken for a text.
+/// A text that would run if it were not escaped.
 const EVIL: &str = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
 
-/// A text as the template wrote it, read back.
+/// Returns an escaped text unescaped.
 fn unescaped(html: &str) -> String {
     let pairs = [
         ("&lt;", "<"),
@@ -30,18 +30,18 @@ fn unescaped(html: &str) -> String {
     pairs.iter().fold(html.to_owned(), |text, (code, plain)| text.replace(code, plain)).replace("&amp;", "&")
 }
 
-/// What stands between two pieces of text, for the first time.
+/// Returns the first text between two texts.
 fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
     let rest = text.split_once(from).unwrap_or_else(|| panic!("no {from}")).1;
     rest.split_once(to).unwrap_or_else(|| panic!("no {to} after {from}")).0
 }
 
-/// The numbers that the page's script draws.
+/// Returns the data of the page's script.
 fn data(html: &str) -> Json {
     serde_json::from_str(between(html, "<script id=\"data\" type=\"application/json\">", "</script>")).expect("JSON")
 }
 
-/// The rows of all tables: the first cell without what it means, then the others.
+/// Returns the rows of all tables: the first cell without its meaning, then the others.
 fn rows(html: &str) -> Vec<Vec<String>> {
     let cell = |cell: &str| {
         let content = cell.split_once('>').map_or("", |(_, content)| content);
@@ -54,21 +54,21 @@ fn rows(html: &str) -> Vec<Vec<String>> {
     html.split("<tr>").skip(1).map(row).collect()
 }
 
-/// What holds for every page.
+/// Checks the properties of every page.
 fn is_sound(html: &str) {
     assert!(html.len() < MAX_BYTES, "{} bytes", html.len());
     assert!(html.starts_with("<!doctype html>\n<html lang=\"en\">"));
     assert!(!between(html, "<title>", "</title>").is_empty());
     assert!(html.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src &#x27;none&#x27;; script-src"));
     assert!(html.contains("<noscript>"));
-    // Headings: one of the first order, then those of the second, and none that skips one.
+    // Headings: one of level 1, then those of level 2, without a skipped level.
     let headings: Vec<&str> =
         html.split("<h").skip(1).map(|rest| &rest[..1]).filter(|level| "123456".contains(level)).collect();
     assert!(
         headings[0] == "1" && headings.len() > 3 && headings[1..].iter().all(|level| *level == "2"),
         "{headings:?}"
     );
-    // Two script elements, the data and the program; neither is loaded, nor is anything else.
+    // Two script elements, the data and the program; no file is loaded.
     assert_eq!((html.matches("<script").count(), html.matches("</script").count()), (2, 2));
     for tag in html.split('<').skip(1).map(|rest| rest.split('>').next().unwrap_or_default()) {
         let is_tag = tag.starts_with(|c: char| c.is_ascii_lowercase());
@@ -82,7 +82,7 @@ fn is_sound(html: &str) {
         html.lines().filter(|line| line.contains("http://") || line.contains("https://")).collect();
     assert!(addresses.iter().all(|line| line.contains("/*! https://github.com/leeoniya/uPlot")), "{addresses:?}");
     assert!(html.contains("Permission is hereby granted") && html.contains("Copyright (c) 2022 Leon Sorokin"));
-    // What is drawn has a description, and a place for it.
+    // Every chart has a text alternative and a place.
     let data = data(html);
     for (name, charts) in data["charts"].as_object().expect("charts") {
         assert!(
@@ -122,7 +122,7 @@ fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
     for fact in ["classical: slave travel in 300 ms", "the derivative in that noise"] {
         assert!(rows.iter().any(|row| row[0] == fact), "{fact}");
     }
-    // The scenarios are those beside the page, to the letter.
+    // The scenarios equal those in the folder of the page.
     for name in ["classical", "augmented"] {
         let shown = unescaped(
             html.split(&format!("aria-label=\"{name}.toml\">"))
@@ -147,14 +147,14 @@ fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() 
     let html = here.text("out/augmented/report.html");
     assert!(html == there.text("far/away/augmented/report.html"));
     is_sound(&html);
-    // As the page says: the scenario saved under its name, and the command.
+    // The instructions of the page: the scenario saved under its name, and the command.
     let toml = unescaped(between(&html, "aria-label=\"augmented.toml\">", "</pre>"));
     let command = unescaped(between(&html, "aria-label=\"Command\">", "</pre>"));
     let again = TestFolder::new();
     again.file("augmented.toml", toml);
     again.good(&command.split(' ').skip(1).collect::<Vec<_>>());
     assert!(html == again.text("out/augmented/report.html"));
-    // And nothing else of what is written depends on it.
+    // The other files do not depend on it.
     let plain = TestFolder::new();
     plain.good(&given[..4]);
     let mut files: BTreeMap<_, _> = here.files("out");
@@ -162,7 +162,7 @@ fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() 
     assert!(files == plain.files("out"));
 }
 
-/// The columns of a CSV file by their names.
+/// Returns the columns of a CSV file by their names.
 fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().expect("a heading").split(',').collect();
@@ -209,13 +209,13 @@ fn what_is_drawn_is_what_was_recorded_to_five_digits() {
             extremes = (extremes.0.min(value), extremes.1.max(value));
             seen += 1;
         }
-        // The least and the greatest of the whole run are among them.
+        // They include the minimum and the maximum of the whole run.
         let (least, most) = whole.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
         assert!((extremes.0 - factor * least).abs() <= 0.6e-4 * (factor * least).abs(), "{column}");
         assert!((extremes.1 - factor * most).abs() <= 0.6e-4 * (factor * most).abs(), "{column}");
     }
     assert!(seen > 9 * 500);
-    // The 0.1 s after a rupture are there tick by tick where the force falls.
+    // The 0.1 s after a rupture has every tick of the force drop.
     let times: Vec<f64> =
         charts[1]["columns"][0]["x"].as_array().expect("times").iter().filter_map(Json::as_f64).collect();
     assert!(times.iter().filter(|time| (5.52..5.62).contains(*time)).count() >= 95);
@@ -318,7 +318,7 @@ fn a_sweep_that_is_done_gets_its_page_all_the_same() {
     let page = after.remove(std::path::Path::new("report.html")).expect("written");
     is_sound(&String::from_utf8(page.clone()).expect("text"));
     assert!(before == after);
-    // Of shards, their join has it: the same but for the command.
+    // The page of joined shards differs only in the command.
     for shard in ["1/2", "2/2"] {
         folder.good(&["sweep", "s.toml", "--quiet", "--shard", shard, "--out", "parts"]);
     }
@@ -377,7 +377,8 @@ fn every_command_that_has_it_says_what_it_does() {
     folder.refused(&["compare", "s.toml"], &["report.html"]);
 }
 
-/// In a browser, where there is one: the page's policy lets its script run, and the script draws everything without an error.
+/// In a browser, if available: the policy of the page admits its script, and the script draws everything without an
+/// error.
 #[test]
 fn a_browser_draws_the_pages() {
     let browsers = ["chromium", "chromium-browser", "google-chrome"];

@@ -1,4 +1,4 @@
-//! The rig's controller: the simulator's own commands on the simulator's own samples, and its policy on bad ones.
+//! The controller of the rig: the commands of the simulator on its samples, and the policy for bad samples.
 
 use trocar::augmentation::Mode;
 use trocar::engine::{Observer, Signals};
@@ -6,7 +6,7 @@ use trocar::lane::Lane;
 use trocar::rig::{Command, HapticController, Limits, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
 
-/// Keeps each tick's signals.
+/// Records the signals of each tick.
 #[derive(Default)]
 struct Tape(Vec<Signals<f64>>);
 
@@ -28,7 +28,7 @@ fn tape(scenario: &Scenario) -> Vec<Signals<f64>> {
     tape.0
 }
 
-/// What the sensors gave of a tick's signals.
+/// Returns the sensor readings of a tick.
 fn sample(signals: &Signals<f64>, resolution_m: f64) -> Sample {
     let read = |position: f64| {
         if resolution_m > 0.0 { position.round_to(resolution_m, 1.0 / resolution_m) } else { position }
@@ -45,7 +45,7 @@ fn bits(numbers: [f64; 9]) -> [u64; 9] {
     numbers.map(f64::to_bits)
 }
 
-/// Replays a run through the controller and holds each command against the tick's; gives how many events there were.
+/// Replays a run through the controller, compares each command with that of the tick, and returns the number of events.
 fn replay(name: &str, settings: &[&str]) -> usize {
     let scenario = scenario(name, settings);
     let mut controller = HapticController::new(&scenario.rig_settings()).expect("valid");
@@ -101,7 +101,7 @@ fn with_an_encoder_the_velocity_is_filtered_as_the_simulator_does() {
     assert!(replay("augmented", &["sensor.position_resolution_m=1e-5"]) > 0);
 }
 
-/// A needle that goes in at 10 mm/s into 300 N/m, at tick `k`.
+/// Returns the reading at tick `k` of a needle that moves at 10 mm/s into a tissue of 300 N/m.
 fn insertion(k: u64) -> Sample {
     let depth = 1e-5 * k as f64;
     Sample {
@@ -145,7 +145,7 @@ fn a_bad_position_holds_the_reference_which_then_runs_to_the_hand() {
         assert_eq!(command.slave_reference_m, last.slave_reference_m);
         last = command;
     }
-    // 5.02 mm behind, closing in at 30 mm/s on a hand that stands: 167.3 ms.
+    // 5.02 mm behind a resting hand, at 30 mm/s: 167.3 ms.
     let resting = Sample { slave_velocity_m_per_s: 0.0, ..insertion(1501) };
     let mut ticks = 0;
     while last.slave_reference_m != resting.master_position_m {
@@ -168,10 +168,10 @@ fn a_gap_raises_no_alarm_and_the_detector_listens_again() {
         }
     };
     (0..1000).for_each(|k| take(k, insertion(k)));
-    // The force falls while nothing is read: it is not seen.
+    // The force falls while the samples are missing: no detection.
     (1000..1200).for_each(|k| take(k, Sample::MISSING));
     (1200..1600).for_each(|k| take(k, drop(k, 1.0)));
-    // It falls again in sight.
+    // It falls again while samples arrive.
     (1600..1700).for_each(|k| take(k, drop(k, 2.0)));
     assert_eq!(alarms, [1600]);
 }
@@ -208,7 +208,7 @@ fn a_velocity_that_is_not_read_cannot_be_bad() {
         last = command.slave_velocity_m_per_s;
     }
     assert!((last - 0.01).abs() < 1e-6, "{last}");
-    // A gap of 2 mm throws neither the filter nor the estimate.
+    // A gap of 2 mm disturbs neither the filter nor the estimate.
     for k in 2000..2200 {
         controller.step(&Sample { slave_position_m: f64::NAN, ..insertion(k) });
     }

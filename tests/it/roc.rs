@@ -1,5 +1,5 @@
-//! Operating characteristics: what is counted is what the real detector does, whatever the threads; and the bar that the
-//! defaults keep.
+//! Operating characteristics: the counts are those of the separate detectors, for any number of threads; and the
+//! performance of the defaults.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -12,7 +12,7 @@ use trocar::detection::{
 };
 use trocar::estimation::{Estimator, Rls, RlsSettings};
 use trocar::recording::{InVivoLikeVariant, RUPTURES_S};
-use trocar::roc::{Characteristics, Ladder, Point, Signal, SignalKind, Study};
+use trocar::roc::{Characteristics, DetectorBank, Point, Signal, SignalKind, Study};
 use trocar::scenario::{DetectionSpec, Scenario, Source, Values};
 
 fn shipped() -> DetectionSpec {
@@ -29,7 +29,7 @@ fn judged(study: &Study) -> Characteristics {
     study.run(&AtomicBool::new(false), || ()).expect("judged")
 }
 
-/// What the estimator leaves of the shipped insertion in noise (N), with a few samples that are no numbers.
+/// Returns the residual of the shipped insertion in noise (N), with a few values that are not finite.
 fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
     let spec = shipped();
     let recording = &spec.recording.recording;
@@ -55,7 +55,7 @@ fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
 }
 
 #[test]
-fn a_ladder_announces_what_the_real_detector_announces_alarm_for_alarm() {
+fn a_bank_raises_the_alarms_of_the_separate_detectors() {
     let evidence = evidence(0.06);
     let armings = [
         ArmingSettings::default(),
@@ -65,16 +65,16 @@ fn a_ladder_announces_what_the_real_detector_announces_alarm_for_alarm() {
         for arming in armings {
             let mut settings = DetectorSettings { arming, ..DetectorSettings::for_kind(kind, Hypotheses::default()) };
             settings.cusum.cap = 3.0 * settings.cusum.threshold;
-            // Thirteen: a full group of lanes, and one that is not.
-            let ladder = Ladder::around(settings, 13);
-            let mut climbed = vec![vec![]; 13];
-            ladder.evaluate(&evidence, 1e-3, |rung, sample| climbed[rung].push(sample));
-            for (rung, climbed) in climbed.iter().enumerate() {
-                let mut detector = CusumDetector::<f64>::new(&ladder.settings_at(rung), 1e-3);
+            // Thirteen thresholds: a full group of lanes, and a partial one.
+            let bank = DetectorBank::around(settings, 13);
+            let mut found = vec![vec![]; 13];
+            bank.evaluate(&evidence, 1e-3, |index, sample| found[index].push(sample));
+            for (index, found) in found.iter().enumerate() {
+                let mut detector = CusumDetector::<f64>::new(&bank.settings_at(index), 1e-3);
                 let alarms: Vec<usize> = (0..evidence.len()).filter(|&k| detector.update(&evidence[k]).alarm).collect();
-                assert_eq!(*climbed, alarms, "{kind:?}, threshold {rung}");
+                assert_eq!(*found, alarms, "{kind:?}, threshold {index}");
             }
-            assert!(climbed.iter().any(|alarms| alarms.len() > 1), "{kind:?}: nothing to compare");
+            assert!(found.iter().any(|alarms| alarms.len() > 1), "{kind:?}: nothing to compare");
         }
     }
 }
@@ -154,7 +154,7 @@ fn a_closed_loop_is_judged_as_its_own_detector_judged_it() {
     assert_eq!(point.false_alarms, metrics.false_alarms);
 }
 
-/// The counts at a detector's own threshold.
+/// Returns the counts at a detector's own threshold.
 fn own(roc: &Characteristics, detector: usize) -> &Point {
     roc.all[detector].at_own_threshold().expect("there")
 }
@@ -165,7 +165,8 @@ fn the_defaults_keep_the_bar_that_the_derivative_never_reaches() {
     let paper = own(&roc, 0);
     assert_eq!(paper.cases, 1000);
     assert!(paper.detection_of_each.iter().all(|share| *share >= 0.995), "{:?}", paper.detection_of_each);
-    // Below one an hour, and that beyond chance: three in 4.4 h would have an upper end above it, as would one.
+    // Significantly below one per hour: with three in 4.4 h, or with one, the upper end of the interval would be above
+    // it.
     let (_, max_per_minute) = paper.false_alarms_per_minute_interval.expect("listened");
     assert!(60.0 * max_per_minute < 1.0, "{} in {} h", paper.false_alarms, paper.hours);
     assert_eq!(roc.all[1].at_detection(0.995), None);

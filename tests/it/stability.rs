@@ -1,4 +1,4 @@
-//! The linearised loop, held against the engine, the reference limits, the eigenvalues and closed forms.
+//! The linearised loop compared with the engine, the reference limits, the eigenvalues and closed forms.
 
 use crate::support;
 use nalgebra::DVector;
@@ -10,7 +10,7 @@ use trocar::stability::{
     Analysis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound, Search, largest_stable, sensitivities,
 };
 
-/// A ramp into a tissue that begins where the needle starts, so that it stays in contact.
+/// A ramp into a tissue that begins at the start of the needle, so that contact is permanent.
 const BASE: [&str; 9] = [
     "operator.kind=ramp",
     "operator.start_m=0",
@@ -32,7 +32,7 @@ fn settings(settings: &[&str]) -> LoopSettings {
     LoopSettings::of(&scenario(settings))
 }
 
-/// The loops of the tests: architecture, timing, delays, what lags.
+/// The loops of the tests: architecture, timing, delays and lags.
 const LOOPS: [&[&str]; 13] = [
     &["channel.forward_delay_s=0", "channel.backward_delay_s=0"],
     &["channel.forward_delay_s=0.005", "channel.backward_delay_s=0.002", "tissue.damping_n_s_per_m=5"],
@@ -73,7 +73,7 @@ fn powers_of_the_matrix_are_the_trajectory_of_the_engine() {
         let (matrix, [now, next], slave) = closed.matrix().expect("not too long");
         let trace: Trace = run(scenario).expect("runs").trace;
         assert!(trace.slave_position_m.iter().skip(1).all(|&x| x >= 0.0), "{case:?}: contact is lost");
-        // Until the hand has stopped tick by tick, then by powers of the matrix alone.
+        // Tick by tick until the hand has stopped, then by powers of the matrix alone.
         let ticks = trace.time_s.len();
         let stops = 2 * ticks / 5;
         let desired = &trace.desired_position_m;
@@ -88,16 +88,16 @@ fn powers_of_the_matrix_are_the_trajectory_of_the_engine() {
         held[(n, n)] = 1.0;
         let mut state = state.push(1.0);
         let mut power = held;
-        // After 1, 2, 4, ... ticks more.
+        // After 1, 2, 4, ... additional ticks.
         let mut at = stops;
         let peak = |column: &[f64]| column.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         for squarings in 0.. {
-            let further = 1 << squarings;
-            if at + further >= ticks {
+            let step = 1 << squarings;
+            if at + step >= ticks {
                 break;
             }
             state = &power * state;
-            at += further;
+            at += step;
             for (name, computed, column) in [
                 ("x_h", state[0], &trace.master_position_m),
                 ("v_h", state[1], &trace.master_velocity_m_per_s),
@@ -201,7 +201,7 @@ fn the_gain_margin_is_how_much_the_force_scale_may_grow_and_the_delay_margin_how
     };
     let gain = margins.gain.expect("some");
     assert!((gain - largest(Parameter::ForceScale)).abs() < 1e-9 * gain, "{gain}");
-    // One continuous further delay beside two that split their ticks: alike to far less than a tick.
+    // A single continuous delay compared with two that divide their ticks: equal to far less than a tick.
     let further_s = 2.0 * (largest(Parameter::Delay) - 0.005);
     let delay_s = margins.delay_s.expect("some");
     assert!((delay_s - further_s).abs() < 1e-5, "{delay_s} {further_s}");
@@ -260,7 +260,7 @@ fn a_mass_damper_pair_has_the_hybrid_parameters_of_its_closed_form() {
         for (found, expected) in h.iter().flatten().zip(expected.iter().flatten()) {
             assert!((found - expected).norm() < 1e-12 * (1.0 + expected.norm()), "{hz}: {found} {expected}");
         }
-        // A slave that does not yield at all: what goes around must not lag.
+        // A slave without compliance: the loop must have no lag.
         let around = expected[0][1] * expected[1][0];
         let hybrid = Hybrid { h };
         assert!((hybrid.llewellyn() + around.arg().cos()).abs() < 1e-12);
@@ -282,7 +282,7 @@ fn an_ideal_two_port_is_absolutely_stable_and_no_delayed_one_without_damping_is(
             Hybrid { h: [[point(master, 0.0), late], [-late, point(slave, 0.0)]] }
         };
         for share in [0.05, 0.3, 0.7] {
-            // The phase around reaches half a turn at π / (2 delay).
+            // The phase of the loop reaches -π at π / (2 delay).
             let omega = share * std::f64::consts::PI / delay_s;
             let bare = delayed(omega, 0.0, 0.0);
             assert!((bare.llewellyn() - (2.0 * omega * delay_s).cos()).abs() < 1e-12);
@@ -322,7 +322,7 @@ fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel(
         settings(&bare).with(Parameter::Stiffness, stiffness).with(Parameter::Delay, delay_s)
     };
     let bound = |stiffness, delay_s| SampledBound::of(&with(stiffness, delay_s)).expect("built").expect("applies");
-    // Linear in the stiffness, worse with delay, and enough for the loop with the arm to be stable.
+    // Linear in the stiffness, larger with delay, and sufficient for stability of the loop with the arm.
     let (one, ten) = (bound(10.0, 0.0), bound(100.0, 0.0));
     assert!((ten.min_damping_n_s_per_m - 10.0 * one.min_damping_n_s_per_m).abs() < 1e-9);
     assert!(bound(100.0, 0.02).min_damping_n_s_per_m > ten.min_damping_n_s_per_m);
@@ -360,7 +360,7 @@ fn the_engine_agrees_with_every_verdict_of_a_map() {
         let check = trocar::stability_check::check((&scenario, &settings), &map, &never, || {}).expect("ran");
         assert!(check.judged > 180);
         assert_eq!(check.agreement(), Some(1.0), "{case:?}: {:?}", check.disagreements);
-        // Every piece of the boundary lies on a change of the verdict.
+        // Every segment of the boundary lies on a change of the verdict.
         for end in map.boundary.iter().flatten() {
             let stable = |factor: f64| {
                 let there = settings.with(x.parameter, end.0 * factor).with(y.parameter, end.1 * factor);

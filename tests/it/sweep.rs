@@ -1,4 +1,4 @@
-//! Sweeps from the command line: the same bytes whatever the threads, the shards and the accidents; and what is refused.
+//! Sweeps from the command line: identical bytes for any threads, shards and interruptions; and invalid sweeps.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use trocar::run::measure;
 use trocar::scenario::Source;
 use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
 
-/// Three axes and three seeds, on a short insertion into layers with noise, with an event or two.
+/// Three axes and three seeds, on a short insertion into layers with noise and an event or two.
 const SMALL: &str = r#"
 base = "builtin:01_augmented.toml"
 seeds = 3
@@ -24,7 +24,7 @@ augmentation.reengage = ["ramp", "snap"]
 tissue.skin.rupture_force_n = [4.9, 5.3]
 "#;
 
-/// A sweep that takes some seconds.
+/// A sweep of some seconds.
 const LONG: &str = r#"
 base = "builtin:02_direct_access.toml"
 metrics = ["max_slave_overshoot_m", "tracking_rmse_m"]
@@ -37,7 +37,7 @@ tissue.capsule.rupture_force_n = { from = 0.6, to = 1.5 }
 detector.threshold = { from = 1e-3, to = 1e-1, log = true }
 "#;
 
-/// One of about a second, of which many cases share a run.
+/// A sweep of about a second, in which many cases share a run.
 const SHARED: &str = r#"
 base = "builtin:augmented.toml"
 seeds = 9
@@ -68,16 +68,16 @@ fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
         .expect("begun")
 }
 
-/// Waits until something is kept of a sweep that is running.
+/// Waits until a running sweep has written a pack.
 fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
     let part = folder.path(below).join("cases.part");
     while !std::fs::metadata(&part).is_ok_and(|file| file.len() > 0) {
-        assert!(child.try_wait().expect("asked").is_none(), "ended by itself");
+        assert!(child.try_wait().expect("a status").is_none(), "ended by itself");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
-/// The files of a folder, the folders of shards in it left out.
+/// Returns the files of a folder without those of its shards.
 fn files(folder: &TestFolder, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     folder.files(below).into_iter().filter(|(path, _)| !path.to_string_lossy().contains("shard-")).collect()
 }
@@ -90,7 +90,7 @@ fn same(folder: &TestFolder, one: &str, other: &str) {
     }
 }
 
-/// The cells of a CSV file, row by row.
+/// Returns the cells of a CSV file by row.
 fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(folder.path(name)).expect("there");
     let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
@@ -99,7 +99,7 @@ fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, String>> {
 }
 
 #[test]
-fn a_row_is_what_its_case_gives_by_itself() {
+fn a_row_has_the_results_of_its_case_alone() {
     let folder = sweep_files();
     let printed = folder.good(&["sweep", "small.toml"]);
     assert!(printed.starts_with("small: 36 cases, 12 points (grid) with 3 seeds each"), "{printed}");
@@ -114,7 +114,7 @@ fn a_row_is_what_its_case_gives_by_itself() {
         let metrics = &summary["metrics"];
         let number = |name: &str| row[name].parse::<f64>().expect("a number");
         assert_eq!(summary["seed"].to_string(), row["seed"]);
-        // JSON is read to the last digit but one.
+        // The JSON parser has an error in the last digit.
         let agree = |a: f64, b: f64| (a - b).abs() <= 2.0 * f64::EPSILON * b.abs();
         let rmse = metrics["tracking_rmse_m"].as_f64().expect("a number");
         assert!(agree(rmse, number("tracking_rmse_m")), "{case}: {rmse}");
@@ -133,7 +133,7 @@ fn a_row_is_what_its_case_gives_by_itself() {
 }
 
 #[test]
-fn cases_that_share_a_run_are_what_each_gives_by_itself() {
+fn cases_that_share_a_run_have_the_results_of_separate_runs() {
     let folder = sweep_files();
     let sweep = |name: &str, base: &str, set: &str| {
         let text = format!(
@@ -149,7 +149,7 @@ fn cases_that_share_a_run_are_what_each_gives_by_itself() {
         "simulation.duration_s = 4.0\nsensor.force_noise_std_n = 0.03\ndetector.settle_s = 0.01\ndetector.cap = 1.0";
     for (name, base, set) in [
         ("quiet.toml", "augmented", format!("{noise} = 0.025\ndetector.cap = 0.4")),
-        // Alarms of every kind, and events that end late as the threshold is low.
+        // Alarms of all kinds, and events that end late because the threshold is low.
         (
             "restless.toml",
             "augmented",
@@ -157,7 +157,7 @@ fn cases_that_share_a_run_are_what_each_gives_by_itself() {
         ),
         ("layers.toml", "01_augmented", format!("{short}\naugmentation.min_hold_s = 0.05")),
         ("link.toml", "01_augmented", format!("{short}\nchannel.forward_delay_s = 0.01\nchannel.loss = 0.1")),
-        // Not side by side.
+        // Without lanes.
         (
             "motors.toml",
             "augmented",
@@ -230,7 +230,7 @@ fn the_number_of_threads_changes_no_byte() {
 }
 
 #[test]
-fn shards_join_to_the_bytes_of_the_whole_though_a_worker_was_killed() {
+fn shards_join_to_the_bytes_of_the_whole_sweep_after_a_killed_worker() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "whole"]);
     let shard = |index: &'static str| ["sweep", "long.toml", "--quiet", "--threads", "1", "--shard", index];
@@ -250,7 +250,7 @@ fn shards_join_to_the_bytes_of_the_whole_though_a_worker_was_killed() {
 }
 
 #[test]
-fn parts_that_make_no_whole_are_refused() {
+fn incomplete_or_different_parts_are_rejected() {
     let folder = sweep_files();
     for index in ["1/3", "2/3", "3/3"] {
         folder.good(&["sweep", "small.toml", "--quiet", "--shard", index]);
@@ -259,7 +259,7 @@ fn parts_that_make_no_whole_are_refused() {
     let (one, two, three) = (part("1"), part("2"), part("3"));
     folder.refused(&["sweep", "merge", &one, &three], &["the cases 8 to 23 are in none of the parts"]);
     folder.refused(&["sweep", "merge", &one, &two], &["the cases 24 to 35"]);
-    folder.refused(&["sweep", "merge", &one, &two, &two, &three], &["another part has too"]);
+    folder.refused(&["sweep", "merge", &one, &two, &two, &three], &["which is also in another part"]);
     folder.refused(&["sweep", "merge", "nowhere"], &["nowhere"]);
     folder.file("other/small.toml", SMALL.replace("seeds = 3", "seeds = 2"));
     folder.good(&["sweep", "other/small.toml", "--quiet", "--shard", "3/3", "--out", "other"]);
@@ -271,16 +271,16 @@ fn parts_that_make_no_whole_are_refused() {
 }
 
 #[test]
-fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
+fn a_sweep_killed_at_any_time_continues_to_the_same_bytes() {
     killed_ten_times("long");
 }
 
 #[test]
-fn killed_with_runs_that_cases_share_it_goes_on_to_the_same_bytes() {
+fn a_sweep_with_shared_runs_killed_at_any_time_continues_to_the_same_bytes() {
     killed_ten_times("shared");
 }
 
-/// Ten moments between the beginning and the end of a run, which takes some hundred milliseconds.
+/// Kills a sweep at ten times between its start and its end, which are some hundred milliseconds apart.
 fn killed_ten_times(name: &str) {
     let folder = sweep_files();
     let file = format!("{name}.toml");
@@ -295,7 +295,7 @@ fn killed_ten_times(name: &str) {
         std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
         let _ = child.kill();
         if child.wait().expect("ended").success() {
-            // It was done before; what it had kept became the files, and another one begins.
+            // The sweep was complete: its packs became the files, and a new one starts.
             same(&folder, &undisturbed, &out);
             std::fs::remove_dir_all(folder.path(&out)).expect("there");
             kept.clear();
@@ -303,7 +303,7 @@ fn killed_ten_times(name: &str) {
         }
         kills += 1;
         kept.push(std::fs::metadata(folder.path(&out).join("cases.part")).map_or(0, |file| file.len()));
-        assert!(kept.is_sorted(), "what was done is lost: {kept:?}");
+        assert!(kept.is_sorted(), "complete cases are lost: {kept:?}");
     }
     folder.good(&["sweep", &file, "--quiet"]);
     same(&folder, &undisturbed, &out);
@@ -311,7 +311,7 @@ fn killed_ten_times(name: &str) {
 }
 
 #[test]
-fn a_folder_that_another_process_is_at_is_left_alone() {
+fn a_folder_in_use_by_another_process_is_not_changed() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
     let mut first = begin(&folder, &["sweep", "long.toml", "--quiet"]);
@@ -338,7 +338,7 @@ fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
         folder.good(&["sweep", &format!("{name}.toml"), "--quiet", "--report"]);
         let text = folder.text(&format!("out/{name}/summary.txt"));
         assert!(text.contains("energy into the tissue"), "{name}: {text}");
-        // Without augmentation nobody is frozen, whoever is beside it.
+        // Without augmentation the slave is never frozen, also with other lanes augmented.
         for row in rows(&folder, &format!("out/{name}/cases.csv")) {
             let is_off = row.get("augmentation.enabled").is_some_and(|enabled| enabled == "false");
             assert_eq!(row["augmented_s"] == "0.0", is_off, "{name}: {row:?}");
@@ -348,7 +348,7 @@ fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
 
 #[cfg(unix)]
 #[test]
-fn the_keyboard_ends_it_in_good_order() {
+fn ctrl_c_stops_a_sweep_and_keeps_its_cases() {
     let folder = sweep_files();
     let mut child = begin(&folder, &["sweep", "long.toml", "--threads", "1"]);
     await_a_pack(&folder, "out/long", &mut child);
@@ -360,10 +360,11 @@ fn the_keyboard_ends_it_in_good_order() {
 
 #[cfg(unix)]
 #[test]
-fn a_full_disk_is_said_and_what_is_done_goes_on() {
+fn a_full_disk_is_reported_and_complete_cases_are_kept() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
-    // A limit on the size of files fails as a full disk does, in the middle of the work. Whole KiB or half ones, by the shell.
+    // A limit on the size of files fails like a full disk, during the sweep. The unit is 1 KiB or 512 bytes, depending
+    // on the shell.
     let line = format!(
         "trap '' XFSZ; ulimit -f 24; exec '{}' sweep long.toml --quiet",
         assert_cmd::cargo::cargo_bin("trocar").display()
@@ -392,7 +393,7 @@ fn a_changed_sweep_is_refused_with_the_difference() {
     );
     folder.file("small.toml", SMALL);
     folder.refused(&["sweep", "small.toml", "--set", "slave.velocity_gain=16"], &["- slave.velocity_gain = 15.0"]);
-    // Notes are no change.
+    // A change of comments is not a change of the sweep.
     folder.file("small.toml", format!("# a note\n{SMALL}"));
     assert!(folder.good(&["sweep", "small.toml"]).contains("already complete"));
 }
@@ -406,7 +407,7 @@ fn what_is_wrong_with_a_file_is_underlined() {
         ("scaling.force = 2.0", &["write axes.scaling.force to vary it, set.scaling.force to fix it"]),
         ("seeds = 0", &["seeds is 0, must be a whole number from 1", "^"]),
         ("metrics = [\"false_alarm\"]", &["no metric false_alarm", "did you mean false_alarms?"]),
-        ("metrics = [\"events\"]\nfocus = [\"ruptures\"]", &["none of the metrics", "add \"ruptures\""]),
+        ("metrics = [\"events\"]\nfocus = [\"ruptures\"]", &["not among the kept metrics", "add \"ruptures\""]),
         ("axes.scaling.froce = [1.0]", &["no key scaling.froce", "did you mean axes.scaling.force?"]),
         ("axes.scaling.froce = { from = 1, to = 2, points = 3 }", &["did you mean axes.scaling.force?"]),
         ("axes.scaling.force = [1.0, -1.0]", &["has -1.0, each must be a number, at least 0"]),
@@ -435,7 +436,7 @@ fn what_is_wrong_with_a_file_is_underlined() {
 #[test]
 fn values_that_do_not_go_together_are_refused_before_anything_runs() {
     let folder = TestFolder::new();
-    // Each value is allowed, but a tissue cannot be cut at a greater force than it gives way at.
+    // Each value is allowed, but the cutting force must not exceed the rupture force.
     let sweep = "base = \"builtin:02_direct_access.toml\"\n\
                  axes.tissue.capsule.cutting_force_n = { from = 0.1, to = 1.5, points = 3 }\n\
                  axes.tissue.capsule.rupture_force_n = { from = 0.5, to = 2.0, points = 3 }\n";
@@ -443,7 +444,7 @@ fn values_that_do_not_go_together_are_refused_before_anything_runs() {
 }
 
 #[test]
-fn what_is_shipped_and_what_is_taught_is_good() {
+fn shipped_and_documented_sweeps_are_valid() {
     let folder = TestFolder::new();
     let sweeps = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps");
     let mut shipped = 0;
@@ -456,14 +457,14 @@ fn what_is_shipped_and_what_is_taught_is_good() {
     }
     assert!(shipped >= 3);
     let help = folder.good(&["sweep", "--help"]);
-    let taught = help
+    let example = help
         .split("each:\n")
         .nth(1)
         .and_then(|rest| rest.split("A sweep file with points").next())
         .expect("an example");
-    folder.file("taught.toml", taught);
-    folder.good(&["sweep", "taught.toml", "--case", "2559"]);
-    folder.refused(&["sweep", "taught.toml", "--case", "2560"], &["2560"]);
+    folder.file("example.toml", example);
+    folder.good(&["sweep", "example.toml", "--case", "2559"]);
+    folder.refused(&["sweep", "example.toml", "--case", "2560"], &["2560"]);
     for word in ["seeds", "design.kind", "rupture_1_felt_contrast", "--shard 3/8", "merge"] {
         assert!(help.contains(word), "{word}");
     }
@@ -472,7 +473,7 @@ fn what_is_shipped_and_what_is_taught_is_good() {
     assert!(schema["properties"]["set"]["properties"]["scaling"]["properties"]["force"].is_object());
 }
 
-/// Delays, tissue and scales as axes, one of which the insertion itself has no use for.
+/// Delays, tissue and scales as axes, one of which does not affect the insertion.
 const LOOPS: &str = r#"
 base = "builtin:classical.toml"
 metrics = ["stability_spectral_radius", "stability_is_stable", "stability_is_stable_simulated", "stability_gain_margin", "stability_delay_margin_s", "stability_is_absolutely_stable", "tracking_rmse_m"]
@@ -486,7 +487,7 @@ channel.forward_delay_s = [0.0, 0.0155]
 "#;
 
 #[test]
-fn the_columns_of_a_loop_are_what_the_analysis_says_of_its_case() {
+fn the_columns_of_the_loop_are_the_analysis_of_each_case() {
     use trocar::scenario::{Scenario, Source};
     use trocar::stability::{Analysis, LoopSettings};
     let folder = TestFolder::new();
@@ -525,11 +526,11 @@ fn the_shipped_sweep_of_scale_factors_is_analytic_and_simulated() {
         let (analytic, simulated) = (number("stability_is_stable"), number("stability_is_stable_simulated"));
         let radius = number("stability_spectral_radius").expect("there");
         assert_eq!(analytic, Some(f64::from(u8::from(radius < 1.0))));
-        // Next to the boundary a run does not tell.
+        // Close to the boundary a run is undecided.
         if (radius - 1.0).abs() > 1e-5 {
             assert_eq!(simulated, analytic, "{row:?}");
         }
-        // Without damping of the tissue the loop gain is the product of the scales: the margin as well.
+        // Without damping of the tissue the loop gain is the product of the scales, and the margin too.
         if let Some(gain) = number("stability_gain_margin") {
             let product = number("scaling.force").expect("there") * number("scaling.position").expect("there");
             assert!((gain * product * 600.0 / 2517.7 - 1.0).abs() < 1e-4, "{gain} {product}");

@@ -1,4 +1,4 @@
-//! The certificate of the switching, held against the engine: random sequences of events, and the worst one found.
+//! The certificate of the switching compared with the engine: random sequences of events, and the worst sequence found.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -29,11 +29,11 @@ fn scenario(settings: &[&str]) -> Scenario {
     Scenario::load(&source(), &owned(settings)).expect("loads")
 }
 
-/// The analysis of a scenario, made once.
+/// Returns the analysis of a scenario, which is computed once.
 fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
-    static KEPT: Mutex<BTreeMap<String, Arc<OnceLock<Switching>>>> = Mutex::new(BTreeMap::new());
+    static CACHE: Mutex<BTreeMap<String, Arc<OnceLock<Switching>>>> = Mutex::new(BTreeMap::new());
     let key = format!("{settings:?} {tissue:?}");
-    let place = Arc::clone(KEPT.lock().expect("nobody fails in it").entry(key).or_default());
+    let place = Arc::clone(CACHE.lock().expect("not poisoned").entry(key).or_default());
     let analyse = || {
         let settings = SwitchingSettings::of(&scenario(settings), tissue).expect("covered");
         Switching::of(&settings).expect("analysed")
@@ -41,8 +41,8 @@ fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
     place.get_or_init(analyse).clone()
 }
 
-/// Holding on while frozen is a delay: the force and the position of the last tick go on, as through a slow sampler.
-const HOLDING_ON: [&str; 8] = [
+/// A hold while frozen acts as a delay: force and position of the last tick are held, as by a slow sampler.
+const HOLD: [&str; 8] = [
     "augmentation.decay_ratio=1.0",
     "augmentation.reengage=snap",
     "augmentation.blend_s=0.0",
@@ -53,18 +53,18 @@ const HOLDING_ON: [&str; 8] = [
     "tissue.damping_n_s_per_m=0.0",
 ];
 
-/// Watches the slave and the force from the first event on.
+/// Records the slave and the force from the first event on.
 #[derive(Default)]
-struct Farthest {
+struct Extremes {
     slave_m: f64,
     force_n: f64,
     events: u64,
-    /// The slave's position whenever an event begins.
+    /// Position of the slave at the start of each event.
     at_events_m: Vec<f64>,
     switched: bool,
 }
 
-impl Observer<f64> for Farthest {
+impl Observer<f64> for Extremes {
     fn observe(&mut self, signals: &Signals<f64>) {
         self.slave_m = self.slave_m.max(signals.slave_position_m.abs());
         self.force_n = self.force_n.max(signals.feedback_force_n.abs());
@@ -77,14 +77,14 @@ impl Observer<f64> for Farthest {
     }
 }
 
-/// A scenario for sequences that are made by the thousand: the needle rests in a spring, the hand is let go.
+/// Returns a scenario for thousands of sequences: the needle rests in a spring, the hand is released.
 fn at_rest(settings: &[&str]) -> Scenario {
     let quiet = ["sensor.force_noise_std_n=0.0", "detector.threshold=1e6", "augmentation.exit_quiet_s=0.0"];
     scenario(&[settings, &quiet].concat())
 }
 
-/// Runs a sequence on a stiffness, the hand let go at a distance: what it comes to.
-fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u64], ticks: u64) -> Farthest {
+/// Runs a sequence on a stiffness after a release of the hand at a distance, and returns the record.
+fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u64], ticks: u64) -> Extremes {
     let tick_s = base.grid.tick_s();
     let mut run = base.clone();
     run.grid = TickGrid::new(tick_s, ticks as f64 * tick_s).expect("a grid");
@@ -100,7 +100,7 @@ fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u6
     run.augmentation.automaton.min_hold_s = held as f64 * tick_s;
     run.augmentation.automaton.max_hold_s = held as f64 * tick_s;
     run.events = Arc::from(events);
-    let mut seen = Farthest::default();
+    let mut seen = Extremes::default();
     run.build().expect("built").run(&mut seen).expect("runs");
     seen
 }
@@ -111,7 +111,7 @@ fn any_events_at_the_papers_numbers_are_certified_with_a_margin() {
     let found = switching.certificate.as_ref().expect("certified");
     assert!(switching.is_certified());
     assert!(found.dwell_ticks <= 200 && found.contraction < 1.0 && found.margin > 0.0);
-    // Positive, by another way than the solver's and the verification's.
+    // Positive, by a method independent of the solver and of the verification.
     assert!(found.at_events.symmetric_eigenvalues().min() > 0.0);
     assert_eq!(switching.growing_dwell_ticks, None);
     assert!(switching.growth.lower <= switching.growth.upper && switching.growth.upper < 1.0);
@@ -135,7 +135,7 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
         "augmentation.refractory_s=0.15",
     ];
     let snap = ["augmentation.reengage=snap"];
-    // How many sequences, of how many ticks each.
+    // Number of sequences, and the ticks of each.
     for (settings, count, ticks) in [(&[][..], 2_000, 2_500), (&snap[..], 2_000, 2_500), (&short[..], 96_000, 240)] {
         let switching = analysed(settings, TISSUE);
         assert!(switching.is_certified(), "{settings:?}");
@@ -150,9 +150,9 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
                 rng.set_stream(index);
                 let stiffness = rng.random_range(TISSUE.0..=TISSUE.1);
                 let held = rng.random_range(phases.held.0..=phases.held.1);
-                // From far below what a ramp closes in a tick to far beyond it.
+                // From far below to far above the distance that a ramp covers in a tick.
                 let distance_m = 10.0_f64.powf(rng.random_range(-6.0..-2.0));
-                // Alarms all the time: those that come too soon are not taken.
+                // An alarm at every tick; alarms that are too early are not taken.
                 let mut events = vec![];
                 let mut tick = 0;
                 let every = *[5_u64, 50, 250].get(index as usize % 3).expect("three");
@@ -169,13 +169,13 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
         assert!(begun.into_inner() > count, "{settings:?}: hardly any events");
         assert!(most.0 <= reach.slave_bound, "{settings:?}: {} beyond {}", most.0, reach.slave_bound);
         assert!(most.1 <= reach.force_bound_n_per_m, "{settings:?}: {} beyond {}", most.1, reach.force_bound_n_per_m);
-        // And the bounds are not so far off that nothing could reach them.
+        // The bounds are not trivially large.
         assert!(most.0 > 0.1 * reach.slave_bound && most.1 > 0.1 * reach.force_bound_n_per_m, "{settings:?}: {most:?}");
     }
 }
 
 #[test]
-fn the_worst_sequence_found_does_in_the_engine_what_was_foretold() {
+fn the_engine_agrees_with_the_analysis_on_the_worst_sequence_found() {
     for policy in ["ramp", "snap"] {
         let setting = format!("augmentation.reengage={policy}");
         let settings = if policy == "ramp" { vec![] } else { vec![setting.as_str()] };
@@ -184,8 +184,8 @@ fn the_worst_sequence_found_does_in_the_engine_what_was_foretold() {
         let shown = worst_events(&source(), &[setting], &switching).expect("loads");
         assert_eq!(&shown.events[..], &reach.worst.starts[..]);
         let OperatorSpec::Ramp { start_m, .. } = shown.operator else { panic!("no ramp") };
-        let mut seen = Farthest::default();
-        // The tick at which the hand is let go is none of an event.
+        let mut seen = Extremes::default();
+        // The tick of the release does not belong to an event.
         shown.build().expect("built").run(&mut seen).expect("runs");
         assert_eq!(seen.events, reach.worst.starts.len() as u64);
         let gone = seen.slave_m / start_m.abs();
@@ -196,7 +196,7 @@ fn the_worst_sequence_found_does_in_the_engine_what_was_foretold() {
 
 #[test]
 fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
-    let switching = analysed(&HOLDING_ON, (1500.0, 1500.0));
+    let switching = analysed(&HOLD, (1500.0, 1500.0));
     let of_loop = trocar::stability::LoopSettings { stiffness_n_per_m: 1500.0, ..switching.settings.of_loop.clone() };
     assert!(trocar::stability::ClosedLoop::new(&of_loop).expect("built").is_stable().expect("counted"));
     assert!(!switching.is_certified());
@@ -204,22 +204,22 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
         (switching.certificate.as_ref().expect("slowly"), switching.growing_dwell_ticks.expect("fast"));
     assert!(growing >= switching.phases.refractory && growing < found.dwell_ticks);
     assert!(switching.shown.lower > 1.0);
-    // The engine grows as foretold, event by event.
-    let shown = worst_events(&source(), &owned(&HOLDING_ON), &switching).expect("loads");
-    let mut seen = Farthest::default();
+    // The growth in the engine agrees with the analysis, event by event.
+    let shown = worst_events(&source(), &owned(&HOLD), &switching).expect("loads");
+    let mut seen = Extremes::default();
     shown.build().expect("built").run(&mut seen).expect("runs");
     let period = switching.shown.worst.len();
     let at = &seen.at_events_m;
     assert!(at.len() >= period + 4, "{at:?}");
     let last = at.len() - 1;
-    // Over some rounds, as a pole that swings makes single ones uneven.
+    // Over some events, because an oscillating pole makes the growth of a single one uneven.
     let rounds = (last - 2) / period;
     let growth = (at[last] / at[last - rounds * period]).abs().powf(1.0 / (rounds * period) as f64);
     assert!(growth > 1.0 && (growth / switching.shown.lower - 1.0).abs() < 0.1, "{growth} {}", switching.shown.lower);
-    // With as much teleoperation between events as was certified, all is well.
+    // With the certified teleoperation between events, the motion decays.
     let ticks = found.dwell_ticks;
     let calm = format!("augmentation.refractory_s={}", ticks as f64 * 1e-3);
-    let calm: Vec<&str> = HOLDING_ON.iter().copied().chain([calm.as_str()]).collect();
+    let calm: Vec<&str> = HOLD.iter().copied().chain([calm.as_str()]).collect();
     let switching = analysed(&calm, (1500.0, 1500.0));
     assert!(switching.is_certified() && switching.shown.lower < 1.0);
 }
@@ -234,10 +234,10 @@ fn what_is_not_covered_is_said() {
         let reason = SwitchingSettings::of(&scenario(&[setting]), TISSUE).expect_err("not covered");
         assert!(reason.contains(word), "{reason}");
     }
-    // A tissue on which teleoperation by itself is unstable has no certificate, however rare events are.
+    // A tissue with unstable teleoperation has no certificate for any dwell.
     let unstable = analysed(&["tissue.damping_n_s_per_m=0.0"], (50.0, 3000.0));
     assert!(unstable.certificate.is_none() && unstable.reach.is_none() && !unstable.is_certified());
-    // Nor has a master that is unstable by itself, as the paper prints it.
+    // Nor has the unstable master of the paper's printed equations.
     let printed = analysed(&["master.coupling=as-printed"], TISSUE);
     assert!(printed.certificate.is_none() && printed.growth.lower > 1.0);
 }
@@ -259,7 +259,7 @@ fn releasing_the_slave_throws_the_needle_with_snap_only() {
 fn scheduled_events_are_taken_where_an_alarm_would_be() {
     let base = at_rest(&[]);
     let held = nearest_ticks(0.5, base.grid.tick_s());
-    // The second comes while frozen, the third while the supervisor is deaf; the fourth is taken.
+    // The second occurs while frozen, the third in the refractory period; the fourth is taken.
     let seen = run(&base, 300.0, 1e-5, held, &[100, 300, 750, 1200], 2000);
     assert_eq!(seen.events, 2);
     let folder = crate::support::test_folder::TestFolder::new();

@@ -1,4 +1,4 @@
-//! What every tissue must do, whatever its parameters and however the needle moves; and what layers do.
+//! Properties of every tissue for any parameters and any motion of the needle; and of layers.
 
 use crate::support::pair::Pair;
 use proptest::prelude::*;
@@ -12,7 +12,8 @@ use trocar::tissue::{
 const TICK_S: f64 = 1e-4;
 const START_M: f64 = -4e-3;
 
-/// Positions and velocities of a needle that goes from place to place with the least jerk, from outside to outside.
+/// Returns positions and velocities of a needle that moves between positions with minimum jerk and starts and ends
+/// outside.
 fn motion(places_m: &[f64], seconds: f64) -> Vec<(f64, f64)> {
     let ticks = (seconds / TICK_S) as usize;
     let places: Vec<f64> = [START_M].into_iter().chain(places_m.iter().copied()).chain([START_M]).collect();
@@ -33,7 +34,7 @@ fn forces(tissue: &mut AnyTissue<f64>, motion: &[(f64, f64)]) -> Vec<f64> {
     motion.iter().zip(0..).map(|(&(x, v), tick)| tissue.react(tick, x, v).force_n).collect()
 }
 
-/// What the needle does on the tissue, and what it does regardless of sign, in J (trapezoids).
+/// Returns the work of the needle on the tissue, and the integral of its magnitude, in J (trapezoids).
 fn work(motion: &[(f64, f64)], force_n: &[f64]) -> (f64, f64) {
     let steps = motion.windows(2).zip(force_n.windows(2));
     let each = steps.map(|(at, force)| 0.5 * (force[0] + force[1]) * (at[1].0 - at[0].0));
@@ -103,7 +104,7 @@ fn any_tissue() -> impl Strategy<Value = AnyTissue<f64>> {
     ]
 }
 
-/// A recording by depth: in to 30 mm and out again, with any forces on the way.
+/// A recording by depth: in to 30 mm and out, with any forces.
 fn replayed() -> impl Strategy<Value = AnyTissue<f64>> {
     let forces = prop::collection::vec(-3.0..6.0f64, 60);
     (forces, 1e-4..0.02f64, prop::collection::vec(0.0..0.03f64, 0..3)).prop_map(
@@ -167,7 +168,7 @@ proptest! {
     }
 }
 
-/// A membrane over an organ without damping or friction, so that each force is the law's alone.
+/// A membrane over an organ without damping or friction, so that each force is that of the law alone.
 fn membrane() -> LayersParameters {
     let [.., capsule, organ] = LayerParameters::DEFAULTS;
     let capsule = LayerParameters { damping_s_per_m: 0.0, grip_n: 0.0, thickness_m: 0.05, ..capsule };
@@ -197,10 +198,10 @@ fn a_membrane_gives_way_at_its_rupture_force_and_relaxes_to_its_cutting_force() 
         let law = capsule.stiffness_n_per_m * x + capsule.stiffening_n_per_m2 * x * x;
         assert!((reaction.force_n - law).abs() < 1e-12, "phase 1 is the loading law");
         before = reaction.force_n;
-        assert!(before <= capsule.rupture_force_n, "it holds no more");
+        assert!(before <= capsule.rupture_force_n, "not above the rupture force");
     };
     assert!((at_rupture - capsule.rupture_force_n).abs() < 1e-12 && before <= at_rupture, "{at_rupture}");
-    // The needle stands still: deflection and with it the force relax, exponentially, and then hold.
+    // The needle is at rest: deflection and force relax exponentially, and then stay constant.
     let deflection = |force: f64| capsule.deflection_m(force);
     let (from, to) = (deflection(capsule.rupture_force_n), deflection(capsule.cutting_force_n));
     for k in 0..6000 {
@@ -215,7 +216,7 @@ fn a_membrane_gives_way_at_its_rupture_force_and_relaxes_to_its_cutting_force() 
         (0..1000).all(|_| (tissue.react(0, x, 0.0).force_n - held).abs() < 1e-9),
         "a frozen needle feels a held force"
     );
-    // Cutting goes on at the cutting force.
+    // The cutting continues at the cutting force.
     for _ in 0..5000 {
         x += step;
         assert!((tissue.react(0, x, 0.0).force_n - capsule.cutting_force_n).abs() < 1e-6);
@@ -223,7 +224,7 @@ fn a_membrane_gives_way_at_its_rupture_force_and_relaxes_to_its_cutting_force() 
 }
 
 #[test]
-fn extraction_pulls_and_the_needle_comes_free_outside_of_where_it_first_touched() {
+fn the_force_of_extraction_is_negative_and_contact_ends_outside_of_the_first_contact() {
     let mut parameters = membrane();
     let grip_n = 0.4;
     parameters.layers[3].grip_n = grip_n;
@@ -256,7 +257,7 @@ fn a_shaft_holds_until_the_static_friction_and_slides_at_the_kinetic_one() {
         tissue.react(0, x, v);
     }
     let (x, step) = (0.03, 1e-6);
-    // Relaxed and at rest; then out at 10 mm/s, far enough that the tip no longer presses.
+    // Relaxed and at rest; then out at 10 mm/s, until the tip no longer presses.
     for _ in 0..5000 {
         tissue.react(0, x, 0.0);
     }
@@ -272,7 +273,7 @@ fn a_shaft_holds_until_the_static_friction_and_slides_at_the_kinetic_one() {
 }
 
 #[test]
-fn lanes_of_different_motions_are_what_each_is_alone() {
+fn lanes_of_different_motions_are_identical_to_single_runs() {
     let [fast, slow] = [motion(&[0.05, 0.01, 0.06], 0.4), motion(&[0.02, 0.03, 0.06], 0.4)];
     let parameters =
         LayersParameters { contact_m: 0.0, layers: LayerParameters::DEFAULTS, shaft: ShaftParameters::default() };

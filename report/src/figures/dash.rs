@@ -11,8 +11,8 @@ const MAX_DASHES: f32 = 64.0;
 pub(super) fn dashed(lines: Vec<Vec<Point>>, pattern: &[f32]) -> Vec<Vec<Point>> {
     let length: f64 = lines.iter().flat_map(|line| line.windows(2)).map(|p| span(p[0], p[1])).sum();
     let period: f32 = pattern.iter().sum();
-    let stretch = (length as f32 / period * (pattern.len() as f32 / 2.0) / MAX_DASHES).max(1.0);
-    let Some(dash) = StrokeDash::new(pattern.iter().map(|part| part * stretch).collect(), 0.0) else { return lines };
+    let factor = (length as f32 / period * (pattern.len() as f32 / 2.0) / MAX_DASHES).max(1.0);
+    let Some(dash) = StrokeDash::new(pattern.iter().map(|part| part * factor).collect(), 0.0) else { return lines };
     let mut dashes = Vec::new();
     for line in lines {
         match path(&line).and_then(|path| path.dash(&dash, 1.0)) {

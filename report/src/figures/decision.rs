@@ -8,7 +8,7 @@ use super::{EstimationView, Figure, FigureError, events};
 
 /// Maximum ratio of the peak to the threshold on a linear axis. With a higher peak the axis is logarithmic, because the threshold
 /// would lie on the bottom of a linear axis.
-const LARGEST_LINEAR_PEAK: f64 = 30.0;
+const MAX_LINEAR_PEAK: f64 = 30.0;
 /// Lower limit of the logarithmic axis, relative to the threshold.
 const LOG_FLOOR: f64 = 1e-2;
 
@@ -52,7 +52,7 @@ pub fn decision(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
 fn decision_axis(view: &EstimationView<'_>) -> Axis {
     let peak = extent(view.decision.iter().copied()).map_or(0.0, |range| range.1);
     let threshold = view.threshold;
-    if threshold > 0.0 && threshold.is_finite() && peak > LARGEST_LINEAR_PEAK * threshold {
+    if threshold > 0.0 && threshold.is_finite() && peak > MAX_LINEAR_PEAK * threshold {
         return Axis::log10((LOG_FLOOR * threshold, 2.0 * peak));
     }
     let threshold = if threshold.is_finite() { threshold } else { 0.0 };

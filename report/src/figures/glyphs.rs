@@ -15,8 +15,8 @@ use super::style::UNITS_PER_PIXEL;
 /// Height of DejaVu's x relative to its em, for the `ex` in the SVG of plotters.
 const EX: f32 = 0.547;
 
-/// The outlines of `text` in `style`, anchored at `at` (both in drawing units), and what places them on the bitmap; none for a
-/// text without ink.
+/// Returns the outlines of `text` in `style`, anchored at `at` (both in drawing units), and their transformation to the
+/// bitmap; `None` for a text without ink.
 pub(super) fn placed<S: BackendTextStyle>(
     text: &str,
     style: &S,

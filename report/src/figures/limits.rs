@@ -62,12 +62,12 @@ mod tests {
     #[test]
     fn a_diverged_run_does_not_hide_the_others() {
         let time_s: Vec<f64> = (0..100).map(f64::from).collect();
-        let calm: Vec<f64> = time_s.iter().map(|t| t * 0.05).collect();
-        let wild: Vec<f64> = time_s.iter().map(|t| t.exp()).collect();
+        let stable: Vec<f64> = time_s.iter().map(|t| t * 0.05).collect();
+        let diverged: Vec<f64> = time_s.iter().map(|t| t.exp()).collect();
         let signal = |values| Signal { time_s: &time_s, values, scale: 1.0, plausible: 1e3 };
-        let both = shared(&[signal(&calm), signal(&wild)], (0.0, 100.0));
+        let both = shared(&[signal(&stable), signal(&diverged)], (0.0, 100.0));
         assert!(both.high < 6.0);
-        assert!(shared(&[signal(&wild)], (0.0, 100.0)).high < 1.1e3);
+        assert!(shared(&[signal(&diverged)], (0.0, 100.0)).high < 1.1e3);
         assert!(shared(&[], (0.0, 1.0)).high > 0.0);
     }
 }

@@ -203,15 +203,15 @@ fn invalid_records_give_figures() {
 
 #[test]
 fn a_diverging_run_is_drawn_beside_a_stable_one() {
-    let sound = insertion(4000, true);
-    let mut wild = insertion(4000, false);
+    let stable = insertion(4000, true);
+    let mut diverged = insertion(4000, false);
     for k in 1400..4000 {
         let growth = ((k - 1400) as f64 * 0.4).exp();
-        wild.slave[k] += 1e-6 * growth * (k as f64).sin();
-        wild.tissue[k] = growth;
-        wild.feedback[k] = -growth;
+        diverged.slave[k] += 1e-6 * growth * (k as f64).sin();
+        diverged.tissue[k] = growth;
+        diverged.feedback[k] = -growth;
     }
-    for (name, figure, _) in all(&wild, &sound).into_iter().chain(all(&sound, &wild)) {
+    for (name, figure, _) in all(&diverged, &stable).into_iter().chain(all(&stable, &diverged)) {
         assert!(figure.is_ok(), "{name}: {figure:?}");
     }
 }

@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_outside_the_window_still_lead_to_its_edges() {
+    fn lines_to_samples_outside_the_window_end_at_its_edges() {
         let lines = polylines([(-10.0, 0.0), (20.0, 0.0)].into_iter(), &FRAME);
         assert_eq!(lines, [vec![(0.0, 100.0), (500.0, 100.0)]]);
     }

@@ -14,11 +14,11 @@ pub const MAX_ROWS: usize = 120;
 /// The phases that are shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shade {
-    /// The needle goes in.
+    /// The needle moves in.
     Insertion,
-    /// The needle is held.
+    /// The needle is at rest.
     Hold,
-    /// The needle is withdrawn.
+    /// The needle moves out.
     Withdrawal,
 }
 
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn every_recording_has_its_row_and_the_legend_names_what_is_there() {
+    fn every_recording_has_a_row_and_the_legend_names_the_marks_in_use() {
         let figure = timeline(&[row("first", 2.0), row("second", 0.0), row("third", f64::NAN)]).expect("drawn");
         for text in ["first", "second", "third", "insertion", "withdrawal", "labelled rupture", "alarm"] {
             assert!(figure.svg.contains(text), "{text}");
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_has_an_end() {
+    fn the_number_of_rows_is_bounded() {
         let rows: Vec<_> = (0..MAX_ROWS + 50).map(|_| row("x", 2.0)).collect();
         assert_eq!(timeline(&rows).expect("drawn"), timeline(&rows[..MAX_ROWS]).expect("drawn"));
         assert!(matches!(timeline(&[]), Err(FigureError::Empty { .. })));

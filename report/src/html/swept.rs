@@ -121,14 +121,14 @@ impl DrawnCases {
         };
         let mut drawing =
             Self { axes: vec![vec![]; design.axes.len()], metrics: vec![vec![]; design.focus.len()], cases: parts };
-        let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+        let (sampler, mut coordinates, mut values) = (design.coordinates(), vec![], vec![]);
         let mut part = 0;
         rows.each(|case, _, metrics| {
             if part >= parts || case != of_part(part) {
                 return Ok(());
             }
             part += 1;
-            sampler.values(case, &mut shares, &mut values);
+            sampler.values(case, &mut coordinates, &mut values);
             for (column, (value, axis)) in drawing.axes.iter_mut().zip(values.iter().zip(&design.axes)) {
                 column.push(place(axis, value));
             }

@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spike_survives_and_the_rest_is_thinned() {
+    fn a_spike_is_kept_and_the_rest_is_thinned() {
         let mut column = vec![0.0; 100_000];
         column[61_234] = 9.0;
         column[7] = -9.0;

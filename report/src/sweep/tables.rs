@@ -147,9 +147,9 @@ pub fn write_sweep_parquet(
         .set_key_value_metadata(Some(metadata))
         .build();
     let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties)).map_err(failed)?;
-    let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+    let (sampler, mut coordinates, mut values) = (design.coordinates(), vec![], vec![]);
     rows.each(|case, outcome, metrics| {
-        sampler.values(case, &mut shares, &mut values);
+        sampler.values(case, &mut coordinates, &mut values);
         group.push(case, &values, outcome, metrics);
         if group.rows == GROUP_ROWS { group.write(&mut file).map_err(failed) } else { Ok(()) }
     })?;
@@ -167,10 +167,10 @@ pub fn write_sweep_parquet(
 pub fn write_sweep_csv(design: &Design, rows: &Rows, out: &mut dyn Write) -> Result<(), SweepError> {
     let failed = |source: io::Error| SweepError::Io { path: "cases.csv".into(), source };
     writeln!(out, "{}", names(design).join(",")).map_err(failed)?;
-    let (sampler, mut shares, mut values) = (design.shares(), vec![], vec![]);
+    let (sampler, mut coordinates, mut values) = (design.coordinates(), vec![], vec![]);
     let (mut line, mut buffer) = (String::new(), ryu::Buffer::new());
     rows.each(|case, outcome, metrics| {
-        sampler.values(case, &mut shares, &mut values);
+        sampler.values(case, &mut coordinates, &mut values);
         line.clear();
         line.push_str(&case.to_string());
         for value in &values {

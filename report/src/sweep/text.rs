@@ -50,7 +50,7 @@ pub(crate) fn heading(design: &Design, findings: &Findings) -> String {
         "{}: {} cases, {points} points ({}) with {} seed{} each, over {}\n",
         design.name,
         findings.cases,
-        design.filling.word(),
+        design.scheme.word(),
         design.seeds,
         if design.seeds == 1 { "" } else { "s" },
         if axes.is_empty() { "no axis".to_owned() } else { axes.join(", ") },
@@ -77,23 +77,14 @@ pub(crate) fn summary_row(summary: &Summary) -> [String; 6] {
         }
     };
     let Spread {
-        least,
-        quantile_5,
-        median,
-        quantile_95,
-        greatest,
-        median_low,
-        median_high,
-        mean,
-        mean_ci95_half_width,
-        ..
+        min, quantile_5, median, quantile_95, max, median_low, median_high, mean, mean_ci95_half_width, ..
     } = spread;
     [
         name,
         defined,
         format!("{} [{}, {}]{unit}", number(*median), number(*median_low), number(*median_high)),
         format!("{} to {}{unit}", number(*quantile_5), number(*quantile_95)),
-        format!("{} to {}{unit}", number(*least), number(*greatest)),
+        format!("{} to {}{unit}", number(*min), number(*max)),
         format!("{} ± {}{unit}", significant(factor * mean), significant(factor * mean_ci95_half_width)),
     ]
 }
@@ -115,7 +106,7 @@ pub fn sweep_summary_csv(findings: &Findings) -> String {
     for Summary { metric, unit, defined, spread, .. } in &findings.summaries {
         let numbers = spread.map(|s| {
             [
-                s.least,
+                s.min,
                 s.quantile_2_5,
                 s.quantile_5,
                 s.quantile_25,
@@ -123,7 +114,7 @@ pub fn sweep_summary_csv(findings: &Findings) -> String {
                 s.quantile_75,
                 s.quantile_95,
                 s.quantile_97_5,
-                s.greatest,
+                s.max,
                 s.median_low,
                 s.median_high,
                 s.mean,

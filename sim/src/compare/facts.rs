@@ -1,28 +1,28 @@
-//! What the paper states of its experiment, beside what the shipped pair of scenarios gives.
+//! Statements of the paper about its experiment, and the results of the shipped pair of scenarios.
 
 use serde::Serialize;
 
 use super::Comparison;
 use crate::metrics::{Metrics, RuptureMetrics};
 
-/// A statement of the paper, and ours.
+/// A statement of the paper and the corresponding result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fact {
-    /// What it is about.
+    /// The subject.
     pub what: &'static str,
-    /// What the paper says, and where.
+    /// The statement, with the section of the paper.
     pub paper: &'static str,
-    /// What is asked of a rendering of it.
+    /// The condition for agreement.
     pub asked: &'static str,
-    /// What came out.
+    /// The result.
     pub ours: String,
-    /// Whether that agrees.
+    /// Whether the result meets the condition.
     pub holds: bool,
 }
 
-/// The paper's facts for a comparison of its two schemes: the classical run first, the augmented one second.
+/// Returns the paper's facts for a comparison of its two schemes: the classical run first, the augmented one second.
 ///
-/// `None` if one of the quantities does not exist, as without two ruptures or without an event.
+/// `None` if a quantity is undefined, for example without two ruptures or without an event.
 #[must_use]
 pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
     let [classical, augmented] = comparison.runs.as_slice() else { return None };
@@ -34,17 +34,17 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
     let travel = mm(c1.slave_travel_m?);
     let (from, to) = (mm(event.master_start_m), mm(event.master_end_m));
     let frozen = mm(a.events.iter().map(|event| event.frozen_motion_m).fold(0.0, f64::max));
-    let lasted = event.augmented_s?;
+    let duration_s = event.augmented_s?;
     let fall = |rupture: &RuptureMetrics| rupture.feedback_fall_s;
     let excess = a.feedback_step_excess_n.max(0.0);
     let steps = |step: f64, allowed: f64| format!("{step:.5} N of {allowed:.5} N");
     let delays = [c1, c2, a1, a2].map(|rupture| rupture.detection_delay_s);
     let detected = delays.iter().all(|delay| delay.is_some_and(|delay| delay <= 0.010));
-    let only = |m: &Metrics| m.false_alarms == 0;
-    let (least, greatest) = (c.min_tissue_force_n?, c.max_tissue_force_n?);
+    let has_no_false_alarm = |m: &Metrics| m.false_alarms == 0;
+    let (min_n, max_n) = (c.min_tissue_force_n?, c.max_tissue_force_n?);
     let error = c.mean_absolute_residual_n?.max(a.mean_absolute_residual_n?);
     let noise = &comparison.noise;
-    let stands = noise.iter().all(|n| n.missed_ruptures == 0 && n.false_alarms == 0);
+    let detects_in_noise = noise.iter().all(|n| n.missed_ruptures == 0 && n.false_alarms == 0);
     let derivative_fails = noise.iter().all(|n| n.derivative_exceedances.is_some_and(|samples| samples > 0));
     let delay = |rupture: &RuptureMetrics| {
         rupture.detection_delay_s.map_or("missed".into(), |delay| format!("{:.0} ms", ms(delay)))
@@ -76,8 +76,8 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             what: "augmented: length of the event",
             paper: "about 0.5 s (5.2)",
             asked: "0.5 ± 0.05 s",
-            ours: format!("{lasted:.3} s"),
-            holds: (lasted - 0.5).abs() <= 0.05,
+            ours: format!("{duration_s:.3} s"),
+            holds: (duration_s - 0.5).abs() <= 0.05,
         },
         Fact {
             what: "feedback force down to 5 %",
@@ -119,14 +119,14 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             paper: "none (4.6)",
             asked: "none",
             ours: format!("{} and {}", c.false_alarms, a.false_alarms),
-            holds: only(c) && only(a),
+            holds: has_no_false_alarm(c) && has_no_false_alarm(a),
         },
         Fact {
             what: "tissue force, in the paper's sign",
             paper: "-5.69 to 2.45 N (3.2.2)",
             asked: "about -5.7 to 2.5 N",
-            ours: format!("{:.2} to {:.2} N", -greatest, -least),
-            holds: (greatest - 5.7).abs() <= 0.15 && (least + 2.5).abs() <= 0.15,
+            ours: format!("{:.2} to {:.2} N", -max_n, -min_n),
+            holds: (max_n - 5.7).abs() <= 0.15 && (min_n + 2.5).abs() <= 0.15,
         },
         Fact {
             what: "mean absolute prediction error",
@@ -144,7 +144,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
                 .map(|n| format!("{} of {}, {} false", n.ruptures - n.missed_ruptures, n.ruptures, n.false_alarms))
                 .collect::<Vec<_>>()
                 .join("; "),
-            holds: stands,
+            holds: detects_in_noise,
         },
         Fact {
             what: "the derivative in that noise",

@@ -1,4 +1,4 @@
-//! Scenarios side by side: the table of their metrics, their standing in noise, and the paper's facts.
+//! Comparison of scenarios: the table of their metrics, their detection in noise, and the paper's facts.
 
 mod facts;
 mod noise;
@@ -16,26 +16,26 @@ use serde::Serialize;
 use crate::run::{Run, RunError, run};
 use crate::scenario::Scenario;
 
-/// Scenarios that were run to be compared.
+/// The runs of the compared scenarios.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// The runs, in the order in which they were given.
+    /// The runs, in the order of the scenarios.
     pub runs: Vec<Run>,
-    /// Each run's standing in noise.
+    /// The detection of each scenario in noise.
     pub noise: Vec<NoiseCheck>,
 }
 
-/// What a comparison says in numbers: the metrics side by side, and the detection in noise.
+/// The numbers of a comparison: the metrics side by side, and the detection in noise.
 #[derive(Debug, Clone, Serialize)]
 pub struct ComparisonTable {
-    /// The scenarios' names.
+    /// Names of the scenarios.
     pub scenarios: Vec<String>,
-    /// A row per metric, a value per scenario.
+    /// A row per metric, with a value per scenario.
     pub rows: Vec<Row>,
 }
 
 impl Comparison {
-    /// Runs scenarios, in parallel, each also in noise. The results do not depend on the number of threads.
+    /// Runs scenarios in parallel, without and with added noise. The results do not depend on the number of threads.
     ///
     /// # Errors
     /// The first scenario's [`RunError`].
@@ -46,7 +46,7 @@ impl Comparison {
         Ok(Self { runs: runs?, noise: noise? })
     }
 
-    /// The table of the metrics.
+    /// Returns the table of the metrics.
     #[must_use]
     pub fn table(&self) -> ComparisonTable {
         let scenarios = self.runs.iter().map(|run| run.scenario.name.clone()).collect();

@@ -1,4 +1,4 @@
-//! Does the detection stand in noise, and would a plain derivative?
+//! Detection in added noise, by the scenario's detector and by a plain derivative.
 
 use serde::Serialize;
 
@@ -9,19 +9,20 @@ use crate::run::{RunError, measure, observe};
 use crate::scenario::Scenario;
 use crate::time::nearest_ticks;
 
-/// Standard deviation of the noise that is added, in N: the paper's 6.25e-4 N² (4.1).
+/// Standard deviation of the added noise, in N: the paper's 6.25e-4 N² (4.1).
 pub const ADDED_NOISE_STD_N: f64 = 0.025;
 
-/// How long after a rupture a large derivative still belongs to it, in s.
-const BELONGS_S: f64 = 0.1;
+/// Time after a rupture, in s, in which a large derivative is attributed to it.
+const RUPTURE_S: f64 = 0.1;
 
 metrics! {
-    /// A scenario's detection with white noise added to its force, by its own detector and by the paper's baseline.
+    /// The detection of a scenario with white noise added to its force, by its own detector and by the paper's
+    /// baseline.
     #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct NoiseCheck in Noise {
         /// Standard deviation of the added noise, in N.
         added_noise_std_n: f64;
-        /// How many ruptures there are.
+        /// Number of ruptures.
         ruptures: u64;
         /// Ruptures missed when the scenario is run again with 0.025 N of added force noise.
         missed_ruptures: u64 = "missed ruptures", Count, Lower;
@@ -31,14 +32,14 @@ metrics! {
         derivative_missed_ruptures: u64 = "missed ruptures, derivative CUSUM", Count, Lower;
         /// False alarms of that derivative detector.
         derivative_false_alarms: u64 = "false alarms, derivative CUSUM", Count, Lower;
-        /// The highest threshold on the squared change, in N², that still finds every rupture; none without ruptures.
+        /// The highest threshold on the squared change, in N², that still detects every rupture; none without ruptures.
         derivative_threshold_n2: Option<f64>;
         /// Samples away from ruptures at which the squared change exceeds the highest threshold that still finds all of them.
         derivative_exceedances: Option<u64> = "false samples, derivative at best", Count, Lower;
     }
 }
 
-/// Runs a scenario twice with the noise of [`ADDED_NOISE_STD_N`] added to its own.
+/// Runs a scenario with [`ADDED_NOISE_STD_N`] added to its own noise: once with its detector, once with the baseline.
 ///
 /// # Errors
 /// As [`crate::run::run`].
@@ -58,11 +59,11 @@ pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
         derivative_missed_ruptures: missed(&baseline),
         derivative_false_alarms: baseline.false_alarms,
         derivative_threshold_n2: threshold,
-        derivative_exceedances: threshold.map(|least| derivatives.exceedances(least)),
+        derivative_exceedances: threshold.map(|threshold| derivatives.exceedances(threshold)),
     })
 }
 
-/// The scenario with the derivative as its distance, at the thresholds of the paper's variances.
+/// Returns the scenario with the derivative as its distance, and the thresholds of the paper's variances.
 fn derivative_baseline(scenario: &Scenario) -> Scenario {
     use crate::detection::{DetectorSettings, DistanceKind};
     let mut baseline = scenario.clone();
@@ -73,12 +74,12 @@ fn derivative_baseline(scenario: &Scenario) -> Scenario {
     baseline
 }
 
-/// Collects `(f_k - f_{k-1})²` near ruptures and away from them.
+/// Collects `(f_k - f_{k-1})²` after ruptures and at all other times.
 struct Derivatives {
     last_n: Option<f64>,
-    belongs_ticks: u64,
+    rupture_ticks: u64,
     rupture: Option<u64>,
-    /// The largest of each rupture that was followed by a tick.
+    /// The maximum after each rupture that has a following tick.
     peaks: Vec<f64>,
     elsewhere: Vec<f64>,
 }
@@ -87,7 +88,7 @@ impl Derivatives {
     fn new(scenario: &Scenario) -> Self {
         Self {
             last_n: None,
-            belongs_ticks: nearest_ticks(BELONGS_S, scenario.grid.tick_s()),
+            rupture_ticks: nearest_ticks(RUPTURE_S, scenario.grid.tick_s()),
             rupture: None,
             peaks: Vec::with_capacity(16),
             elsewhere: Vec::with_capacity(scenario.grid.ticks() as usize),
@@ -108,7 +109,7 @@ impl Observer<f64> for Derivatives {
         let change = self.last_n.map_or(0.0, |last| s.measured_force_n - last);
         self.last_n = Some(s.measured_force_n);
         let square = change * change;
-        match self.rupture.filter(|rupture| s.tick - rupture <= self.belongs_ticks) {
+        match self.rupture.filter(|rupture| s.tick - rupture <= self.rupture_ticks) {
             Some(rupture) if s.tick == rupture + 1 => self.peaks.push(square),
             Some(_) => {
                 if let Some(peak) = self.peaks.last_mut() {

@@ -1,4 +1,4 @@
-//! Scenarios over many seeds: how much of a difference is chance.
+//! Scenarios over many seeds: which differences are due to chance.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -9,17 +9,17 @@ use crate::quantiles;
 use crate::run::{RunError, measure};
 use crate::scenario::Scenario;
 
-/// Most seeds of one study, which keeps the metrics of every run.
+/// Maximum number of seeds of a study, which keeps the metrics of every run.
 pub const MAX_SEEDS: u64 = 100_000;
 
-/// How a metric spreads over the seeds.
+/// The distribution of a metric over the seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// In how many seeds it is defined, at least 1.
+    /// Number of seeds in which the metric is defined, at least 1.
     pub defined: u64,
     /// The median.
     pub median: f64,
-    /// The 2.5 % quantile: with `high`, the middle 95 % of the seeds.
+    /// The 2.5 % quantile; 95 % of the seeds lie between it and `high`.
     pub low: f64,
     /// The 97.5 % quantile.
     pub high: f64,
@@ -30,10 +30,11 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The spread of values; none of no values.
+    /// Returns the spread of values, or `None` without values.
     ///
-    /// Quantiles are linear between order statistics. The median's interval is that of the order statistics of ranks
-    /// `n/2 ± 1.96 √n/2` (the normal approximation of the sign test, outwards); below six values it is the whole range.
+    /// Quantiles are interpolated linearly between order statistics. The median's interval is between the order
+    /// statistics of ranks `n/2 ± 1.96 √n/2`, rounded outwards (normal approximation of the sign test); below six
+    /// values it is the whole range.
     #[must_use]
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
@@ -53,46 +54,46 @@ impl Spread {
     }
 }
 
-/// One metric over the seeds, a spread per scenario.
+/// One metric over the seeds, with a spread per scenario.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpreadRow {
-    /// Its key, as in `rupture_1_detection_delay_s`.
+    /// Key, for example `rupture_1_detection_delay_s`.
     pub metric: String,
-    /// Its label in tables.
+    /// Label in tables.
     pub label: String,
-    /// Its key without the prefix of a rupture or the link.
+    /// Key without the prefix of a rupture or the link.
     #[serde(skip)]
     pub name: &'static str,
-    /// Its unit.
+    /// Unit.
     pub unit: Unit,
     /// Which values are better.
     pub better: Better,
-    /// Its spread in SI in each scenario; none where no seed defines it.
+    /// Spread in each scenario, in SI; `None` if no seed defines the metric.
     pub spreads: Vec<Option<Spread>>,
-    /// The spread of each scenario's value over the first scenario's, seed by seed; none for counts, and where no seed
-    /// defines it.
+    /// Spread of the ratio of each scenario's value to the first scenario's, seed by seed; `None` for counts, and if no
+    /// seed defines it.
     pub ratios: Vec<Option<Spread>>,
 }
 
-/// Scenarios that were run with the same seeds.
+/// The results of scenarios that were run with the same seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SeedStudy {
-    /// The scenarios' names.
+    /// Names of the scenarios.
     pub scenarios: Vec<String>,
-    /// How many seeds.
+    /// Number of seeds.
     pub seeds: u64,
-    /// The first one of each scenario; the others follow it.
+    /// First seed of each scenario; the others follow it.
     pub first_seeds: Vec<u64>,
     /// A row per metric.
     pub rows: Vec<SpreadRow>,
 }
 
 impl SeedStudy {
-    /// Runs every scenario with `seeds` seeds, from its own on, in parallel; `done` is told of each run. The results do
-    /// not depend on the number of threads.
+    /// Runs every scenario in parallel with `seeds` seeds, starting from its own, and calls `done` after each run. The
+    /// results do not depend on the number of threads.
     ///
     /// # Errors
-    /// A [`RunError`] of the first scenario and seed that cannot be run.
+    /// A [`RunError`] of a scenario and seed that fails.
     pub fn of(scenarios: &[Scenario], seeds: u64, done: impl Fn() + Sync) -> Result<Self, RunError> {
         let run = |scenario: &Scenario, offset: u64| {
             let metrics = measure(&scenario.with_seed(scenario.seed.wrapping_add(offset)));
@@ -109,14 +110,14 @@ impl SeedStudy {
         })
     }
 
-    /// The row of a metric.
+    /// Returns the row of a metric.
     #[must_use]
     pub fn row(&self, metric: &str) -> Option<&SpreadRow> {
         self.rows.iter().find(|row| row.metric == metric)
     }
 }
 
-/// The rows of all seeds, metric by metric in the order of the table with the most of them.
+/// Returns the rows over all seeds, in the order of the table with the most metrics.
 fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
     let tables: Vec<_> = runs.par_iter().map(|of_seed| rows(&of_seed.iter().collect::<Vec<_>>(), &[])).collect();
     let Some(longest) = tables.iter().max_by_key(|table| table.len()) else { return vec![] };
@@ -130,7 +131,7 @@ fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
     longest.iter().map(of_metric).collect()
 }
 
-/// The spread of a metric's values: for each seed, one per scenario.
+/// Returns the spread of a metric from its values: for each seed, one per scenario.
 fn spread_row(row: &Row, values: &[Vec<Option<f64>>], scenarios: usize) -> SpreadRow {
     let &Row { name, unit, better, .. } = row;
     let spread = |index: usize| Spread::of(values.iter().filter_map(|of_seed| of_seed[index]).collect());

@@ -5,24 +5,24 @@ use serde::Serialize;
 use super::NoiseCheck;
 use crate::metrics::{Better, Declaration, Metrics, RunMetric, Shown, Unit};
 
-/// One metric, a value per scenario.
+/// One metric, with a value per scenario.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Its key, as in `rupture_1_detection_delay_s`.
+    /// Key, for example `rupture_1_detection_delay_s`.
     pub metric: String,
-    /// Its label in tables, as in `rupture 1: detection delay`.
+    /// Label in tables, for example `rupture 1: detection delay`.
     pub label: String,
-    /// Its key without the prefix of a rupture, an event or the link.
+    /// Key without the prefix of a rupture, an event or the link.
     #[serde(skip)]
     pub name: &'static str,
-    /// What it means, in a sentence.
+    /// Meaning, in a sentence.
     #[serde(skip)]
     pub meaning: &'static str,
-    /// Its unit.
+    /// Unit.
     pub unit: Unit,
     /// Which values are better.
     pub better: Better,
-    /// Its values in SI; none where undefined.
+    /// Values in SI; `None` if undefined.
     pub values: Vec<Option<f64>>,
 }
 
@@ -42,14 +42,14 @@ impl Row {
         match shown {
             Shown::Always => true,
             Shown::First => self.values.iter().any(Option::is_some),
-            // Where no link has anything to tell, its rows would only be read past.
+            // Rows of links that have no effect are omitted.
             Shown::WhereNonZero => self.values.iter().flatten().any(|value| *value != 0.0),
             Shown::Never => false,
         }
     }
 }
 
-/// Every row of the table; those in noise where it was looked at.
+/// Returns every row of the table, including those of the checks in noise, if any.
 #[must_use]
 pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
     let ruptures = runs.iter().map(|metrics| metrics.ruptures.len()).max().unwrap_or(0);
@@ -72,13 +72,13 @@ mod tests {
     use crate::scenario::{Scenario, Source};
 
     #[test]
-    fn every_row_says_in_a_sentence_of_its_own_what_it_means() {
+    fn every_row_has_a_sentence_with_its_meaning() {
         let load = |name: &str| Scenario::load(&Source::Builtin(name.into()), &[]).expect("a scenario");
         let scenarios = ["augmented.toml", "17_outage_at_the_rupture.toml"].map(load);
         let metrics = scenarios.each_ref().map(|scenario| measure(scenario).expect("a run"));
         let noise = [super::super::check_in_noise(&scenarios[0]).expect("a run")];
         let rows = rows(&metrics.iter().collect::<Vec<_>>(), &noise);
-        assert!(rows.iter().any(|row| row.metric.starts_with("link_")), "the rows of links are judged too");
+        assert!(rows.iter().any(|row| row.metric.starts_with("link_")), "the rows of links are included");
         for row in rows {
             assert!(row.meaning.ends_with('.') && row.meaning.len() > 20, "{}: {:?}", row.metric, row.meaning);
         }

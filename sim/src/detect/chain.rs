@@ -1,4 +1,4 @@
-//! Velocity filter, estimator and detector in a row, fed sample by sample: what files and live streams share.
+//! Velocity filter, estimator and detector in series, sample by sample, for files and live streams.
 
 use crate::chain::{Chain, Insight, Reading};
 use crate::detection::{CusumDetector, Decision};
@@ -6,31 +6,31 @@ use crate::error::{InvalidValue, positive};
 use crate::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use crate::scenario::DetectionSettings;
 
-/// The step that is assumed of positions of which nothing else is known, in m.
+/// Assumed position step if none is known, in m.
 pub const ASSUMED_STEP_M: f64 = 1e-6;
 
-/// Where the velocity comes from.
+/// The source of the velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VelocitySource {
-    /// It is measured.
+    /// Measured velocity.
     Measured,
-    /// A Kalman filter estimates it from positions that are read in steps of so many m.
+    /// A Kalman filter estimates the velocity from positions with a given step.
     Filtered {
         /// The step in m, above 0.
         step_m: f64,
     },
 }
 
-/// What came of one sample.
+/// The results of one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
-    /// The velocity that was used in m/s: measured, or filtered from the positions.
+    /// Velocity in m/s: measured, or filtered from the positions.
     pub velocity_m_per_s: f64,
-    /// Depth below the contact in m; negative before it.
+    /// Depth below the contact, in m; negative before it.
     pub depth_m: f64,
-    /// What the estimator made of it.
+    /// Output of the estimator.
     pub estimate: Estimate<f64>,
-    /// What the detector made of it.
+    /// Output of the detector.
     pub decision: Decision<f64>,
 }
 
@@ -43,7 +43,7 @@ pub struct DetectionChain {
 }
 
 impl DetectionChain {
-    /// A chain before its first sample, for samples `interval_s` apart (s).
+    /// Returns a chain for samples `interval_s` apart (s).
     ///
     /// # Errors
     /// [`InvalidValue`] for an interval, or a step of the positions, that is not a positive finite number.
@@ -59,7 +59,7 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
-    /// Takes the next sample.
+    /// Evaluates the next sample.
     #[inline]
     pub fn step(&mut self, reading: &Reading<f64>) -> Step {
         let measured = reading.velocity_m_per_s;

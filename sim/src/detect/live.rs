@@ -1,4 +1,4 @@
-//! The chain on a live stream: samples come one by one, some late, some not at all.
+//! The detection chain on a live stream, whose samples can be late or lost.
 
 use serde::Serialize;
 
@@ -10,94 +10,94 @@ use crate::moments::Moments;
 use crate::recording::{Limits, LiveSample};
 use crate::scenario::DetectionSettings;
 
-/// After how many rows on end, each later than the one before but all earlier than the last sample, the clock counts as
-/// set back.
+/// Number of consecutive rows, each later than the one before but earlier than the last sample, after which the clock
+/// counts as set back.
 const SET_BACK_ROWS: u32 = 10;
 
-/// A step of more intervals than this has lost samples in it.
-const MAX_OF_ONE_STEP: f64 = 1.5;
+/// A longer step, in intervals, has lost samples in it.
+const MAX_INTERVALS_OF_ONE_TICK: f64 = 1.5;
 
-/// One tick of the stream with what came of it.
+/// One tick of the stream with its results.
 #[derive(Debug, Clone, Copy)]
 pub struct LiveStep {
-    /// When, in the stream's own time, in s.
+    /// Time of the stream, in s.
     pub time_s: f64,
-    /// Which tick, from 0.
+    /// Number of the tick, from 0.
     pub sample: u64,
-    /// What was measured, or interpolated where a sample was lost.
+    /// The measurement, interpolated if a sample was lost.
     pub reading: Reading<f64>,
-    /// What came of it.
+    /// The results.
     pub step: Step,
 }
 
-/// What is odd about a sample's time.
+/// An anomaly of a sample's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TimestampAnomaly {
-    /// It does not come after the last one; the sample is left out.
+    /// The time is not later than that of the last sample; the sample is omitted.
     NotLater {
-        /// The time of the last sample in s.
+        /// The time of the previous sample in s.
         last_s: f64,
-        /// Its own in s.
+        /// The time of this sample in s.
         time_s: f64,
     },
-    /// So many rows were earlier than the last sample that the clock must have been set back; all begins anew.
+    /// Ten consecutive rows are earlier than the last sample, so the clock was set back; the detection restarts.
     SetBack {
-        /// The time of the last sample in s.
+        /// The time of the previous sample in s.
         last_s: f64,
-        /// Its own in s.
+        /// The time of this sample in s.
         time_s: f64,
     },
-    /// Nothing came for longer than may be interpolated; all begins anew.
+    /// The gap is too long for an interpolation; the detection restarts.
     Gap {
-        /// The time of the last sample in s.
+        /// The time of the previous sample in s.
         last_s: f64,
-        /// Its own in s.
+        /// The time of this sample in s.
         time_s: f64,
     },
 }
 
-/// What has been found so far.
+/// The results of a stream so far.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct LiveSummary {
-    /// Ticks that estimator and detector took.
+    /// Number of ticks.
     pub samples: u64,
-    /// Their interval in s; none before it is known.
+    /// Interval of the ticks in s; `None` before it is known.
     pub interval_s: Option<f64>,
-    /// Their time, in s.
+    /// Duration of the ticks, in s.
     pub duration_s: f64,
-    /// Of that in contact, in s.
+    /// Duration in contact, in s.
     pub contact_s: f64,
-    /// Alarms.
+    /// Number of alarms.
     pub alarms: u64,
-    /// Of the ticks, those that were interpolated as their samples were lost.
+    /// Number of ticks that were interpolated for lost samples.
     pub interpolated: u64,
-    /// Steps of time that differ by more than 1 % from the interval.
+    /// Number of time steps that differ by more than 1 % from the interval.
     pub uneven: u64,
-    /// Samples left out as their time does not come after the last one's.
+    /// Number of samples that were omitted because their time is not later than that of the last sample.
     pub not_later: u64,
-    /// Times that all began anew: after a gap, or as the clock was set back.
+    /// Number of restarts: after a gap, or after the clock was set back.
     pub restarts: u64,
-    /// Mean of the residual in N; none without samples, like the next three.
+    /// Mean of the residual in N; `None` without samples, as the next three.
     pub mean_n: Option<f64>,
-    /// Its standard deviation in N.
+    /// Standard deviation of the residual in N.
     pub std_n: Option<f64>,
-    /// Mean of its magnitude in N.
+    /// Mean magnitude of the residual in N.
     pub mean_absolute_n: Option<f64>,
-    /// Its largest magnitude in N.
+    /// Maximum magnitude of the residual in N.
     pub max_absolute_n: Option<f64>,
 }
 
 /// Estimator and detector on a stream, in constant memory.
 ///
 /// # Time
-/// Both count samples, so the stream is taken as ticks, `interval_s` apart: given, or the time between the first two samples.
-/// A step of up to 1.5 intervals is one tick. A longer one, of up to ten intervals, has lost samples in it: they are
-/// interpolated linearly, as a file's are. After a longer one, and when the clock has been set back (ten rows on end, each
-/// later than the one before, all earlier than the last sample), nothing before it says anything of what follows: filter,
-/// estimator and detector begin anew, and no alarm is taken until the contact has been quiet for the detector's
-/// `settle_s`. A sample that does not come after the last one is left out.
+/// Estimator and detector need evenly spaced samples, so the stream is divided into ticks, `interval_s` apart: given,
+/// or the time between the first two samples. A step of up to 1.5 intervals is one tick. A longer step, of up to ten
+/// intervals, has lost samples in it: they are interpolated linearly, as in a file. After a step of more than ten
+/// intervals, and after the clock was set back (ten consecutive rows, each later than the one before, all earlier than
+/// the last sample), filter, estimator and detector restart, and the detector raises no alarm until the contact has
+/// been quiet for its `settle_s`. A sample that is not later than the last one is omitted.
 ///
-/// Evenly spaced samples give the bits that [`detect`](super::detect) gives with the same interval.
+/// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect) with the same interval.
 #[derive(Debug)]
 pub struct LiveDetector {
     settings: DetectionSettings,
@@ -105,7 +105,8 @@ pub struct LiveDetector {
     interval_s: Option<f64>,
     chain: Option<DetectionChain>,
     last: Option<LiveSample>,
-    /// The last row that was not later than the last sample, and how many such have ascended.
+    /// Time of the last row that was not later than the last sample, and the number of consecutive ascending rows of
+    /// this kind.
     behind: (f64, u32),
     in_contact: u64,
     residual: ResidualSums,
@@ -113,7 +114,7 @@ pub struct LiveDetector {
 }
 
 impl LiveDetector {
-    /// A detector that has seen nothing, for ticks of `interval_s` (s), or of what the first two samples say.
+    /// Returns a detector for ticks of `interval_s` (s), or of the interval of the first two samples.
     ///
     /// # Errors
     /// [`InvalidValue`] for an interval or a step of the positions that is not a positive finite number.
@@ -139,17 +140,17 @@ impl LiveDetector {
         Ok(detector)
     }
 
-    /// Takes a sample, hands each tick that it completes to `emit`, and says what is odd about it.
+    /// Evaluates a sample, calls `emit` for each tick that it completes, and returns the anomaly of its time, if any.
     ///
     /// # Errors
-    /// [`InvalidValue`] where the first two samples are no interval that the velocity filter can work with.
+    /// [`InvalidValue`] if the first two samples give an interval that is invalid for the velocity filter.
     pub fn take(
         &mut self,
         sample: &LiveSample,
         mut emit: impl FnMut(&LiveStep),
     ) -> Result<Option<TimestampAnomaly>, InvalidValue> {
         let Some(last) = self.last else {
-            // Without an interval the first sample waits for the second.
+            // Without an interval, the first sample is evaluated with the second.
             self.last = Some(*sample);
             if self.interval_s.is_some() {
                 self.tick(sample, &mut emit);
@@ -176,7 +177,7 @@ impl LiveDetector {
             self.restart(sample, &mut emit);
             return Ok(Some(TimestampAnomaly::Gap { last_s, time_s }));
         }
-        let ticks = if steps > MAX_OF_ONE_STEP { steps.round() } else { 1.0 };
+        let ticks = if steps > MAX_INTERVALS_OF_ONE_TICK { steps.round() } else { 1.0 };
         self.summary.uneven += u64::from((steps / ticks - 1.0).abs() > EVEN_SHARE);
         for lost in 1..ticks as u32 {
             self.summary.interpolated += 1;
@@ -187,13 +188,13 @@ impl LiveDetector {
         Ok(None)
     }
 
-    /// How far apart the ticks are, in s; none before it is known.
+    /// Returns the interval of the ticks in s; `None` before it is known.
     #[must_use]
     pub fn interval_s(&self) -> Option<f64> {
         self.interval_s
     }
 
-    /// What has been found so far.
+    /// Returns the results so far.
     #[must_use]
     pub fn summary(&self) -> LiveSummary {
         let interval_s = self.interval_s.unwrap_or(0.0);
@@ -233,11 +234,11 @@ impl LiveDetector {
         TimestampAnomaly::SetBack { last_s, time_s }
     }
 
-    /// Begins anew with a sample; before the interval is known there is nothing to begin.
+    /// Restarts with a sample, if the interval is known.
     fn restart(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
         let Some(interval_s) = self.interval_s else { return };
         self.summary.restarts += 1;
-        // The same interval and settings as before, which were good.
+        // The interval and the settings are unchanged, so they are valid.
         self.chain = DetectionChain::new(&self.settings, interval_s, self.velocity).ok();
         self.tick(sample, emit);
     }
@@ -256,7 +257,7 @@ impl LiveDetector {
     }
 }
 
-/// The sample at a share of the way from one to another.
+/// Interpolates two samples at a share of the interval between them.
 fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     let mix = |from: f64, to: f64| from + (to - from) * share;
     LiveSample {
@@ -267,7 +268,7 @@ fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     }
 }
 
-/// What the summary says of the residual.
+/// The sums of the residual for the summary.
 #[derive(Debug, Default)]
 struct ResidualSums {
     moments: Moments,

@@ -1,34 +1,35 @@
-//! Which alarm announces which labelled rupture.
+//! Matching of alarms and labelled ruptures.
 
-/// An alarm and the label that it announces, both by their place in the lists.
+/// A matched pair of an alarm and a label, by their indices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
-    /// Which alarm.
+    /// Index of the alarm.
     pub alarm: usize,
-    /// Which label.
+    /// Index of the label.
     pub label: usize,
-    /// From the label to the alarm in s, at least 0, to the nanosecond.
+    /// Time from the label to the alarm in s, at least 0, rounded to 1 ns.
     pub delay_s: f64,
 }
 
-/// From a label to an alarm in s, to the nanosecond: the difference of two decimal times is no decimal.
+/// Returns the time from a label to an alarm in s, rounded to 1 ns, because the difference of two decimal times is not
+/// exact.
 fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
-    // Plus 0: a hair before the label is at it, not at -0.
+    // The addition of 0 turns -0 into 0.
     ((alarm_s - label_s) * 1e9).round() / 1e9 + 0.0
 }
 
-/// Matches alarms to labels one to one (both in s, ascending). An alarm can announce a label that lies at most `window_s`
-/// (s, at least 0) before it; one that comes before its label announces nothing. Of all ways to match, one with the most
-/// matches is taken, and of those one with the least sum of delays. In order of time.
+/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label that lies at most `window_s`
+/// (s, at least 0) before it, and never a later label. The result has the maximum number of matches and, among those,
+/// the minimum sum of delays. The matches are in order of time.
 ///
 /// # Why three passes suffice
-/// The windows `[label, label + window_s]` are equally long, so a pass from the last label to the first, each taking the
-/// latest alarm left in its window, finds as many matches as can be, with the latest labels that can all be matched; a
-/// pass from the first alarm to the last, each taking the earliest label left, does so with the earliest alarms. The sets
-/// of labels (alarms) that can be matched are the independent sets of a transversal matroid, so these are a base of the
-/// greatest (least) sum; some matching joins the two bases (Mendelsohn and Dulmage 1958), and exchanging the partners of
-/// two pairs that cross leaves both within the window and the sum as it was. Hence: the k-th of the one with the k-th of
-/// the other.
+/// The windows `[label, label + window_s]` have equal lengths. A pass from the last label to the first, which gives
+/// each label the latest free alarm in its window, therefore finds the maximum number of matches, with the latest
+/// labels that can be matched together. A pass from the first alarm to the last, which gives each alarm the earliest
+/// free label, does the same for the earliest alarms. The sets of labels (alarms) that can be matched are the
+/// independent sets of a transversal matroid, so these are bases with the maximum (minimum) sum. Some matching joins
+/// the two bases (Mendelsohn and Dulmage 1958). If two of its pairs cross, an exchange of their partners keeps both
+/// within the window and the sum unchanged. The k-th alarm of one base therefore matches the k-th label of the other.
 #[must_use]
 pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], window_s: f64) -> Vec<Match> {
     let is_late = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) > window_s;
@@ -76,7 +77,7 @@ mod tests {
     #[test]
     fn one_alarm_announces_one_label() {
         assert_eq!(pairs(&[1.0, 1.2], &[0.9]), [(0, 0)], "the second is false");
-        assert_eq!(pairs(&[1.0], &[0.6, 0.9]), [(0, 1)], "what has just happened");
+        assert_eq!(pairs(&[1.0], &[0.6, 0.9]), [(0, 1)], "the latest label");
         assert_eq!(pairs(&[0.45, 0.6], &[0.0, 0.4]), [(0, 0), (1, 1)], "two matches rather than the shorter one");
     }
 
@@ -85,12 +86,13 @@ mod tests {
         assert_eq!(pairs(&[1.0, 1.5], &[0.5, 1.5]), [(0, 0), (1, 1)]);
         assert_eq!(pairs(&[0.999], &[1.0]), []);
         assert_eq!(pairs(&[1.501], &[1.0]), []);
-        // 5.52 in the recording's own time, written by two programs.
+        // The same time, 5.52 s, computed by two programs.
         assert_eq!(match_alarms(&[1.3 + 4.22], &[5.52], 0.5), [Match { alarm: 0, label: 0, delay_s: 0.0 }]);
         assert!(match_alarms(&[], &[1.0], 0.5).is_empty() && match_alarms(&[1.0], &[], 0.5).is_empty());
     }
 
-    /// The most matches, and the least sum of delays in ms with as many, by trying everything.
+    /// Returns the maximum number of matches, and the minimum sum of delays in ms for this number, by exhaustive
+    /// search.
     fn best(alarms: &[u32], labels: &[u32], window: u32) -> (usize, u32) {
         let Some((label, rest)) = labels.split_first() else { return (0, 0) };
         let mut all = vec![best(alarms, rest, window)];

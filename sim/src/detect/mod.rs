@@ -1,4 +1,4 @@
-//! The estimator and the detector on a recording's own position, velocity and force, or on a live stream of them.
+//! The estimator and the detector on the position, velocity and force of a recording or a live stream.
 
 pub mod calibration;
 mod chain;
@@ -22,11 +22,11 @@ use crate::error::InvalidValue;
 use crate::recording::{Recording, ResampleError};
 use crate::scenario::DetectionSpec;
 
-/// A recording's estimates and decisions, a value per sample.
+/// The estimates and decisions for a recording, with a value per sample.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit, as in a trace")]
 pub struct Detection {
-    /// How far apart the samples are, in s.
+    /// Sampling interval, in s.
     pub interval_s: f64,
     pub time_s: Vec<f64>,
     pub position_m: Vec<f64>,
@@ -37,26 +37,26 @@ pub struct Detection {
     pub damping_n_s_per_m: Vec<f64>,
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
-    /// What the estimator estimates besides: the column's name, and its values.
+    /// Column name and values of the estimator's extra parameter, if any.
     pub extra_parameter: Option<(&'static str, Vec<f64>)>,
-    /// Samples at which a rupture is announced.
+    /// Samples with an alarm.
     pub alarms: Vec<usize>,
-    /// Where the tissue begins, in m.
+    /// Contact position, in m.
     pub contact_m: f64,
     /// Whether the needle was ever below the contact.
     pub touched: bool,
 }
 
-/// How far an interval may be from the median one, as a share of it, before the recording counts as uneven.
+/// Maximum deviation of an interval from the median one, as a share of it, in an evenly sampled recording.
 const EVEN_SHARE: f64 = 0.01;
 
-/// Smallest change of a recorded position that can be a step of its encoder or of its digits, in m.
+/// Minimum change of a recorded position that counts as a step of the encoder or of the digits, in m.
 const MIN_STEP_M: f64 = 1e-9;
 
 /// Runs the estimator and the detector over a recording, sample by sample.
 ///
-/// Both take their samples to be evenly spaced: an uneven recording is resampled linearly at its median interval first.
-/// Where it has no velocity, a Kalman filter estimates it from the positions, whose step is the smallest change between
+/// Both need evenly spaced samples: an uneven recording is first resampled linearly at its median interval. Without a
+/// recorded velocity, a Kalman filter estimates it from the positions. The position step is the smallest change between
 /// two samples unless the settings give one.
 ///
 /// # Errors
@@ -69,19 +69,19 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     let velocity = measured.as_ref().map_or_else(filtered, |_| VelocitySource::Measured);
     let mut chain = DetectionChain::new(settings, interval_s, velocity)?;
     let count = time_s.len();
-    let room = || Vec::with_capacity(count);
+    let column = || Vec::with_capacity(count);
     let mut detection = Detection {
         interval_s,
         time_s,
         position_m,
-        velocity_m_per_s: room(),
+        velocity_m_per_s: column(),
         measured_force_n: force_n,
-        residual_n: room(),
-        stiffness_n_per_m: room(),
-        damping_n_s_per_m: room(),
-        distance: room(),
-        decision: room(),
-        extra_parameter: settings.estimator.extra_parameter_column().map(|name| (name, room())),
+        residual_n: column(),
+        stiffness_n_per_m: column(),
+        damping_n_s_per_m: column(),
+        distance: column(),
+        decision: column(),
+        extra_parameter: settings.estimator.extra_parameter_column().map(|name| (name, column())),
         alarms: vec![],
         contact_m: settings.contact_m,
         touched: false,
@@ -97,8 +97,8 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         detection.residual_n.push(step.estimate.residual_n);
         detection.stiffness_n_per_m.push(step.estimate.stiffness_n_per_m);
         detection.damping_n_s_per_m.push(step.estimate.damping_n_s_per_m);
-        if let Some((_, further)) = &mut detection.extra_parameter {
-            further.push(step.estimate.extra_parameter);
+        if let Some((_, values)) = &mut detection.extra_parameter {
+            values.push(step.estimate.extra_parameter);
         }
         detection.distance.push(step.decision.distance);
         detection.decision.push(step.decision.decision);
@@ -137,11 +137,11 @@ fn samples(recording: &Recording) -> Samples {
         let (position_m, velocity_m_per_s, force_n) = (even.position_m, even.velocity_m_per_s, even.force_n);
         Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n })
     };
-    // The median of ascending times is a tick; should it not be, the samples stay as they are.
+    // The median of ascending times is a valid tick; if resampling fails nevertheless, the samples stay as recorded.
     resample().unwrap_or_else(|_| as_recorded())
 }
 
-/// The step of an encoder's positions in m: as given, where it is above 0; else the smallest change between two samples.
+/// Returns the position step in m: the given one if it is above 0, else the smallest change between two samples.
 fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
     if given_m > 0.0 {
         return given_m;

@@ -1,20 +1,20 @@
-//! The phases of an insertion as whoever holds the needle means them, by a rule from the positions alone.
+//! The phases of an insertion, determined from the positions alone.
 
 use std::ops::Range;
 
 use serde::Serialize;
 
-/// What the needle is doing.
+/// The phase of an insertion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// Not in the tissue: before the contact, or out of it again.
+    /// Not in the tissue: before the contact, or after the withdrawal.
     Free,
-    /// Going in.
+    /// In the tissue and moving in.
     Insertion,
-    /// In the tissue and not moving: what relaxes does so here.
+    /// In the tissue and at rest, while the tissue relaxes.
     Hold,
-    /// In the tissue and coming out.
+    /// In the tissue and moving out.
     Withdrawal,
 }
 
@@ -22,7 +22,7 @@ impl Phase {
     /// Every phase, in the order of an insertion.
     pub const ALL: [Self; 4] = [Self::Free, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    /// Its name, as tables and files write it.
+    /// Returns the name in tables and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -34,32 +34,32 @@ impl Phase {
     }
 }
 
-/// A interval of samples in one phase.
+/// An interval of samples in one phase.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PhaseInterval {
-    /// Which phase.
+    /// The phase.
     pub phase: Phase,
-    /// Which samples.
+    /// The samples.
     pub samples: Range<usize>,
 }
 
-/// How positions become phases.
+/// The rule that determines the phases from positions.
 ///
-/// At each sample the mean speed over the `window_s` around it, `v̄ = (p(t + w/2) - p(t - w/2)) / w`, is taken from the
-/// positions (over what there is of the window at either end). Below the contact the needle is free; in contact it goes in
-/// where `v̄ > moving_m_per_s`, comes out where `v̄ < -moving_m_per_s`, and holds between. A interval shorter than
-/// `shortest_s` belongs to the one before it (the first to the one after it).
+/// At each sample, the mean velocity over the `window_s` around it is `v̄ = (p(t + w/2) - p(t - w/2)) / w` (at either
+/// end, over the available part of the window). Below the contact the phase is free; in contact it is insertion if `v̄
+/// > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than `shortest_s`
+/// joins the one before it (the first joins the one after it).
 ///
-/// The defaults are chosen here: a window of 0.1 s holds a whole period of a physiological tremor of 10 Hz, which then is
-/// no motion, and 1 mm/s lies between the creep of a resting hand and the 4 to 6 mm/s at which the shipped insertion is
-/// pushed.
+/// The defaults are a choice of this project: a window of 0.1 s is a whole period of a physiological tremor of 10 Hz,
+/// which then does not count as motion, and 1 mm/s lies between the creep of a resting hand and the speed of the
+/// shipped insertion, 4 to 6 mm/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseRule {
-    /// Over what the speed is averaged, in s, above 0.
+    /// Averaging window of the velocity, in s, above 0.
     pub window_s: f64,
-    /// The mean speed in m/s, at least 0, above which the needle moves.
+    /// Mean speed in m/s, at least 0, above which the needle moves.
     pub moving_m_per_s: f64,
-    /// The shortest interval of its own, in s, at least 0.
+    /// Minimum duration of an interval, in s, at least 0.
     pub shortest_s: f64,
 }
 
@@ -70,8 +70,9 @@ impl Default for PhaseRule {
 }
 
 impl PhaseRule {
-    /// Splits evenly spaced positions (m, `interval_s` apart) into intervals that follow one another without a gap, from the
-    /// first sample to the last; neighbours differ in phase. No samples have none. `contact_m` is where the tissue begins.
+    /// Splits evenly spaced positions (m, `interval_s` apart) into consecutive intervals without a gap, from the first
+    /// sample to the last; neighbours differ in phase. The result is empty without samples. `contact_m` is the contact
+    /// position.
     #[must_use]
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
@@ -86,7 +87,7 @@ impl PhaseRule {
     }
 
     fn phase_at(&self, position_m: &[f64], sample: usize, half: usize, interval_s: f64, contact_m: f64) -> Phase {
-        // A position that is no number is in no tissue.
+        // NaN counts as out of contact.
         let is_in_contact = position_m[sample] > contact_m;
         if !is_in_contact {
             return Phase::Free;
@@ -104,7 +105,7 @@ impl PhaseRule {
     }
 }
 
-/// Lets the last interval go on, or begins the next one.
+/// Extends the last interval, or appends a new one.
 fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize>) {
     match intervals.last_mut() {
         Some(last) if last.phase == phase => last.samples.end = samples.end,
@@ -112,12 +113,13 @@ fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize
     }
 }
 
-/// The same samples without intervals shorter than `shortest` samples; where all are, the longest of them stands for all.
+/// Merges intervals shorter than `shortest` samples into their neighbours; if all are shorter, the longest one gives
+/// the phase of all.
 fn merge(intervals: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
     let mut merged: Vec<PhaseInterval> = vec![];
     for interval in intervals {
         if interval.samples.len() >= shortest {
-            // What is short at the very beginning belongs to the first that is not.
+            // Short intervals at the beginning join the first one that is long enough.
             let start = if merged.is_empty() { 0 } else { interval.samples.start };
             extend(&mut merged, interval.phase, start..interval.samples.end);
         } else if let Some(last) = merged.last_mut() {
@@ -136,7 +138,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Positions at 1 kHz by pieces of (duration in ms, speed in m/s), from `start_m`.
+    /// Returns positions at 1 kHz for pieces of (duration in ms, velocity in m/s), from `start_m`.
     fn path(start_m: f64, pieces: &[(usize, f64)]) -> Vec<f64> {
         let mut position_m = vec![start_m];
         for &(samples, speed) in pieces {
@@ -153,8 +155,8 @@ mod tests {
     }
 
     #[test]
-    fn an_insertion_reads_as_it_was_done() {
-        // 5 mm to the surface at 5 mm/s, 10 mm in, a rest, and out again at 20 mm/s.
+    fn an_insertion_is_split_into_its_phases() {
+        // 5 mm to the surface at 5 mm/s, 10 mm in, a rest, and out at 20 mm/s.
         let found = phases(&path(-5e-3, &[(1000, 5e-3), (2000, 5e-3), (1500, 0.0), (500, -20e-3), (500, -20e-3)]));
         let names: Vec<_> = found.iter().map(|(phase, _)| *phase).collect();
         assert_eq!(names, [Phase::Free, Phase::Insertion, Phase::Hold, Phase::Withdrawal, Phase::Free]);
@@ -167,7 +169,7 @@ mod tests {
     fn a_trembling_hand_that_holds_is_holding() {
         let tremor = |k: usize| 0.01 + 3e-4 * (std::f64::consts::TAU * 10.0 * k as f64 * 1e-3).sin();
         let position_m: Vec<f64> = (0..3000).map(tremor).collect();
-        // Its speed reaches 19 mm/s, to and fro.
+        // The speed of the tremor reaches 19 mm/s.
         let inside = PhaseRule::default().split(&position_m, 1e-3, 0.0);
         let held: usize = inside.iter().filter(|s| s.phase == Phase::Hold).map(|s| s.samples.len()).sum();
         assert!(held > 2850, "{inside:?}");

@@ -1,4 +1,4 @@
-//! What a detection says in numbers.
+//! The numbers of a detection.
 
 use serde::Serialize;
 
@@ -13,37 +13,37 @@ use crate::quantiles::upper_median;
 /// An alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DetectedAlarm {
-    /// When, in the recording's own time, in s.
+    /// Time of the recording, in s.
     pub time_s: f64,
-    /// Which sample, from 0.
+    /// Index of the sample, from 0.
     pub sample: usize,
-    /// Where the needle was, in m.
+    /// Position of the needle, in m.
     pub position_m: f64,
-    /// How deep below the contact that is, in m.
+    /// Depth below the contact, in m.
     pub depth_m: f64,
     /// The measured force, in N.
     pub force_n: f64,
     /// The residual, in N.
     pub residual_n: f64,
-    /// Which label it announces, from 0; none if it announces none.
+    /// Index of the matched label, from 0; `None` without a match.
     pub label: Option<usize>,
-    /// From that label, in s.
+    /// Delay after that label, in s.
     pub delay_s: Option<f64>,
 }
 
-/// A rupture that someone has seen in a recording.
+/// A labelled rupture of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Label {
-    /// When, in the recording's own time, in s.
+    /// Time of the recording, in s.
     pub time_s: f64,
-    /// What kind of rupture, where that was written.
+    /// Kind of rupture, if given.
     pub kind: Option<String>,
 }
 
-/// What was estimated besides stiffness and damping, over a whole run.
+/// The estimates of the extra parameter over a whole run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExtraParameterEstimate {
-    /// Its column, with its unit.
+    /// Name of the column, with the unit.
     pub column: &'static str,
     /// The upper median.
     pub median: f64,
@@ -52,61 +52,61 @@ pub struct ExtraParameterEstimate {
 }
 
 impl ExtraParameterEstimate {
-    /// Sums a column up; none where there is none, or nothing in it.
+    /// Summarises a column; `None` without a column or without values.
     #[must_use]
-    pub fn of(further: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
-        let (column, values) = further.as_ref()?;
+    pub fn of(extra_parameter: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
+        let (column, values) = extra_parameter.as_ref()?;
         Some(Self { column, median: upper_median(values.clone())?, last: *values.last()? })
     }
 }
 
-/// What came out of a detection.
+/// The results of a detection.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DetectionReport {
-    /// How many samples there were.
+    /// Number of samples.
     pub samples: usize,
-    /// How far apart they are, in s.
+    /// Sampling interval, in s.
     pub interval_s: f64,
-    /// The time of the first, in s.
+    /// Time of the first sample, in s.
     pub start_s: f64,
-    /// How long the recording is, in s.
+    /// Duration of the recording, in s.
     pub duration_s: f64,
-    /// How long the needle was below the contact, in s.
+    /// Time that the needle is below the contact, in s.
     pub contact_s: f64,
     /// Whether the needle was ever below the contact.
     pub touched: bool,
     /// The alarms, in time order.
     pub alarms: Vec<DetectedAlarm>,
-    /// Labelled ruptures, in the recording's own time, in s.
+    /// Labelled ruptures, in the time of the recording, in s.
     pub labelled_ruptures_s: Vec<f64>,
-    /// What kinds they are, in the same order.
+    /// Kinds of the labelled ruptures, in the same order.
     pub labelled_kinds: Vec<Option<String>>,
-    /// Labelled ruptures without an alarm; none where there are no labels.
+    /// Number of labelled ruptures without an alarm; `None` without labels.
     pub missed_ruptures: Option<usize>,
-    /// Alarms without a labelled rupture; none where there are no labels.
+    /// Number of alarms without a labelled rupture; `None` without labels.
     pub false_alarms: Option<usize>,
-    /// How late an alarm may be and still announce a rupture, in s.
+    /// Maximum delay of an alarm after the rupture that it matches, in s.
     pub window_s: f64,
-    /// The scores; none where there are no labels.
+    /// The scores; `None` without labels.
     pub scores: Option<Scores>,
-    /// The residual's statistics.
+    /// Statistics of the residual.
     pub residual: ResidualStatistics,
-    /// The estimates phase by phase.
+    /// Statistics of each phase.
     pub phases: Vec<PhaseStatistics>,
-    /// The phases, one after the other.
+    /// The phases, in order of time.
     #[serde(skip)]
     pub intervals: Vec<PhaseInterval>,
-    /// What the scores are of.
+    /// The counts from which the scores follow.
     #[serde(skip)]
     pub tally: Option<Tally>,
-    /// What was estimated besides stiffness and damping, if anything was.
+    /// Estimates of the extra parameter, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub further_estimate: Option<ExtraParameterEstimate>,
 }
 
 impl DetectionReport {
-    /// Sums a detection up. `ruptures_s` are labels in s after the first sample, of which none means that nobody has
-    /// labelled it; an alarm announces one that lies at most [`RUPTURE_WINDOW_S`] before it.
+    /// Summarises a detection. `ruptures_s` are labels in s after the first sample; an empty list means that the
+    /// recording is not labelled. An alarm matches a label that lies at most [`RUPTURE_WINDOW_S`] before it.
     #[must_use]
     pub fn of(detection: &Detection, ruptures_s: &[f64]) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -115,8 +115,9 @@ impl DetectionReport {
         Self::judged(detection, (!labels.is_empty()).then_some(&labels), RUPTURE_WINDOW_S)
     }
 
-    /// Sums a detection up and holds it against labels in time order, where there are any: labels without a rupture say that
-    /// there is none, no labels that nobody knows. Alarms and labels are matched by [`match_alarms`] within `window_s` (s).
+    /// Summarises a detection and compares it with labels in order of time, if any. An empty list of labels means that
+    /// there is no rupture, `None` that the recording is not labelled. [`match_alarms`] matches alarms and labels
+    /// within `window_s` (s).
     #[must_use]
     pub fn judged(detection: &Detection, labels: Option<&[Label]>, window_s: f64) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -124,7 +125,7 @@ impl DetectionReport {
         let alarms_s: Vec<f64> = detection.alarms.iter().map(|&sample| detection.time_s[sample]).collect();
         let matches = match_alarms(&alarms_s, &labelled_ruptures_s, window_s);
         let alarm = |(index, &sample): (usize, &usize)| {
-            let announced = matches.iter().find(|announced| announced.alarm == index);
+            let matched = matches.iter().find(|matched| matched.alarm == index);
             DetectedAlarm {
                 time_s: detection.time_s[sample],
                 sample,
@@ -132,8 +133,8 @@ impl DetectionReport {
                 depth_m: detection.position_m[sample] - detection.contact_m,
                 force_n: detection.measured_force_n[sample],
                 residual_n: detection.residual_n[sample],
-                label: announced.map(|announced| announced.label),
-                delay_s: announced.map(|announced| announced.delay_s),
+                label: matched.map(|matched| matched.label),
+                delay_s: matched.map(|matched| matched.delay_s),
             }
         };
         let duration_s = detection.time_s.last().copied().unwrap_or(0.0) - start_s;
@@ -143,7 +144,7 @@ impl DetectionReport {
             recordings: 1,
             ruptures: labels.len(),
             alarms: alarms_s.len(),
-            delays_s: matches.iter().map(|announced| announced.delay_s).collect(),
+            delays_s: matches.iter().map(|matched| matched.delay_s).collect(),
             recorded_s: duration_s,
             contact_s,
         });
@@ -171,7 +172,7 @@ impl DetectionReport {
         }
     }
 
-    /// The labels that no alarm announces, by their place among the labels.
+    /// Returns the indices of the labels without an alarm.
     pub fn missed(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.labelled_ruptures_s.len()).filter(|&label| self.alarms.iter().all(|alarm| alarm.label != Some(label)))
     }

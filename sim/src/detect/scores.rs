@@ -1,26 +1,26 @@
-//! How good a detection was, held against labels.
+//! Scores of a detection against labels.
 
 use serde::Serialize;
 
-/// What is counted of a labelled recording, or of several.
+/// The counts of a labelled recording, or of several.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tally {
-    /// Recordings.
+    /// Number of recordings.
     pub recordings: usize,
-    /// Labelled ruptures.
+    /// Number of labelled ruptures.
     pub ruptures: usize,
-    /// Alarms.
+    /// Number of alarms.
     pub alarms: usize,
-    /// From each rupture that was found to its alarm, in s.
+    /// Delay from each detected rupture to its alarm, in s.
     pub delays_s: Vec<f64>,
     /// Recorded time, in s.
     pub recorded_s: f64,
-    /// Of that in contact, in s.
+    /// Recorded time in contact, in s.
     pub contact_s: f64,
 }
 
 impl Tally {
-    /// Adds another one's counts.
+    /// Adds the counts of another tally.
     pub fn add(&mut self, other: &Self) {
         self.recordings += other.recordings;
         self.ruptures += other.ruptures;
@@ -31,46 +31,46 @@ impl Tally {
     }
 }
 
-/// The scores that follow. What is not defined is none: the precision of no alarms, the recall of no ruptures, a rate per
-/// minute of no time.
+/// The scores of a tally. An undefined score is `None`: the precision without alarms, the recall without ruptures, a
+/// rate per minute without recorded time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Scores {
-    /// Labelled recordings.
+    /// Number of labelled recordings.
     pub recordings: usize,
-    /// Labelled ruptures.
+    /// Number of labelled ruptures.
     pub ruptures: usize,
-    /// Alarms.
+    /// Number of alarms.
     pub alarms: usize,
-    /// Ruptures that an alarm announced.
+    /// Number of detected ruptures.
     pub found: usize,
-    /// Ruptures that none announced.
+    /// Number of missed ruptures.
     pub missed: usize,
-    /// Alarms that announced none.
+    /// Number of alarms without a rupture.
     pub false_alarms: usize,
-    /// Share of the alarms that announced a rupture.
+    /// Share of the alarms that match a rupture.
     pub precision: Option<f64>,
-    /// Share of the ruptures that were announced.
+    /// Share of the ruptures that are detected.
     pub recall: Option<f64>,
-    /// Harmonic mean of the two, `2 found / (alarms + ruptures)`.
+    /// Harmonic mean of precision and recall, `2 found / (alarms + ruptures)`.
     pub f1: Option<f64>,
-    /// Median delay, in s; of an even number the mean of the middle two.
+    /// Median delay, in s; for an even number, the mean of the middle two.
     pub median_delay_s: Option<f64>,
-    /// Least delay, in s.
+    /// Minimum delay, in s.
     pub min_delay_s: Option<f64>,
-    /// Greatest delay, in s.
+    /// Maximum delay, in s.
     pub max_delay_s: Option<f64>,
     /// Recorded time, in s.
     pub recorded_s: f64,
-    /// Of that in contact, in s.
+    /// Recorded time in contact, in s.
     pub contact_s: f64,
     /// False alarms per minute of recorded time.
     pub false_alarms_per_minute: Option<f64>,
-    /// False alarms per minute in contact. An alarm needs contact, so none lies outside of it.
+    /// False alarms per minute in contact. An alarm needs contact, so there are none out of contact.
     pub false_alarms_per_contact_minute: Option<f64>,
 }
 
 impl Scores {
-    /// The scores of a tally.
+    /// Returns the scores of a tally.
     #[must_use]
     pub fn of(tally: &Tally) -> Self {
         let found = tally.delays_s.len();
@@ -139,12 +139,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_undefined_stays_so() {
+    fn undefined_scores_are_none() {
         let scores = Scores::of(&Tally::default());
         assert_eq!((scores.precision, scores.recall, scores.f1, scores.median_delay_s), (None, None, None, None));
         assert_eq!((scores.false_alarms_per_minute, scores.false_alarms_per_contact_minute), (None, None));
         let silent = Scores::of(&Tally { ruptures: 2, recorded_s: 1.0, ..Tally::default() });
         assert_eq!((silent.precision, silent.recall, silent.f1), (None, Some(0.0), Some(0.0)));
-        assert_eq!(silent.false_alarms_per_minute, Some(0.0), "none in a second is a rate");
+        assert_eq!(silent.false_alarms_per_minute, Some(0.0), "a rate of 0, because there is recorded time");
     }
 }

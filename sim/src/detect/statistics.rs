@@ -1,4 +1,4 @@
-//! The residual in numbers, over a whole recording and phase by phase.
+//! Statistics of the residual, over a whole recording and by phase.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use super::Detection;
 use super::phases::{Phase, PhaseInterval};
 use crate::quantiles::robust_std;
 
-/// The residual over the whole recording.
+/// Statistics of the residual over a whole recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ResidualStatistics {
     /// Mean, in N.
@@ -17,12 +17,12 @@ pub struct ResidualStatistics {
     pub mean_absolute_n: f64,
     /// Largest magnitude, in N.
     pub max_absolute_n: f64,
-    /// 1.4826 times the median deviation from the median, in N: the spread that outliers do not move.
+    /// 1.4826 times the median absolute deviation, in N: a standard deviation that outliers do not affect.
     pub robust_std_n: f64,
 }
 
 impl ResidualStatistics {
-    /// The statistics of residuals in N; zeros of none.
+    /// Returns the statistics of residuals in N; 0 without residuals.
     pub(super) fn of(residual: &[f64]) -> Self {
         let count = residual.len().max(1) as f64;
         let mean_n = residual.iter().sum::<f64>() / count;
@@ -39,33 +39,33 @@ impl ResidualStatistics {
     }
 }
 
-/// The estimates of one phase, all its intervals taken together. What a phase that never was, or the needle outside of the
-/// tissue, does not define is none.
+/// The statistics of one phase over all its intervals. A value is `None` if it is undefined: in a phase that does not
+/// occur, or out of the tissue.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhaseStatistics {
-    /// Which phase.
+    /// The phase.
     pub phase: Phase,
     /// Number of intervals.
     #[serde(rename = "stretches")]
     pub intervals: usize,
-    /// In how many samples.
+    /// Number of samples.
     pub samples: usize,
-    /// How long it was in all, in s.
+    /// Total duration, in s.
     pub duration_s: f64,
     /// Mean magnitude of the residual, in N.
     pub mean_absolute_n: Option<f64>,
     /// Standard deviation of the residual, in N.
     pub std_n: Option<f64>,
-    /// 1.4826 times the residual's median deviation from its median, in N; none where files are pooled.
+    /// 1.4826 times the median absolute deviation of the residual, in N; `None` over several recordings.
     pub robust_std_n: Option<f64>,
-    /// Mean estimated stiffness in N/m; none for the needle outside of the tissue, where nothing is learnt.
+    /// Mean estimated stiffness in N/m; `None` out of the tissue, where the estimator does not update.
     pub mean_stiffness_n_per_m: Option<f64>,
-    /// Mean estimated damping in N·s/m; none as the stiffness.
+    /// Mean estimated damping in N·s/m; `None` as the stiffness.
     pub mean_damping_n_s_per_m: Option<f64>,
 }
 
 impl PhaseStatistics {
-    /// The statistics of every phase, in the order of [`Phase::ALL`].
+    /// Returns the statistics of every phase, in the order of [`Phase::ALL`].
     pub(super) fn all(detection: &Detection, intervals: &[PhaseInterval]) -> Vec<Self> {
         Phase::ALL.map(|phase| Self::of(detection, intervals, phase)).to_vec()
     }
@@ -78,8 +78,8 @@ impl PhaseStatistics {
         let residual = gather(&detection.residual_n);
         let samples = residual.len();
         let statistics = (samples > 0).then(|| ResidualStatistics::of(&residual));
-        let learns = samples > 0 && phase != Phase::Free;
-        let mean = |column: &[f64]| learns.then(|| gather(column).iter().sum::<f64>() / samples as f64);
+        let is_estimated = samples > 0 && phase != Phase::Free;
+        let mean = |column: &[f64]| is_estimated.then(|| gather(column).iter().sum::<f64>() / samples as f64);
         Self {
             phase,
             intervals: own.len(),
@@ -93,7 +93,8 @@ impl PhaseStatistics {
         }
     }
 
-    /// One phase over several recordings, every sample with the same weight. The spread is about each recording's own mean.
+    /// Returns the statistics of one phase over several recordings, with equal weight for every sample. The standard
+    /// deviation is about the mean of each recording.
     #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
         let own: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
@@ -158,7 +159,11 @@ mod tests {
         assert_eq!((insertion.intervals, insertion.samples, insertion.duration_s), (2, 4, 2.0));
         assert_eq!((insertion.mean_absolute_n, insertion.std_n), (Some(2.0), Some(5.0_f64.sqrt())));
         assert_eq!((insertion.mean_stiffness_n_per_m, insertion.mean_damping_n_s_per_m), (Some(3.0), Some(2.0)));
-        assert_eq!((all[0].mean_absolute_n, all[0].mean_stiffness_n_per_m), (Some(9.0), None), "nothing is learnt");
+        assert_eq!(
+            (all[0].mean_absolute_n, all[0].mean_stiffness_n_per_m),
+            (Some(9.0), None),
+            "no update out of the tissue"
+        );
         let never = &all[3];
         assert_eq!((never.samples, never.std_n, never.robust_std_n), (0, None, None), "undefined, not 0");
     }

@@ -49,7 +49,7 @@ impl Point {
         let ruptures = tally.ruptures.iter().sum();
         let detected = tally.detected.iter().sum();
         let minutes = tally.quiet_samples as f64 * tick_s / 60.0;
-        let listened = minutes > 0.0;
+        let has_time = minutes > 0.0;
         let (low, high) = poisson(tally.false_alarms);
         let shares = tally.ruptures.iter().zip(&tally.detected);
         Self {
@@ -67,8 +67,8 @@ impl Point {
             delay_95_s: tally.delay_quantile_s(0.95),
             false_alarms: tally.false_alarms,
             hours: minutes / 60.0,
-            false_alarms_per_minute: (listened && tally.false_alarms > 0).then(|| tally.false_alarms as f64 / minutes),
-            false_alarms_per_minute_interval: listened.then(|| (low / minutes, high / minutes)),
+            false_alarms_per_minute: (has_time && tally.false_alarms > 0).then(|| tally.false_alarms as f64 / minutes),
+            false_alarms_per_minute_interval: has_time.then(|| (low / minutes, high / minutes)),
         }
     }
 
@@ -106,8 +106,8 @@ impl Curve {
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();
-        let later = |point: &Point| point.delay_median_s.unwrap_or(f64::INFINITY);
-        let better = |a: &Point, b: &Point| b.detected.cmp(&a.detected).then(later(a).total_cmp(&later(b)));
+        let delay = |point: &Point| point.delay_median_s.unwrap_or(f64::INFINITY);
+        let better = |a: &Point, b: &Point| b.detected.cmp(&a.detected).then(delay(a).total_cmp(&delay(b)));
         points.sort_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(better(a, b)));
         let mut front: Vec<&Point> = vec![];
         for point in points {
@@ -121,15 +121,15 @@ impl Curve {
     /// Returns the point with the fewest false alarms that detects at least a share of the ruptures, or `None`.
     #[must_use]
     pub fn at_detection(&self, share: f64) -> Option<&Point> {
-        let reaching = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
-        reaching.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
+        let sufficient = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
+        sufficient.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
     }
 
     /// Returns the point with the most detections at a maximum rate of false alarms per hour, or `None` if every threshold has more.
     #[must_use]
     pub fn at_false_alarms_per_hour(&self, rate: f64) -> Option<&Point> {
-        let rare = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);
-        rare.max_by(|a, b| a.detected.cmp(&b.detected).then(b.false_alarms.cmp(&a.false_alarms)))
+        let allowed = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);
+        allowed.max_by(|a, b| a.detected.cmp(&b.detected).then(b.false_alarms.cmp(&a.false_alarms)))
     }
 }
 

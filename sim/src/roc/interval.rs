@@ -16,10 +16,10 @@ pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     let n = trials as f64;
     let share = successes.min(trials) as f64 / n;
     let middle = share + Z * Z / (2.0 * n);
-    let reach = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
-    let whole = 1.0 + Z * Z / n;
-    let low = if successes == 0 { 0.0 } else { ((middle - reach) / whole).max(0.0) };
-    let high = if successes >= trials { 1.0 } else { ((middle + reach) / whole).min(1.0) };
+    let half_width = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let scale = 1.0 + Z * Z / n;
+    let low = if successes == 0 { 0.0 } else { ((middle - half_width) / scale).max(0.0) };
+    let high = if successes >= trials { 1.0 } else { ((middle + half_width) / scale).min(1.0) };
     Some((low, high))
 }
 
@@ -31,21 +31,21 @@ pub fn poisson(count: u64) -> (f64, f64) {
         return (0.0, -libm::log(0.05));
     }
     if count > MAX_EXACT {
-        return (cube(count as f64, -Z), cube(count as f64 + 1.0, Z));
+        return (wilson_hilferty(count as f64, -Z), wilson_hilferty(count as f64 + 1.0, Z));
     }
-    let least = solve(count as f64, |mean| 1.0 - at_most(count - 1, mean) < 0.025);
-    let most = solve(2.0 * count as f64 + 20.0, |mean| at_most(count, mean) > 0.025);
-    (least, most)
+    let low = solve(count as f64, |mean| 1.0 - poisson_cdf(count - 1, mean) < 0.025);
+    let high = solve(2.0 * count as f64 + 20.0, |mean| poisson_cdf(count, mean) > 0.025);
+    (low, high)
 }
 
 /// Returns half a chi-square quantile with `2 shape` degrees of freedom, by the approximation of Wilson and Hilferty.
-fn cube(shape: f64, z: f64) -> f64 {
+fn wilson_hilferty(shape: f64, z: f64) -> f64 {
     let inner = 1.0 - 1.0 / (9.0 * shape) + z / (3.0 * shape.sqrt());
     shape * inner * inner * inner
 }
 
 /// Returns the probability of a Poisson count of at most `count`.
-fn at_most(count: u64, mean: f64) -> f64 {
+fn poisson_cdf(count: u64, mean: f64) -> f64 {
     let mut term = libm::exp(-mean);
     let mut sum = term;
     for k in 1..=count {
@@ -105,8 +105,8 @@ mod tests {
     #[test]
     fn exact_and_approximate_intervals_agree() {
         let exact = |count: u64| {
-            let least = solve(count as f64, |mean| 1.0 - at_most(count - 1, mean) < 0.025);
-            (least, solve(2.0 * count as f64 + 20.0, |mean| at_most(count, mean) > 0.025))
+            let low = solve(count as f64, |mean| 1.0 - poisson_cdf(count - 1, mean) < 0.025);
+            (low, solve(2.0 * count as f64 + 20.0, |mean| poisson_cdf(count, mean) > 0.025))
         };
         for count in [101, 200, 400] {
             close(poisson(count), exact(count), 2e-3);

@@ -9,12 +9,12 @@ use crate::lane::{Lane, Mask};
 /// The ratio of cap to threshold is that of the settings. Each threshold is a lane of [`Detector`], so arming, cap and reset, and every
 /// alarm, are those of the detector.
 #[derive(Debug, Clone)]
-pub struct Ladder {
+pub struct DetectorBank {
     settings: DetectorSettings,
     thresholds: Vec<f64>,
 }
 
-impl Ladder {
+impl DetectorBank {
     /// Returns `count` (at least two) thresholds from 0.01 to nearly 100 times the threshold of the settings, which is one of them, evenly
     /// spaced on a logarithmic scale.
     #[must_use]
@@ -105,10 +105,10 @@ mod tests {
     fn the_middle_threshold_is_that_of_the_settings_and_the_range_is_four_decades() {
         for kind in DistanceKind::ALL {
             let settings = DetectorSettings::for_kind(kind, Hypotheses::default());
-            let ladder = Ladder::around(settings, 24);
-            assert_eq!((ladder.settings_at(12), ladder.thresholds().len()), (settings, 24));
-            assert!((ladder.thresholds()[0] / settings.cusum.threshold - 0.01).abs() < 1e-12);
-            assert!(ladder.thresholds().windows(2).all(|pair| pair[0] < pair[1]));
+            let bank = DetectorBank::around(settings, 24);
+            assert_eq!((bank.settings_at(12), bank.thresholds().len()), (settings, 24));
+            assert!((bank.thresholds()[0] / settings.cusum.threshold - 0.01).abs() < 1e-12);
+            assert!(bank.thresholds().windows(2).all(|pair| pair[0] < pair[1]));
         }
     }
 }

@@ -17,7 +17,7 @@ mod tally;
 
 pub use curve::{Curve, Point};
 pub use interval::{poisson, wilson};
-pub use ladder::Ladder;
+pub use ladder::DetectorBank;
 pub use signal::{Samples, Signal, SignalKind};
 pub use study::{Characteristics, Condition, Study};
 pub use tally::Tally;

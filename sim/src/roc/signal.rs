@@ -18,7 +18,7 @@ use crate::scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
 /// Seed of the synthetic recordings, which is that of the shipped one.
-const MADE_SEED: u64 = 1;
+const SYNTHETIC_SEED: u64 = 1;
 
 /// A signal with its estimator and detectors.
 #[derive(Debug, Clone)]
@@ -94,7 +94,7 @@ impl Signal {
             velocity: Some(column("velocity_m_per_s")?),
             force: column("force_n")?,
         };
-        let text = in_vivo_like_variant_csv(MADE_SEED, &variant);
+        let text = in_vivo_like_variant_csv(SYNTHETIC_SEED, &variant);
         let recording = read_csv("the synthetic insertion", text.as_bytes(), &columns, &Limits::default())
             .map_err(|error| ScenarioError::new(error.to_string()))?;
         let made =
@@ -133,8 +133,9 @@ impl Signal {
         }
     }
 
-    /// Returns the inputs of the detectors with noise (standard deviation in N) of a seed, and the labels.
-    pub(super) fn listen(
+    /// Writes the inputs of the detectors, with noise (standard deviation in N) of a seed, to `evidence`, and returns
+    /// the labels.
+    pub(super) fn evaluate(
         &self,
         noise_std_n: f64,
         seed: u64,
@@ -157,11 +158,11 @@ impl Signal {
             SignalKind::ClosedLoop(scenario) => {
                 let mut noisy = scenario.with_seed(seed);
                 noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, noise_std_n);
-                let mut seen = Samples { tick_s: noisy.grid.tick_s(), ..Samples::default() };
-                let metrics = observe(&noisy, &mut seen)?;
-                seen.ruptures_s = metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
-                self.estimate(&seen, evidence, || 0.0);
-                Ok(labels(&seen))
+                let mut samples = Samples { tick_s: noisy.grid.tick_s(), ..Samples::default() };
+                let metrics = observe(&noisy, &mut samples)?;
+                samples.ruptures_s = metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
+                self.estimate(&samples, evidence, || 0.0);
+                Ok(labels(&samples))
             }
         }
     }

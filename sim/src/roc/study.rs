@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::RocError;
 use super::curve::{Curve, Point};
-use super::ladder::Ladder;
+use super::ladder::DetectorBank;
 use super::signal::Signal;
 use super::tally::Tally;
 use crate::detection::{DetectorSettings, Evidence};
@@ -62,14 +62,14 @@ pub struct Characteristics {
 
 /// The tallies and buffers of one thread.
 #[derive(Default)]
-struct Share {
+struct ThreadTallies {
     /// Tallies by condition, detector and threshold.
     tallies: Vec<Tally>,
     evidence: Vec<Evidence<f64>>,
     alarms: Vec<Vec<usize>>,
 }
 
-impl Share {
+impl ThreadTallies {
     fn add(mut self, other: Self) -> Self {
         if self.tallies.is_empty() {
             return other;
@@ -80,20 +80,20 @@ impl Share {
 }
 
 impl Study {
-    /// Runs the study in parallel, and calls `done` after each case. If `stop` is set, no further case starts, and the finished cases
+    /// Runs the study in parallel, and calls `done` after each case. If `stop` is set, no new case starts, and the finished cases
     /// count. The results do not depend on the number of threads.
     ///
     /// # Errors
     /// [`RocError`] for signals with different detectors, or if a run fails.
     pub fn run(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Characteristics, RocError> {
-        let ladders = self.ladders()?;
+        let banks = self.detector_banks()?;
         let conditions: Vec<(&Signal, f64)> =
             self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect();
-        let per_condition: usize = ladders.iter().map(|ladder| ladder.thresholds().len()).sum();
+        let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
         let cases = conditions.len() as u64 * self.seeds;
         let share = (0..cases)
             .into_par_iter()
-            .try_fold(Share::default, |mut share, case| {
+            .try_fold(ThreadTallies::default, |mut share, case| {
                 if stop.load(Ordering::Relaxed) {
                     return Ok(share);
                 }
@@ -101,13 +101,13 @@ impl Study {
                 let condition = (case / self.seeds) as usize;
                 let (signal, noise_std_n) = conditions[condition];
                 let tallies = &mut share.tallies[condition * per_condition..][..per_condition];
-                let labels = signal.listen(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
+                let labels = signal.evaluate(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
                 let mut rest = tallies;
-                for ladder in &ladders {
-                    let count = ladder.thresholds().len();
+                for bank in &banks {
+                    let count = bank.thresholds().len();
                     share.alarms.iter_mut().for_each(Vec::clear);
                     share.alarms.resize(count.max(share.alarms.len()), vec![]);
-                    ladder.evaluate(&share.evidence, signal.tick_s(), |threshold, sample| {
+                    bank.evaluate(&share.evidence, signal.tick_s(), |threshold, sample| {
                         share.alarms[threshold].push(sample)
                     });
                     let (own, others) = rest.split_at_mut(count);
@@ -117,14 +117,14 @@ impl Study {
                 done();
                 Ok::<_, RocError>(share)
             })
-            .try_reduce(Share::default, |a, b| Ok(a.add(b)))?;
+            .try_reduce(ThreadTallies::default, |a, b| Ok(a.add(b)))?;
         let mut tallies = share.tallies;
         tallies.resize(per_condition * conditions.len(), Tally::default());
-        Ok(self.characteristics(&ladders, &conditions, &tallies))
+        Ok(self.characteristics(&banks, &conditions, &tallies))
     }
 
-    /// Returns the thresholds of each detector, which are the same for all signals.
-    fn ladders(&self) -> Result<Vec<Ladder>, RocError> {
+    /// Returns the bank of each detector, which is the same for all signals.
+    fn detector_banks(&self) -> Result<Vec<DetectorBank>, RocError> {
         let Some((first, others)) = self.signals.split_first() else { return Ok(vec![]) };
         for other in others {
             if let Some((one, _)) = first.detectors.iter().zip(&other.detectors).find(|(one, other)| one != other) {
@@ -136,11 +136,16 @@ impl Study {
             }
         }
         first.detectors.iter().try_for_each(DetectorSettings::validate)?;
-        Ok(first.detectors.iter().map(|settings| Ladder::around(*settings, self.thresholds)).collect())
+        Ok(first.detectors.iter().map(|settings| DetectorBank::around(*settings, self.thresholds)).collect())
     }
 
-    fn characteristics(&self, ladders: &[Ladder], conditions: &[(&Signal, f64)], tallies: &[Tally]) -> Characteristics {
-        let per_condition: usize = ladders.iter().map(|ladder| ladder.thresholds().len()).sum();
+    fn characteristics(
+        &self,
+        banks: &[DetectorBank],
+        conditions: &[(&Signal, f64)],
+        tallies: &[Tally],
+    ) -> Characteristics {
+        let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
         let of_condition = |index: usize| &tallies[index * per_condition..][..per_condition];
         let conditions: Vec<Condition> = conditions
             .iter()
@@ -153,18 +158,18 @@ impl Study {
                     drop_n,
                     sharpness_s: fall_s,
                     depth_m,
-                    curves: curves(ladders, |(threshold, place)| {
-                        Point::of(threshold, &of_condition(index)[place], signal.tick_s())
+                    curves: curves(banks, |(threshold, point)| {
+                        Point::of(threshold, &of_condition(index)[point], signal.tick_s())
                     }),
                 }
             })
             .collect();
-        let all = curves(ladders, |(threshold, place)| {
+        let all = curves(banks, |(threshold, point)| {
             let mut tally = Tally::default();
             let mut hours = 0.0;
             for (index, condition) in conditions.iter().enumerate() {
-                tally.add(&of_condition(index)[place]);
-                hours += condition.curves.iter().flat_map(|curve| &curve.points).nth(place).map_or(0.0, |p| p.hours);
+                tally.add(&of_condition(index)[point]);
+                hours += condition.curves.iter().flat_map(|curve| &curve.points).nth(point).map_or(0.0, |p| p.hours);
             }
             // The ticks of signals can differ: the mean tick gives the total time.
             let tick_s = if tally.quiet_samples == 0 { 0.0 } else { 3600.0 * hours / tally.quiet_samples as f64 };
@@ -181,21 +186,21 @@ impl Study {
 }
 
 /// Returns the curves, with the points that `point` gives for a threshold and its index among all thresholds.
-fn curves(ladders: &[Ladder], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
-    let mut place = 0;
+fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
+    let mut index = 0;
     let mut next = || {
-        place += 1;
-        place - 1
+        index += 1;
+        index - 1
     };
-    let curve = |ladder: &Ladder| {
-        let settings = ladder.settings();
+    let curve = |bank: &DetectorBank| {
+        let settings = bank.settings();
         Curve {
             detector: settings.distance.kind.word(),
             unit: settings.distance.kind.unit(),
             own_threshold: settings.cusum.threshold,
             drift: settings.cusum.drift,
-            points: ladder.thresholds().iter().map(|&threshold| point((threshold, next()))).collect(),
+            points: bank.thresholds().iter().map(|&threshold| point((threshold, next()))).collect(),
         }
     };
-    ladders.iter().map(curve).collect()
+    banks.iter().map(curve).collect()
 }

@@ -112,10 +112,10 @@ impl Tally {
     pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
         let all: u64 = self.delays_ns.values().sum();
         let needed = ((share * all as f64).ceil() as u64).max(1);
-        let mut seen = 0;
+        let mut counted = 0;
         for (&delay, &count) in &self.delays_ns {
-            seen += count;
-            if seen >= needed {
+            counted += count;
+            if counted >= needed {
                 return Some(delay as f64 / 1e9);
             }
         }

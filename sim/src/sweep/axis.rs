@@ -1,38 +1,38 @@
-//! One key of a scenario and the values it takes.
+//! One key of a scenario and its values in a sweep.
 
 use crate::scenario::{Key, Kind, Place, Value};
 
 /// The values of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Levels {
-    /// These, in this order.
+    /// A list of values, in this order.
     List(Vec<Value>),
-    /// What lies between two numbers.
+    /// The numbers between two ends.
     Range {
-        /// The first.
+        /// First number.
         from: f64,
-        /// The last.
+        /// Last number.
         to: f64,
-        /// Whether equal steps are equal factors.
+        /// Whether the scale is logarithmic.
         log: bool,
-        /// How many, ends included; none where the design says.
+        /// Number of values including the ends; `None` if the design gives it.
         points: Option<u64>,
     },
 }
 
-/// A key that a sweep varies.
+/// A key that a sweep varies, with its values.
 #[derive(Debug, Clone)]
 pub struct Axis {
     /// The key.
     pub key: &'static Key,
-    /// Its values.
+    /// The values.
     pub levels: Levels,
-    /// Where they are written.
+    /// Place of the values in the sweep file.
     pub place: Place,
 }
 
 impl Axis {
-    /// How many distinct values there are; none where any share has its own.
+    /// Returns the number of values; `None` for a range without points.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
         match &self.levels {
@@ -41,16 +41,16 @@ impl Axis {
         }
     }
 
-    /// The value at a share of the axis, 0 to below 1: of the levels the one that the share falls on, or what lies so far
-    /// between the ends.
+    /// Returns the value at a unit coordinate, 0 to below 1: the level that the coordinate falls on, or the
+    /// interpolation between the ends.
     #[must_use]
-    pub fn value(&self, share: f64) -> Value {
-        let level = |count: u64| ((share * count as f64) as u64).min(count.saturating_sub(1));
+    pub fn value(&self, coordinate: f64) -> Value {
+        let level = |count: u64| ((coordinate * count as f64) as u64).min(count.saturating_sub(1));
         match &self.levels {
             Levels::List(list) => list[level(list.len() as u64) as usize].clone(),
             Levels::Range { from, to, log, points: Some(points) } => {
                 let (k, last) = (level(*points), points.saturating_sub(1));
-                // The ends are what was written, to the last bit.
+                // The ends are exact.
                 if k == 0 {
                     self.rounded(*from)
                 } else if k == last {
@@ -61,19 +61,19 @@ impl Axis {
             }
             Levels::Range { from, to, log: false, points: None } if matches!(self.key.kind, Kind::Whole(_)) => {
                 let (low, high) = (from.min(*to), from.max(*to));
-                Value::Whole(((low + share * (high - low + 1.0)) as u64).min(high as u64))
+                Value::Whole(((low + coordinate * (high - low + 1.0)) as u64).min(high as u64))
             }
-            Levels::Range { from, to, log, points: None } => self.rounded(between(*from, *to, *log, share)),
+            Levels::Range { from, to, log, points: None } => self.rounded(between(*from, *to, *log, coordinate)),
         }
     }
 
-    /// The first value.
+    /// Returns the first value.
     #[must_use]
     pub fn first(&self) -> Value {
         self.value(0.0)
     }
 
-    /// UnitCoordinates of the values between which all others lie: all of a list, both ends of a range.
+    /// Returns the unit coordinates of the values that bound all others: all of a list, both ends of a range.
     #[must_use]
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {
@@ -82,20 +82,21 @@ impl Axis {
         }
     }
 
-    /// Its numbers, in their order; none where any share has its own, or they are none.
+    /// Returns the levels as numbers, in their order; empty for a range without points, and for values that are not
+    /// numbers.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let count = self.count().unwrap_or(0);
         (0..count).filter_map(|k| number(&self.value((k as f64 + 0.5) / count as f64))).collect()
     }
 
-    /// Whether its values are numbers.
+    /// Returns whether the values are numbers.
     #[must_use]
     pub fn is_numeric(&self) -> bool {
         matches!(self.key.kind, Kind::Number(_) | Kind::Whole(_) | Kind::Sign)
     }
 
-    /// Whether equal steps are equal factors.
+    /// Returns whether the scale is logarithmic.
     #[must_use]
     pub fn is_log(&self) -> bool {
         matches!(self.levels, Levels::Range { log: true, .. })
@@ -108,7 +109,7 @@ impl Axis {
         }
     }
 
-    /// The values as a sweep file writes them.
+    /// Returns the values in the form of a sweep file.
     #[must_use]
     pub fn to_toml(&self) -> String {
         match &self.levels {
@@ -123,13 +124,13 @@ impl Axis {
     }
 }
 
-/// What lies a share of the way from one number to another, never beyond either.
-fn between(from: f64, to: f64, log: bool, share: f64) -> f64 {
-    let value = if log { from * libm::exp(share * libm::log(to / from)) } else { from + share * (to - from) };
+/// Interpolates between two numbers; the result is never beyond them.
+fn between(from: f64, to: f64, log: bool, coordinate: f64) -> f64 {
+    let value = if log { from * libm::exp(coordinate * libm::log(to / from)) } else { from + coordinate * (to - from) };
     value.clamp(from.min(to), from.max(to))
 }
 
-/// A value as a number; a word has none.
+/// Returns a value as a number; `None` for other values.
 #[must_use]
 pub fn number(value: &Value) -> Option<f64> {
     match value {

@@ -1,23 +1,23 @@
-//! What an axis was in each of many cases.
+//! The values of an axis in many cases.
 
 use super::axis::Axis;
 use crate::scenario::{Kind, Value};
 
-/// The values of an axis, one per case, as the kind of its key is best kept.
+/// The values of an axis, one per case, in the type of its key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AxisColumn {
-    /// Of keys that are numbers, signs included.
+    /// Numbers, including signs.
     Number(Vec<f64>),
-    /// Of keys that are whole numbers.
+    /// Whole numbers.
     Whole(Vec<i64>),
-    /// Of keys that are true or false.
+    /// Booleans.
     Flag(Vec<bool>),
-    /// Of all others: words as they are, lists as TOML writes them.
+    /// All others: words unchanged, lists in TOML.
     Text(Vec<String>),
 }
 
 impl AxisColumn {
-    /// An empty column for an axis.
+    /// Returns an empty column for an axis.
     #[must_use]
     pub fn of(axis: &Axis) -> Self {
         match axis.key.kind {
@@ -28,7 +28,7 @@ impl AxisColumn {
         }
     }
 
-    /// Adds a value of the axis. One of another kind is passed over; an axis has none.
+    /// Appends a value of the axis. Values of another type, which an axis does not have, are ignored.
     pub fn push(&mut self, value: &Value) {
         match (self, value) {
             (Self::Number(column), Value::Number(number)) => column.push(*number),
@@ -39,7 +39,7 @@ impl AxisColumn {
         }
     }
 
-    /// Forgets the values and keeps the room.
+    /// Removes the values and keeps the capacity.
     pub fn clear(&mut self) {
         match self {
             Self::Number(column) => column.clear(),
@@ -50,7 +50,7 @@ impl AxisColumn {
     }
 }
 
-/// A value as a text column holds it.
+/// Returns a value in the form of a text column.
 #[must_use]
 pub fn text(value: &Value) -> String {
     match value {

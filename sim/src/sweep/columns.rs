@@ -6,28 +6,28 @@ use crate::scenario::nearest_of;
 
 type LoopMetric = Metric<fn(&LoopOfCase<'_>) -> Option<f64>>;
 
-/// Where a column's value comes from.
+/// The source of a column's value.
 #[derive(Debug, Clone, Copy)]
 enum Measure {
     Run(RunMetric),
     Loop(&'static LoopMetric),
 }
 
-/// A metric that is kept: its name in files, its unit, and how it is read off a run.
+/// A metric that a sweep keeps: its name in files, its unit, and its source.
 #[derive(Debug, Clone)]
 pub struct Column {
-    /// As in `rupture_1_detection_delay_s`.
+    /// Name, for example `rupture_1_detection_delay_s`.
     pub name: String,
-    /// As in `rupture 1: detection delay`.
+    /// Label, for example `rupture 1: detection delay`.
     pub label: String,
-    /// What it means, in a sentence.
+    /// Meaning, in a sentence.
     pub meaning: &'static str,
-    /// Its unit.
+    /// Unit.
     pub unit: Unit,
     measure: Measure,
 }
 
-/// What is kept where a sweep file does not say.
+/// The metrics that are kept if a sweep file does not name any.
 const DEFAULTS: [&str; 13] = [
     "detected_ruptures",
     "missed_ruptures",
@@ -56,7 +56,7 @@ impl Column {
         Self { name, label, meaning: declaration.meaning, unit: declaration.unit, measure }
     }
 
-    /// The column of a name, or of a metric's former name; none if nothing is called so.
+    /// Returns the column of a name or of a metric's former name, if any.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let of_loop = || LoopOfCase::METRICS.iter().find(|metric| metric.declaration.key(1) == name);
@@ -64,36 +64,36 @@ impl Column {
         of_run.or_else(|| of_loop().map(Measure::Loop)).map(Self::new)
     }
 
-    /// What is kept where nothing is said.
+    /// Returns the default columns.
     #[must_use]
     pub fn defaults() -> Vec<Self> {
         DEFAULTS.iter().filter_map(|name| Self::named(name)).collect()
     }
 
-    /// What is declared of every metric that a sweep can keep.
+    /// Returns the declarations of all metrics that a sweep can keep.
     pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
         let of_loop = LoopOfCase::METRICS.iter().map(|metric| &metric.declaration);
         RunMetric::all().map(|metric| metric.declaration()).chain(of_loop)
     }
 
-    /// Every name, those of ruptures and events with the number 1.
+    /// Returns all names; those of ruptures and events have the number 1.
     pub fn names() -> impl Iterator<Item = String> {
         Self::declarations().map(|declaration| declaration.key(1))
     }
 
-    /// The name most like another, if any is.
+    /// Returns the most similar name, if any.
     #[must_use]
     pub fn nearest(name: &str) -> Option<String> {
         nearest_of(name, Self::names())
     }
 
-    /// Whether it takes the case's loop.
+    /// Returns whether the value needs the closed loop of the case.
     #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(self.measure, Measure::Loop(_))
     }
 
-    /// Its value in SI; none where it is undefined, or no finite number.
+    /// Returns the value in SI; `None` if it is undefined or not finite.
     #[must_use]
     pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
         let value = match self.measure {
@@ -103,7 +103,7 @@ impl Column {
         value.filter(|value| value.is_finite())
     }
 
-    /// Whether its values are whole numbers.
+    /// Returns whether the values are whole numbers.
     #[must_use]
     pub fn is_count(&self) -> bool {
         self.unit == Unit::Count
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_found_and_near_ones_named() {
+    fn names_are_found_and_similar_names_are_suggested() {
         assert!(Column::names().all(|name| Column::named(&name).is_some_and(|column| column.name == name)));
         assert!(Column::declarations().all(|metric| metric.meaning.ends_with('.') && metric.meaning.len() > 20));
         assert_eq!(Column::defaults().len(), DEFAULTS.len());

@@ -1,4 +1,4 @@
-//! Which cases there are, each computed from its number alone.
+//! The cases of a sweep, each computed from its number alone.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -10,30 +10,31 @@ use super::permutation::{Permutation, mix};
 use super::sobol::Sobol;
 use crate::scenario::Value;
 
-/// How the axes are filled.
+/// The selection of points on the axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SamplingScheme {
-    /// Every combination of their levels, the last axis fastest.
+    /// Every combination of the levels; the last axis varies fastest.
     Grid,
-    /// Points of independent random shares.
+    /// Independent random points.
     Random {
-        /// How many.
+        /// Number of points.
         points: u64,
-        /// Of their random numbers.
+        /// Seed of the random numbers.
         seed: u64,
     },
-    /// A Latin hypercube: each of `points` equal parts of every axis is hit once, at a random place within.
+    /// A Latin hypercube: each of `points` equal parts of every axis has one point, at a random position in the
+    /// part.
     LatinHypercube {
-        /// How many.
+        /// Number of points.
         points: u64,
-        /// Of their random numbers.
+        /// Seed of the random numbers.
         seed: u64,
     },
-    /// The first points of Sobol's sequence, digits shifted at random.
+    /// The first points of Sobol's sequence, with a random digital shift.
     Sobol {
-        /// How many; a power of two is the most even.
+        /// Number of points; a power of two is the most even.
         points: u64,
-        /// Of the shift.
+        /// Seed of the shift.
         seed: u64,
     },
 }
@@ -42,7 +43,7 @@ impl SamplingScheme {
     /// The words that sweep files use.
     pub const WORDS: [&'static str; 4] = ["grid", "random", "latin-hypercube", "sobol"];
 
-    /// Its word.
+    /// Returns the word in sweep files.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
@@ -53,7 +54,7 @@ impl SamplingScheme {
         }
     }
 
-    /// Its points and the seed, but for a grid.
+    /// Returns the number of points and the seed; `None` for a grid.
     #[must_use]
     pub fn points_and_seed(&self) -> Option<(u64, u64)> {
         match *self {
@@ -65,35 +66,35 @@ impl SamplingScheme {
     }
 }
 
-/// What a sweep is, apart from the scenario that it varies.
+/// The settings of a sweep, without its scenario.
 #[derive(Debug, Clone)]
 pub struct Design {
-    /// Names its folder.
+    /// Name of the folder.
     pub name: String,
-    /// The keys that vary, in the order in which they are written.
+    /// The varied keys, in the order of the sweep file.
     pub axes: Vec<Axis>,
-    /// How they do.
-    pub filling: SamplingScheme,
-    /// How many seeds of noise each point has.
+    /// The selection of points on the axes.
+    pub scheme: SamplingScheme,
+    /// Number of noise seeds per point.
     pub seeds: u64,
-    /// The first of them.
+    /// First noise seed.
     pub first_seed: u64,
-    /// What is kept of each case.
+    /// The metrics that are kept for each case.
     pub columns: Vec<Column>,
-    /// Which of them have figures and are asked what they depend on, as places in `columns`.
+    /// Indices in `columns` of the metrics with figures and an analysis of influences.
     pub focus: Vec<usize>,
-    /// Whether the rows are written as CSV besides Parquet.
+    /// Whether the rows are also written as CSV, in addition to Parquet.
     pub csv: bool,
 }
 
-/// Most cases of a sweep: doubles count them exactly.
+/// Maximum number of cases of a sweep, which a double represents exactly.
 pub const MAX_CASES: u64 = 1 << 50;
 
 impl Design {
-    /// How many points there are, each with [`Design::seeds`] cases; none beyond [`MAX_CASES`] cases.
+    /// Returns the number of points, each with [`Design::seeds`] cases; `None` for more than [`MAX_CASES`] cases.
     #[must_use]
     pub fn points(&self) -> Option<u64> {
-        let points = match self.filling.points_and_seed() {
+        let points = match self.scheme.points_and_seed() {
             Some((points, _)) => points,
             None => self.axes.iter().try_fold(1_u64, |product, axis| product.checked_mul(axis.count().unwrap_or(1)))?,
         };
@@ -101,29 +102,29 @@ impl Design {
         Some(points)
     }
 
-    /// How many cases there are.
+    /// Returns the number of cases.
     #[must_use]
     pub fn cases(&self) -> u64 {
         self.points().unwrap_or(0) * self.seeds
     }
 
-    /// The seed of a case: neighbouring cases are one point with different seeds.
+    /// Returns the seed of a case: consecutive cases are one point with different seeds.
     #[must_use]
     pub fn seed(&self, case: u64) -> u64 {
         self.first_seed.wrapping_add(case % self.seeds)
     }
 
-    /// What computes the shares of each axis.
+    /// Returns the computation of the unit coordinates.
     #[must_use]
-    pub fn shares(&self) -> UnitCoordinates<'_> {
-        let (points, seed) = self.filling.points_and_seed().unwrap_or((1, 0));
+    pub fn coordinates(&self) -> UnitCoordinates<'_> {
+        let (points, seed) = self.scheme.points_and_seed().unwrap_or((1, 0));
         let of_axis = |axis: usize| mix(seed ^ mix(axis as u64));
         UnitCoordinates {
             design: self,
             points,
             random: ChaCha8Rng::seed_from_u64(seed),
             orders: (0..self.axes.len()).map(|axis| Permutation::new(points, of_axis(axis))).collect(),
-            sequences: match self.filling {
+            sequences: match self.scheme {
                 SamplingScheme::Sobol { .. } => {
                     (0..self.axes.len()).map(|axis| (Sobol::new(axis), of_axis(axis))).collect()
                 }
@@ -133,55 +134,56 @@ impl Design {
     }
 }
 
-/// Computes where on its axes a case lies.
+/// Computes the unit coordinates of a case on its axes.
 #[derive(Debug, Clone)]
 pub struct UnitCoordinates<'a> {
     design: &'a Design,
     points: u64,
-    /// Its stream is the point.
+    /// Its stream number is the number of the point.
     random: ChaCha8Rng,
     orders: Vec<Permutation>,
     sequences: Vec<(Sobol, u64)>,
 }
 
 impl UnitCoordinates<'_> {
-    /// The share of each axis, 0 to below 1, in the order of the axes.
-    pub fn of(&self, case: u64, shares: &mut Vec<f64>) {
+    /// Writes the unit coordinate on each axis, 0 to below 1, in the order of the axes.
+    pub fn of(&self, case: u64, coordinates: &mut Vec<f64>) {
         let point = case / self.design.seeds;
-        shares.clear();
-        match self.design.filling {
+        coordinates.clear();
+        match self.design.scheme {
             SamplingScheme::Grid => {
                 let mut left = point;
                 for axis in self.design.axes.iter().rev() {
                     let count = axis.count().unwrap_or(1);
-                    shares.push(((left % count) as f64 + 0.5) / count as f64);
+                    coordinates.push(((left % count) as f64 + 0.5) / count as f64);
                     left /= count;
                 }
-                shares.reverse();
+                coordinates.reverse();
             }
             SamplingScheme::Random { .. } => {
                 let mut random = self.stream(point);
-                shares.extend(self.design.axes.iter().map(|_| random.random::<f64>()));
+                coordinates.extend(self.design.axes.iter().map(|_| random.random::<f64>()));
             }
             SamplingScheme::LatinHypercube { .. } => {
                 let mut random = self.stream(point);
-                let share = |order: &Permutation| {
+                let coordinate = |order: &Permutation| {
                     let within: f64 = random.random();
                     ((order.at(point) as f64 + within) / self.points as f64).min(1.0 - f64::EPSILON)
                 };
-                shares.extend(self.orders.iter().map(share));
+                coordinates.extend(self.orders.iter().map(coordinate));
             }
             SamplingScheme::Sobol { .. } => {
-                shares.extend(self.sequences.iter().map(|(sequence, shift)| sequence.coordinate(point, *shift)));
+                coordinates.extend(self.sequences.iter().map(|(sequence, shift)| sequence.coordinate(point, *shift)));
             }
         }
     }
 
-    /// The value of each axis.
-    pub fn values(&self, case: u64, shares: &mut Vec<f64>, values: &mut Vec<Value>) {
-        self.of(case, shares);
+    /// Writes the value of each axis.
+    pub fn values(&self, case: u64, coordinates: &mut Vec<f64>, values: &mut Vec<Value>) {
+        self.of(case, coordinates);
         values.clear();
-        values.extend(self.design.axes.iter().zip(shares.iter()).map(|(axis, share)| axis.value(*share)));
+        values
+            .extend(self.design.axes.iter().zip(coordinates.iter()).map(|(axis, coordinate)| axis.value(*coordinate)));
     }
 
     fn stream(&self, point: u64) -> ChaCha8Rng {
@@ -197,7 +199,7 @@ mod tests {
     use crate::scenario::{Place, find_key};
     use crate::sweep::axis::Levels;
 
-    fn design(filling: SamplingScheme, points: Option<u64>) -> Design {
+    fn design(scheme: SamplingScheme, points: Option<u64>) -> Design {
         let place = Place { file: "".into(), text: "".into(), span: 0..0 };
         let axis = |path: &str| Axis {
             key: find_key(path).expect("a key"),
@@ -207,7 +209,7 @@ mod tests {
         Design {
             name: "x".into(),
             axes: vec![axis("scaling.force"), axis("scaling.position"), axis("channel.jitter_s")],
-            filling,
+            scheme,
             seeds: 2,
             first_seed: 10,
             columns: vec![],
@@ -217,11 +219,11 @@ mod tests {
     }
 
     fn all(design: &Design) -> Vec<Vec<f64>> {
-        let (sampler, mut shares) = (design.shares(), vec![]);
+        let (sampler, mut coordinates) = (design.coordinates(), vec![]);
         (0..design.cases())
             .map(|case| {
-                sampler.of(case, &mut shares);
-                shares.clone()
+                sampler.of(case, &mut coordinates);
+                coordinates.clone()
             })
             .collect()
     }
@@ -249,20 +251,20 @@ mod tests {
             parts.sort_unstable();
             assert_eq!(parts, (0..37).collect::<Vec<_>>());
         }
-        assert!(cases.iter().any(|case| case[0] != case[1]), "axes go together");
+        assert!(cases.iter().any(|case| case[0] != case[1]), "axes are independent");
     }
 
     #[test]
-    fn what_is_random_depends_on_the_seed_and_a_point_on_nothing_else() {
+    fn random_points_depend_on_the_seed_and_their_number_only() {
         let random = |seed| design(SamplingScheme::Random { points: 500, seed }, None);
         let cases = all(&random(1));
         assert_ne!(cases, all(&random(2)));
         let mean = |axis: usize| cases.iter().map(|case| case[axis]).sum::<f64>() / cases.len() as f64;
         // The mean of 500 is normal with a standard deviation of 0.013.
         assert!((0..3).all(|axis| (mean(axis) - 0.5).abs() < 0.05));
-        let (longer, mut shares) = (design(SamplingScheme::Random { points: 900, seed: 1 }, None), vec![]);
-        longer.shares().of(777, &mut shares);
-        assert_eq!(shares, cases[777]);
+        let (longer, mut coordinates) = (design(SamplingScheme::Random { points: 900, seed: 1 }, None), vec![]);
+        longer.coordinates().of(777, &mut coordinates);
+        assert_eq!(coordinates, cases[777]);
     }
 
     #[test]

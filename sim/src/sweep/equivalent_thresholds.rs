@@ -1,20 +1,21 @@
-//! Higher thresholds of the detector under which a run would have been the same, to the last bit.
+//! Higher detector thresholds with which a run is identical, bit for bit.
 //!
-//! A threshold `γ` reaches the rest of a run in two ways: by the alarms that it raises, and by the level below which an augmented
-//! phase may end. As long as both are the same under a higher threshold, so are the residuals and `g`; a threshold is dropped
-//! at the first tick at which either may differ.
+//! A threshold `γ` acts on the rest of a run in two ways: by the alarms that it raises, and by the level below which an
+//! augmented phase may end. As long as both are equal for a higher threshold, so are the residuals and `g`. A threshold
+//! is dropped at the first tick at which one of them may differ.
 //!
 //! **Alarms.** At `g ≤ γ` no threshold from `γ` on raises one. At `g > γ`, a higher threshold `h` differs
 //!
 //! - where `g ≤ h` and the run raises an alarm, or
-//! - where `g > h` and only one of the two is armed, which is so only where it would count as a rupture.
+//! - where `g > h` and only one of the two is armed, which matters only if the crossing would count as a rupture.
 //!
-//! A detector is armed after `settle_s` of contact without a crossing of its own threshold. Contact is not among the signals, and
-//! need not be: it is the same for both. With `q` ticks since the last crossing and `c` ticks of contact, a detector is armed
-//! where `min(q, c) ≥ S`. Two of them differ only where one has `q ≥ S` and the other has not.
+//! A detector is armed after `settle_s` of contact without a crossing of its own threshold. Contact is not among the
+//! signals, and is not needed, because it is the same for both. With `q` ticks since the last crossing and `c` ticks of
+//! contact, a detector is armed if `min(q, c) ≥ S`. Two detectors differ only if `q ≥ S` holds for one of them.
 //!
-//! **Exits.** Under a higher threshold `g` is quiet no later. A phase that ends as soon as the minimum hold allows ends then under
-//! any of them; one that lasts longer may not, and drops all thresholds of its run.
+//! **Exits.** With a higher threshold, `g` is quiet at the same time or earlier. A phase that ends as soon as the
+//! minimum hold allows ends at the same tick with every higher threshold. A longer phase may not, and drops all
+//! thresholds of its run.
 
 use std::ops::Range;
 
@@ -26,16 +27,16 @@ use crate::scenario::Scenario;
 use crate::sensor::NoiseBank;
 use crate::time::nearest_ticks;
 
-/// A run, and thresholds under which it is the same.
+/// A run, and thresholds with which it is identical.
 #[derive(Debug, Clone)]
 pub(super) struct RunWithEquivalents {
     pub(super) metrics: Metrics,
-    /// Higher thresholds under which the run is the same, to the last bit; some of which that is true may be missing.
+    /// Higher thresholds with which the run is identical, bit for bit; the list may be incomplete.
     pub(super) thresholds: Vec<f64>,
 }
 
-/// Runs scenarios side by side where they can be. For each, `higher` lists the thresholds to be tracked: above its detector's own
-/// and below its cap.
+/// Runs scenarios in lanes where possible. For each, `higher` lists the thresholds to track, above its detector's own
+/// threshold and below its cap.
 pub(super) fn run_with_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -46,7 +47,7 @@ pub(super) fn run_with_equivalents(
     runs.map(|run| run.map(|(metrics, thresholds)| RunWithEquivalents { metrics, thresholds })).collect()
 }
 
-/// [`run_with_equivalents`] with no thresholds to be tracked, and nothing spent on it.
+/// [`run_with_equivalents`] without thresholds to track and without its cost.
 pub(super) fn run_without_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -55,7 +56,7 @@ pub(super) fn run_without_equivalents(
     runs.map(|run| run.map(|metrics| RunWithEquivalents { metrics, thresholds: vec![] })).collect()
 }
 
-/// What is to be tracked in each of some runs.
+/// The thresholds to track in each run.
 struct TrackedThresholds<'a> {
     scenarios: &'a [Scenario],
     higher: &'a [Vec<f64>],
@@ -74,16 +75,17 @@ impl RunObserver for TrackedThresholds<'_> {
     }
 }
 
-/// The observer: what is left of each lane's higher thresholds.
+/// The observer: the remaining higher thresholds of each lane.
 #[derive(Debug, Clone)]
 struct EquivalentThresholds<L: Lane> {
-    /// `γ` of the lane's run; infinite where nothing is left to be tracked.
+    /// `γ` of the lane's run; infinite if no threshold remains.
     threshold: L,
-    /// So many ticks of an augmented phase are the same under any threshold; infinite where nothing is left to be tracked.
+    /// Maximum number of ticks of an augmented phase that are identical with any threshold; infinite if no threshold
+    /// remains.
     max_augmented_ticks: L,
-    /// The ticks of the augmented phase under way, the first one among them; 0 where there is none.
+    /// Number of ticks of the current augmented phase, including the first; 0 outside of it.
     augmented_ticks: L,
-    /// The lanes that run something of their own.
+    /// The runs, by lane.
     runs: Vec<TrackedRun>,
 }
 
@@ -94,7 +96,7 @@ struct TrackedRun {
     settle_ticks: u64,
     /// Whether only a residual below 0 counts as a rupture.
     drop_only: bool,
-    /// The tick after the last crossing of the run's own threshold; 0 before the first.
+    /// Tick after the last crossing of the run's own threshold; 0 before the first.
     quiet_from: u64,
     higher: Vec<HigherThreshold>,
 }
@@ -107,13 +109,13 @@ struct HigherThreshold {
 }
 
 impl<L: Lane> EquivalentThresholds<L> {
-    /// Of scenarios, the first in lane 0, each with its higher thresholds.
+    /// Returns the observer of scenarios, the first in lane 0, each with its higher thresholds.
     fn new(scenarios: &[Scenario], higher: &[Vec<f64>]) -> Self {
         let is_tracked = |lane: usize| higher.get(lane).is_some_and(|higher| !higher.is_empty());
         let tracked = |lane: usize, number: &dyn Fn(&Scenario) -> f64| {
             if is_tracked(lane) { number(&scenarios[lane]) } else { f64::INFINITY }
         };
-        // The mode changes on a tick after the one on which the phase began, at the earliest.
+        // The mode changes at the earliest one tick after the phase begins.
         let max_augmented_ticks = |scenario: &Scenario| {
             nearest_ticks(scenario.augmentation.automaton.min_hold_s, scenario.grid.tick_s()).max(1) as f64
         };
@@ -135,15 +137,15 @@ impl<L: Lane> EquivalentThresholds<L> {
         }
     }
 
-    /// Those of lane `lane` under which its run has been the same.
+    /// Returns the thresholds with which the run of a lane has been identical so far.
     fn thresholds(&self, lane: usize) -> impl Iterator<Item = f64> {
         self.runs[lane].higher.iter().map(|higher| higher.threshold)
     }
 
-    /// Takes a tick at which some `g` is above its threshold or some mode is not teleoperation.
+    /// Evaluates a tick at which a `g` is above its threshold or a mode is not teleoperation.
     #[inline(always)]
-    fn observe_event(&mut self, s: &Signals<L>, above: L::Mask, beside: L::Mask) {
-        let is_augmented = beside & s.mode.lt(L::splat(1.5));
+    fn observe_event(&mut self, s: &Signals<L>, above: L::Mask, not_teleoperation: L::Mask) {
+        let is_augmented = not_teleoperation & s.mode.lt(L::splat(1.5));
         self.augmented_ticks = L::select(is_augmented, self.augmented_ticks + L::splat(1.0), L::zero());
         let is_delayed = self.augmented_ticks.gt(self.max_augmented_ticks);
         if !(above | is_delayed).any() {
@@ -164,7 +166,7 @@ impl<L: Lane> EquivalentThresholds<L> {
 }
 
 impl<L: Lane> Observer<L> for EquivalentThresholds<L> {
-    /// Side by side, as nearly all cases of a sweep run.
+    /// Lanes, in which nearly all cases of a sweep run.
     #[inline(always)]
     fn is_common() -> bool {
         L::WIDTH > 1
@@ -173,9 +175,9 @@ impl<L: Lane> Observer<L> for EquivalentThresholds<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         let above = s.decision.gt(self.threshold);
-        let beside = s.mode.gt(L::splat(0.5));
-        if (above | beside).any() {
-            self.observe_event(s, above, beside);
+        let not_teleoperation = s.mode.gt(L::splat(0.5));
+        if (above | not_teleoperation).any() {
+            self.observe_event(s, above, not_teleoperation);
         }
     }
 }
@@ -184,13 +186,13 @@ impl TrackedRun {
     /// Drops the thresholds that may differ at a tick at which `g` is above the run's own.
     fn cross(&mut self, tick: u64, decision: f64, alarm: bool, residual_n: f64) {
         let settled = |quiet_from: u64| tick - quiet_from >= self.settle_ticks;
-        let own_settled = settled(self.quiet_from);
+        let own_is_settled = settled(self.quiet_from);
         let can_be_rupture = !self.drop_only || residual_n < 0.0;
         self.higher.retain_mut(|higher| {
             if decision > higher.threshold {
-                let has_settled = settled(higher.quiet_from);
+                let is_settled = settled(higher.quiet_from);
                 higher.quiet_from = tick + 1;
-                has_settled == own_settled || !can_be_rupture
+                is_settled == own_is_settled || !can_be_rupture
             } else {
                 !alarm
             }

@@ -1,4 +1,4 @@
-//! Why a sweep is not done.
+//! The errors of a sweep.
 
 use std::path::PathBuf;
 
@@ -7,23 +7,23 @@ use thiserror::Error;
 use crate::run::RunError;
 use crate::scenario::ScenarioError;
 
-/// Why a sweep is not done.
+/// The error of a sweep.
 #[derive(Debug, Error)]
 pub enum SweepError {
-    /// The sweep file or its scenario cannot be used as written.
+    /// The sweep file or its scenario is invalid.
     #[error(transparent)]
     File(#[from] ScenarioError),
-    /// A case cannot be run.
+    /// A case fails.
     #[error("case {case} ({values}): {source}")]
     Case {
-        /// Its number.
+        /// Number of the case.
         case: u64,
-        /// Its values.
+        /// Values of the case.
         values: String,
-        /// What is wrong.
+        /// Cause.
         source: Box<RunError>,
     },
-    /// What is there was begun with another sweep.
+    /// The folder belongs to another sweep.
     #[error(
         "{folder} holds another sweep, or the same one before a change:\n{difference}give another --out, or remove that \
          folder",
@@ -32,36 +32,36 @@ pub enum SweepError {
     Changed {
         /// The folder.
         folder: PathBuf,
-        /// Lines that differ, `-` there, `+` here.
+        /// Different lines: `-` in the folder, `+` in this sweep.
         difference: String,
     },
-    /// Another process runs the same part.
+    /// Another process computes the same part.
     #[error(
-        "{path} is being written by another process; wait for it, or end it: the same command continues what it has done",
+        "{path} is being written by another process; wait for it or end it, then the same command continues the sweep",
         path = path.display()
     )]
     Busy {
-        /// The part's file.
+        /// File of the part.
         path: PathBuf,
     },
-    /// Parts do not make a whole.
+    /// The parts are not a complete sweep.
     #[error("{message}")]
     Parts {
-        /// What is wrong, and what to do.
+        /// Cause and remedy.
         message: String,
     },
     /// A file of the sweep cannot be read or written.
-    #[error("{path}: {source}; what is done is kept, and the same command continues it", path = path.display())]
+    #[error("{path}: {source}; complete cases are kept, and the same command continues the sweep", path = path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: std::io::Error,
     },
 }
 
 impl SweepError {
-    /// Whether what the user gave is at fault.
+    /// Returns whether the input is the cause.
     #[must_use]
     pub fn is_input(&self) -> bool {
         match self {

@@ -1,4 +1,4 @@
-//! Running a sweep, or a part of it.
+//! Execution of a sweep or of a part of it.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -16,38 +16,38 @@ use crate::metrics;
 use crate::run::RunError;
 use crate::sensor::NoiseBank;
 
-/// Numbers of noise that all threads keep together, 64 MB of them.
+/// Maximum number of noise samples in the caches of all threads together, 64 MB.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
-/// How a sweep is run; the bytes are the same.
+/// The settings of an execution, which do not change the results.
 #[derive(Debug, Clone, Copy)]
 pub struct Execution {
-    /// Threads, at least 1.
+    /// Number of threads, at least 1.
     pub threads: usize,
-    /// Whether cases that differ in the detector's threshold alone share runs; without it each case is run by itself.
+    /// Whether cases that differ only in the detector's threshold share runs; otherwise each case runs separately.
     pub shares_runs: bool,
 }
 
-/// How a sweep is watched and ended.
+/// Progress reports and interruption of a sweep.
 pub struct Progress<'a> {
-    /// Once this is set no pack is begun any more; those in flight are finished and kept.
+    /// If set, no new pack starts; packs in progress are completed and kept.
     pub stop: &'a AtomicBool,
-    /// Told once how many cases were done before.
+    /// Called once with the number of cases that were complete before.
     pub begun: &'a dyn Fn(u64),
-    /// Told of cases as they are done.
+    /// Called with the number of newly completed cases.
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the packs of a part that it does not have yet; gives how many cases are done in all. The order in which packs are done
-/// does not matter: each has its place.
+/// Runs the missing packs of a part and returns the total number of complete cases. The order of the packs has no
+/// effect, because each has its own slot.
 ///
 /// # Errors
-/// [`SweepError`]: of the first case, among those begun, that cannot be run; a part that cannot be read or written.
+/// [`SweepError`] of the first failed case among those that ran, or if a part cannot be read or written.
 pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>) -> Result<u64, SweepError> {
     let Execution { threads, shares_runs } = how;
     let before = part.cases_done()?;
     (progress.begun)(before);
-    let Progress { stop, done: tell, .. } = *progress;
+    let Progress { stop, done: report, .. } = *progress;
     let packs = part.layout().packs.clone();
     let (next, done, failed) = (AtomicU64::new(packs.start), AtomicU64::new(before), AtomicBool::new(false));
     let first_error: Mutex<Option<SweepError>> = Mutex::new(None);
@@ -62,24 +62,25 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
-    // What one thread finds out should not be run by another meanwhile; but none should be left without work.
-    let fair = (packs.end - packs.start) / (4 * threads.max(1) as u64);
-    let at_once = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair).max(1));
+    // A thread takes whole groups of cases that share runs, so that no other thread runs them meanwhile; but every
+    // thread must have work.
+    let fair_share = (packs.end - packs.start) / (4 * threads.max(1) as u64);
+    let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
         let mut worker = Worker::new(plan, part, shared.as_ref(), threads);
         let mut own = 0..0;
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
             if own.is_empty() {
-                let first = next.fetch_add(at_once, Ordering::Relaxed);
-                own = first.min(packs.end)..(first + at_once).min(packs.end);
+                let first = next.fetch_add(packs_per_turn, Ordering::Relaxed);
+                own = first.min(packs.end)..(first + packs_per_turn).min(packs.end);
             }
             let Some(pack) = own.next() else { break };
-            // Where nothing was done before, nothing is there.
+            // Without complete cases, no slot needs a check.
             let mut run = |is_done: bool| if is_done { Ok(0) } else { worker.run(pack) };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {
                 Ok(cases) => {
                     done.fetch_add(cases, Ordering::Relaxed);
-                    tell(cases);
+                    report(cases);
                 }
                 Err(error) => fail(error),
             }
@@ -94,11 +95,11 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     }
 }
 
-/// What one thread keeps from pack to pack.
+/// The state of one thread.
 struct Worker<'a> {
     plan: &'a Plan,
     part: &'a Part,
-    /// What all threads know together of runs that cases share.
+    /// The results of shared runs, common to all threads.
     shared: Option<&'a SharedRuns>,
     maker: CaseMaker<'a>,
     bank: NoiseBank,
@@ -106,15 +107,15 @@ struct Worker<'a> {
 }
 
 impl<'a> Worker<'a> {
-    /// One of so many threads.
+    /// Returns the state of one of `threads` threads.
     fn new(plan: &'a Plan, part: &'a Part, shared: Option<&'a SharedRuns>, threads: usize) -> Self {
-        // Only where there are several points does a seed come again.
-        let comes_again = plan.design.points().is_some_and(|points| points > 1);
-        let bank = NoiseBank::new(if comes_again { MAX_NUMBERS_KEPT / threads.max(1) } else { 0 });
+        // A seed repeats only if there are several points.
+        let seeds_repeat = plan.design.points().is_some_and(|points| points > 1);
+        let bank = NoiseBank::new(if seeds_repeat { MAX_NUMBERS_KEPT / threads.max(1) } else { 0 });
         Self { plan, part, shared, maker: plan.maker(), bank, rows: PackRows::default() }
     }
 
-    /// Runs and keeps one pack; gives its cases.
+    /// Runs and writes one pack; returns the number of its cases.
     fn run(&mut self, pack: u64) -> Result<u64, SweepError> {
         let cases = self.part.layout().cases_of(pack);
         let mut known: BTreeMap<u64, Row> =
@@ -122,7 +123,7 @@ impl<'a> Worker<'a> {
         let missing: Vec<u64> = cases.clone().filter(|case| !known.contains_key(case)).collect();
         if !missing.is_empty() {
             known.extend(self.run_cases(&missing)?);
-            // These are read here and not needed again.
+            // Marks these results as read.
             missing.iter().for_each(|&case| drop(self.shared.and_then(|shared| shared.take(case))));
         }
         self.rows.clear();
@@ -133,12 +134,12 @@ impl<'a> Worker<'a> {
         Ok(cases.end - cases.start)
     }
 
-    /// A case whose turn comes later, where lanes are left over.
+    /// Returns a later case if a lane is free.
     fn ahead(&self, lanes_taken: usize) -> Option<u64> {
         self.shared.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
     }
 
-    /// Runs cases, and others ahead beside them.
+    /// Runs cases, with later cases in free lanes.
     fn run_cases(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
         let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);
@@ -188,7 +189,7 @@ mod tests {
     use crate::sweep::Shard;
 
     #[test]
-    fn what_cases_share_is_forgotten_once_all_are_written() {
+    fn shared_results_are_removed_after_all_their_cases_are_written() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("sweep.toml");
         let text = "base = \"builtin:augmented.toml\"\nseeds = 3\n[set]\nsimulation.duration_s = 6.0\n\

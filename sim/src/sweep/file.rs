@@ -1,4 +1,4 @@
-//! Reading a sweep file.
+//! Sweep files.
 
 use super::axis::{Axis, Levels};
 use super::columns::Column;
@@ -6,42 +6,42 @@ use super::design::{MAX_CASES, SamplingScheme};
 use super::sobol::MAX_DIMENSIONS;
 use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key, nearest_of};
 
-/// The keys of a sweep file, with what each is about.
+/// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 11] = [
-    ("name", "Names the sweep's folder; the file's name without its ending when not given."),
-    ("base", "The scenario that is varied, relative to this file, or builtin: and a name."),
-    ("seeds", "How many seeds of noise each point has; 1 when not given."),
-    ("first_seed", "The first of them; the scenario's own when not given."),
-    ("metrics", "The metrics to keep of each case; a useful set when not given."),
-    ("focus", "Those of them that get figures and are asked what they depend on; the first four when not given."),
-    ("csv", "Whether the rows are written as CSV besides Parquet; true when not given."),
+    ("name", "Name of the sweep's folder; the file name without extension when not given."),
+    ("base", "The scenario to vary: a path relative to this file, or builtin: and a name."),
+    ("seeds", "Number of noise seeds per point; 1 when not given."),
+    ("first_seed", "First noise seed; the scenario's own when not given."),
+    ("metrics", "Metrics to keep for each case; a default set when not given."),
+    ("focus", "Metrics with figures and an analysis of influences; the first four when not given."),
+    ("csv", "Whether the rows are also written as CSV, in addition to Parquet; true when not given."),
     ("design.kind", "grid (every combination), random, latin-hypercube or sobol; grid when not given."),
-    ("design.points", "How many points, but for a grid, whose ranges have their own."),
-    ("design.seed", "Of the design's random numbers; 1 when not given."),
-    ("set", "Keys of the scenario that all cases share, as in set.simulation.duration_s = 7.0."),
+    ("design.points", "Number of points, except for a grid, whose ranges have their own."),
+    ("design.seed", "Seed of the design's random numbers; 1 when not given."),
+    ("set", "Keys of the scenario with the same value in all cases, as in set.simulation.duration_s = 7.0."),
 ];
 
-/// How an axis is written, for messages.
+/// The forms of an axis, for messages.
 const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points = 16, log = true }";
 
-/// A sweep file, read.
+/// The contents of a sweep file.
 #[derive(Debug)]
 pub(super) struct SweepFile {
     pub(super) name: Option<String>,
     pub(super) base: Option<Entry>,
     pub(super) set: Vec<Entry>,
     pub(super) axes: Vec<Axis>,
-    pub(super) filling: SamplingScheme,
+    pub(super) scheme: SamplingScheme,
     pub(super) seeds: u64,
     pub(super) first_seed: Option<u64>,
     pub(super) columns: Vec<Column>,
     pub(super) focus: Vec<usize>,
     pub(super) csv: bool,
-    /// Former names of metrics that the file uses, each with the name of today.
+    /// Former names of metrics in the file, each with its current name.
     pub(super) former_names: Vec<(String, String)>,
 }
 
-/// What a range is written with.
+/// The entries of a range.
 #[derive(Default)]
 struct RangeEntries<'a> {
     path: &'a str,
@@ -52,15 +52,15 @@ struct RangeEntries<'a> {
 }
 
 impl SweepFile {
-    /// Makes sense of the entries of a file. In what the program has stored, the `resolved` section is passed over.
+    /// Interprets the entries of a file. In a stored file, the `resolved` section is ignored.
     pub(super) fn of(mut entries: Vec<Entry>, is_stored: bool) -> Result<Self, ScenarioError> {
         if is_stored {
             entries.retain(|entry| !entry.path.starts_with("resolved."));
         }
-        // A section's header with nothing below it says nothing.
+        // An empty section is ignored.
         let is_bare = |entry: &Entry| entry.value.as_table().is_some_and(|table| table.is_empty());
         entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
-        // As written, not by the alphabet: the order of the axes is that of the cases.
+        // In the order of the file, not alphabetically: the order of the axes is that of the cases.
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
         let (set, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("set."));
@@ -68,9 +68,9 @@ impl SweepFile {
         if let Some(entry) = entries.iter().find(|entry| !is_plain_key(&entry.path)) {
             return Err(unknown(entry));
         }
-        let filling = filling(&find)?;
-        let axes = all_axes(&axes, filling == SamplingScheme::Grid)?;
-        if let (SamplingScheme::Sobol { .. }, Some(beyond)) = (filling, axes.get(MAX_DIMENSIONS)) {
+        let scheme = scheme(&find)?;
+        let axes = axes_of(&axes, scheme == SamplingScheme::Grid)?;
+        if let (SamplingScheme::Sobol { .. }, Some(beyond)) = (scheme, axes.get(MAX_DIMENSIONS)) {
             let message = format!("a Sobol sequence has at most {MAX_DIMENSIONS} axes here");
             return Err(ScenarioError::new(message).at(Some(beyond.place.clone())).remedy("use a Latin hypercube"));
         }
@@ -86,7 +86,7 @@ impl SweepFile {
             base: find("base").cloned(),
             set: set.into_iter().map(strip).collect(),
             axes,
-            filling,
+            scheme,
             seeds: find("seeds").map_or(Ok(1), |entry| whole(entry, 1, MAX_CASES))?,
             first_seed: find("first_seed").map(|entry| whole(entry, 0, i64::MAX as u64)).transpose()?,
             columns,
@@ -123,11 +123,11 @@ fn must(entry: &Entry, what: &str) -> ScenarioError {
         .at(Some(entry.value_place.clone()))
 }
 
-fn whole(entry: &Entry, least: u64, most: u64) -> Result<u64, ScenarioError> {
+fn whole(entry: &Entry, min: u64, max: u64) -> Result<u64, ScenarioError> {
     let value = entry.value.as_integer().and_then(|value| u64::try_from(value).ok());
     value
-        .filter(|value| (least..=most).contains(value))
-        .ok_or_else(|| must(entry, &format!("a whole number from {least} to {most}")))
+        .filter(|value| (min..=max).contains(value))
+        .ok_or_else(|| must(entry, &format!("a whole number from {min} to {max}")))
 }
 
 fn flag(entry: &Entry) -> Result<bool, ScenarioError> {
@@ -145,7 +145,7 @@ fn name(entry: &Entry) -> Result<String, ScenarioError> {
     name.map(str::to_owned).ok_or_else(|| must(entry, "a text of letters, digits, '-' and '_', which names a folder"))
 }
 
-fn filling<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
+fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
     let word = match find("design.kind") {
         None => SamplingScheme::WORDS[0],
         Some(entry) => {
@@ -211,14 +211,14 @@ fn focus(entry: Option<&Entry>, columns: &[Column]) -> Result<Vec<usize>, Scenar
         let wanted = Column::named(name).map_or_else(|| name.to_owned(), |column| column.name);
         let known = columns.iter().position(|column| column.name == wanted);
         known.ok_or_else(|| {
-            let message = format!("focus has {name}, which is none of the metrics that are kept");
+            let message = format!("focus has {name}, which is not among the kept metrics");
             ScenarioError::new(message).at(Some(within(entry, name))).remedy(format!("add \"{name}\" to metrics"))
         })
     };
     texts(entry)?.into_iter().map(place).collect()
 }
 
-/// The place of a text in a list.
+/// Returns the place of a text in a list.
 fn within(entry: &Entry, name: &str) -> Place {
     let Place { file, text, span } = entry.value_place.clone();
     let quoted = format!("\"{name}\"");
@@ -227,7 +227,7 @@ fn within(entry: &Entry, name: &str) -> Place {
     Place { file, text, span }
 }
 
-fn all_axes(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError> {
+fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError> {
     let mut axes = vec![];
     let mut ranges: Vec<(usize, RangeEntries<'_>)> = vec![];
     for entry in entries {
@@ -240,7 +240,7 @@ fn all_axes(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError
         let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
         let Some((parent, word)) = of_range else {
             let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
-            // A misspelt key of a range comes as its parts.
+            // The suggestion for a misspelt key of a range needs the path without the word of the range.
             let stem = path.rsplit_once('.').filter(|(_, word)| matches!(*word, "from" | "to" | "points" | "log"));
             let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
             return Err(match near {
@@ -270,7 +270,7 @@ fn all_axes(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError
     Ok(axes)
 }
 
-/// Refuses the keys that a sweep varies in its own way.
+/// Rejects the keys that a sweep sets itself.
 fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     let error = |remedy: &str| {
         Err(ScenarioError::new(format!("{path} is no axis")).at(Some(entry.key_place.clone())).remedy(remedy))
@@ -283,7 +283,7 @@ fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
 }
 
 fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, ScenarioError> {
-    // A list of numbers is one value of a key that holds lists.
+    // For a key that holds a list, a list of numbers is one value.
     let items = entry.value.as_array().filter(|items| !items.is_empty());
     let items = items.filter(|items| key.kind != Kind::Numbers || items.iter().all(toml::Value::is_array));
     let Some(items) = items else {
@@ -336,7 +336,7 @@ fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioErro
         (None, false) => None,
         (Some(entry), false) => {
             let message = format!("axes.{path} has points, which only the ranges of a grid have");
-            let remedy = "leave them out: design.points counts, or give a list";
+            let remedy = "remove them: design.points applies; or give a list";
             return Err(ScenarioError::new(message).at(Some(entry.key_place.clone())).remedy(remedy));
         }
     };

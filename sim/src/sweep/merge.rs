@@ -1,4 +1,4 @@
-//! Joining the parts of a sweep that was computed in shards.
+//! Join of the parts of a sweep that was computed in shards.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -11,18 +11,18 @@ use super::part::{PACK_CASES, Part, Rows};
 use super::plan::{layout, sha256, stored_design};
 use crate::scenario::Source;
 
-/// What a folder says of the part in it.
+/// The description of the part in a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// The program that began it.
+    /// Version of the program that started the sweep.
     pub trocar_version: String,
-    /// The SHA-256 of `sweep.toml` beside it, the sweep in full.
+    /// SHA-256 of the `sweep.toml` in the folder, which has all inputs of the sweep.
     pub sweep_sha256: String,
-    /// Cases of the whole sweep.
+    /// Number of cases of the whole sweep.
     pub cases: u64,
-    /// The first case of this part, and the one after its last.
+    /// First case of this part, and one past its last case.
     pub part: (u64, u64),
-    /// Whether the tables are written and the part file is gone.
+    /// Whether the tables are written and the part file is removed.
     pub is_complete: bool,
 }
 
@@ -33,21 +33,21 @@ pub const SWEEP: &str = "sweep.toml";
 /// See [`MANIFEST`].
 pub const CASES: &str = "cases.part";
 
-/// A whole sweep out of parts.
+/// A whole sweep, joined from parts.
 #[derive(Debug)]
 pub struct Joined {
-    /// Which cases there are.
+    /// The design.
     pub design: Design,
-    /// The sweep in full.
+    /// All inputs of the sweep.
     pub canonical: String,
-    /// Its SHA-256.
+    /// SHA-256 of the inputs.
     pub hash: String,
-    /// What came out.
+    /// The results.
     pub rows: Rows,
 }
 
-/// One folder, read.
-struct Found {
+/// The part in a folder.
+struct FolderPart {
     folder: PathBuf,
     hash: String,
     packs: Range<u64>,
@@ -61,20 +61,22 @@ fn read(path: &Path) -> Result<String, SweepError> {
     std::fs::read_to_string(path).or_else(|error| parts_error(format!("{} cannot be read: {error}", path.display())))
 }
 
-/// Verifies that folders hold parts of one sweep, every case once, and joins them.
+/// Verifies that folders have parts of one sweep with every case once, and joins them.
 ///
 /// # Errors
-/// [`SweepError::Parts`] where they do not, naming the folder or the cases, and what to do.
+/// [`SweepError::Parts`] otherwise, with the folder or the cases, and the remedy.
 pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
-    let mut found = folders.iter().map(|folder| look_into(folder)).collect::<Result<Vec<_>, _>>()?;
+    let mut found = folders.iter().map(|folder| read_part(folder)).collect::<Result<Vec<_>, _>>()?;
     found.retain(|part| !part.packs.is_empty());
     found.sort_by_key(|part| (part.packs.start, part.packs.end));
-    let Some(first) = found.first() else { return parts_error("there is no part with a case in it".into()) };
+    let Some(first) = found.first() else { return parts_error("no folder has a part with cases".into()) };
     if let Some(other) = found.iter().find(|part| part.hash != first.hash) {
         let (one, other) = (&first.folder, &other.folder);
         let difference = super::plan::difference(&read(&one.join(SWEEP))?, &read(&other.join(SWEEP))?);
         let (one, other) = (one.display(), other.display());
-        return parts_error(format!("{one} and {other} are of different sweeps:\n{difference}join those of one"));
+        return parts_error(format!(
+            "{one} and {other} belong to different sweeps:\n{difference}join the parts of one sweep"
+        ));
     }
     let source = Source::Disk(first.folder.join(SWEEP));
     let design = stored_design(&source)?;
@@ -84,7 +86,9 @@ pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
         let (start, folder) = (part.packs.start, part.folder.display());
         if start < next {
             let case = start * PACK_CASES;
-            return parts_error(format!("{folder} has case {case}, which another part has too; name each part once"));
+            return parts_error(format!(
+                "{folder} has case {case}, which is also in another part; name each part once"
+            ));
         }
         if start > next {
             return parts_error(missing(&design, next..start));
@@ -103,7 +107,7 @@ pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
         if done < all {
             let folder = part.folder.display();
             return parts_error(format!(
-                "{folder} has {done} of its {all} cases; the command that began it continues it"
+                "{folder} has {done} of its {all} cases; the command that started it continues it"
             ));
         }
         parts.push(file);
@@ -114,26 +118,26 @@ pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
 
 fn missing(design: &Design, packs: Range<u64>) -> String {
     let last = (packs.end * PACK_CASES).min(design.cases()) - 1;
-    format!("the cases {} to {last} are in none of the parts; run the shards that have them", packs.start * PACK_CASES)
+    format!("the cases {} to {last} are in none of the parts; run their shards", packs.start * PACK_CASES)
 }
 
-fn look_into(folder: &Path) -> Result<Found, SweepError> {
+fn read_part(folder: &Path) -> Result<FolderPart, SweepError> {
     let path = folder.join(MANIFEST);
     let manifest: Manifest = match serde_json::from_str(&read(&path)?) {
         Ok(manifest) => manifest,
-        Err(error) => return parts_error(format!("{} is no manifest of a sweep: {error}", path.display())),
+        Err(error) => return parts_error(format!("{} is not the manifest of a sweep: {error}", path.display())),
     };
     if manifest.is_complete {
-        return parts_error(format!("{} is a whole sweep already; name the folders of shards", folder.display()));
+        return parts_error(format!("{} is a complete sweep; name the folders of shards", folder.display()));
     }
     let hash = sha256(read(&folder.join(SWEEP))?.as_bytes());
     if hash != manifest.sweep_sha256 {
         let (sweep, folder) = (SWEEP, folder.display());
-        return parts_error(format!("{folder}: {sweep} was changed after the part was begun; run the shard again"));
+        return parts_error(format!("{folder}: {sweep} was changed after the start of the part; run the shard again"));
     }
     let (start, end) = manifest.part;
     if start % PACK_CASES != 0 || (end % PACK_CASES != 0 && end != manifest.cases) || start > end {
-        return parts_error(format!("{}: the part of cases {start} to {end} is none", path.display()));
+        return parts_error(format!("{}: a part cannot have the cases {start} to {end}", path.display()));
     }
-    Ok(Found { folder: folder.to_owned(), hash, packs: start / PACK_CASES..end.div_ceil(PACK_CASES) })
+    Ok(FolderPart { folder: folder.to_owned(), hash, packs: start / PACK_CASES..end.div_ceil(PACK_CASES) })
 }

@@ -1,10 +1,10 @@
-//! Sweeps: a scenario run many times over, with keys that vary and many seeds of noise.
+//! Sweeps: many runs of a scenario with varied keys and many noise seeds.
 //!
-//! A sweep file ([`Plan`]) says which keys take which values and how they are combined ([`Design`]). Case `i` is computed from
-//! `i` alone, so that it is the same by itself, in a pack, in a shard and on any number of threads; nothing grows with the
-//! number of cases. What comes out is kept in a [`Part`]: a file with a slot for each pack of eight cases, written as the pack
-//! is done, so that a run that was ended in any way goes on where it was, and parts that were computed apart are joined by
-//! reading one after the other.
+//! A sweep file ([`Plan`]) gives the values of keys and their combination ([`Design`]). Case `i` is computed from `i`
+//! alone, so that it has the same result alone, in a pack, in a shard and on any number of threads, and no data
+//! structure grows with the number of cases. The results are kept in a [`Part`]: a file with a slot for each pack of
+//! eight cases, written when the pack is complete. An interrupted sweep continues from there, and parts from different
+//! shards are joined by reading them in sequence.
 
 mod axis;
 mod axis_column;

@@ -1,8 +1,8 @@
-//! The file that keeps what came out of each case until all are done.
+//! The file with the results of the cases until all are complete.
 //!
-//! Every pack of eight cases has its slot, at a place that follows from the pack's number: packs are written in whatever order
-//! they are done, with nothing held back, and whatever ends the program loses only those in flight. A slot begins with a
-//! checksum over its content, its number and the sweep's hash; one that is torn, empty or of another sweep is run again.
+//! Every pack of eight cases has a slot, at an offset that follows from the pack's number. Packs are written in the
+//! order of completion and at once, so an interruption loses only those in progress. A slot begins with a checksum over
+//! its content, its number and the sweep's hash; a slot that is torn, empty or of another sweep is computed again.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -12,25 +12,25 @@ use std::sync::{Mutex, PoisonError};
 
 use super::error::SweepError;
 
-/// How many neighbouring cases are run together.
+/// Number of consecutive cases that run together.
 pub const PACK_CASES: u64 = 8;
 
-/// Packs that are read at once.
+/// Number of packs per read.
 const BLOCK_PACKS: u64 = 1024;
 
-/// How a case ended.
+/// The outcome of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// Every tick was run.
+    /// All ticks were computed.
     Completed,
-    /// A position left the bounds of the sensible.
+    /// A position exceeded its bounds.
     Diverged,
-    /// The numerical integration gave up.
+    /// The numerical integration failed.
     Failed,
 }
 
 impl Outcome {
-    /// Its word in files.
+    /// Returns the word in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -57,28 +57,28 @@ impl Outcome {
     }
 }
 
-/// Where what stands in a part.
+/// The layout of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// What tells the slots of one sweep from those of another.
+    /// Identifies the sweep of a slot.
     pub key: u64,
-    /// Values per case.
+    /// Number of values per case.
     pub columns: usize,
-    /// Cases of the whole sweep.
+    /// Number of cases of the whole sweep.
     pub cases: u64,
-    /// The packs that this part has.
+    /// The packs of this part.
     pub packs: Range<u64>,
 }
 
 impl Layout {
-    /// The cases of a pack; the last one may have fewer than eight.
+    /// Returns the cases of a pack; the last one may have fewer than eight.
     #[must_use]
     pub fn cases_of(&self, pack: u64) -> Range<u64> {
         let first = pack * PACK_CASES;
         first.min(self.cases)..(first + PACK_CASES).min(self.cases)
     }
 
-    /// The cases of the part.
+    /// Returns the number of cases of the part.
     #[must_use]
     pub fn part_cases(&self) -> u64 {
         self.cases.min(self.packs.end * PACK_CASES) - self.cases.min(self.packs.start * PACK_CASES)
@@ -104,26 +104,26 @@ impl Layout {
         })
     }
 
-    /// Whether a slot as read holds what was written.
-    fn is_sound(&self, pack: u64, slot: &[u64]) -> bool {
+    /// Returns whether a slot is intact.
+    fn is_intact(&self, pack: u64, slot: &[u64]) -> bool {
         let cases = self.cases_of(pack);
         slot.len() >= self.slot_words(cases.end - cases.start)
             && slot[0] == self.checksum(pack, &slot[1..self.slot_words(cases.end - cases.start)])
     }
 }
 
-/// The rows of a pack while they are gathered.
+/// The rows of a pack during its computation.
 #[derive(Debug, Default)]
 pub struct PackRows(Vec<u64>);
 
 impl PackRows {
-    /// Begins anew.
+    /// Removes all rows.
     pub fn clear(&mut self) {
         self.0.clear();
         self.0.push(0);
     }
 
-    /// Adds a case with its values; none is written as no number.
+    /// Appends a case with its values; `None` is stored as NaN.
     pub fn push(&mut self, outcome: Outcome, values: impl Iterator<Item = Option<f64>>) {
         self.0.push(outcome.code().to_bits());
         self.0.extend(values.map(|value| value.unwrap_or(f64::NAN).to_bits()));
@@ -139,22 +139,22 @@ pub struct Part {
 }
 
 impl Part {
-    /// Opens a part, or begins it; until it is dropped it is this one's alone.
+    /// Opens or creates a part, and locks it until it is dropped.
     ///
     /// # Errors
-    /// [`SweepError::Io`]; [`SweepError::Busy`] while another has it open.
+    /// [`SweepError::Io`]; [`SweepError::Busy`] if another process has locked it.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, SweepError> {
         let file = File::options().read(true).write(true).create(true).truncate(false).open(path);
         let part = Self::with(path, layout, file)?;
         let locked = part.file.lock().unwrap_or_else(PoisonError::into_inner).try_lock();
         match locked {
             Err(TryLockError::WouldBlock) => Err(SweepError::Busy { path: path.to_owned() }),
-            // Where there are no locks, as on some network drives, nobody is kept out.
+            // File systems without locks, such as some network drives, have no protection.
             Ok(()) | Err(TryLockError::Error(_)) => Ok(part),
         }
     }
 
-    /// Opens a part that is there, for reading.
+    /// Opens an existing part for reading.
     ///
     /// # Errors
     /// [`SweepError::Io`].
@@ -170,13 +170,13 @@ impl Part {
         }
     }
 
-    /// How it is laid out.
+    /// Returns the layout.
     #[must_use]
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// The file's path.
+    /// Returns the path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -189,7 +189,7 @@ impl Part {
     /// Writes a pack.
     ///
     /// # Errors
-    /// [`SweepError::Io`], as on a full disk; the pack then counts as not run.
+    /// [`SweepError::Io`], for example on a full disk; the pack then counts as missing.
     pub fn write(&self, pack: u64, rows: &mut PackRows) -> Result<(), SweepError> {
         if let Some((sum, words)) = rows.0.split_first_mut() {
             *sum = self.layout.checksum(pack, words);
@@ -203,17 +203,17 @@ impl Part {
         write().map_err(|error| self.failed(error))
     }
 
-    /// Whether a pack was written, whole.
+    /// Returns whether the slot of a pack is intact.
     ///
     /// # Errors
     /// [`SweepError::Io`].
     pub fn has(&self, pack: u64) -> Result<bool, SweepError> {
         let mut slots = vec![];
         self.read(pack..pack + 1, &mut slots)?;
-        Ok(self.layout.is_sound(pack, &slots))
+        Ok(self.layout.is_intact(pack, &slots))
     }
 
-    /// Reads the slots of packs as far as there is anything.
+    /// Reads the slots of packs up to the end of the file.
     fn read(&self, packs: Range<u64>, words: &mut Vec<u64>) -> Result<(), SweepError> {
         let mut bytes = vec![];
         let mut read = || {
@@ -228,7 +228,7 @@ impl Part {
         Ok(())
     }
 
-    /// Calls for each pack with its slot if it is sound.
+    /// Calls `each` for each pack, with its slot if it is intact.
     fn scan(&self, mut each: impl FnMut(u64, Option<&[u64]>) -> Result<(), SweepError>) -> Result<(), SweepError> {
         let Range { start, end } = self.layout.packs;
         let slot_words = self.layout.slot_words(PACK_CASES);
@@ -239,14 +239,14 @@ impl Part {
             for pack in block.clone() {
                 let from = ((pack - block.start) as usize * slot_words).min(words.len());
                 let slot = &words[from..(from + slot_words).min(words.len())];
-                each(pack, self.layout.is_sound(pack, slot).then_some(slot))?;
+                each(pack, self.layout.is_intact(pack, slot).then_some(slot))?;
             }
             next = block.end;
         }
         Ok(())
     }
 
-    /// How many cases are done.
+    /// Returns the number of complete cases.
     ///
     /// # Errors
     /// [`SweepError::Io`].
@@ -261,15 +261,15 @@ impl Part {
     }
 }
 
-/// Parts that make a whole, in their order.
+/// The parts of a whole sweep, in order.
 #[derive(Debug)]
 pub struct Rows(pub Vec<Part>);
 
 impl Rows {
-    /// Calls for each case in order, with its outcome and its values; NaN where undefined.
+    /// Calls `each` for each case in order, with its outcome and its values; NaN if undefined.
     ///
     /// # Errors
-    /// [`SweepError::Io`] of a part, [`SweepError::Parts`] for a pack that is not there, or what `each` returns.
+    /// [`SweepError::Io`] of a part, [`SweepError::Parts`] for a missing pack, or the error of `each`.
     pub fn each(&self, mut each: impl FnMut(u64, Outcome, &[f64]) -> Result<(), SweepError>) -> Result<(), SweepError> {
         let mut values = vec![];
         for part in &self.0 {
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn packs_come_back_in_order_whatever_the_order_in_which_they_were_written() {
+    fn packs_are_read_in_order_for_any_order_of_writing() {
         let folder = tempfile::tempdir().expect("a folder");
         let part = part(folder.path());
         for pack in [2, 0] {
@@ -323,18 +323,18 @@ mod tests {
         let rows = Rows(vec![part]);
         assert!(matches!(rows.each(|_, _, _| Ok(())), Err(SweepError::Parts { .. })));
         write(&rows.0[0], 1);
-        let mut seen = vec![];
+        let mut cases = vec![];
         rows.each(|case, outcome, values| {
             assert!(outcome == Outcome::Completed && values[0] == case as f64 && values[1].is_nan());
-            seen.push(case);
+            cases.push(case);
             Ok(())
         })
         .expect("whole");
-        assert_eq!(seen, (0..21).collect::<Vec<_>>());
+        assert_eq!(cases, (0..21).collect::<Vec<_>>());
     }
 
     #[test]
-    fn a_torn_or_changed_slot_is_none() {
+    fn a_torn_or_changed_slot_is_rejected() {
         let folder = tempfile::tempdir().expect("a folder");
         let part = part(folder.path());
         (0..3).for_each(|pack| write(&part, pack));
@@ -344,9 +344,9 @@ mod tests {
             let mut torn = bytes.clone();
             torn[at] ^= 0x10;
             std::fs::write(part.path(), &torn).expect("written");
-            let sound = [0, 1, 2].map(|pack| part.has(pack).expect("read"));
-            assert_eq!(sound.iter().filter(|sound| **sound).count(), 2, "{at}");
-            assert!(!sound[at / slot], "{at}");
+            let intact = [0, 1, 2].map(|pack| part.has(pack).expect("read"));
+            assert_eq!(intact.iter().filter(|intact| **intact).count(), 2, "{at}");
+            assert!(!intact[at / slot], "{at}");
         }
         for length in [0, 5, slot, slot + 40, bytes.len() - 1] {
             std::fs::write(part.path(), &bytes[..length]).expect("written");

@@ -1,9 +1,9 @@
-//! A permutation of the first whole numbers that needs no memory.
+//! A pseudo-random permutation that needs no memory.
 
 /// A pseudo-random permutation of `0..length`, computed number by number.
 ///
-/// A balanced Feistel network over the next even number of binary digits, walked until it comes back below the length (Black
-/// and Rogaway, *Ciphers with Arbitrary Finite Domains*, CT-RSA 2002): at most four steps on average.
+/// A balanced Feistel network over the next even number of binary digits, iterated until the result is below the length
+/// (Black and Rogaway, *Ciphers with Arbitrary Finite Domains*, CT-RSA 2002): at most four steps on average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Permutation {
     length: u64,
@@ -11,18 +11,18 @@ pub struct Permutation {
     half_bits: u32,
 }
 
-/// Four are enough to look random; two more cost little.
+/// Number of rounds: four are sufficient for a pseudo-random result, two more cost little.
 const ROUNDS: u64 = 6;
 
 impl Permutation {
-    /// The permutation of `0..length` that belongs to a key.
+    /// Returns the permutation of `0..length` of a key.
     #[must_use]
     pub fn new(length: u64, key: u64) -> Self {
         let bits = u64::BITS - length.saturating_sub(1).leading_zeros();
         Self { length, key, half_bits: bits.div_ceil(2).max(1) }
     }
 
-    /// Where `index`, below the length, goes.
+    /// Returns the image of `index`, which is below the length.
     #[must_use]
     pub fn at(&self, index: u64) -> u64 {
         let mut at = index;
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_is_hit_once() {
+    fn every_number_occurs_once() {
         for length in [1, 2, 3, 7, 64, 65, 1000, 4097] {
             for key in 0..3 {
                 let permutation = Permutation::new(length, key);
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn places_and_keys_do_not_hang_together() {
+    fn indices_and_keys_are_uncorrelated() {
         let length = 5000;
         let correlation = |a: &dyn Fn(u64) -> f64, b: &dyn Fn(u64) -> f64| {
             let middle = (length - 1) as f64 / 2.0;
@@ -80,7 +80,7 @@ mod tests {
             sum(&|i| (a(i) - middle) * (b(i) - middle)) / variance
         };
         let (one, other) = (Permutation::new(length, 1), Permutation::new(length, 2));
-        // Of independent ones it is normal with a standard deviation of 1/√4999.
+        // For independent sequences it is normal with a standard deviation of 1/√4999.
         assert!(correlation(&|i| i as f64, &|i| one.at(i) as f64).abs() < 0.06);
         assert!(correlation(&|i| other.at(i) as f64, &|i| one.at(i) as f64).abs() < 0.06);
         assert!(correlation(&|i| one.at((i + 1) % length) as f64, &|i| one.at(i) as f64).abs() < 0.06);

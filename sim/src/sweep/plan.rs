@@ -1,4 +1,4 @@
-//! A sweep that can be run: its design and its scenario, checked, with a hash that tells it from any other.
+//! A validated sweep: its design and its scenario, with a hash that identifies it.
 
 use std::fmt::Write as _;
 
@@ -18,29 +18,31 @@ use crate::scenario::{
 };
 use crate::stability::{LoopSettings, Parameter};
 
-/// A sweep that can be run.
+/// A validated sweep.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Which cases there are.
+    /// The design.
     pub design: Design,
-    /// Former names of metrics that the file uses, each with the name of today.
+    /// Former names of metrics in the file, each with its current name.
     pub former_names: Vec<(String, String)>,
     template: Template,
     canonical: String,
 }
 
-/// Axes whose corners are all tried before anything is run; those of further ones only one by one.
+/// Number of axes whose corners are all checked before the sweep starts; the ends of the other axes are checked one by
+/// one.
 const MAX_CORNER_AXES: usize = 7;
 
 impl Plan {
-    /// Loads a sweep file and its scenario, overridden by `section.key=value` settings, and tries the corners of its axes.
+    /// Loads a sweep file and its scenario, overridden by `section.key=value` settings, and checks the corners of its
+    /// axes.
     ///
     /// # Errors
-    /// [`ScenarioError`] with the place and the remedy for anything that is wrong with either.
+    /// [`ScenarioError`] with place and remedy if one of them is invalid.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         let Some(base) = &file.base else {
-            let message = format!("{}: base is missing, the scenario that is varied", source.display());
+            let message = format!("{}: base is missing, the scenario to vary", source.display());
             return Err(ScenarioError::new(message).remedy("write base = \"builtin:augmented.toml\", or a path"));
         };
         let Some(path) = base.value.as_str().filter(|path| !path.is_empty()) else {
@@ -51,20 +53,21 @@ impl Plan {
         Self::of(file, source, (&varied, Some(place)), settings)
     }
 
-    /// [`Plan::load`] for a sweep file without a base, over a scenario that is given beside it.
+    /// [`Plan::load`] for a sweep file without a base, with a given scenario.
     ///
     /// # Errors
-    /// As [`Plan::load`]; a file that names a base all the same.
+    /// As [`Plan::load`]; also for a file that names a base.
     pub fn over(source: &Source, base: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         if let Some(entry) = &file.base {
-            let error = ScenarioError::new("the scenario that is varied is given beside the file, which names a base");
-            return Err(error.at(Some(entry.key_place.clone())).remedy("leave one of them out"));
+            let error =
+                ScenarioError::new("the scenario to vary is given twice: as an argument and as base in the file");
+            return Err(error.at(Some(entry.key_place.clone())).remedy("remove one of them"));
         }
         Self::of(file, source, (base, None), settings)
     }
 
-    /// The sweep of a file over a base, which is named at a place if it is named in the file.
+    /// Returns the sweep of a file and a base, with the place of the base if the file names it.
     fn of(
         file: SweepFile,
         source: &Source,
@@ -79,71 +82,75 @@ impl Plan {
         let mut design = design(file, harmless_name(&source.stem()), first_seed);
         if design.points().is_none() {
             let message = format!("{}: more than {MAX_CASES} cases", source.display());
-            return Err(ScenarioError::new(message).remedy("use fewer points or seeds, or a design that is no grid"));
+            return Err(ScenarioError::new(message).remedy("use fewer points or seeds, or a design other than grid"));
         }
         design.focus.dedup();
         let mut plan = Self { canonical: String::new(), design, former_names, template };
-        plan.try_corners()?;
+        plan.check_corners()?;
         plan.canonical = plan.write_canonical()?;
         Ok(plan)
     }
 
-    /// The sweep in full: every choice, the resolved scenario, the version; what is the same is the same sweep.
+    /// Returns all inputs of the sweep: every choice, the resolved scenario and the version. Equal texts mean equal
+    /// sweeps.
     #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
     }
 
-    /// The SHA-256 of [`Plan::canonical`], in hexadecimal digits.
+    /// Returns the SHA-256 of [`Plan::canonical`], in hexadecimal digits.
     #[must_use]
     pub fn hash(&self) -> String {
         sha256(self.canonical.as_bytes())
     }
 
-    /// Whether the scenario or an axis gives a key its value, which then follows from no other.
+    /// Returns whether the scenario or an axis sets a key, so that its value does not follow from another.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.template.gives(path)
     }
 
-    /// How a shard's part is laid out.
+    /// Returns the layout of a shard's part.
     #[must_use]
     pub fn layout(&self, shard: Shard) -> Layout {
         layout(&self.design, &self.canonical, shard.range(self.design.cases().div_ceil(PACK_CASES)))
     }
 
-    /// What makes the scenarios of cases; each thread has its own.
+    /// Returns the builder of the scenarios of cases; each thread has its own.
     #[must_use]
     pub fn maker(&self) -> CaseMaker<'_> {
-        let (shares, values) = (vec![], vec![]);
+        let (coordinates, values) = (vec![], vec![]);
         CaseMaker {
             design: &self.design,
-            sampler: self.design.shares(),
+            sampler: self.design.coordinates(),
             factory: self.template.factory(),
-            shares,
+            coordinates,
             values,
         }
     }
 
-    /// A case as a scenario of its own, resolved as a file is.
+    /// Returns the resolved scenario of a case.
     ///
     /// # Errors
     /// As [`Scenario::load`].
     pub fn scenario(&self, case: u64) -> Result<Scenario, ScenarioError> {
-        let (mut shares, mut values) = (vec![], vec![]);
-        self.design.shares().values(case, &mut shares, &mut values);
+        let (mut coordinates, mut values) = (vec![], vec![]);
+        self.design.coordinates().values(case, &mut coordinates, &mut values);
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Resolves and builds scenarios at the ends of the axes: what is wrong there is said before anything is run.
-    fn try_corners(&self) -> Result<(), ScenarioError> {
+    /// Resolves and builds scenarios at the ends of the axes, so that invalid values are errors before the sweep
+    /// starts.
+    fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
-        let ends: Vec<Vec<Value>> =
-            axes.iter().map(|axis| axis.ends().into_iter().map(|share| axis.value(share)).collect()).collect();
+        let ends: Vec<Vec<Value>> = axes
+            .iter()
+            .map(|axis| axis.ends().into_iter().map(|coordinate| axis.value(coordinate)).collect())
+            .collect();
         let firsts: Vec<Value> = axes.iter().map(Axis::first).collect();
-        let mut tried: Vec<Vec<Value>> = vec![];
+        let mut corners: Vec<Vec<Value>> = vec![];
         for (index, of_axis) in ends.iter().enumerate() {
-            tried.extend(of_axis.iter().map(|value| {
+            corners.extend(of_axis.iter().map(|value| {
                 let mut values = firsts.clone();
                 values[index] = value.clone();
                 values
@@ -154,14 +161,14 @@ impl Plan {
                 let last = index < MAX_CORNER_AXES && (corner >> index) & 1 == 1;
                 if last { of_axis.last().cloned() } else { of_axis.first().cloned() }
             };
-            tried.push(ends.iter().enumerate().filter_map(end).collect());
+            corners.push(ends.iter().enumerate().filter_map(end).collect());
         }
         let mut factory = self.template.factory();
-        for values in tried {
+        for values in corners {
             let built = factory.build(&values, self.design.first_seed).and_then(|scenario| scenario.build().map(drop));
             built.map_err(|error| {
-                let told = describe(&self.design, &values);
-                if error.remedy.is_some() { error } else { error.remedy(format!("in the case of {told}")) }
+                let described = describe(&self.design, &values);
+                if error.remedy.is_some() { error } else { error.remedy(format!("in the case of {described}")) }
             })?;
         }
         Ok(())
@@ -173,8 +180,8 @@ impl Plan {
         hash_signals(self.template.first(), &mut signals);
         for (index, axis) in self.design.axes.iter().enumerate().filter(|(_, axis)| axis.key.kind == Kind::File) {
             let mut values: Vec<Value> = self.design.axes.iter().map(Axis::first).collect();
-            for share in axis.ends() {
-                values[index] = axis.value(share);
+            for coordinate in axis.ends() {
+                values[index] = axis.value(coordinate);
                 hash_signals(&self.template.whole(&values, self.design.first_seed)?, &mut signals);
             }
         }
@@ -188,7 +195,7 @@ impl Plan {
         let echo = self.template.first().echo();
         let mut is_in_section = false;
         for line in echo.lines() {
-            // Files are told by their content, which is the same on another machine; the seeds are the design's.
+            // The content identifies a file on any machine, not its path; the seeds are those of the design.
             let is_apart = ["file = ", "delays_file = ", "seed = "].iter().any(|key| line.starts_with(key));
             if let Some(section) = line.strip_prefix('[') {
                 is_in_section = true;
@@ -201,7 +208,7 @@ impl Plan {
     }
 }
 
-/// How the part of some packs is laid out.
+/// Returns the layout of the part with given packs.
 pub(super) fn layout(design: &Design, canonical: &str, packs: std::ops::Range<u64>) -> Layout {
     let digest = Sha256::digest(canonical.as_bytes());
     let key = digest.iter().take(8).fold(0, |key, byte| key << 8 | u64::from(*byte));
@@ -224,7 +231,7 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     Design {
         name: file.name.unwrap_or(stem),
         axes: file.axes,
-        filling: file.filling,
+        scheme: file.scheme,
         seeds: file.seeds,
         first_seed: file.first_seed.unwrap_or(first_seed),
         columns: file.columns,
@@ -233,12 +240,12 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     }
 }
 
-/// The design that a canonical text begins with.
+/// Returns the design of a stored canonical text.
 pub(super) fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
 }
 
-/// A design as a sweep file, its base left out.
+/// Returns a design as a sweep file without its base.
 fn design_toml(design: &Design) -> String {
     let names = |columns: Vec<&Column>| {
         let names: Vec<_> = columns.iter().map(|column| format!("{:?}", column.name)).collect();
@@ -252,9 +259,9 @@ fn design_toml(design: &Design) -> String {
         names(design.columns.iter().collect()),
         names(design.focus.iter().map(|index| &design.columns[*index]).collect()),
         design.csv,
-        design.filling.word(),
+        design.scheme.word(),
     );
-    if let Some((points, seed)) = design.filling.points_and_seed() {
+    if let Some((points, seed)) = design.scheme.points_and_seed() {
         let _ = write!(text, "points = {points}\nseed = {seed}\n");
     }
     if !design.axes.is_empty() {
@@ -266,7 +273,7 @@ fn design_toml(design: &Design) -> String {
     text
 }
 
-/// What a scenario replays, which its values only name.
+/// Hashes the contents of the files that a scenario replays.
 fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
     let mut numbers = |numbers: &[f64]| {
         hash.update((numbers.len() as u64).to_le_bytes());
@@ -288,9 +295,9 @@ fn describe(design: &Design, values: &[Value]) -> String {
     axes.map(|(axis, value)| format!("{} = {}", axis.key.path, value.to_toml())).collect::<Vec<_>>().join(", ")
 }
 
-/// The lines of two canonical texts that are not in both, section by section.
+/// Returns the lines of two canonical texts that are not in both, by section.
 #[must_use]
-pub fn difference(there: &str, here: &str) -> String {
+pub fn difference(stored: &str, current: &str) -> String {
     let lines = |text: &str| {
         let mut section = String::new();
         let mut lines = vec![];
@@ -302,42 +309,42 @@ pub fn difference(there: &str, here: &str) -> String {
         }
         lines
     };
-    let (there, here) = (lines(there), lines(here));
+    let (stored, current) = (lines(stored), lines(current));
     let key = |line: &str| line.split(" = ").next().unwrap_or_default().to_owned();
     let mut text = String::new();
-    let added: Vec<&String> = here.iter().filter(|line| !there.contains(line)).collect();
-    for old in there.iter().filter(|line| !here.contains(line)) {
+    let added: Vec<&String> = current.iter().filter(|line| !stored.contains(line)).collect();
+    for old in stored.iter().filter(|line| !current.contains(line)) {
         text.push_str(&format!("  - {old}\n"));
         let now = added.iter().filter(|new| key(new) == key(old));
         now.for_each(|new| text.push_str(&format!("  + {new}\n")));
     }
-    let is_new = |new: &&&String| !there.iter().any(|old| key(old) == key(new));
+    let is_new = |new: &&&String| !stored.iter().any(|old| key(old) == key(new));
     added.iter().filter(is_new).for_each(|new| text.push_str(&format!("  + {new}\n")));
     text
 }
 
-/// Makes the scenarios of cases.
+/// Builds the scenarios of cases.
 #[derive(Debug, Clone)]
 pub struct CaseMaker<'a> {
     design: &'a Design,
     sampler: UnitCoordinates<'a>,
     factory: CaseFactory<'a>,
-    shares: Vec<f64>,
+    coordinates: Vec<f64>,
     values: Vec<Value>,
 }
 
 impl CaseMaker<'_> {
-    /// The scenario of a case.
+    /// Returns the scenario of a case.
     ///
     /// # Errors
-    /// [`SweepError::Case`] where its values go together as little as in a file.
+    /// [`SweepError::Case`] for a combination of values that a scenario file cannot have.
     pub fn scenario(&mut self, case: u64) -> Result<Scenario, SweepError> {
-        self.sampler.values(case, &mut self.shares, &mut self.values);
+        self.sampler.values(case, &mut self.coordinates, &mut self.values);
         let scenario = self.factory.build(&self.values, self.design.seed(case));
         scenario.map_err(|error| self.refused(case, error.into()))
     }
 
-    /// The loop of the case whose scenario was made last: its tissue and delays are what the axes say of them.
+    /// Returns the closed loop of the case whose scenario was built last; its tissue and delays follow from the axes.
     #[must_use]
     pub fn loop_settings(&self, scenario: &Scenario) -> LoopSettings {
         let numbers = self
@@ -349,11 +356,11 @@ impl CaseMaker<'_> {
         numbers.fold(LoopSettings::of(scenario), |settings, (parameter, value)| settings.with(parameter, value))
     }
 
-    /// The error of a case.
+    /// Returns the error of a case.
     #[must_use]
     pub fn refused(&self, case: u64, source: RunError) -> SweepError {
-        let (mut shares, mut values) = (vec![], vec![]);
-        self.sampler.values(case, &mut shares, &mut values);
+        let (mut coordinates, mut values) = (vec![], vec![]);
+        self.sampler.values(case, &mut coordinates, &mut values);
         SweepError::Case { case, values: describe(self.design, &values), source: Box::new(source) }
     }
 }

@@ -1,4 +1,4 @@
-//! A JSON Schema of sweep files, so that editors complete and check them.
+//! The JSON Schema of sweep files, for completion and checks in editors.
 
 use serde_json::{Map, Value as Json, json};
 
@@ -7,7 +7,7 @@ use super::design::SamplingScheme;
 use super::file::SWEEP_KEYS;
 use crate::scenario::{KEYS, Kind, json_schema};
 
-/// The JSON Schema (draft 2020-12) of a sweep file.
+/// Returns the JSON Schema (draft 2020-12) of a sweep file.
 #[must_use]
 pub fn sweep_schema() -> Json {
     let about = |key: &str| SWEEP_KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, about)| *about);
@@ -36,7 +36,7 @@ pub fn sweep_schema() -> Json {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "trocar sweep",
         "type": "object",
-        "description": "A scenario that is run many times over, with keys that vary.",
+        "description": "Many runs of a scenario with varied keys.",
         "additionalProperties": false,
         "required": ["base"],
         "properties": {
@@ -62,7 +62,7 @@ pub fn sweep_schema() -> Json {
     })
 }
 
-/// Puts a property at a path, making the tables on the way.
+/// Inserts a property at a path, and creates the tables of the path.
 fn insert(schema: &mut Json, path: &[&str], property: Json) {
     let Some((first, rest)) = path.split_first() else { return };
     let Json::Object(properties) = &mut schema["properties"] else { return };

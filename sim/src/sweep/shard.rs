@@ -11,23 +11,23 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All of it.
+    /// The whole sweep.
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// Whether it is all of it.
+    /// Returns whether the shard is the whole sweep.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.count == 1
     }
 
-    /// Its packs out of `packs`, without a gap to the ones before and after it.
+    /// Returns its share of `packs` packs; consecutive shards leave no gap.
     #[must_use]
     pub fn range(&self, packs: u64) -> Range<u64> {
         let end = |index: u64| (u128::from(packs) * u128::from(index) / u128::from(self.count)) as u64;
         end(self.index - 1)..end(self.index)
     }
 
-    /// The folder of its files within the sweep's.
+    /// Returns the name of its folder in the sweep's folder.
     #[must_use]
     pub fn folder(&self) -> String {
         format!("shard-{}-of-{}", self.index, self.count)
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shards_are_disjoint_and_make_the_whole() {
+    fn shards_are_disjoint_and_complete() {
         for packs in [0, 1, 5, 125_000] {
             for count in [1, 2, 3, 8, 1000] {
                 let mut next = 0;
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_shard_is_refused() {
+    fn invalid_shards_are_rejected() {
         assert_eq!("2/4".parse(), Ok(Shard { index: 2, count: 4 }));
         for wrong in ["", "1", "0/2", "3/2", "1/0", "-1/2", "1/2/3", "a/b", "1/1000001"] {
             assert!(wrong.parse::<Shard>().is_err(), "{wrong}");

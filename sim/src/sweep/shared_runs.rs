@@ -1,7 +1,8 @@
-//! Runs that cases share which differ in the detector's threshold alone.
+//! Shared runs of cases that differ only in the detector's threshold.
 //!
-//! [`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents) gives with a run the higher thresholds under which
-//! it is the same, to the last bit: their cases need not be run again. Of a hundred thresholds, it takes a handful of runs.
+//! [`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents) returns with a run the higher
+//! thresholds with which it is identical, bit for bit, so their cases need no run. A hundred thresholds need only a few
+//! runs.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -12,54 +13,54 @@ use super::design::SamplingScheme;
 use super::part::Outcome;
 use super::plan::Plan;
 
-/// Thresholds of which it is kept at once what is known, over all groups; more, and what is known is forgotten.
+/// Maximum number of thresholds with stored results, over all groups; beyond it, all stored results are removed.
 const MAX_KEPT: usize = 1 << 20;
 
-/// What comes out of a case.
+/// The result of a case.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
     pub(super) outcome: Outcome,
     pub(super) values: Vec<Option<f64>>,
 }
 
-/// The axis of thresholds of a sweep, and what is known of cases that have not been written yet.
+/// The threshold axis of a sweep, and the results of cases that are not written yet.
 #[derive(Debug)]
 pub(super) struct SharedRuns {
     /// The values of the axis, in its order.
     thresholds: Vec<f64>,
-    /// How far cases are apart of which the thresholds are neighbours.
+    /// Distance of two cases with consecutive thresholds.
     stride: u64,
-    /// The cases of the part; others are not needed.
+    /// The cases of the part; no other case is needed.
     cases: Range<u64>,
     known: Mutex<Known>,
 }
 
 #[derive(Debug, Default)]
 struct Known {
-    /// By their first case.
+    /// Groups by their first case.
     groups: HashMap<u64, Group>,
-    /// Those of which something is not known and no thread runs anything.
+    /// Groups with missing results that no thread is computing.
     open: BTreeSet<u64>,
 }
 
-/// Cases that differ in the threshold alone.
+/// Cases that differ only in the threshold.
 #[derive(Debug)]
 struct Group {
-    /// For each threshold its place in `rows`, once it is known.
+    /// For each threshold, the index of its result in `rows`, if it is known.
     places: Vec<Option<u32>>,
     rows: Vec<Row>,
-    /// How many of its cases are in the part and have not been read.
+    /// Number of its cases in the part that have not been read.
     unread: usize,
 }
 
 impl SharedRuns {
-    /// Of a part's cases; nothing where none differ in the threshold alone.
+    /// Returns the shared runs of the cases of a part; `None` if no cases differ only in the threshold.
     pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
         let design = &plan.design;
         let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
-        // A cap that follows from the threshold differs, too; and what belongs to a loop is computed for each case.
-        let alone = design.filling == SamplingScheme::Grid && plan.gives("detector.cap");
-        if !alone || design.columns.iter().any(Column::is_of_loop) {
+        // A cap that follows from the threshold differs too, and metrics of the closed loop are computed for each case.
+        let is_usable = design.scheme == SamplingScheme::Grid && plan.gives("detector.cap");
+        if !is_usable || design.columns.iter().any(Column::is_of_loop) {
             return None;
         }
         let thresholds = design.axes[at].numbers();
@@ -68,18 +69,18 @@ impl SharedRuns {
         (thresholds.len() > 1).then(|| Self { thresholds, stride, cases, known: Mutex::default() })
     }
 
-    /// Among how many cases in a row those of a group lie, and whole groups at that.
+    /// Returns the number of consecutive cases that hold whole groups.
     pub(super) fn span(&self) -> u64 {
         self.stride * self.thresholds.len() as u64
     }
 
-    /// A case's group, named by its first case, and the case's place among the thresholds.
+    /// Returns the first case of a case's group, and the index of the case's threshold.
     fn place(&self, case: u64) -> (u64, usize) {
         let at = (case / self.stride) % self.thresholds.len() as u64;
         (case - at * self.stride, at as usize)
     }
 
-    /// The places of a group's cases that are in the part.
+    /// Returns the threshold indices of a group's cases in the part.
     fn places(&self, first: u64) -> impl Iterator<Item = usize> {
         (0..self.thresholds.len()).filter(move |&at| self.cases.contains(&(first + at as u64 * self.stride)))
     }
@@ -88,13 +89,13 @@ impl SharedRuns {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether nothing is kept.
+    /// Returns whether there are no stored results.
     #[cfg(test)]
     pub(super) fn is_empty(&self) -> bool {
         self.known().groups.is_empty()
     }
 
-    /// What is known of a case that is written now: it is not needed again.
+    /// Returns the result of a case, if it is known, and marks it as read.
     pub(super) fn take(&self, case: u64) -> Option<Row> {
         let (first, at) = self.place(case);
         let mut known = self.known();
@@ -107,7 +108,7 @@ impl SharedRuns {
         Some(row)
     }
 
-    /// The thresholds below `cap` that are to be tracked in the run of a case, which begins now.
+    /// Returns the thresholds below `cap` to track in the run of a case, which starts now.
     pub(super) fn higher(&self, case: u64, cap: f64) -> Vec<f64> {
         let (first, at) = self.place(case);
         let mut known = self.known();
@@ -118,18 +119,18 @@ impl SharedRuns {
         unknown.filter(|&threshold| threshold > self.thresholds[at] && threshold < cap).collect()
     }
 
-    /// A case that will have to be run some time and that no thread runs now.
+    /// Returns a case that still needs a run and that no thread is computing.
     pub(super) fn ahead(&self) -> Option<u64> {
         let mut known = self.known();
         let first = known.open.pop_first()?;
         let group = known.groups.get(&first)?;
         let unknown = |at: &usize| group.places[*at].is_none();
-        let by_size = |one: &usize, other: &usize| self.thresholds[*one].total_cmp(&self.thresholds[*other]);
-        let lowest = self.places(first).filter(unknown).min_by(by_size)?;
+        let by_threshold = |one: &usize, other: &usize| self.thresholds[*one].total_cmp(&self.thresholds[*other]);
+        let lowest = self.places(first).filter(unknown).min_by(by_threshold)?;
         Some(first + lowest as u64 * self.stride)
     }
 
-    /// Keeps what came out of a case, which is the same for the thresholds that are `equivalent`.
+    /// Stores the result of a case, which is the same for the `equivalent` thresholds.
     pub(super) fn keep(&self, case: u64, row: Row, equivalent: &[f64]) {
         let (first, own) = self.place(case);
         let count = self.thresholds.len();
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_is_there_for_all_that_are_equivalent() {
+    fn a_result_is_known_for_all_equivalent_thresholds() {
         let shared = shared();
         assert!(shared.take(2).is_none());
         assert_eq!(shared.higher(7, 9.0), [3.0, 2.0]);
@@ -183,23 +184,23 @@ mod tests {
         assert_eq!(value(shared.take(3)), None, "another seed");
         shared.keep(12, row(0.7), &[]);
         assert_eq!(value(shared.take(12)), Some(0.7));
-        assert!(shared.is_empty(), "what was read is forgotten");
+        assert!(shared.is_empty(), "results are removed after reading");
     }
 
     #[test]
-    fn what_no_thread_runs_is_run_ahead_from_the_lowest_on() {
+    fn missing_results_are_run_ahead_from_the_lowest_threshold() {
         let shared = shared();
         assert_eq!(shared.ahead(), None);
         shared.keep(1, row(0.1), &[]);
         assert_eq!(shared.ahead(), Some(6));
-        assert_eq!(shared.ahead(), None, "somebody does");
+        assert_eq!(shared.ahead(), None, "the group is in progress");
         assert_eq!(shared.higher(6, 3.0), [2.0]);
         shared.keep(6, row(0.2), &[2.0]);
         assert_eq!((shared.ahead(), value(shared.take(11))), (None, Some(0.2)));
     }
 
     #[test]
-    fn what_is_in_another_part_is_not_tracked() {
+    fn thresholds_of_other_parts_are_not_tracked() {
         let shared = SharedRuns { cases: 4..10, ..shared() };
         assert_eq!(shared.higher(6, 9.0), [0.0; 0]);
         shared.keep(6, row(0.1), &[]);
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn not_more_is_kept_than_fits() {
+    fn the_number_of_stored_results_is_bounded() {
         let shared = shared();
         (0..MAX_KEPT as u64).for_each(|group| shared.keep(group * 15, row(0.0), &[]));
         assert!(shared.known().groups.len() * 3 <= MAX_KEPT + 3);

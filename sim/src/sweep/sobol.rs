@@ -1,9 +1,9 @@
-//! Sobol's sequence: points that fill a cube more evenly than chance does.
+//! Sobol's sequence: points that fill a cube more evenly than random points.
 
-/// How many coordinates a point can have.
+/// Maximum number of coordinates of a point.
 pub const MAX_DIMENSIONS: usize = TABLE.len() + 1;
 
-/// Binary digits of a coordinate: all that a double of [0, 1) can hold without rounding, but one.
+/// Number of binary digits of a coordinate: one less than a double in [0, 1) holds exactly.
 const BITS: u32 = 52;
 
 /// Inner coefficients of the primitive polynomial, and the first direction numbers, of the second coordinate and the
@@ -32,15 +32,15 @@ const TABLE: [(u64, &[u64]); 20] = [
     (4, &[1, 3, 7, 13, 13, 15, 69]),
 ];
 
-/// The sequence in one coordinate.
+/// The sequence of one coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sobol {
-    /// By binary digit of the index, the lowest first; the leading digit of a coordinate is bit 51.
+    /// Direction numbers by binary digit of the index, the lowest first; the leading digit of a coordinate is bit 51.
     directions: [u64; BITS as usize],
 }
 
 impl Sobol {
-    /// The sequence in coordinate `dimension`, below [`MAX_DIMENSIONS`] (those beyond repeat the last one).
+    /// Returns the sequence of coordinate `dimension`, below [`MAX_DIMENSIONS`] (higher ones repeat the last one).
     ///
     /// `m_k = 2 a_1 m_{k-1} ⊕ … ⊕ 2^{s-1} a_{s-1} m_{k-s+1} ⊕ 2^s m_{k-s} ⊕ m_{k-s}`, and `v_k = m_k / 2^k`.
     #[must_use]
@@ -62,10 +62,11 @@ impl Sobol {
         Self { directions }
     }
 
-    /// The coordinate of point `index`, in [0, 1), its binary digits flipped where `shift` has ones in its 52 lowest.
+    /// Returns the coordinate of point `index`, in [0, 1), with its binary digits inverted at the ones in the 52 lowest
+    /// digits of `shift`.
     ///
-    /// Points come in the order of Gray's code, as Antonov and Saleev have them (1979); flipping digits keeps what makes the
-    /// sequence even and takes the first point away from the corner.
+    /// The points are in the order of the Gray code (Antonov and Saleev, 1979). The inversion of digits keeps the
+    /// sequence even and moves the first point away from the corner.
     #[must_use]
     pub fn coordinate(&self, index: u64, shift: u64) -> f64 {
         let mut left = index ^ (index >> 1);

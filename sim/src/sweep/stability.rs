@@ -1,4 +1,4 @@
-//! What can be said of a case's loop without running it, and what small motions come to when it is run.
+//! The stability of a case's closed loop, by analysis and by simulation of small motions.
 
 use std::cell::OnceCell;
 
@@ -7,10 +7,10 @@ use crate::scenario::Scenario;
 use crate::stability::{Analysis, ClosedLoop, LoopSettings, Margins, Mode, Switching, SwitchingSettings};
 use crate::stability_check::{Verdict, simulate};
 
-/// The tissue between whose ends events are certified, in N/m, as `trocar stability` has it where nothing is said.
+/// The tissue stiffnesses between which events are certified, in N/m: the default of `trocar stability`.
 const TISSUE_N_PER_M: (f64, f64) = (50.0, 600.0);
 
-/// A case's loop; each part is computed when it is first asked for.
+/// The closed loop of a case; each part is computed at its first use.
 #[derive(Debug)]
 pub struct LoopOfCase<'a> {
     scenario: &'a Scenario,
@@ -22,7 +22,7 @@ pub struct LoopOfCase<'a> {
 }
 
 impl<'a> LoopOfCase<'a> {
-    /// The loop of a case's scenario.
+    /// Returns the closed loop of a case's scenario.
     #[must_use]
     pub fn new(scenario: &'a Scenario, settings: &'a LoopSettings) -> Self {
         let (closed, mode) = (OnceCell::new(), OnceCell::new());
@@ -59,36 +59,36 @@ impl<'a> LoopOfCase<'a> {
     }
 }
 
-/// A verdict as a number.
-fn yes(holds: bool) -> f64 {
+/// Returns a verdict as a number.
+fn as_number(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
 
 metrics! {
     impl Loop for LoopOfCase<'_> {
-        /// Magnitude of the loop's slowest pole per tick; below 1 motions die out.
+        /// Magnitude of the loop's slowest pole per tick; below 1 motions decay.
         spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
         /// Whether the loop is stable in permanent contact, by its matrices: 1 or 0.
-        is_stable = "is stable", Count, Higher => |l| Some(yes(l.closed()?.is_stable().ok()?));
-        /// Whether a small motion dies out in a run of the engine: 1 or 0; none where it neither decays nor grows.
+        is_stable = "is stable", Count, Higher => |l| Some(as_number(l.closed()?.is_stable().ok()?));
+        /// Whether a small motion decays in a run of the engine: 1 or 0; none if it neither decays nor grows.
         is_stable_simulated = "is stable, simulated", Count, Higher => |l| l.simulated();
         /// Damping ratio of the dominant mode; below 0 it grows.
         damping_ratio = "damping ratio", Number, Higher => |l| Some(l.mode()?.damping_ratio);
         /// Frequency of the dominant mode in Hz.
         frequency_hz = "frequency", Number, Neither => |l| Some(l.mode()?.frequency_hz);
-        /// Rate in 1/s at which the dominant mode grows; below 0 it dies out.
+        /// Growth rate of the dominant mode in 1/s; below 0 it decays.
         growth_per_s = "growth", Number, Lower => |l| Some(l.mode()?.growth_per_s);
-        /// Factor by which the loop's gain may change before it is no longer stable.
+        /// Factor by which the loop's gain may change before the loop becomes unstable.
         gain_margin = "gain margin", Number, Higher => |l| l.margins()?.gain;
-        /// Phase in rad that the loop may lose before it is no longer stable.
+        /// Phase in rad that the loop may lose before it becomes unstable.
         phase_margin_rad = "phase margin", Number, Higher => |l| l.margins()?.phase_rad;
-        /// Delay around the loop that may be added before it is no longer stable.
+        /// Delay that may be added to the loop before it becomes unstable.
         delay_margin_s = "delay margin", Second, Higher => |l| l.margins()?.delay_s;
-        /// Whether it is stable between any passive hand and any passive tissue: 1 or 0.
-        is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(yes(l.ports()?.0));
-        /// Whether the teleoperator gives no power of its own: 1 or 0.
-        is_passive = "is passive", Count, Higher => |l| Some(yes(l.ports()?.1));
-        /// Time of teleoperation between events from which on motions certainly die out, whatever the events.
+        /// Whether the loop is stable with any passive hand and any passive tissue: 1 or 0.
+        is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(as_number(l.ports()?.0));
+        /// Whether the teleoperator is passive: 1 or 0.
+        is_passive = "is passive", Count, Higher => |l| Some(as_number(l.ports()?.1));
+        /// Minimum time of teleoperation between events for which motions certainly decay with any events.
         certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
     }
 }

@@ -167,7 +167,7 @@ fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Resu
         return Ok(Some(own.iter().map(|rupture| Label { time_s: from_s + rupture, kind: None }).collect()));
     }
     let rows = match rows {
-        None => labels::beside(given)?,
+        None => labels::from_sidecar(given)?,
         rows => rows,
     };
     Ok(rows.map(|rows| rows.labels(from_s, to_s)).transpose()?)

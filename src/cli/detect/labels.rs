@@ -55,7 +55,7 @@ fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
 }
 
 /// Returns the rows of the label file in the folder of a recording, if there is one.
-pub(super) fn beside(recording: &str) -> Result<Option<LabelRows>, DetectError> {
+pub(super) fn from_sidecar(recording: &str) -> Result<Option<LabelRows>, DetectError> {
     let Some(path) = sidecar(recording).filter(|path| path.exists()) else { return Ok(None) };
     let rows = open_labels(&path, &Limits::default(), false)?;
     Ok(Some(LabelRows { file: path.display().to_string(), rows }))

@@ -182,7 +182,7 @@ const trocar = (() => {
       if (message.id === request.id) trocarPictures.table(part("metrics").tBodies[0], message.table);
     },
     mapped(message) {
-      if (message.id === mapped.id) trocarMap.show(part("map"), part("map-told"), message);
+      if (message.id === mapped.id) trocarMap.show(part("map"), part("map-text"), message);
     },
     file(message) {
       if (message.id === files.id) save(message.name, new Blob([message.content], { type: "text/plain" }), message.content);
@@ -191,7 +191,7 @@ const trocar = (() => {
       // A key of the page has no line in a file.
       const reason = message.message.replace(/^the page:\d+:\d+: /, "");
       if (message.id === mapped.id) {
-        part("map-told").textContent = reason;
+        part("map-text").textContent = reason;
         return;
       }
       trouble(reason);
@@ -217,7 +217,7 @@ const trocar = (() => {
   /** Sets the controls to a point of the map. One axis sets both delays. */
   function moved(x, y, at) {
     // The axes of the drawn map, because the map of newly selected axes may not have arrived yet.
-    const { x: xAxis, y: yAxis } = trocarMap.told();
+    const { x: xAxis, y: yAxis } = trocarMap.current();
     for (const [key, value] of [[xAxis.key, x], [yAxis.key, y]]) {
       const keys = key === "channel.delay_s" ? ["channel.forward_delay_s", "channel.backward_delay_s"] : [key];
       for (const one of keys) trocarControls.put(one, value);
@@ -267,8 +267,8 @@ const trocar = (() => {
     trocarMap.begin(part("map"), moved);
     trocarListen.begin({ button: part("listen"), output: part("listen-at"), lamp: part("lamp"), volume: part("volume"), scheme: part("listen-scheme") });
     trocarPush.begin({
-      button: part("push"), field: part("field"), felt: part("felt"), feltTold: part("felt-told"), mode: part("push-mode"),
-      strips: part("pushed"), told: part("push-told"), scheme: part("push-scheme"), lamp: part("lamp"), state: current,
+      button: part("push"), field: part("field"), felt: part("felt"), feltText: part("felt-text"), mode: part("push-mode"),
+      strips: part("pushed"), text: part("push-text"), scheme: part("push-scheme"), lamp: part("lamp"), state: current,
     });
     for (const file of ["toml", "csv"]) {
       part(`export-${file}`).addEventListener("click", () => {

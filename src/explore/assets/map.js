@@ -197,6 +197,6 @@ const trocarMap = (() => {
       const { left, top, width, height } = place(canvas);
       return [left + scale(map.x).share(x) * width, top + (1 - scale(map.y).share(y)) * height];
     },
-    told: () => map,
+    current: () => map,
   };
 })();

@@ -111,7 +111,7 @@ const trocarPush = (() => {
     state.maxForce = Math.max(state.maxForce, Math.abs(force));
     parts.felt.style.height = `${(100 * Math.max(0, force)) / state.maxForce}%`;
     parts.felt.classList.toggle("frozen", row[6] === 1);
-    parts.feltTold.textContent = `${force.toFixed(2)} N`;
+    parts.feltText.textContent = `${force.toFixed(2)} N`;
     if (parts.mode.textContent !== MODES[row[6]]) parts.mode.textContent = MODES[row[6]];
     for (const pad of navigator.getGamepads ? navigator.getGamepads() : []) {
       const share = Math.min(1, Math.max(0, force / state.maxForce));
@@ -161,7 +161,7 @@ const trocarPush = (() => {
   function end(text) {
     parts.button.textContent = "Begin";
     parts.mode.textContent = "";
-    parts.told.textContent = text;
+    parts.text.textContent = text;
     parts.felt.style.height = "0";
     parts.felt.classList.remove("frozen");
     if (state) state.ended = true;
@@ -170,12 +170,12 @@ const trocarPush = (() => {
   function begin() {
     const id = trocarLink.ask({ type: "push", state: parts.state(), augmented: parts.scheme.value === "1" });
     if (!id) {
-      parts.told.textContent = "no connection to the server";
+      parts.text.textContent = "no connection to the server";
       return;
     }
     state = newState(id, parts.scheme.value === "1");
     parts.button.textContent = "End";
-    parts.told.textContent = "";
+    parts.text.textContent = "";
     parts.field.focus();
   }
 

@@ -1,16 +1,16 @@
 //! Circles among modules.
 //!
-//! A module and what lies below it are one. In every module, what lies directly below must have an order in which each uses only
-//! those before it. What a module uses of those that it lies in, and of those below it, is no matter: they are one.
+//! A module and its submodules count as one. In every module, the submodules must have an order in which each uses only
+//! earlier ones. Uses of parent modules and of submodules do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::modules::{Modules, Place};
 
-/// Who uses whom.
+/// The uses among modules.
 pub type Graph = BTreeMap<String, BTreeSet<String>>;
 
-/// In every module, which of those directly below it use which.
+/// For every module, the uses among its direct submodules.
 pub fn siblings(modules: &Modules) -> BTreeMap<Place, Graph> {
     let mut graphs: BTreeMap<Place, Graph> = BTreeMap::new();
     for place in modules.places() {
@@ -25,7 +25,7 @@ pub fn siblings(modules: &Modules) -> BTreeMap<Place, Graph> {
     graphs
 }
 
-/// The circles: groups whose every member uses every other one, directly or around.
+/// Returns the circles: groups in which every member uses every other one, directly or indirectly.
 pub fn circles(graph: &Graph) -> BTreeSet<Vec<String>> {
     let reached: BTreeMap<&String, BTreeSet<&String>> = graph.keys().map(|node| (node, reach(graph, node))).collect();
     let circle = |node: &&String| {
@@ -35,7 +35,7 @@ pub fn circles(graph: &Graph) -> BTreeSet<Vec<String>> {
     graph.keys().filter(|node| reached[node].contains(node)).map(|node| circle(&node)).collect()
 }
 
-/// Whom a node uses, directly or around.
+/// Returns the nodes that a node uses, directly or indirectly.
 fn reach<'a>(graph: &'a Graph, from: &String) -> BTreeSet<&'a String> {
     let mut reached = BTreeSet::new();
     let mut open: Vec<&String> = graph.get(from).into_iter().flatten().collect();

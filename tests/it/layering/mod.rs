@@ -1,4 +1,4 @@
-//! The plan of the house: a room knows only the floors below its own, on floor 2 no sibling, and no modules form a circle.
+//! The layers: a module uses only modules of lower layers, on layer 2 no sibling, and no modules form a circle.
 
 mod circles;
 pub mod modules;
@@ -10,11 +10,12 @@ use super::support::file;
 use circles::{Graph, circles, siblings};
 use modules::{Modules, Place};
 
-/// The packages' folders, and what their code is called in another package.
+/// The folders of the packages, and their crate names.
 const PACKAGES: [(&str, &str); 5] =
     [("core", "trocar_core"), ("sim", "trocar_sim"), ("report", "trocar_report"), (".", "trocar"), ("python", "_core")];
 
-/// Every room with its floor; the parts of a controller, which are the package core, lie below the simulator's. A room is a module at the top of its package, and the whole of trocar-report is one.
+/// Every module with its layer; the parts of a controller, which are the package core, are below those of the
+/// simulator. A module is at the top of its package; the whole of trocar-report counts as one.
 const ROOMS: [(&str, u8); 32] = [
     ("error", 0),
     ("lane", 0),
@@ -54,12 +55,12 @@ fn floor(room: &str) -> Option<u8> {
     ROOMS.iter().find(|(name, _)| *name == room).map(|(_, floor)| *floor)
 }
 
-/// The room of a module, or of what a path names; none for a package's root.
+/// Returns the top module of a module or path; `None` for the root of a package.
 fn room<'a>(package: &str, words: &'a [String]) -> Option<&'a str> {
     if package == "trocar_report" { Some("report") } else { words.first().map(String::as_str) }
 }
 
-/// What is wrong with a module of a package: the rooms that it must not know.
+/// Returns the forbidden uses of a module of a package.
 fn offences(package: &str, modules: &Modules, place: &Place) -> BTreeSet<String> {
     let Some(own) = room(package, place) else { return BTreeSet::new() };
     let own_floor = floor(own).unwrap_or_else(|| panic!("{own} has no floor: give it one here"));
@@ -72,7 +73,7 @@ fn offences(package: &str, modules: &Modules, place: &Place) -> BTreeSet<String>
         let Some(used) = room(other.unwrap_or(package), &path[1..]) else { continue };
         let offends = match floor(used) {
             _ if used == own => false,
-            // What the engine does is to be foretold, not looked up.
+            // The linear analysis predicts the engine and must not use it.
             Some(_) if own == "stability" && used == "engine" => true,
             Some(floor) => floor > own_floor || (own_floor == 2 && floor == 2),
             None => false,

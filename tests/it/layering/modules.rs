@@ -1,4 +1,4 @@
-//! The modules of a package and what each of them refers to, read off the source text.
+//! The modules of a package and their references, from the source text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -6,29 +6,30 @@ use std::path::Path;
 
 use super::words::words;
 
-/// A module's place below its package's root: `["figures", "canvas"]`; the root's is empty.
+/// The path of a module from the root of its package: `["figures", "canvas"]`; empty for the root.
 pub type Place = Vec<String>;
 
-/// Words joined by `::`.
+/// The words of a path.
 type Words = Vec<String>;
 
-/// The modules of one package that have a file of their own, without tests.
+/// The modules of one package with their own files, without tests.
 #[derive(Default)]
 pub struct Modules(BTreeMap<Place, Module>);
 
 #[derive(Default)]
 struct Module {
-    /// Every path of a `use`, and every other one that begins with `crate`, `super`, `self` or a package of this project.
+    /// Every path of a `use`, and every other path that starts with `crate`, `super`, `self` or a package of this
+    /// project.
     paths: Vec<Words>,
-    /// What `use` brings in, by the name that it has here.
+    /// The imports, by their local names.
     imports: BTreeMap<String, Words>,
-    /// Those of the imports that are for everybody.
+    /// The public imports.
     exports: BTreeSet<String>,
     words: Words,
 }
 
 impl Modules {
-    /// Those of the package in a folder.
+    /// Returns the modules of the package in a folder.
     pub fn of_package(folder: &Path) -> Self {
         let mut modules = Self::default();
         modules.read_folder(&folder.join("src"), &Place::new());
@@ -78,39 +79,40 @@ impl Modules {
         module.words.extend(words);
     }
 
-    /// Every module's place.
+    /// Returns the paths of all modules.
     pub fn places(&self) -> impl Iterator<Item = &Place> {
         self.0.keys()
     }
 
-    /// The words of a module's code.
+    /// Returns the words of a module's code.
     pub fn words(&self, place: &Place) -> &[String] {
         &self.0[place].words
     }
 
-    /// The names that a module re-exports to everybody.
+    /// Returns the names that a module re-exports publicly.
     pub fn exports(&self, place: &Place) -> impl Iterator<Item = &String> {
         self.0[place].exports.iter()
     }
 
-    /// Every path that a module refers to: from `crate` or from another package.
+    /// Returns the paths that a module refers to: from `crate` or from another package.
     pub fn paths<'a>(&'a self, place: &'a Place) -> impl Iterator<Item = Words> + 'a {
         self.0[place].paths.iter().map(|path| self.absolute(place, path))
     }
 
-    /// The modules of this package that a module refers to. A name that a module re-exports counts as one of the module that it
-    /// comes from.
+    /// Returns the modules of this package that a module refers to. A re-exported name counts for the module that
+    /// defines it.
     pub fn used(&self, place: &Place) -> Vec<Place> {
         self.0[place].paths.iter().filter_map(|path| Some(self.definition(place, path, 0).ok()?.0)).collect()
     }
 
-    /// Where that is defined which has a name in a module: the module and the name there, or else the path into another package.
+    /// Returns the definition of a name in a module: the defining module and the name there, or the path into another
+    /// package.
     pub fn named(&self, place: &Place, name: &str) -> Result<(Place, Words), Words> {
         let here = [vec!["crate".to_owned()], place.clone(), vec![name.to_owned()]].concat();
         self.definition(place, &here, 0)
     }
 
-    /// A path as it reads from the package's root; one into another package as it is.
+    /// Returns a path from the root of the package; a path into another package is unchanged.
     fn absolute(&self, place: &Place, path: &[String]) -> Words {
         let ups = path.iter().take_while(|word| *word == "super").count();
         let (from, rest) = match path[0].as_str() {
@@ -123,8 +125,8 @@ impl Modules {
         ["crate".to_owned()].iter().chain(from).chain(rest).cloned().collect()
     }
 
-    /// Where that is defined what a path in a module names: the module and what is left of the path there, or else the path into
-    /// another package.
+    /// Returns the definition of a path in a module: the defining module and the rest of the path there, or the path
+    /// into another package.
     fn definition(&self, place: &Place, path: &[String], depth: usize) -> Result<(Place, Words), Words> {
         assert!(depth < 20, "{path:?} in {place:?} has no end");
         let absolute = self.absolute(place, path);
@@ -151,7 +153,7 @@ fn below(place: &Place, name: &str) -> Place {
     place.iter().cloned().chain([name.to_owned()]).collect()
 }
 
-/// Reads `a::{b, c::d as e}`: its paths, each with the name that it brings in.
+/// Parses `a::{b, c::d as e}` into paths, each with its local name.
 struct PathTree<'a> {
     words: &'a [String],
     at: usize,

@@ -1,7 +1,7 @@
-//! Rust source as a list of words, well enough to find paths in it.
+//! Rust source as a list of words, sufficient to find paths.
 
-/// The words and marks of a source text, `::`, `->` and `=>` as one: without comments, strings, letters in quotes, lifetimes' marks, and without
-/// `#[cfg(test)] mod name { … }`.
+/// Returns the words and marks of a source text, with `::`, `->` and `=>` as one mark each, without comments, strings,
+/// character literals, lifetime marks, and `#[cfg(test)] mod name { … }`.
 pub fn words(text: &str) -> Vec<String> {
     let mut words = vec![];
     let mut rest = text;
@@ -29,7 +29,7 @@ pub fn words(text: &str) -> Vec<String> {
     without_tests(words)
 }
 
-/// The length of the string or the letter in quotes that a text begins with.
+/// Returns the length of the string or character literal at the start of a text.
 fn string(text: &str) -> Option<usize> {
     let raw = text.strip_prefix('b').unwrap_or(text).strip_prefix('r');
     if let Some(raw) = raw {
@@ -49,7 +49,7 @@ fn string(text: &str) -> Option<usize> {
                 letters.next();
             }
             _ if c == quote => return (quote == '"' || count > 0).then_some(at + 1),
-            // `'a` is a lifetime; only an escape has more than one letter.
+            // `'a` is a lifetime; only an escaped character literal has more than one character.
             _ if quote == '\'' && count == 1 && !text.starts_with("'\\") => return None,
             _ => {}
         }

@@ -1,4 +1,4 @@
-//! Systems whose exact responses are known, shared by the tests of every floor.
+//! Systems with known exact responses, shared by the tests of all layers.
 
 use nalgebra::{DMatrix, dmatrix};
 use trocar::lti::{Continuous, StateSpace};

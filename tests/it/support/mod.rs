@@ -1,4 +1,4 @@
-//! What several test files need: reading a table of numbers, comparing columns, building an insertion by hand.
+//! Common code of the tests: reading a table of numbers, comparing columns, building an insertion by hand.
 
 pub mod closed_forms;
 pub mod pair;
@@ -21,12 +21,12 @@ use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, Pa
 use trocar::time::TickGrid;
 use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
 
-/// A file of the project.
+/// Returns the path of a file of the project.
 pub fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// The Rust files in a folder and in those inside it, added to `files`.
+/// Appends the Rust files in a folder and its subfolders to `files`.
 pub fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -38,7 +38,7 @@ pub fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The columns of a CSV file of numbers, by name.
+/// Returns the columns of a CSV file of numbers, by name.
 pub fn table(path: &str) -> HashMap<String, Vec<f64>> {
     let mut reader = csv::Reader::from_path(file(path)).expect("the file is there");
     let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
@@ -51,7 +51,8 @@ pub fn table(path: &str) -> HashMap<String, Vec<f64>> {
     columns
 }
 
-/// Largest difference between a computed column, thinned by `every`, and the expected one, relative to its peak.
+/// Returns the maximum difference between a computed column, thinned by `every`, and the expected one, relative to its
+/// peak.
 pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
     let thinned: Vec<f64> = computed.iter().step_by(every).copied().collect();
     assert!(thinned.len() >= expected.len(), "{} rows computed, {} expected", thinned.len(), expected.len());
@@ -60,7 +61,7 @@ pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
     expected.iter().zip(&thinned).map(|(e, c)| (e - c).abs()).fold(0.0, f64::max) / peak
 }
 
-/// `x_h, v_h, F_h, x_e, v_e` of plants that are driven by given inputs `(x_d, F_ed, x_ref)`.
+/// Returns `x_h, v_h, F_h, x_e, v_e` of plants with given inputs `(x_d, F_ed, x_ref)`.
 pub fn drive(mut plants: impl Plants<f64>, ticks: usize, input: impl Fn(usize) -> (f64, f64, f64)) -> [Vec<f64>; 5] {
     let mut columns: [Vec<f64>; 5] = Default::default();
     for k in 0..ticks {

@@ -1,4 +1,4 @@
-//! Two lanes, the plainest there can be, to hold what is written for any width against one.
+//! A simple implementation of two lanes, to compare code for any width with a single lane.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -16,7 +16,7 @@ impl Pair {
     fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self([f(self.0[0], other.0[0]), f(self.0[1], other.0[1])])
     }
-    fn ask(self, other: Self, f: impl Fn(f64, f64) -> bool) -> PairMask {
+    fn compare(self, other: Self, f: impl Fn(f64, f64) -> bool) -> PairMask {
         PairMask([f(self.0[0], other.0[0]), f(self.0[1], other.0[1])])
     }
 }
@@ -97,10 +97,10 @@ impl Lane for Pair {
         self.with(other, Lane::max)
     }
     fn lt(self, other: Self) -> PairMask {
-        self.ask(other, |a, b| a < b)
+        self.compare(other, |a, b| a < b)
     }
     fn le(self, other: Self) -> PairMask {
-        self.ask(other, |a, b| a <= b)
+        self.compare(other, |a, b| a <= b)
     }
     fn select(mask: PairMask, chosen: Self, otherwise: Self) -> Self {
         let pick = |i: usize| if mask.0[i] { chosen.0[i] } else { otherwise.0[i] };

@@ -1,4 +1,4 @@
-//! The page's server, as the tests run it.
+//! The server of the page for tests.
 
 use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
@@ -8,23 +8,24 @@ use std::process::{Child, Command, Stdio};
 pub struct Running(Child);
 
 impl Running {
-    /// Starts a program whose standard output is read up to a line that tells something; the rest is read and dropped.
-    pub fn start<T>(command: &mut Command, tells: impl Fn(&str) -> Option<T>) -> Option<(Self, T)> {
+    /// Starts a program and reads its standard output up to a line for which `parse` returns a value; the rest is read
+    /// and dropped.
+    pub fn start<T>(command: &mut Command, parse: impl Fn(&str) -> Option<T>) -> Option<(Self, T)> {
         let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().ok()?;
         let mut lines = BufReader::new(child.stdout.take()?).lines();
-        let told = lines.by_ref().map_while(Result::ok).find_map(|line| tells(&line));
+        let value = lines.by_ref().map_while(Result::ok).find_map(|line| parse(&line));
         let running = Self(child);
-        // Whoever writes to a pipe that nobody reads waits for ever.
+        // A process that writes to a full pipe blocks.
         std::thread::spawn(move || lines.for_each(drop));
-        Some((running, told?))
+        Some((running, value?))
     }
 
-    /// Its process.
+    /// Returns the process id.
     pub fn id(&self) -> u32 {
         self.0.id()
     }
 
-    /// Waits for its end; gives the exit code.
+    /// Waits for the end and returns the exit code.
     pub fn wait(&mut self) -> Option<i32> {
         self.0.wait().ok()?.code()
     }
@@ -37,7 +38,7 @@ impl Drop for Running {
     }
 }
 
-/// Serves a scenario's page on a free port, by the program of this build or by the one that `TROCAR_BIN` names.
+/// Serves the page of a scenario on a free port, with the program of this build or the one in `TROCAR_BIN`.
 pub fn explore(arguments: &[&str]) -> (Running, SocketAddr) {
     let program = std::env::var_os("TROCAR_BIN").unwrap_or_else(|| env!("CARGO_BIN_EXE_trocar").into());
     let mut command = Command::new(program);

@@ -1,4 +1,4 @@
-//! A folder of its own to run trocar in.
+//! A temporary folder to run trocar in.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 /// The folder.
 pub struct TestFolder(TempDir);
 
-/// What a command came to.
+/// The outcome of a command.
 pub struct Outcome {
     pub code: i32,
     pub out: String,
@@ -48,7 +48,7 @@ impl TestFolder {
         self.fed(arguments, b"")
     }
 
-    /// Runs trocar with something on standard input.
+    /// Runs trocar with an input on standard input.
     pub fn fed(&self, arguments: &[&str], input: &[u8]) -> Outcome {
         let output = self.command(arguments).write_stdin(input).output().expect("ran");
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
@@ -61,7 +61,7 @@ impl TestFolder {
         outcome.out
     }
 
-    /// Runs what must be refused: exit code 2, nothing printed, nothing written. Gives the message.
+    /// Runs a command that must be rejected: exit code 2, no output, no file. Returns the message.
     pub fn refusal(&self, arguments: &[&str]) -> String {
         let before = self.state();
         let outcome = self.trocar(arguments);
@@ -71,7 +71,7 @@ impl TestFolder {
         outcome.err
     }
 
-    /// Runs what must be refused, with every phrase in the message.
+    /// Runs a command that must be rejected, and checks that its message has all phrases.
     pub fn refused(&self, arguments: &[&str], phrases: &[&str]) {
         let message = self.refusal(arguments);
         for phrase in phrases {
@@ -79,7 +79,7 @@ impl TestFolder {
         }
     }
 
-    /// Runs what must be refused, one command a line; gives what a person would see.
+    /// Runs commands that must be rejected, one per line, and returns the messages as displayed.
     pub fn refusals(&self, commands: &str) -> String {
         let seen = |line: &str| {
             let arguments: Vec<&str> = line.split_whitespace().collect();
@@ -88,7 +88,7 @@ impl TestFolder {
         commands.lines().filter(|line| !line.trim().is_empty()).map(seen).collect()
     }
 
-    /// Every file below a folder, with its content.
+    /// Returns every file below a folder, with its content.
     pub fn files(&self, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let folder = self.path(below);
         let read = |path: PathBuf| {
@@ -98,7 +98,7 @@ impl TestFolder {
         files_below(&folder).into_iter().map(read).collect()
     }
 
-    /// Every file with its length and the time of its last change: a file of a gigabyte is not read for this.
+    /// Returns every file with its length and modification time, without reading it.
     fn state(&self) -> BTreeMap<PathBuf, (u64, SystemTime)> {
         let look = |path: PathBuf| {
             let about = fs::metadata(&path).expect("there");

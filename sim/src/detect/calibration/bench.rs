@@ -1,4 +1,4 @@
-//! Where candidates are made, tried and chosen from.
+//! Candidate settings: their construction, their test with probes, and the choice of the best.
 
 use super::contact::{ContactRule, contact};
 use super::excursions::{excursions, is_rupture};
@@ -6,41 +6,42 @@ use super::probe::{Fall, delays};
 use super::run_length::{Tails, WANTED, average_run_length, threshold_for};
 use super::signal::{Residuals, Signal};
 use super::spread::{median, min_step, noise_std, quantile, root_mean_square};
-use super::{Calibration, CalibrationError, CalibrationRequest, Candidate, FEWEST_SAMPLES, Whiteness};
+use super::{Calibration, CalibrationError, CalibrationRequest, Candidate, MIN_SAMPLES, Whiteness};
 use crate::detection::{ArmingSettings, CusumSettings, DetectorSettings, DistanceKind, Hypotheses};
 use crate::estimation::RlsSettings;
 use crate::scenario::DetectionSpec;
 
-/// Memories that are tried, in corrections; the first is kept unless another does better.
+/// Memories that are tried, in corrections; the first one is kept unless another one scores higher.
 const MEMORIES: [f64; 5] = [10.0, 5.0, 7.0, 14.0, 20.0];
 const FULL_GAIN_DEPTH_M: f64 = 1e-3;
 const GAIN_RATIO: f64 = 10.0;
 
-/// `N_0` in standard deviations of the noise, and the least, in N.
+/// Dead zone `N_0` in standard deviations of the noise, and its minimum in N.
 const DEAD_ZONE_STDS: f64 = 2.0;
 const MIN_DEAD_ZONE_N: f64 = 1e-3;
 
 const BLOCK_S: f64 = 0.1;
-const FEWEST_BLOCKS: usize = 5;
-/// The share of blocks that are no louder than `σ_0`: first with ruptures among them, then without.
+const MIN_BLOCKS: usize = 5;
+/// The share of blocks whose root mean square does not exceed `σ_0`: in the first pass with ruptures, then without.
 const FIRST_SHARE: f64 = 0.75;
 const QUIET_SHARE: f64 = 0.9;
 
-/// What is left out around a rupture, in s.
+/// Time that is excluded before and after a rupture, in s.
 const BEFORE_RUPTURE_S: f64 = 20e-3;
 const AFTER_RUPTURE_S: f64 = 0.3;
 
-/// The threshold over the largest harmless excursion.
+/// Ratio of the threshold to the largest harmless excursion.
 const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
-/// A needle that a person pushes recoils at some 0.7 mm/s when the slave's controller settles.
+/// A needle pushed by hand recoils at about 0.7 mm/s when the slave's controller settles.
 const MIN_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
-/// Probes: how far apart and how many, how far from the ends and from ruptures, what force they need, what they take.
+/// Probes: their distance and number, their distances from the ends, from ruptures and from the contact, the minimum
+/// force, and the share of the force that remains.
 const PROBE_EVERY_S: f64 = 0.1;
 const MAX_PROBES: usize = 40;
-const FEWEST_PROBES: usize = 5;
+const MIN_PROBES: usize = 5;
 const PROBES_FROM_S: f64 = 0.7;
 const PROBES_TO_END_S: f64 = 0.6;
 const PROBE_CLEARANCE_S: f64 = 0.4;
@@ -49,8 +50,8 @@ const MIN_PROBED_N: f64 = 0.5;
 const REMAINING_SHARE: f64 = 0.5;
 const HARMLESS_PENALTY: f64 = 3.0;
 
-/// What every candidate shares.
-pub(super) struct Bench<'a> {
+/// The data that all candidates share.
+pub(super) struct CandidateBench<'a> {
     signal: Signal<'a>,
     request: &'a CalibrationRequest,
     labels: Vec<usize>,
@@ -58,12 +59,12 @@ pub(super) struct Bench<'a> {
     noise_n: f64,
     contact: (f64, ContactRule),
     withdrawal_m_per_s: f64,
-    /// Drift and threshold of the wanted run length for a variance of 1.
+    /// Drift, and threshold of the wanted run length, for a variance of 1.
     drift: f64,
     threshold: f64,
 }
 
-/// A stretch's quiet, and the settings that follow from it.
+/// The quiet parts of a signal, and the standard deviation of the residual in them.
 struct Quiet {
     std_n: f64,
     blocks: usize,
@@ -72,7 +73,7 @@ struct Quiet {
     residuals: Residuals,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> CandidateBench<'a> {
     pub(super) fn new(
         signal: Signal<'a>,
         spec: &DetectionSpec,
@@ -83,7 +84,7 @@ impl<'a> Bench<'a> {
         let sample = |time_s: f64| ((time_s / signal.interval_s).round() as usize).min(count);
         let quiet = request.quiet_s.map(|(from_s, to_s)| sample(from_s)..sample(to_s));
         if let (Some(range), Some((from_s, to_s))) = (&quiet, request.quiet_s)
-            && range.len() < FEWEST_SAMPLES
+            && range.len() < MIN_SAMPLES
         {
             let first_s = count as f64 * signal.interval_s;
             return Err(CalibrationError::NoQuiet { from_s, to_s, samples: range.len(), first_s });
@@ -152,7 +153,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The settings for a memory, not probed yet.
+    /// Returns the settings for a memory, before the probes.
     fn candidate(&self, memory_updates: f64) -> (Candidate, Quiet) {
         let dead_zone_n = (DEAD_ZONE_STDS * self.noise_n).max(min_step(self.signal.force_n)).max(MIN_DEAD_ZONE_N);
         let dead_zone_n = rounded(dead_zone_n);
@@ -190,7 +191,7 @@ impl<'a> Bench<'a> {
         (candidate, quiet)
     }
 
-    /// Where the residual is quiet, and how quiet, but no quieter than `min_n`.
+    /// Returns the quiet parts of the residual, with a standard deviation of at least `min_n`.
     fn quiet_of(&self, residuals: Residuals, min_n: f64) -> Quiet {
         let count = residuals.residual_n.len();
         let first = residuals.depth_m.iter().position(|&depth_m| depth_m > 0.0).unwrap_or(count);
@@ -202,14 +203,14 @@ impl<'a> Bench<'a> {
             let std_n = root_mean_square(&residuals.residual_n[range.clone()]).max(min_n);
             return Quiet { std_n, blocks: 1, usable, ruptures: vec![], residuals };
         }
-        let strike = |usable: &mut [bool], from: usize, to: usize| {
+        let exclude = |usable: &mut [bool], from: usize, to: usize| {
             let from = from.saturating_sub(self.signal.samples_in(BEFORE_RUPTURE_S, 1));
             let to = to.saturating_add(self.signal.samples_in(AFTER_RUPTURE_S, 1)).min(count);
             usable[from.min(to)..to].fill(false);
         };
         let mut ruptures = self.labels.clone();
         for &label in &self.labels {
-            strike(&mut usable, label, label);
+            exclude(&mut usable, label, label);
         }
         let first_std_n = self.block_std(&residuals, &usable, FIRST_SHARE).map_or(min_n, |(std_n, _)| std_n);
         let variance = first_std_n.max(min_n).powi(2);
@@ -220,7 +221,7 @@ impl<'a> Bench<'a> {
                 && usable[excursion.peak_at]
                 && is_rupture(&self.signal, crossing, self.noise_n)
             {
-                strike(&mut usable, excursion.from, excursion.to);
+                exclude(&mut usable, excursion.from, excursion.to);
                 ruptures.push(crossing);
             }
         }
@@ -229,29 +230,30 @@ impl<'a> Bench<'a> {
         Quiet { std_n: std_n.max(min_n), blocks, usable, ruptures, residuals }
     }
 
-    /// The root mean square that a share of the usable blocks does not exceed, and how many there are; none of too few.
+    /// Returns the root mean square that a share of the usable blocks does not exceed, and the number of blocks; `None`
+    /// for too few.
     fn block_std(&self, residuals: &Residuals, usable: &[bool], share: f64) -> Option<(f64, usize)> {
         let length = self.signal.samples_in(BLOCK_S, 10);
         let blocks = residuals.residual_n.chunks_exact(length).zip(usable.chunks_exact(length));
-        let loudness: Vec<f64> = blocks
+        let mean_squares: Vec<f64> = blocks
             .filter(|(_, usable)| usable.iter().all(|&usable| usable))
             .map(|(residual, _)| root_mean_square(residual).powi(2))
             .collect();
-        let count = loudness.len();
-        if count < FEWEST_BLOCKS { None } else { Some((quantile(loudness, share)?.sqrt(), count)) }
+        let count = mean_squares.len();
+        if count < MIN_BLOCKS { None } else { Some((quantile(mean_squares, share)?.sqrt(), count)) }
     }
 
-    /// Where ruptures are put in: in contact, inserting, under load, away from ruptures and from the ends.
+    /// Returns the samples of the probes: in contact, inserting, under load, away from ruptures and from the ends.
     fn probes(&self, ruptures: &[usize]) -> Vec<usize> {
         let signal = &self.signal;
         let samples_in = |time_s: f64| signal.samples_in(time_s, 1);
         let end = signal.force_n.len().saturating_sub(samples_in(PROBES_TO_END_S));
         let min_n = MIN_PROBED_N.max(10.0 * self.noise_n);
-        let touches = |sample: usize| signal.position_m[sample] > self.contact.0;
+        let in_contact = |sample: usize| signal.position_m[sample] > self.contact.0;
         let suits = |&sample: &usize| {
             let clear = ruptures.iter().all(|rupture| rupture.abs_diff(sample) >= samples_in(PROBE_CLEARANCE_S));
             let inserting = signal.velocity_m_per_s[sample] > -self.withdrawal_m_per_s;
-            let touching = touches(sample) && touches(sample.saturating_sub(samples_in(PROBE_CONTACT_S)));
+            let touching = in_contact(sample) && in_contact(sample.saturating_sub(samples_in(PROBE_CONTACT_S)));
             clear && inserting && touching && signal.force_n[sample] > min_n
         };
         let all: Vec<usize> =
@@ -260,9 +262,9 @@ impl<'a> Bench<'a> {
         all.into_iter().step_by(stride).collect()
     }
 
-    /// A candidate with what it makes of the probes.
+    /// Returns a candidate with its results on the probes.
     fn probed(&self, mut candidate: Candidate, probes: &[usize]) -> Candidate {
-        if probes.len() < FEWEST_PROBES {
+        if probes.len() < MIN_PROBES {
             return candidate;
         }
         let share = |duration_s: f64| {
@@ -280,17 +282,17 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// What is maximised over the candidates.
+/// Returns the score that the choice maximises.
 fn score(candidate: &Candidate) -> f64 {
     candidate.found_share.unwrap_or(0.0) - HARMLESS_PENALTY * candidate.harmless_share.unwrap_or(0.0)
 }
 
-/// Four significant digits, as a person would write a setting.
+/// Rounds a setting to four significant digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// The longest run of `true`; none where there is none.
+/// Returns the longest run of `true`, if any.
 fn longest_run(flags: &[bool]) -> Option<std::ops::Range<usize>> {
     let mut longest: Option<std::ops::Range<usize>> = None;
     let mut start = 0;

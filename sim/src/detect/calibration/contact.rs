@@ -1,42 +1,45 @@
-//! Where the tissue begins, told from a recording.
+//! Estimation of the contact position from a recording.
 
 use serde::Serialize;
 
 use super::spread::median;
 
-/// How the contact was found.
+/// The rule that gives the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactRule {
-    /// It was given.
+    /// The user gives the contact.
     Given,
-    /// Below it the force is noise.
+    /// Below the contact the force is noise.
     FirstForce,
-    /// The needle is loaded throughout: the line through force and position, up to the largest force, drawn on to no force.
+    /// The needle is loaded throughout: the line of force on position, up to the maximum force, is extrapolated to zero
+    /// force.
     Extrapolated,
-    /// Force does not grow with position: 5 mm below the lowest one, where the estimator's gain is full.
+    /// The force does not grow with position: 5 mm below the lowest position, where the estimator's gain is full.
     Lowest,
 }
 
-/// A force is noise below so many of its standard deviations, and at least below [`MIN_FORCE_N`].
+/// A force counts as noise below this many standard deviations, and below [`MIN_FORCE_N`].
 const NOISE_STDS: f64 = 6.0;
 const MIN_FORCE_N: f64 = 0.05;
-/// The share of samples, from the lowest position on, whose force may be more than noise before contact.
+/// The maximum share of samples, from the lowest position on, whose force exceeds the noise before contact.
 const STRAY_SHARE: f64 = 0.02;
-/// The share of samples, and the fewest, that tell whether the lowest positions are free.
+/// One in this many samples, and at least this number, decide whether the needle is free at the lowest positions.
 const LOWEST_SHARE: usize = 20;
-const FEWEST_LOWEST: usize = 20;
-/// Without a contact every sample is to count, with the full gain that the estimator has some way below the contact.
+const MIN_LOWEST: usize = 20;
+/// Without a contact, every sample counts with the full gain, which the estimator reaches some distance below the
+/// contact.
 const BELOW_LOWEST_M: f64 = 5e-3;
 
-/// Where contact begins in m, and how that was found, from positions (m), forces (N) and the forces' noise (N).
+/// Returns the contact in m and its rule, from positions (m), forces (N) and the standard deviation of the force noise
+/// (N).
 #[must_use]
 pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64, ContactRule) {
     let mut samples: Vec<(f64, f64)> = position_m.iter().copied().zip(force_n.iter().copied()).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     let Some(&(lowest_m, _)) = samples.first() else { return (0.0, ContactRule::Lowest) };
     let free_below_n = (NOISE_STDS * noise_n).max(MIN_FORCE_N);
-    let lowest = &samples[..samples.len().min((samples.len() / LOWEST_SHARE).max(FEWEST_LOWEST))];
+    let lowest = &samples[..samples.len().min((samples.len() / LOWEST_SHARE).max(MIN_LOWEST))];
     let median_of = |part: fn(f64) -> f64| median(&lowest.iter().map(|sample| part(sample.1)).collect::<Vec<_>>());
     if median_of(f64::abs).unwrap_or(0.0) < free_below_n {
         let mut strays = 0.0;
@@ -50,24 +53,24 @@ pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64
         return (contact_m, ContactRule::FirstForce);
     }
     let loaded = median_of(|force| force).unwrap_or(0.0) > 0.0;
-    // What lies beyond the largest force may have ruptured.
+    // Beyond the maximum force, the tissue may have ruptured.
     let largest = samples.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(lowest_m, |sample| sample.0);
     let loading = &samples[..samples.partition_point(|sample| sample.0 <= largest)];
-    match no_force_at(loading).filter(|_| loaded) {
+    match zero_force_position_m(loading).filter(|_| loaded) {
         Some(contact_m) => (contact_m.min(lowest_m), ContactRule::Extrapolated),
         None => (lowest_m - BELOW_LOWEST_M, ContactRule::Lowest),
     }
 }
 
-/// Where the line through the samples (least squares of force on position) has no force; none unless force grows with
-/// position.
-fn no_force_at(samples: &[(f64, f64)]) -> Option<f64> {
+/// Returns the position of zero force on the least-squares line of force on position; `None` unless the force grows
+/// with position.
+fn zero_force_position_m(samples: &[(f64, f64)]) -> Option<f64> {
     let count = samples.len() as f64;
     let mean = |part: fn(&(f64, f64)) -> f64| samples.iter().map(part).sum::<f64>() / count;
     let (mean_m, mean_n) = (mean(|sample| sample.0), mean(|sample| sample.1));
     let spread = samples.iter().map(|sample| (sample.0 - mean_m).powi(2)).sum::<f64>();
-    let together = samples.iter().map(|sample| (sample.0 - mean_m) * (sample.1 - mean_n)).sum::<f64>();
-    let stiffness = together / spread;
+    let covariance = samples.iter().map(|sample| (sample.0 - mean_m) * (sample.1 - mean_n)).sum::<f64>();
+    let stiffness = covariance / spread;
     (stiffness > 0.0 && stiffness.is_finite()).then(|| mean_m - mean_n / stiffness)
 }
 
@@ -90,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spring_that_is_never_left_is_drawn_on_to_no_force() {
+    fn a_spring_that_is_always_loaded_is_extrapolated_to_zero_force() {
         let (position, force) = ramp(9, 11, |p| 3000.0 * (p - 6.3e-3));
         let (contact_m, rule) = contact(&position, &force, 1e-3);
         assert!((contact_m - 6.3e-3).abs() < 1e-9, "{contact_m}");
@@ -98,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_ruptured_does_not_bend_the_line() {
+    fn samples_after_a_rupture_do_not_change_the_line() {
         let (position, force) = ramp(9, 13, |p| if p < 0.01127 { 3000.0 * (p - 6.3e-3) } else { 0.01 });
         let (contact_m, rule) = contact(&position, &force, 1e-3);
         assert!((contact_m - 6.3e-3).abs() < 1e-9, "{contact_m}");

@@ -1,37 +1,38 @@
-//! Excursions of the decision: from 0 up and back to 0; and which of them were ruptures.
+//! Excursions of the decision from 0 and back to 0, and which of them are ruptures.
 
 use super::signal::{Residuals, Signal};
 use super::spread::median;
 
-/// The decision is held at so many thresholds, lest one rupture hide what follows it.
+/// Cap of the decision in thresholds, so that one rupture does not hide the next.
 const CAP_THRESHOLDS: f64 = 20.0;
 
-/// A rupture is looked back on: the force some 15 ms before it, and the lowest within 100 ms after, each a median.
+/// A rupture is recognised afterwards, from the force some 15 ms before it and the minimum within 100 ms after it, each
+/// a median.
 const BEFORE_S: f64 = 20e-3;
 const AFTER_S: f64 = 100e-3;
 const MEDIAN_S: f64 = 5e-3;
-/// It takes at least this share of the force, so many standard deviations of the noise and so many N with it.
+/// Minimum drop of a rupture: as a share of the force, in standard deviations of the noise, and in N.
 const MIN_SHARE: f64 = 0.25;
 const NOISE_STDS: f64 = 10.0;
 const MIN_DROP_N: f64 = 0.5;
-/// The needle has not been drawn back by more than this meanwhile, in m.
+/// Maximum withdrawal of the needle during the drop, in m.
 const MAX_WITHDRAWAL_M: f64 = 0.2e-3;
 
-/// A rise of the decision on drops.
+/// An excursion of the decision on squared drops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Excursion {
     /// The first sample above 0, and the first one back at 0.
     pub(super) from: usize,
     pub(super) to: usize,
-    /// Where it first crosses the threshold.
+    /// First sample above the threshold.
     pub(super) crossing: Option<usize>,
-    /// Its largest value where an alarm could be taken, in N², and the sample.
+    /// Maximum while an alarm is possible, in N², and its sample.
     pub(super) peak: f64,
     pub(super) peak_at: usize,
 }
 
-/// The excursions of a CUSUM on squared drops with a drift and a threshold in N², without arming; those that an alarm
-/// could never come from (out of contact, or withdrawing faster than `withdrawal_m_per_s`) are left out.
+/// Returns the excursions of a CUSUM on squared drops with a drift and a threshold in N², without arming. Excursions
+/// that cannot raise an alarm (out of contact, or withdrawing faster than `withdrawal_m_per_s`) are omitted.
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,
@@ -64,8 +65,8 @@ pub(super) fn excursions(
     found
 }
 
-/// Whether the force fell for good at a sample, as no detector could know yet: by a quarter, by half a newton and well beyond the noise,
-/// within 100 ms, while the needle was not drawn back.
+/// Returns whether the force drops permanently at a sample: within 100 ms by a quarter, by 0.5 N and well beyond the
+/// noise, while the needle is not withdrawn. A detector cannot use this rule, because it needs later samples.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);
@@ -87,7 +88,8 @@ pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> 
 mod tests {
     use super::*;
 
-    /// A force of 4 N that falls to `to` N at sample 500, at 1 kHz, while the needle goes on or is drawn back.
+    /// Returns position, velocity and force of 4 N that falls to `to` N at sample 500, at 1 kHz, with a constant
+    /// velocity.
     fn fall(to: f64, velocity_m_per_s: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let force = (0..1000).map(|k| if k < 500 { 4.0 } else { to }).collect();
         let position = (0..1000).map(|k| 0.05 + 1e-3 * velocity_m_per_s * f64::from(k)).collect();
@@ -101,10 +103,10 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_falls_while_the_needle_goes_on_is_a_rupture() {
+    fn a_force_that_drops_during_insertion_is_a_rupture() {
         assert!(ruptures(1.0, 0.01, 0.02));
         assert!(!ruptures(3.2, 0.01, 0.02), "a fifth of the force");
-        assert!(!ruptures(1.0, -0.1, 0.02), "the needle is drawn back");
+        assert!(!ruptures(1.0, -0.1, 0.02), "the needle is withdrawn");
         assert!(!ruptures(1.0, 0.01, 0.5), "within the noise");
     }
 

@@ -1,23 +1,28 @@
-//! Settings of estimator and detector from the beginning of a recording, for a wanted interval between false alarms.
+//! Calibration: settings of estimator and detector from the beginning of a recording, for a wanted time between false
+//! alarms.
 //!
 //! # The rule
-//! 1. *Noise* `σ_n` of the force: from second differences (`spread`). Dead zone `N_0 = 2 σ_n`, at least the force's
-//!    resolution and 1 mN. With 3 σ_n the estimator's bias within the dead zone outgrows the noise.
-//! 2. *Contact*, unless given: where force begins, or the line through force and position ends (`contact`).
-//! 3. *Quiet spread* `σ_0`: the residual's root mean square (its bias included) that nine tenths of blocks of 0.1 s do not
-//!    exceed, of those in contact, settled and without a rupture. Ruptures are those that hindsight shows: the decision
-//!    crosses, and the force falls by a quarter within 0.1 s while the needle is not drawn back (`excursions`).
-//!    A segment may be given instead.
-//! 4. *Drift* `ν`: where the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the paper's ratio (4.6):
-//!    `ν = σ_0² ln(r) r / (r - 1)`. The paper's own, halfway between the variances, lies ten times higher.
-//! 5. *Threshold* `γ`: the one for which the average run length to a false alarm is as wanted ([`run_length`]), and at
-//!    least twice the largest harmless excursion of the decision in the segment, as no real residual is white.
-//! 6. *Memory* of the estimator, in corrections: of those tried, the one that best tells the slowest rupture from the
-//!    fastest harmless change, both put into the recording at up to forty moments (`probe`). Finding a rupture counts
-//!    1, an alarm at a harmless change -3; the middle one is kept unless another does better.
-//! 7. *Withdrawal speed* above which nothing counts: three standard deviations of the velocity's noise, at least 1 mm/s.
+//! 1. *Noise* `σ_n` of the force: from second differences (`spread`). Dead zone `N_0 = 2 σ_n`, at least the force
+//!    resolution and 1 mN. With 3 σ_n the estimator's bias within the dead zone exceeds the noise.
+//! 2. *Contact*, unless given: the position at which the force begins, or the zero of the line of force on position
+//!    (`contact`).
+//! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual (its bias included) that nine tenths of
+//!    the blocks of 0.1 s do not exceed, of the blocks in contact, settled and without a rupture. A rupture is
+//!    recognised afterwards: the decision crosses the threshold, and the force falls by a quarter within 0.1 s while
+//!    the needle is not withdrawn (`excursions`). The user can give a quiet segment instead.
+//! 4. *Drift* `ν`: the value at which the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the
+//!    paper's ratio (4.6): `ν = σ_0² ln(r) r / (r - 1)`. The paper's own drift, halfway between the variances, is ten
+//!    times higher.
+//! 5. *Threshold* `γ`: gives the wanted average run length to a false alarm ([`run_length`]), and is at least twice the
+//!    largest harmless excursion of the decision in the segment, because a real residual is not white.
+//! 6. *Memory* of the estimator, in corrections: the value that best separates the slowest rupture from the fastest
+//!    harmless change, which are added to the recording at up to forty samples (`probe`). The detection of a rupture
+//!    scores 1, an alarm at a harmless change -3. The default of 10 is kept unless another value scores higher.
+//! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise, at least 1
+//!    mm/s.
 //!
-//! The distance is the squared drop: the residual of a tissue that stiffens is large too, and disarms the detector of e².
+//! The distance is the squared drop. The residual of a tissue that stiffens is also large, and would disarm a detector
+//! with the distance e².
 
 mod bench;
 mod contact;
@@ -39,117 +44,117 @@ use crate::detection::DetectorSettings;
 use crate::error::InvalidValue;
 use crate::estimation::{RlsSettings, VelocityFilter};
 use crate::scenario::DetectionSpec;
-use bench::Bench;
+use bench::CandidateBench;
 use signal::Signal;
 
-/// The fewest samples that a calibration can be made of.
-const FEWEST_SAMPLES: usize = 100;
+/// Minimum number of samples for a calibration.
+const MIN_SAMPLES: usize = 100;
 
-/// Settings that were tried.
+/// Candidate settings with their test results.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Corrections between two restorations of the estimator's gain.
+    /// Number of corrections between two resets of the estimator's gain.
     pub memory_updates: f64,
-    /// Where the tissue is taken to begin, in m.
+    /// Assumed contact position, in m.
     pub contact_m: f64,
     /// The estimator.
     pub estimator: RlsSettings,
     /// The detector.
     pub detector: DetectorSettings,
-    /// The threshold that the wanted run length alone asks for, in N².
+    /// Threshold that gives the wanted run length, in N².
     pub run_length_threshold: f64,
     /// The largest harmless excursion of the decision, in N².
     pub harmless_peak: f64,
-    /// Share of the slowest ruptures put into the recording that are found; none where there was room for none.
+    /// Share of the added slowest ruptures that are detected; `None` if there is room for too few probes.
     pub found_share: Option<f64>,
-    /// Median delay of those that are found, in s.
+    /// Median delay of these detections, in s.
     pub delay_s: Option<f64>,
-    /// Share of the fastest harmless changes put into the recording that raise an alarm.
+    /// Share of the added fastest harmless changes that raise an alarm.
     pub harmless_share: Option<f64>,
 }
 
-/// What came out.
+/// The result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// How much of the recording was looked at, in s.
+    /// Duration of the evaluated part of the recording, in s.
     pub looked_at_s: f64,
     /// Interval between two samples, in s.
     pub interval_s: f64,
-    /// `σ_n`: the force's white noise, in N.
+    /// `σ_n`: standard deviation of the white noise of the force, in N.
     pub noise_std_n: f64,
-    /// How the contact was found.
+    /// The rule that gave the contact.
     pub contact_rule: ContactRule,
     /// `σ_0` in N.
     pub quiet_std_n: f64,
-    /// Blocks that `σ_0` was taken from; 0 where there were too few and it is the noise's.
+    /// Number of blocks that give `σ_0`; 0 if there were too few, and `σ_0` follows from the noise.
     pub quiet_blocks: usize,
-    /// The longest stretch without a rupture, in contact and settled, in s after the first sample.
+    /// The longest interval without a rupture, in contact and settled, in s after the first sample.
     pub quiet_segment_s: Option<(f64, f64)>,
-    /// Whether the residual in that stretch is white and Gaussian.
+    /// Test of the residual in that interval for white Gaussian noise.
     pub whiteness: Option<Whiteness>,
-    /// The ruptures that hindsight shows, in s after the first sample.
+    /// The recognised ruptures, in s after the first sample.
     pub ruptures_s: Vec<f64>,
-    /// How many probes were put into the recording.
+    /// Number of probes that were added to the recording.
     pub probes: usize,
-    /// Every memory that was tried, in ascending order.
+    /// The candidates, one per memory, in ascending order.
     pub candidates: Vec<Candidate>,
-    /// Which one was taken.
+    /// Index of the chosen candidate.
     pub chosen: usize,
-    /// Predicted interval between false alarms on white noise of `σ_0`, in s.
+    /// Predicted time between false alarms on white noise of `σ_0`, in s.
     pub false_alarm_s: f64,
 }
 
 impl Calibration {
-    /// The settings that were chosen.
+    /// Returns the chosen settings.
     #[must_use]
     pub fn settings(&self) -> &Candidate {
         &self.candidates[self.chosen]
     }
 }
 
-/// Why a recording cannot be calibrated on.
+/// The error of a calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     /// A setting of the request or of the recording is out of range.
     #[error(transparent)]
     Invalid(#[from] InvalidValue),
-    /// There is too little of it.
+    /// The recording is too short.
     #[error(
-        "{samples} samples are too few to calibrate on, at least {FEWEST_SAMPLES} are needed; give a longer recording or --first-s"
+        "{samples} samples are too few for a calibration, which needs at least {MIN_SAMPLES}; give a longer recording or --first-s"
     )]
     TooShort {
-        /// How many there are.
+        /// Number of samples.
         samples: usize,
     },
-    /// No threshold can be found for so long or so short a time between false alarms.
+    /// No threshold gives the wanted time between false alarms.
     #[error(
-        "--false-alarm-s is {wanted_s:?}, must be from {min_s:.3e} to {max_s:.3e} s: 2 to 1e10 samples of this recording, as longer run lengths are not told apart"
+        "--false-alarm-s is {wanted_s:?}, must be from {min_s:.3e} to {max_s:.3e} s: 2 to 1e10 samples of this recording; longer run lengths cannot be distinguished"
     )]
     FalseAlarm {
-        /// What was wanted, in s.
+        /// Wanted time, in s.
         wanted_s: f64,
-        /// The least, in s.
+        /// Minimum, in s.
         min_s: f64,
-        /// The most, in s.
+        /// Maximum, in s.
         max_s: f64,
     },
-    /// The quiet segment holds too little.
+    /// The quiet segment is too short.
     #[error(
-        "the quiet segment from {from_s} to {to_s} s holds {samples} samples of the first {first_s} s, at least {FEWEST_SAMPLES} are needed; move --quiet-s or --first-s"
+        "the quiet segment from {from_s} to {to_s} s has {samples} samples of the first {first_s} s, but needs at least {MIN_SAMPLES}; move --quiet-s or --first-s"
     )]
     NoQuiet {
-        /// Its beginning, in s.
+        /// Start, in s.
         from_s: f64,
-        /// Its end, in s.
+        /// End, in s.
         to_s: f64,
-        /// How many samples it has.
+        /// Number of samples.
         samples: usize,
-        /// How much was looked at, in s.
+        /// Duration of the evaluated part, in s.
         first_s: f64,
     },
 }
 
-/// Calibrates on the beginning of a recording; labelled ruptures in it are left out of what is quiet.
+/// Calibrates on the beginning of a recording; labelled ruptures are excluded from the quiet parts.
 ///
 /// # Errors
 /// [`CalibrationError`].
@@ -166,7 +171,7 @@ pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<C
         }
     };
     let count = ((request.first_s / interval_s).ceil() as usize).min(force_n.len());
-    if count < FEWEST_SAMPLES {
+    if count < MIN_SAMPLES {
         return Err(CalibrationError::TooShort { samples: count });
     }
     let signal = Signal {
@@ -175,5 +180,5 @@ pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<C
         velocity_m_per_s: &velocity_m_per_s[..count],
         force_n: &force_n[..count],
     };
-    Bench::new(signal, spec, request)?.calibrate()
+    CandidateBench::new(signal, spec, request)?.calibrate()
 }

@@ -1,20 +1,20 @@
-//! Ruptures that are put into a recording, to see whether and when settings find them.
+//! Probes: ruptures that are added to a recording, to test whether and when settings detect them.
 
 use super::Candidate;
 use super::signal::{Residuals, Signal};
 
-/// How much of the signal before a probe the estimator and the detector are given, and at least after it, in s.
+/// Duration of the evaluated signal before a probe, and the minimum after it, in s.
 const BEFORE_S: f64 = 0.6;
 const AFTER_S: f64 = 0.1;
 
-/// The samples with which a force falls from one moment on: linearly, to a share of what it was, and stays there.
+/// A linear fall of the force to a share of its value, at which it stays.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fall {
     pub(super) duration_s: f64,
     pub(super) remaining_share: f64,
 }
 
-/// The delay in s of the first alarm after each probe; none where there is none.
+/// Returns the delay in s of the first alarm after each probe, if any.
 pub(super) fn delays(signal: &Signal<'_>, probes: &[usize], fall: Fall, candidate: &Candidate) -> Vec<Option<f64>> {
     probes.iter().map(|&probe| delay(signal, probe, fall, candidate)).collect()
 }

@@ -1,15 +1,15 @@
-//! What a calibration is asked for.
+//! The settings of a calibration.
 
 use crate::error::{InvalidValue, positive, require};
 
-/// What a calibration is to achieve, and from what.
+/// The settings of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CalibrationRequest {
-    /// How much of the recording is looked at, from its first sample on, in s, above 0.
+    /// Duration of the evaluated part of the recording, from its first sample, in s, above 0.
     pub first_s: f64,
-    /// The quiet segment in s after the first sample, if it is given and not found.
+    /// The quiet segment in s after the first sample; `None` to find it.
     pub quiet_s: Option<(f64, f64)>,
-    /// Whether `estimator.contact_m` is taken as it is.
+    /// Whether `estimator.contact_m` is kept.
     pub keeps_contact: bool,
     /// Wanted time between false alarms, in s, above 0.
     pub false_alarm_s: f64,
@@ -36,14 +36,14 @@ impl Default for CalibrationRequest {
 }
 
 impl CalibrationRequest {
-    /// The drift for a quiet variance of 1: where the likelihood ratio of eq. 23 changes its sign.
+    /// Returns the drift for a quiet variance of 1, at which the likelihood ratio of eq. 23 changes its sign.
     #[must_use]
     pub fn drift(&self) -> f64 {
         let ratio = self.variance_ratio;
         ratio.ln() * ratio / (ratio - 1.0)
     }
 
-    /// Checks the ranges that the fields state.
+    /// Checks the ranges of the fields.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the option that is out of range.

@@ -1,4 +1,4 @@
-//! How many samples pass before a CUSUM alarms on noise alone.
+//! Average run length: the number of samples before a CUSUM alarms on noise alone.
 //!
 //! The average run length (ARL) of `g_k = max(g_{k-1} + s_k - ν, 0)`, alarm at `g_k > γ`, from `g_0 = 0`, with
 //! `s_k = x_k²` of independent standard normal `x_k`, is `L(0)` of the integral equation of Page (1954)
@@ -7,10 +7,10 @@
 //! L(z) = 1 + L(0) F(ν - z) + ∫₀^γ L(y) f(y - z + ν) dy
 //! ```
 //!
-//! where `F` and `f` are distribution and density of `s`. The Markov chain of Brook and Evans (1972) takes `L` to be
-//! constant on each of its states, which serves a χ² density, infinite at 0, badly. Here `L` is continuous and linear
-//! between nodes and the products with `f` are integrated exactly, as Knoth (2006, *Computational Statistics & Data
-//! Analysis* 51) does with other elements for the CUSUM of a variance.
+//! where `F` and `f` are distribution and density of `s`. The Markov chain of Brook and Evans (1972) takes `L` as
+//! constant on each state, which is inaccurate for a χ² density, infinite at 0. Here `L` is continuous and linear
+//! between nodes, and the products with `f` are integrated exactly, as in Knoth (2006, *Computational Statistics & Data
+//! Analysis* 51) with other elements for the CUSUM of a variance.
 //!
 //! Decisions and drifts are in units of the noise's variance, run lengths in samples.
 
@@ -22,17 +22,17 @@ use rayon::prelude::*;
 
 use crate::detection::DistanceKind;
 
-/// Which samples of a symmetric noise add to the decision.
+/// The samples of a symmetric noise that add to the decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tails {
-    /// All of them: `s = x²`.
+    /// All samples: `s = x²`.
     Both,
-    /// Those below 0: `s = x²` for `x < 0`, else 0.
+    /// The samples below 0: `s = x²` for `x < 0`, else 0.
     Lower,
 }
 
 impl Tails {
-    /// The share of samples that add.
+    /// Returns the share of samples that add to the decision.
     fn share(self) -> f64 {
         match self {
             Self::Both => 1.0,
@@ -42,7 +42,7 @@ impl Tails {
 }
 
 impl Tails {
-    /// The name of the distance whose samples they are.
+    /// Returns the name of the corresponding distance.
     #[must_use]
     pub fn distance(self) -> &'static str {
         match self {
@@ -52,10 +52,10 @@ impl Tails {
     }
 }
 
-/// A run length predicted and simulated.
+/// A predicted and a simulated run length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunLength {
-    /// Which samples add.
+    /// Samples that add to the decision.
     pub tails: Tails,
     /// Drift, in variances.
     pub drift: f64,
@@ -65,12 +65,12 @@ pub struct RunLength {
     pub predicted: f64,
     /// Average over simulated runs, in samples.
     pub simulated: f64,
-    /// How many there were: the average is known to one over the root of that.
+    /// Number of simulated runs: the relative standard error of the average is one over its square root.
     pub alarms: u64,
 }
 
-/// Runs that are simulated together, on one stream of random numbers.
-const RUNS_TOGETHER: u64 = 32;
+/// Number of runs per random stream.
+const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {
     /// Predicts the run length of the threshold for a wanted one, and simulates `alarms` runs (a multiple of 32) in
@@ -78,34 +78,34 @@ impl RunLength {
     #[must_use]
     pub fn check(tails: Tails, drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(tails, drift, wanted);
-        let chunks = alarms.div_ceil(RUNS_TOGETHER);
+        let chunks = alarms.div_ceil(RUNS_PER_STREAM);
         let samples: u64 = (0..chunks)
             .into_par_iter()
             .map(|chunk| {
-                // Another stream for every chunk of every length.
+                // Every chunk of every run length has its own stream.
                 let seed = (wanted as u64).wrapping_mul(2) + u64::from(tails == Tails::Lower) + (chunk << 40);
-                let samples = simulate(tails, drift, threshold, RUNS_TOGETHER, seed);
+                let samples = simulate(tails, drift, threshold, RUNS_PER_STREAM, seed);
                 done();
                 samples
             })
             .sum();
-        let alarms = chunks * RUNS_TOGETHER;
+        let alarms = chunks * RUNS_PER_STREAM;
         let predicted = average_run_length(tails, drift, threshold);
         Self { tails, drift, threshold, predicted, simulated: samples as f64 / alarms as f64, alarms }
     }
 }
 
-/// Nodes per unit of the decision, and the fewest and most of them.
+/// Nodes per unit of the decision, and their minimum and maximum number.
 const NODES_PER_UNIT: f64 = 10.0;
 const NODES: (f64, f64) = (60.0, 700.0);
 
-/// The largest run length that is told apart, in samples: beyond it the equation's solution is rounding.
+/// Maximum run length, in samples: beyond it, rounding errors dominate the solution of the equation.
 pub const LONGEST: f64 = 1e12;
 
-/// The run lengths that a threshold can be found for, in samples.
+/// Run lengths for which a threshold can be found, in samples.
 pub const WANTED: std::ops::RangeInclusive<f64> = 2.0..=1e10;
 
-/// Distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
+/// Returns the distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
 fn chi_square(u: f64) -> (f64, f64) {
     if u <= 0.0 {
         return (0.0, 0.0);
@@ -114,21 +114,21 @@ fn chi_square(u: f64) -> (f64, f64) {
     (distribution, distribution - (2.0 * u / std::f64::consts::PI).sqrt() * (-u / 2.0).exp())
 }
 
-/// The average run length in samples for a drift `ν > 0` and a threshold `γ > 0`; at most [`LONGEST`].
+/// Returns the average run length in samples for a drift `ν > 0` and a threshold `γ > 0`, at most [`LONGEST`].
 #[must_use]
 pub fn average_run_length(tails: Tails, drift: f64, threshold: f64) -> f64 {
     let elements = (threshold * NODES_PER_UNIT).ceil().clamp(NODES.0, NODES.1) as usize;
     on_elements(tails, drift, threshold, elements)
 }
 
-/// The same on a given number of elements.
+/// [`average_run_length`] with a given number of elements.
 fn on_elements(tails: Tails, drift: f64, threshold: f64, elements: usize) -> f64 {
     let width = threshold / elements as f64;
     let share = tails.share();
     let mut equations = DMatrix::<f64>::identity(elements + 1, elements + 1);
     for row in 0..=elements {
         let from = row as f64 * width;
-        // What s must be for the next decision to be at a node, and below it.
+        // The s for which the next decision is at a node, and the distribution and moment below it.
         let at = |node: usize| {
             let s = node as f64 * width - from + drift;
             let (below, mean) = chi_square(s);
@@ -146,14 +146,14 @@ fn on_elements(tails: Tails, drift: f64, threshold: f64, elements: usize) -> f64
         }
     }
     let solution = equations.lu().solve(&DVector::from_element(elements + 1, 1.0));
-    // A run so long that the matrix is singular to rounding is longer than any that is asked for.
+    // If the matrix is singular to rounding, the run length exceeds every wanted one.
     match solution.map(|length| length[0]) {
         Some(length) if (1.0..LONGEST).contains(&length) => length,
         _ => LONGEST,
     }
 }
 
-/// The threshold whose average run length is `samples` (of [`WANTED`]), to a ten-thousandth of itself.
+/// Returns the threshold whose average run length is `samples` (of [`WANTED`]), with a relative error of 1e-4.
 #[must_use]
 pub fn threshold_for(tails: Tails, drift: f64, samples: f64) -> f64 {
     let (mut low, mut high) = (1e-3_f64, 1.0_f64);
@@ -172,8 +172,8 @@ pub fn threshold_for(tails: Tails, drift: f64, samples: f64) -> f64 {
     high
 }
 
-/// The samples of `alarms` runs on simulated noise, in all: divided by `alarms` it is the average run length. The same
-/// seed gives the same count.
+/// Returns the total number of samples of `alarms` runs on simulated noise: divided by `alarms`, it is the average run
+/// length. The same seed gives the same count.
 #[must_use]
 pub fn simulate(tails: Tails, drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);
@@ -195,8 +195,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn with_a_threshold_of_almost_nothing_it_is_a_coin() {
-        // An alarm as soon as one sample exceeds the drift: geometric.
+    fn with_a_threshold_near_zero_the_run_length_is_geometric() {
+        // One sample above the drift raises an alarm.
         let drift = 1.7;
         let exceeds = 1.0 - chi_square(drift).0;
         for (tails, exceeds) in [(Tails::Both, exceeds), (Tails::Lower, exceeds / 2.0)] {
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn predicted_and_simulated_run_lengths_agree_within_10_percent() {
-        // 2000 alarms: the mean of the simulated ones is known to 2.2 %.
+        // With 2000 alarms, the standard error of the simulated mean is 2.2 %.
         for tails in [Tails::Both, Tails::Lower] {
             for (drift, wanted) in [(1.5, 1e3), (2.56, 1e3), (4.65, 1e4)] {
                 let threshold = threshold_for(tails, drift, wanted);

@@ -1,4 +1,4 @@
-//! The samples that a calibration looks at, and what an estimator makes of them.
+//! The samples of a calibration, and the residuals of an estimator on them.
 
 use crate::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
 use crate::estimation::{AnyEstimator, Estimator, RlsSettings};
@@ -13,19 +13,19 @@ pub(super) struct Signal<'a> {
 }
 
 impl Signal<'_> {
-    /// The whole number of samples in a time, at least `least`.
-    pub(super) fn samples_in(&self, time_s: f64, least: usize) -> usize {
-        ((time_s / self.interval_s) as usize).max(least)
+    /// Returns the number of samples in a time, at least `min`.
+    pub(super) fn samples_in(&self, time_s: f64, min: usize) -> usize {
+        ((time_s / self.interval_s) as usize).max(min)
     }
 }
 
-/// What an estimator expects of each sample.
+/// The residual, prediction and depth of each sample.
 #[derive(Debug, Clone)]
 pub(super) struct Residuals {
     pub(super) residual_n: Vec<f64>,
     pub(super) predicted_n: Vec<f64>,
     pub(super) depth_m: Vec<f64>,
-    /// The same, as detectors take it.
+    /// The inputs of a detector.
     pub(super) evidence: Vec<Evidence<f64>>,
 }
 
@@ -52,13 +52,13 @@ impl Residuals {
         residuals
     }
 
-    /// What a sample adds to a decision on drops, in N².
+    /// Returns the squared drop of a sample, in N².
     pub(super) fn squared_drop(&self, sample: usize) -> f64 {
         let residual = self.residual_n[sample];
         if residual < 0.0 && self.predicted_n[sample] > 0.0 { residual * residual } else { 0.0 }
     }
 
-    /// The samples at which a detector alarms.
+    /// Returns the samples at which a detector alarms.
     pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
         let mut detector = CusumDetector::<f64>::new(settings, signal.interval_s);
         let evidence = self.evidence.iter().enumerate();

@@ -1,36 +1,36 @@
-//! How noisy a signal is, told from how it changes from sample to sample.
+//! The noise of a signal, from its differences between samples.
 
 use crate::quantiles;
 
-/// Samples of a block over which noise is averaged.
+/// Number of samples per block, over which the noise is averaged.
 const NOISE_BLOCK: usize = 50;
-/// The share of blocks that are no noisier than what is given.
+/// The share of blocks whose noise does not exceed the result.
 const NOISE_SHARE: f64 = 0.75;
 
-/// The value below which a `share` (0 to 1) of the values lies, linear between them; none of nothing.
+/// Returns the quantile of a `share` (0 to 1), linear between the values; `None` without values.
 #[must_use]
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     quantiles::quantile(values.len() as u64, share, |rank| values[rank as usize])
 }
 
-/// The middle value; none of nothing.
+/// Returns the median; `None` without values.
 #[must_use]
 pub(super) fn median(values: &[f64]) -> Option<f64> {
     quantile(values.to_vec(), 0.5)
 }
 
-/// Root of the mean square; 0 of nothing.
+/// Returns the root mean square; 0 without values.
 #[must_use]
 pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Standard deviation of a signal's white noise.
+/// Returns the standard deviation of the white noise of a signal.
 ///
-/// The second difference of white noise has six times its variance, while what is smooth over three samples drops out of
-/// it. Blocks of 50 samples differ, as an encoder is quiet at rest and a rupture is none of the noise: three quarters of
-/// them are no noisier than the result. 0 for fewer than three samples.
+/// The second difference of white noise has six times its variance, and a component that is smooth over three samples
+/// cancels. Blocks of 50 samples differ: an encoder is quiet at rest, and a rupture is not noise. The noise of three
+/// quarters of the blocks does not exceed the result. 0 for fewer than three samples.
 #[must_use]
 pub(super) fn noise_std(signal: &[f64]) -> f64 {
     let second: Vec<f64> = signal.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]) / 6.0_f64.sqrt()).collect();
@@ -39,7 +39,8 @@ pub(super) fn noise_std(signal: &[f64]) -> f64 {
     quantile(blocks, NOISE_SHARE).unwrap_or_else(|| root_mean_square(&second))
 }
 
-/// The smallest step between two samples that differ: the signal's resolution, or its digits; 0 for a constant.
+/// Returns the smallest step between two different samples: the resolution of the signal or of its digits; 0 for a
+/// constant.
 #[must_use]
 pub(super) fn min_step(signal: &[f64]) -> f64 {
     let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 1e-9);
@@ -68,7 +69,7 @@ mod tests {
             })
             .collect();
         let found = noise_std(&noisy);
-        // The upper quarter of a hundred blocks, each known to 10 %.
+        // The upper quartile of a hundred blocks, each with a standard error of 10 %.
         assert!((0.019..0.024).contains(&found), "{found}");
     }
 
@@ -80,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_step_is_the_resolution() {
+    fn the_smallest_step_is_the_resolution() {
         assert!((min_step(&[0.0, 0.5, 0.5, 0.75, 0.25]) - 0.25).abs() < 1e-12);
         assert_eq!(min_step(&[1.0; 5]), 0.0);
     }

@@ -1,20 +1,20 @@
-//! Whether a residual is what the run length assumes: independent and Gaussian.
+//! Test of the assumption of the run length: an independent Gaussian residual.
 
 use serde::Serialize;
 
-/// Lags of the Ljung-Box test; even, so that its χ² has a closed form.
+/// Number of lags of the Ljung-Box test; even, so that its χ² distribution has a closed form.
 pub const LAGS: usize = 20;
 
-/// What a stretch of residuals looks like.
+/// The results of the tests of residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Whiteness {
-    /// How many samples there were.
+    /// Number of samples.
     pub samples: usize,
     /// Correlation of one sample with the next, -1 to 1.
     pub lag_one_correlation: f64,
     /// Statistic of Ljung and Box (1978) over [`LAGS`] lags.
     pub ljung_box: f64,
-    /// How likely a statistic at least as large is for a white residual, 0 to 1.
+    /// Probability of a statistic at least as large for a white residual, 0 to 1.
     pub ljung_box_p: f64,
     /// Third standardised moment; 0 for a Gaussian.
     pub skewness: f64,
@@ -22,12 +22,12 @@ pub struct Whiteness {
     pub excess_kurtosis: f64,
     /// Statistic of Jarque and Bera (1980).
     pub jarque_bera: f64,
-    /// How likely a statistic at least as large is for a Gaussian residual, 0 to 1.
+    /// Probability of a statistic at least as large for a Gaussian residual, 0 to 1.
     pub jarque_bera_p: f64,
 }
 
 impl Whiteness {
-    /// Tests residuals; none for fewer than five times [`LAGS`] of them, or when they do not vary.
+    /// Tests residuals; `None` for fewer than five times [`LAGS`] of them, or for a constant.
     #[must_use]
     pub fn of(residual: &[f64]) -> Option<Self> {
         let count = residual.len() as f64;
@@ -35,7 +35,7 @@ impl Whiteness {
         let centred: Vec<f64> = residual.iter().map(|e| e - mean).collect();
         let moment = |power: i32| centred.iter().map(|e| e.powi(power)).sum::<f64>() / count;
         let variance = moment(2);
-        // What is left of a constant after taking off its mean is rounding.
+        // A constant less its mean is rounding error.
         let varies = variance > (1e-12 * mean).powi(2);
         if residual.len() < 5 * LAGS || !varies {
             return None;
@@ -62,7 +62,8 @@ impl Whiteness {
     }
 }
 
-/// How likely a χ² of an even number of degrees of freedom exceeds `x`: `e^{-x/2} Σ_{k<n/2} (x/2)^k / k!`.
+/// Returns the probability that a χ² variable with an even number of degrees of freedom exceeds `x`: `e^{-x/2}
+/// Σ_{k<n/2} (x/2)^k / k!`.
 fn chi_square_tail(x: f64, degrees: usize) -> f64 {
     let half = x / 2.0;
     let mut term = (-half).exp();
@@ -87,17 +88,17 @@ mod tests {
     }
 
     #[test]
-    fn white_gaussian_noise_is_refused_as_often_as_the_level_says() {
+    fn white_gaussian_noise_is_rejected_at_the_rate_of_the_level() {
         let tests: Vec<Whiteness> = (0..400).filter_map(|seed| Whiteness::of(&noise(seed, 1000))).collect();
-        let refused = |p: fn(&Whiteness) -> f64| tests.iter().filter(|test| p(test) < 0.05).count();
+        let rejected = |p: fn(&Whiteness) -> f64| tests.iter().filter(|test| p(test) < 0.05).count();
         // 20 of 400 are expected; 7 to 35 is three standard deviations and the tests' own small-sample error.
-        for count in [refused(|test| test.ljung_box_p), refused(|test| test.jarque_bera_p)] {
+        for count in [rejected(|test| test.ljung_box_p), rejected(|test| test.jarque_bera_p)] {
             assert!((7..=35).contains(&count), "{count}");
         }
     }
 
     #[test]
-    fn what_is_not_white_or_not_gaussian_is_refused() {
+    fn residuals_that_are_not_white_or_not_gaussian_are_rejected() {
         let white = noise(1, 2000);
         let mut coloured = vec![0.0; 2000];
         for k in 1..2000 {
@@ -117,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn too_little_says_nothing() {
+    fn too_few_or_constant_samples_give_no_result() {
         assert_eq!(Whiteness::of(&noise(1, 99)), None);
         assert_eq!(Whiteness::of(&[0.3; 500]), None);
     }

@@ -1,10 +1,10 @@
-//! A stream against the file that it would have been, and a stream as a rig spoils it.
+//! Streams compared with files of the same samples, and streams with lost, late and repeated samples.
 
 use super::super::detect;
 use super::*;
 use crate::scenario::{DetectionSpec, Values};
 
-/// The shipped insertion with settings of one's own.
+/// The shipped insertion with given settings.
 fn insertion(settings: &[&str]) -> DetectionSpec {
     let mut all = vec!["recording.file=builtin:in_vivo_like.csv".to_owned()];
     all.extend(settings.iter().map(|&setting| setting.to_owned()));
@@ -25,7 +25,7 @@ fn samples(spec: &DetectionSpec) -> Vec<LiveSample> {
         .collect()
 }
 
-/// What a stream comes to: its ticks, its oddities, its summary.
+/// Returns the ticks, the anomalies and the summary of a stream.
 fn stream(
     spec: &DetectionSpec,
     interval_s: Option<f64>,
@@ -33,11 +33,11 @@ fn stream(
     samples: &[LiveSample],
 ) -> (Vec<LiveStep>, Vec<TimestampAnomaly>, LiveSummary) {
     let mut live = LiveDetector::new(spec.settings.clone(), interval_s, velocity).expect("valid");
-    let (mut ticks, mut oddities) = (vec![], vec![]);
+    let (mut ticks, mut anomalies) = (vec![], vec![]);
     for sample in samples {
-        oddities.extend(live.take(sample, |tick| ticks.push(*tick)).expect("an interval"));
+        anomalies.extend(live.take(sample, |tick| ticks.push(*tick)).expect("an interval"));
     }
-    (ticks, oddities, live.summary())
+    (ticks, anomalies, live.summary())
 }
 
 fn alarms_s(ticks: &[LiveStep]) -> Vec<f64> {
@@ -47,7 +47,7 @@ fn alarms_s(ticks: &[LiveStep]) -> Vec<f64> {
 const MEASURED: &str = "recording.columns.velocity_m_per_s=velocity_m_per_s";
 
 #[test]
-fn an_even_stream_gives_the_bits_of_its_file() {
+fn an_even_stream_is_identical_to_its_file_bit_for_bit() {
     let given = "sensor.position_resolution_m=1e-6";
     for (settings, velocity) in
         [(MEASURED, VelocitySource::Measured), (given, VelocitySource::Filtered { step_m: 1e-6 })]
@@ -55,8 +55,8 @@ fn an_even_stream_gives_the_bits_of_its_file() {
         let spec = insertion(&[settings]);
         let file = detect(&spec).expect("valid");
         assert_eq!(file.alarms.len(), 2);
-        let (ticks, oddities, summary) = stream(&spec, Some(file.interval_s), velocity, &samples(&spec));
-        assert!(oddities.is_empty());
+        let (ticks, anomalies, summary) = stream(&spec, Some(file.interval_s), velocity, &samples(&spec));
+        assert!(anomalies.is_empty());
         assert_eq!((ticks.len(), summary.alarms, summary.restarts), (file.time_s.len(), 2, 0));
         for (k, tick) in ticks.iter().enumerate() {
             assert_eq!((tick.time_s, tick.sample), (file.time_s[k], k as u64));
@@ -90,8 +90,8 @@ fn lost_samples_are_interpolated() {
     let spec = insertion(&[MEASURED]);
     let all = samples(&spec);
     let kept: Vec<LiveSample> = (0..all.len()).filter(|k| k % 7 != 2).map(|k| all[k]).collect();
-    let (ticks, oddities, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &kept);
-    assert!(oddities.is_empty());
+    let (ticks, anomalies, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &kept);
+    assert!(anomalies.is_empty());
     assert_eq!((ticks.len(), summary.interpolated as usize), (all.len(), all.len() - kept.len()));
     for (tick, sample) in ticks.iter().zip(&all) {
         assert!((tick.time_s - sample.time_s).abs() < 1e-9);
@@ -105,36 +105,36 @@ fn lost_samples_are_interpolated() {
 }
 
 #[test]
-fn after_a_gap_all_begins_anew_and_the_next_rupture_is_found() {
+fn after_a_gap_the_detection_restarts_and_finds_the_next_rupture() {
     let spec = insertion(&[MEASURED]);
     let kept: Vec<LiveSample> = samples(&spec).into_iter().filter(|s| !(5.0..7.0).contains(&s.time_s)).collect();
-    let (ticks, oddities, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &kept);
-    assert_eq!(oddities, [TimestampAnomaly::Gap { last_s: 4.999, time_s: 7.0 }]);
+    let (ticks, anomalies, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &kept);
+    assert_eq!(anomalies, [TimestampAnomaly::Gap { last_s: 4.999, time_s: 7.0 }]);
     assert_eq!((summary.restarts, ticks.len()), (1, kept.len()));
     let found = alarms_s(&ticks);
     assert!(found.len() == 1 && (8.85..8.86).contains(&found[0]), "{found:?}");
 }
 
 #[test]
-fn what_is_not_later_is_left_out_until_the_clock_was_set_back() {
+fn samples_that_are_not_later_are_omitted_until_the_clock_counts_as_set_back() {
     let spec = insertion(&[MEASURED]);
     let all = samples(&spec);
     let mut spoilt = all.clone();
     spoilt.insert(3001, all[3000]);
     spoilt.insert(2001, all[100]);
-    let (ticks, oddities, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &spoilt);
-    assert_eq!((ticks.len(), summary.not_later, oddities.len()), (all.len(), 2, 2));
-    assert_eq!(oddities[0], TimestampAnomaly::NotLater { last_s: 2.0, time_s: 0.1 });
+    let (ticks, anomalies, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &spoilt);
+    assert_eq!((ticks.len(), summary.not_later, anomalies.len()), (all.len(), 2, 2));
+    assert_eq!(anomalies[0], TimestampAnomaly::NotLater { last_s: 2.0, time_s: 0.1 });
     assert_eq!(alarms_s(&ticks).len(), 2);
 
-    // The same insertion twice, the clock of the second begins at 0 again.
+    // The same insertion twice; the clock of the second starts at 0 again.
     let twice: Vec<LiveSample> = all.iter().chain(&all).copied().collect();
-    let (ticks, oddities, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &twice);
+    let (ticks, anomalies, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &twice);
     assert_eq!((summary.not_later, summary.restarts), (9, 1));
-    assert!(matches!(oddities.last(), Some(TimestampAnomaly::SetBack { .. })));
+    assert!(matches!(anomalies.last(), Some(TimestampAnomaly::SetBack { .. })));
     assert_eq!(alarms_s(&ticks).len(), 4, "both ruptures, twice");
 
-    // One wild time takes the stream away and it comes back.
+    // One wrong time far ahead causes a restart, and the return to the true time another.
     let mut wild = all.clone();
     wild[1000].time_s = 1e300;
     let (ticks, _, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &wild);
@@ -143,7 +143,7 @@ fn what_is_not_later_is_left_out_until_the_clock_was_set_back() {
 }
 
 #[test]
-fn a_stream_of_nothing_has_no_numbers() {
+fn an_empty_stream_has_undefined_statistics() {
     let spec = insertion(&[MEASURED]);
     let (_, _, summary) = stream(&spec, None, VelocitySource::Measured, &[]);
     assert_eq!((summary.samples, summary.mean_n, summary.std_n, summary.interval_s), (0, None, None, None));

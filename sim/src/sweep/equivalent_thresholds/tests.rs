@@ -3,13 +3,13 @@ use crate::augmentation::Mode;
 use crate::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
 use crate::scenario::Source;
 
-/// Numbers between -1 and 1, the next one of a seed each time.
+/// Returns the next random number between -1 and 1.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Three seconds of an insertion with noise, spikes, lasting drops, withdrawals and losses of contact.
+/// Returns three seconds of an insertion with noise, spikes, lasting drops, withdrawals and losses of contact.
 fn insertion(seed: u64) -> Vec<Evidence<f64>> {
     let mut state = seed;
     let mut residual = 0.0;
@@ -30,7 +30,7 @@ fn insertion(seed: u64) -> Vec<Evidence<f64>> {
     (0..3000).map(sample).collect()
 }
 
-/// A scenario with ticks of 1 ms and this detector.
+/// Returns a scenario with ticks of 1 ms and a given detector.
 fn scenario(detector: DetectorSettings) -> Scenario {
     let mut scenario = Scenario::load(&Source::parse("builtin:augmented.toml"), &[]).expect("it is shipped");
     assert_eq!(scenario.grid.tick_s(), 1e-3);
@@ -38,7 +38,7 @@ fn scenario(detector: DetectorSettings) -> Scenario {
     scenario
 }
 
-/// What the observer needs of a tick in teleoperation.
+/// Returns the signals of a tick in teleoperation.
 fn signals(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Signals<f64> {
     Signals {
         tick,
@@ -68,7 +68,7 @@ fn signals(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Signals<f6
 }
 
 #[test]
-fn thresholds_told_to_be_equivalent_raise_the_same_alarms_and_few_are_missed() {
+fn thresholds_reported_as_equivalent_raise_the_same_alarms_and_few_are_missed() {
     let thresholds: Vec<f64> = (0..40).map(|k| 2e-3 * 1.12_f64.powi(k)).collect();
     let settings = |threshold: f64| {
         let mut settings = DetectorSettings::default();
@@ -76,7 +76,7 @@ fn thresholds_told_to_be_equivalent_raise_the_same_alarms_and_few_are_missed() {
         settings.arming.settle_s = 0.03;
         settings
     };
-    let (mut told, mut true_of, mut alarms_seen) = (0, 0, 0);
+    let (mut reported, mut true_of, mut alarm_count) = (0, 0, 0);
     for seed in 1..30 {
         let samples = insertion(seed);
         let alarms = |threshold: f64, observer: &mut dyn Observer<f64>| -> Vec<bool> {
@@ -97,19 +97,23 @@ fn thresholds_told_to_be_equivalent_raise_the_same_alarms_and_few_are_missed() {
             let equivalent: Vec<f64> = observer.thresholds(0).collect();
             for &threshold in higher {
                 let is_equivalent = alarms(threshold, &mut ()) == of_own;
-                let is_told = equivalent.contains(&threshold);
-                assert!(is_equivalent || !is_told, "seed {seed}, {} {threshold}", thresholds[own]);
-                told += usize::from(is_told);
+                let is_reported = equivalent.contains(&threshold);
+                assert!(is_equivalent || !is_reported, "seed {seed}, {} {threshold}", thresholds[own]);
+                reported += usize::from(is_reported);
                 true_of += usize::from(is_equivalent);
             }
-            alarms_seen += of_own.iter().filter(|alarm| **alarm).count();
+            alarm_count += of_own.iter().filter(|alarm| **alarm).count();
         }
     }
-    assert!(alarms_seen > 500 && true_of > 300 && 10 * told > 8 * true_of, "{told} of {true_of}, {alarms_seen}");
+    assert!(
+        alarm_count > 500 && true_of > 300 && 10 * reported > 8 * true_of,
+        "{reported} of {true_of}, {alarm_count}"
+    );
 }
 
-/// What is left of the thresholds 1.5 and 3 of a run with 1, after ticks with a `g` each, of which those above 1 are alarms or not.
-fn left(settle_s: f64, samples: &[(f64, bool)]) -> Vec<f64> {
+/// Returns the remaining ones of the thresholds 1.5 and 3, for a run with threshold 1 and ticks with a `g` and an alarm
+/// flag each.
+fn remaining(settle_s: f64, samples: &[(f64, bool)]) -> Vec<f64> {
     let mut detector = DetectorSettings::default();
     (detector.cusum.threshold, detector.cusum.cap, detector.arming.settle_s) = (1.0, 10.0, settle_s);
     let mut observer = EquivalentThresholds::<f64>::new(&[scenario(detector)], &[vec![1.5, 3.0]]);
@@ -122,29 +126,29 @@ fn left(settle_s: f64, samples: &[(f64, bool)]) -> Vec<f64> {
 #[test]
 fn an_alarm_that_is_not_above_a_threshold_drops_it() {
     let quiet = (0.5, false);
-    assert_eq!(left(2e-3, &[quiet, quiet, (2.0, true)]), [1.5]);
-    assert_eq!(left(2e-3, &[quiet, quiet, (4.0, true)]), [1.5, 3.0]);
-    assert_eq!(left(2e-3, &[quiet, quiet, (2.0, false)]), [1.5, 3.0], "no rupture to any of them");
+    assert_eq!(remaining(2e-3, &[quiet, quiet, (2.0, true)]), [1.5]);
+    assert_eq!(remaining(2e-3, &[quiet, quiet, (4.0, true)]), [1.5, 3.0]);
+    assert_eq!(remaining(2e-3, &[quiet, quiet, (2.0, false)]), [1.5, 3.0], "no rupture to any of them");
 }
 
 #[test]
 fn a_threshold_that_alone_may_be_armed_is_dropped() {
     let (quiet, low, high) = ((0.5, false), (1.2, false), (2.0, false));
-    assert_eq!(left(2e-3, &[quiet, low, high]), [3.0], "1.5 has been quiet for two ticks, 1 for none");
-    assert_eq!(left(2e-3, &[low, high]), [1.5, 3.0], "for one tick");
-    assert_eq!(left(2e-3, &[quiet, low, quiet, quiet, high]), [1.5, 3.0], "both are");
+    assert_eq!(remaining(2e-3, &[quiet, low, high]), [3.0], "1.5 has been quiet for two ticks, 1 for none");
+    assert_eq!(remaining(2e-3, &[low, high]), [1.5, 3.0], "for one tick");
+    assert_eq!(remaining(2e-3, &[quiet, low, quiet, quiet, high]), [1.5, 3.0], "both are");
 }
 
 #[test]
 fn a_phase_that_lasts_longer_than_the_minimum_hold_drops_all() {
     let hold_ticks = 500;
-    let left = |ticks: u64| {
+    let remaining = |ticks: u64| {
         let mut run = scenario(DetectorSettings::default());
         run.augmentation.automaton.min_hold_s = 0.5;
         let mut observer = EquivalentThresholds::<f64>::new(&[run], &[vec![0.1, 0.2]]);
         for tick in 0..2000 {
             let mode = match tick {
-                // Twice, as the ticks of a phase are its own.
+                // Two phases, because the ticks are counted per phase.
                 300.. if tick < 300 + ticks => Mode::Augmented,
                 1200.. if tick < 1200 + ticks => Mode::Augmented,
                 300..900 | 1200.. => Mode::Reengaging,
@@ -154,5 +158,5 @@ fn a_phase_that_lasts_longer_than_the_minimum_hold_drops_all() {
         }
         observer.thresholds(0).count()
     };
-    assert_eq!([left(hold_ticks), left(hold_ticks + 1)], [2, 0]);
+    assert_eq!([remaining(hold_ticks), remaining(hold_ticks + 1)], [2, 0]);
 }

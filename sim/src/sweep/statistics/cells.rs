@@ -6,53 +6,53 @@ use crate::moments::Moments;
 use crate::sweep::axis::{Axis, number};
 use crate::sweep::design::Design;
 
-/// Classes of an axis that has no levels, or more.
+/// Number of classes of an axis without levels, and the maximum number otherwise.
 const MAX_CLASSES: u64 = 40;
 
 /// One cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cell {
-    /// The value of the first axis at its middle.
+    /// Value of the first axis at the centre of the cell.
     pub x: f64,
-    /// That of the second.
+    /// Value of the second axis.
     pub y: f64,
-    /// In how many of its cases the metric is defined.
+    /// Number of its cases in which the metric is defined.
     pub defined: u64,
-    /// The metric's mean over them; none where there are none.
+    /// Mean of the metric over these cases, if any.
     pub mean: Option<f64>,
-    /// Half the width of the mean's 95 % interval.
+    /// Half-width of the 95 % confidence interval of the mean.
     pub mean_ci95_half_width: Option<f64>,
 }
 
 /// A metric over two axes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeatMap {
-    /// Which metric, as a place among the columns.
+    /// Index of the metric among the columns.
     pub column: usize,
-    /// Which axis goes to the right.
+    /// Index of the horizontal axis.
     pub x_axis: usize,
-    /// Which goes up.
+    /// Index of the vertical axis.
     pub y_axis: usize,
-    /// How many cells there are to the right.
+    /// Number of cells per row.
     pub x_count: usize,
-    /// The cells, row by row, both axes ascending.
+    /// The cells by row, both axes ascending.
     pub cells: Vec<Cell>,
 }
 
-/// How many classes an axis falls into.
-pub(super) fn classes(axis: &Axis, most: u64) -> u64 {
-    axis.count().filter(|count| *count <= most).unwrap_or(most)
+/// Returns the number of classes of an axis.
+pub(super) fn classes(axis: &Axis, max: u64) -> u64 {
+    axis.count().filter(|count| *count <= max).unwrap_or(max)
 }
 
-/// The class of a share.
-pub(super) fn class(share: f64, classes: u64) -> usize {
-    (share * classes as f64) as usize
+/// Returns the class of a unit coordinate.
+pub(super) fn class(coordinate: f64, classes: u64) -> usize {
+    (coordinate * classes as f64) as usize
 }
 
-/// The cells of all metrics in focus, while they are filled.
+/// The sums of all cells for the metrics in focus.
 pub(super) struct Cells<'a> {
     design: &'a Design,
-    /// The axes and how many classes each has.
+    /// The axes and their numbers of classes.
     axes: Option<[(usize, u64); 2]>,
     /// By metric in focus, second axis and first axis.
     moments: Vec<Moments>,
@@ -68,9 +68,9 @@ impl<'a> Cells<'a> {
         Self { design, axes, moments: vec![Moments::default(); cells * design.focus.len()] }
     }
 
-    pub(super) fn add(&mut self, shares: &[f64], values: &[f64]) {
+    pub(super) fn add(&mut self, coordinates: &[f64], values: &[f64]) {
         let Some([(x, x_count), (y, y_count)]) = self.axes else { return };
-        let cell = class(shares[y], y_count) * x_count as usize + class(shares[x], x_count);
+        let cell = class(coordinates[y], y_count) * x_count as usize + class(coordinates[x], x_count);
         let cells = (x_count * y_count) as usize;
         for (place, column) in self.design.focus.iter().enumerate() {
             self.moments[place * cells + cell].add_defined(values[*column]);
@@ -79,12 +79,12 @@ impl<'a> Cells<'a> {
 
     pub(super) fn heat_maps(&self) -> Vec<HeatMap> {
         let Some([(x, x_count), (y, y_count)]) = self.axes else { return vec![] };
-        let (x_middles, y_middles) = (self.middles(x, x_count), self.middles(y, y_count));
+        let (x_centres, y_centres) = (self.centres(x, x_count), self.centres(y, y_count));
         let cells = (x_count * y_count) as usize;
         let of_focus = |(place, column): (usize, &usize)| {
             let mut map = HeatMap { column: *column, x_axis: x, y_axis: y, x_count: x_count as usize, cells: vec![] };
-            for (j, y) in &y_middles {
-                for (i, x) in &x_middles {
+            for (j, y) in &y_centres {
+                for (i, x) in &x_centres {
                     let moments = &self.moments[place * cells + j * x_count as usize + i];
                     let is_any = moments.count > 0;
                     map.cells.push(Cell {
@@ -101,14 +101,14 @@ impl<'a> Cells<'a> {
         self.design.focus.iter().enumerate().map(of_focus).collect()
     }
 
-    /// The classes of an axis with the values in their middles, ascending.
-    fn middles(&self, axis: usize, classes: u64) -> Vec<(usize, f64)> {
-        let middle = |class: u64| {
+    /// Returns the classes of an axis with their central values, ascending.
+    fn centres(&self, axis: usize, classes: u64) -> Vec<(usize, f64)> {
+        let centre = |class: u64| {
             let value = self.design.axes[axis].value((class as f64 + 0.5) / classes as f64);
             (class as usize, number(&value).unwrap_or(f64::NAN))
         };
-        let mut middles: Vec<_> = (0..classes).map(middle).collect();
-        middles.sort_by(|a, b| a.1.total_cmp(&b.1));
-        middles
+        let mut centres: Vec<_> = (0..classes).map(centre).collect();
+        centres.sort_by(|a, b| a.1.total_cmp(&b.1));
+        centres
     }
 }

@@ -1,11 +1,12 @@
-//! Which axis matters for a metric.
+//! The influence of each axis on a metric.
 //!
-//! Two numbers per axis. The *first-order Sobol index* is the share of the metric's variance that the axis alone explains,
-//! `Var(E[y|x]) / Var(y)`, estimated from the cases as they are by classes of the axis (Plischke, Borgonovo and Smith, *Global
-//! sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), less what classes of pure chance would explain. It
-//! sees effects of any shape, and axes of words. The *standardised rank regression coefficient* (Saltelli and Sobol',
-//! *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: by how many standard deviations the metric's rank moves with the axis's,
-//! all other axes held. Its R² says how much of the ranks such a line explains at all.
+//! Two numbers per axis. The *first-order Sobol index* is the share of the metric's variance that the axis alone
+//! explains, `Var(E[y|x]) / Var(y)`. It is estimated from the cases by classes of the axis (Plischke, Borgonovo and
+//! Smith, *Global sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), less the share that random
+//! classes would explain. It includes effects of any shape, and axes of words. The *standardised rank regression
+//! coefficient* (Saltelli and Sobol', *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: the change of the metric's rank
+//! in standard deviations per standard deviation of the axis's rank, at constant other axes. Its R² is the share of the
+//! variance of the ranks that the regression explains.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -16,48 +17,49 @@ use crate::sweep::axis::number;
 use crate::sweep::design::Design;
 use crate::sweep::permutation::Permutation;
 
-/// Classes of an axis that has no levels, or more; chosen here: with 20, a class of a thousand cases has 50.
+/// Number of classes of an axis without levels, and the maximum number otherwise. It is a choice of this project: with
+/// 20, a class of a thousand cases has 50.
 const MAX_CLASSES: u64 = 20;
 
-/// Most cases whose ranks are compared; a coefficient of 0 then has a standard error of 0.01.
+/// Maximum number of ranked cases; a coefficient of 0 then has a standard error of 0.01.
 const MAX_RANKED: u64 = 10_000;
 
-/// What one axis does to a metric.
+/// The influence of one axis on a metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Influence {
-    /// The axis's key.
+    /// Key of the axis.
     pub axis: &'static str,
-    /// Its first-order Sobol index; none where the metric does not vary.
+    /// First-order Sobol index; `None` if the metric does not vary.
     pub epsilon_squared: Option<f64>,
-    /// Its standardised rank regression coefficient; none for words, and where there is no line.
+    /// Standardised rank regression coefficient; `None` for words, and if the regression is singular.
     pub rank_regression: Option<f64>,
 }
 
-/// What a metric depends on.
+/// The influences on a metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Influences {
-    /// Which metric, as a place among the columns.
+    /// Index of the metric among the columns.
     pub column: usize,
-    /// A line per axis, the strongest first.
+    /// The influence of each axis, in descending order.
     pub of_axes: Vec<Influence>,
     /// R² of the rank regression.
     pub rank_r_squared: Option<f64>,
-    /// How many cases were ranked.
+    /// Number of ranked cases.
     pub ranked: u64,
 }
 
-/// The sums that it takes, while rows come in.
+/// The sums and the ranked cases.
 pub(super) struct Inputs<'a> {
     design: &'a Design,
-    /// How many classes each axis has.
+    /// Number of classes of each axis.
     counts: Vec<u64>,
-    /// By metric in focus: overall, and by axis and class.
+    /// Moments by metric in focus: overall, and by axis and class.
     overall: Vec<Moments>,
     by_class: Vec<Vec<Vec<Moments>>>,
-    /// The cases whose ranks are compared, ascending, and how many of them have come.
+    /// The ranked cases, ascending, and the number of those read so far.
     ranked: Vec<u64>,
-    seen: usize,
-    /// Of the ranked cases: the numbers of the axes, and the metrics in focus.
+    read: usize,
+    /// For the ranked cases: the numbers of the axes, and the metrics in focus.
     axes: Vec<Vec<f64>>,
     metrics: Vec<Vec<f64>>,
 }
@@ -67,7 +69,7 @@ impl<'a> Inputs<'a> {
         let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MAX_CLASSES)).collect();
         let by_class: Vec<Vec<Moments>> =
             counts.iter().map(|&count| vec![Moments::default(); count as usize]).collect();
-        // Spread at random: a regular choice would see the same levels of a grid again and again.
+        // A random selection, because a regular one would always hit the same levels of a grid.
         let cases = design.cases();
         let order = Permutation::new(cases, 1);
         let mut ranked: Vec<u64> = (0..cases.min(MAX_RANKED)).map(|index| order.at(index)).collect();
@@ -79,23 +81,23 @@ impl<'a> Inputs<'a> {
             overall: vec![Moments::default(); focus],
             by_class: vec![by_class; focus],
             ranked,
-            seen: 0,
+            read: 0,
             axes: vec![vec![]; design.axes.len()],
             metrics: vec![vec![]; focus],
         }
     }
 
-    pub(super) fn add(&mut self, case: u64, shares: &[f64], values: &[f64]) {
+    pub(super) fn add(&mut self, case: u64, coordinates: &[f64], values: &[f64]) {
         for (place, column) in self.design.focus.iter().enumerate() {
             self.overall[place].add_defined(values[*column]);
-            for (axis, share) in shares.iter().enumerate() {
-                self.by_class[place][axis][class(*share, self.counts[axis])].add_defined(values[*column]);
+            for (axis, coordinate) in coordinates.iter().enumerate() {
+                self.by_class[place][axis][class(*coordinate, self.counts[axis])].add_defined(values[*column]);
             }
         }
-        if self.ranked.get(self.seen) == Some(&case) {
-            self.seen += 1;
-            for ((numbers, axis), share) in self.axes.iter_mut().zip(&self.design.axes).zip(shares) {
-                numbers.push(number(&axis.value(*share)).unwrap_or(f64::NAN));
+        if self.ranked.get(self.read) == Some(&case) {
+            self.read += 1;
+            for ((numbers, axis), coordinate) in self.axes.iter_mut().zip(&self.design.axes).zip(coordinates) {
+                numbers.push(number(&axis.value(*coordinate)).unwrap_or(f64::NAN));
             }
             for (metric, column) in self.metrics.iter_mut().zip(&self.design.focus) {
                 metric.push(values[*column]);
@@ -130,7 +132,7 @@ impl<'a> Inputs<'a> {
         self.design.focus.iter().enumerate().map(of_focus).collect()
     }
 
-    /// The regression of a metric's ranks on those of the axes of numbers that vary.
+    /// Returns the regression of a metric's ranks on the ranks of the numeric axes that vary.
     fn regression(&self, place: usize) -> Option<Regression> {
         let defined: Vec<usize> =
             (0..self.metrics[place].len()).filter(|&k| !self.metrics[place][k].is_nan()).collect();
@@ -139,7 +141,7 @@ impl<'a> Inputs<'a> {
         let columns: Vec<Option<Vec<f64>>> = self.axes.iter().map(|axis| standard_ranks(&chosen(axis))).collect();
         let used: Vec<&Vec<f64>> = columns.iter().flatten().collect();
         if used.is_empty() {
-            // Words alone, or one point of all axes: there is nothing to regress on.
+            // All axes are words or constant.
             return None;
         }
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
@@ -154,17 +156,17 @@ impl<'a> Inputs<'a> {
 }
 
 struct Regression {
-    /// By axis; none for those that cannot be ranked.
+    /// By axis; `None` without ranks.
     coefficients: Vec<Option<f64>>,
     r_squared: f64,
 }
 
-/// `ε² = (SSB - (k - 1) SSW / (n - k)) / SST`, at least 0 (Kelley 1935): the share of the variance between `k` classes, less
-/// what chance puts there.
+/// Returns `ε² = (SSB - (k - 1) SSW / (n - k)) / SST`, at least 0 (Kelley 1935): the share of the variance between `k`
+/// classes, less its expectation for random classes.
 fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     let filled: Vec<&Moments> = classes.iter().filter(|class| class.count > 0).collect();
     let (n, k) = (overall.count as f64, filled.len() as f64);
-    // Rounding leaves a metric that does not vary some 1e-16 of its size.
+    // Rounding gives a constant metric a standard deviation of some 1e-16 of its size.
     let floor = 1e-24 * n * overall.mean * overall.mean;
     if n <= k || overall.squares <= floor {
         return None;
@@ -173,7 +175,8 @@ fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     Some(((overall.squares - within - (k - 1.0) * within / (n - k)) / overall.squares).clamp(0.0, 1.0))
 }
 
-/// Ranks, those of equal values their mean, with mean 0 and variance 1; none where all are equal, or one is no number.
+/// Returns the ranks, scaled to mean 0 and variance 1; equal values have their mean rank. `None` if all values are
+/// equal, or one is NaN.
 fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     if values.iter().any(|value| value.is_nan()) {
         return None;
@@ -194,7 +197,7 @@ fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     (deviation > 0.0).then(|| ranks.iter().map(|rank| (rank - mean) / deviation).collect())
 }
 
-/// The solution of symmetric equations with 1 on the diagonal; none where they are singular to a part in 1e9.
+/// Returns the solution of symmetric equations with 1 on the diagonal; `None` if they are singular to 1e-9.
 fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let factors = matrix.lu();
     if factors.u().diagonal().iter().any(|pivot| pivot.abs() < 1e-9) { None } else { factors.solve(right) }
@@ -218,7 +221,7 @@ mod tests {
         Design {
             name: "x".into(),
             axes: ["operator.start_m", "operator.end_m", "sensor.force_bias_n"].map(axis).into(),
-            filling: SamplingScheme::Sobol { points: 1 << 14, seed: 1 },
+            scheme: SamplingScheme::Sobol { points: 1 << 14, seed: 1 },
             seeds: 1,
             first_seed: 1,
             columns: vec![Column::named("tracking_rmse_m").expect("a metric")],
@@ -229,18 +232,18 @@ mod tests {
 
     fn of(y: impl Fn(&[f64]) -> f64) -> Influences {
         let design = design();
-        let (sampler, mut shares, mut inputs) = (design.shares(), vec![], Inputs::new(&design));
+        let (sampler, mut coordinates, mut inputs) = (design.coordinates(), vec![], Inputs::new(&design));
         for case in 0..design.cases() {
-            sampler.of(case, &mut shares);
-            let x: Vec<f64> = shares.iter().map(|share| 2.0 * share - 1.0).collect();
-            inputs.add(case, &shares, &[y(&x)]);
+            sampler.of(case, &mut coordinates);
+            let x: Vec<f64> = coordinates.iter().map(|coordinate| 2.0 * coordinate - 1.0).collect();
+            inputs.add(case, &coordinates, &[y(&x)]);
         }
         inputs.influences().remove(0)
     }
 
     #[test]
     fn a_sum_has_the_indices_of_its_closed_form() {
-        // Var(a x) = a²/3: shares 9/10 and 1/10; ranks regress likewise, with the sign.
+        // Var(a x) = a²/3: indices 9/10 and 1/10; the coefficients are their signed square roots.
         let influences = of(|x| 3.0 * x[0] - x[1]);
         let [first, second, third] = &influences.of_axes[..] else { panic!("three") };
         assert_eq!([first.axis, second.axis], ["operator.start_m", "operator.end_m"]);
@@ -255,13 +258,14 @@ mod tests {
 
     #[test]
     fn the_ishigami_function_has_its_published_indices() {
-        // Ishigami and Homma (1990), a = 7, b = 0.1: S_1 = 0.3139, S_2 = 0.4424, S_3 = 0. No line sees x_2.
+        // Ishigami and Homma (1990), a = 7, b = 0.1: S_1 = 0.3139, S_2 = 0.4424, S_3 = 0. The regression does not
+        // detect x_2.
         let influences = of(|x| {
             let [a, b, c] = [x[0], x[1], x[2]].map(|x| std::f64::consts::PI * x);
             a.sin() + 7.0 * b.sin().powi(2) + 0.1 * c.powi(4) * a.sin()
         });
         let index = |axis: &str| influences.of_axes.iter().find(|influence| influence.axis == axis).expect("there");
-        // Twenty classes see an index a little small: the mean of a class is flat within it.
+        // Twenty classes give an index slightly too small, because the class mean is constant within a class.
         for (axis, expected) in [("operator.start_m", 0.3139), ("operator.end_m", 0.4424), ("sensor.force_bias_n", 0.0)]
         {
             assert!((index(axis).epsilon_squared.expect("varies") - expected).abs() < 0.015, "{:?}", index(axis));
@@ -271,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_vary_depends_on_nothing() {
+    fn a_constant_metric_has_no_influences() {
         let influences = of(|_| 0.1);
         assert!(influences.of_axes.iter().all(|i| i.epsilon_squared.is_none() && i.rank_regression.is_none()));
         assert_eq!(of(|_| f64::NAN).ranked, 0);

@@ -1,7 +1,7 @@
-//! What the rows of a sweep come to: how each metric spreads, and which axis matters.
+//! Statistics of a sweep: the distribution of each metric, and the influence of each axis.
 //!
-//! Rows are read in order, several times over, and nothing but counts is kept of them: memory does not grow with the cases,
-//! and quantiles are exact all the same.
+//! The rows are read in order, several times, and only counts and sums are kept: the memory does not grow with the
+//! number of cases, and the quantiles are exact.
 
 mod cells;
 mod influence;
@@ -22,26 +22,27 @@ use crate::metrics::Unit;
 use crate::moments::Moments;
 use crate::quantiles::{median_ranks, quantile};
 
-/// How a metric spreads over the cases in which it is defined.
+/// The distribution of a metric over the cases in which it is defined.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Its name.
+    /// Name.
     pub metric: String,
-    /// Its label in tables.
+    /// Label in tables.
     pub label: String,
-    /// Its unit; the numbers are in SI.
+    /// Unit; the numbers are in SI.
     pub unit: Unit,
-    /// In how many cases it is defined.
+    /// Number of cases in which it is defined.
     pub defined: u64,
-    /// What the rest is about; none where it is defined nowhere.
+    /// The distribution; `None` if it is defined in no case.
     pub spread: Option<Spread>,
 }
 
-/// Quantiles are linear between order statistics.
+/// The distribution of a metric. Quantiles are interpolated linearly between order statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// The least.
-    pub least: f64,
+    /// The minimum.
+    #[serde(rename = "least")]
+    pub min: f64,
     /// The 2.5 % quantile.
     pub quantile_2_5: f64,
     /// The 5 % quantile.
@@ -56,58 +57,59 @@ pub struct Spread {
     pub quantile_95: f64,
     /// The 97.5 % quantile.
     pub quantile_97_5: f64,
-    /// The greatest.
-    pub greatest: f64,
-    /// Lower end of the 95 % interval of the median, of the order statistics of ranks n/2 ± 1.96 √n/2.
+    /// The maximum.
+    #[serde(rename = "greatest")]
+    pub max: f64,
+    /// Lower end of the 95 % confidence interval of the median, between the order statistics of ranks n/2 ± 1.96 √n/2.
     pub median_low: f64,
-    /// Its upper end.
+    /// Upper end of that interval.
     pub median_high: f64,
     /// The mean.
     pub mean: f64,
-    /// Half the width of the 95 % interval of the mean, 1.96 standard deviations over √n.
+    /// Half-width of the 95 % confidence interval of the mean, 1.96 standard deviations over √n.
     pub mean_ci95_half_width: f64,
-    /// The standard deviation; 0 of a single case.
+    /// The standard deviation; 0 for a single case.
     pub standard_deviation: f64,
 }
 
-/// What came out of a sweep.
+/// The results of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Findings {
-    /// How many cases there are.
+    /// Number of cases.
     pub cases: u64,
-    /// How many of them diverged.
+    /// Number of diverged cases.
     pub diverged: u64,
-    /// How many could not be integrated.
+    /// Number of cases with a failed integration.
     pub failed: u64,
-    /// A summary per metric that is kept.
+    /// A summary per kept metric.
     pub summaries: Vec<Summary>,
-    /// What the metrics in focus depend on.
+    /// The influences on the metrics in focus.
     pub influences: Vec<Influences>,
-    /// The metrics in focus over the first two axes of numbers, where there are two.
+    /// The metrics in focus over the first two numeric axes, if there are two.
     pub heat_maps: Vec<HeatMap>,
 }
 
-/// UnitCoordinates of the values at which quantiles are read.
+/// The probabilities of the quantiles.
 const QUANTILES: [f64; 7] = [0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975];
 
-/// Reads the rows and sums them up.
+/// Reads the rows and computes their statistics.
 ///
 /// # Errors
-/// Those of the rows.
+/// The errors of the rows.
 pub fn findings(design: &Design, rows: &Rows) -> Result<Findings, SweepError> {
     let mut moments = vec![Moments::default(); design.columns.len()];
     let (mut cases, mut diverged, mut failed) = (0, 0, 0);
     let mut inputs = Inputs::new(design);
     let mut cells = Cells::new(design);
-    let (sampler, mut shares) = (design.shares(), vec![]);
+    let (sampler, mut coordinates) = (design.coordinates(), vec![]);
     rows.each(|case, outcome, values| {
         cases += 1;
         diverged += u64::from(outcome == Outcome::Diverged);
         failed += u64::from(outcome == Outcome::Failed);
         moments.iter_mut().zip(values).for_each(|(moments, value)| moments.add_defined(*value));
-        sampler.of(case, &mut shares);
-        inputs.add(case, &shares, values);
-        cells.add(&shares, values);
+        sampler.of(case, &mut coordinates);
+        inputs.add(case, &coordinates, values);
+        cells.add(&coordinates, values);
         Ok(())
     })?;
     let ranks = |moments: &Moments| quantiles::ranks(moments.count, &QUANTILES);
@@ -142,7 +144,7 @@ fn spread(moments: &Moments, statistics: &OrderStatistics) -> Spread {
         QUANTILES.map(quantile);
     let (low, high) = median_ranks(moments.count);
     Spread {
-        least: statistics.of_rank(0),
+        min: statistics.of_rank(0),
         quantile_2_5,
         quantile_5,
         quantile_25,
@@ -150,7 +152,7 @@ fn spread(moments: &Moments, statistics: &OrderStatistics) -> Spread {
         quantile_75,
         quantile_95,
         quantile_97_5,
-        greatest: statistics.of_rank(moments.count - 1),
+        max: statistics.of_rank(moments.count - 1),
         median_low: statistics.of_rank(low),
         median_high: statistics.of_rank(high),
         mean: moments.mean,

@@ -1,32 +1,32 @@
-//! Exact order statistics of a stream that is read several times, in memory that does not grow with it.
+//! Exact order statistics of a stream that is read several times, in constant memory.
 //!
-//! Doubles are mapped to whole numbers of the same order. Each pass counts the next eleven binary digits of those that begin
-//! as a wanted one does, and so knows its next eleven: six passes know all 64.
+//! Doubles are mapped to whole numbers in the same order. Each pass counts the next eleven binary digits of the values
+//! that share the known leading digits of a wanted value, and so finds its next eleven digits. Six passes find all 64.
 
 use crate::quantiles::median_ranks;
 
 const DIGITS: u32 = 11;
 const BUCKETS: usize = 1 << DIGITS;
 
-/// The values of wanted ranks.
+/// The values of given ranks.
 #[derive(Debug, Clone)]
 pub(super) struct OrderStatistics {
     wanted: Vec<Wanted>,
-    /// Distinct beginnings of the wanted values, ascending, with the counts of what follows each.
-    beginnings: Vec<(u64, Vec<u64>)>,
-    /// How many of the leading digits are known.
+    /// Distinct prefixes of the wanted values, ascending, each with the counts of the next digits.
+    prefixes: Vec<(u64, Vec<u64>)>,
+    /// Number of known leading digits.
     known: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Wanted {
     rank: u64,
-    /// Its rank among the values that begin as it does.
+    /// Rank among the values with the same prefix.
     within: u64,
-    beginning: u64,
+    prefix: u64,
 }
 
-/// The ranks, from 0, between which quantiles and the median's interval lie.
+/// Returns the ranks, from 0, of the order statistics for the quantiles and the median's interval.
 pub(super) fn ranks(count: u64, shares: &[f64]) -> Vec<u64> {
     let Some(last) = count.checked_sub(1) else { return vec![] };
     let (low, high) = median_ranks(count);
@@ -40,7 +40,7 @@ pub(super) fn ranks(count: u64, shares: &[f64]) -> Vec<u64> {
     ranks
 }
 
-/// Doubles in the order of whole numbers: both zeros are one.
+/// Maps a double to a whole number in the same order; both zeros are equal.
 fn ordered(value: f64) -> u64 {
     let bits = (value + 0.0).to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
@@ -51,32 +51,32 @@ fn disordered(bits: u64) -> f64 {
 }
 
 impl OrderStatistics {
-    /// Wants the values of ascending ranks, from 0.
+    /// Returns the statistics of ascending ranks, from 0, before the first pass.
     pub(super) fn new(ranks: Vec<u64>) -> Self {
-        let wanted: Vec<Wanted> = ranks.into_iter().map(|rank| Wanted { rank, within: rank, beginning: 0 }).collect();
+        let wanted: Vec<Wanted> = ranks.into_iter().map(|rank| Wanted { rank, within: rank, prefix: 0 }).collect();
         let known = if wanted.is_empty() { 64 } else { 0 };
-        Self { wanted, beginnings: vec![(0, vec![0; BUCKETS])], known }
+        Self { wanted, prefixes: vec![(0, vec![0; BUCKETS])], known }
     }
 
-    /// Whether no further pass is needed.
+    /// Returns whether all digits are known.
     pub(super) fn are_known(&self) -> bool {
         self.known >= 64
     }
 
-    /// Takes a value of the present pass; NaN is passed over.
+    /// Counts a value in the current pass; NaN is ignored.
     pub(super) fn count(&mut self, value: f64) {
         if value.is_nan() || self.are_known() {
             return;
         }
         let bits = ordered(value);
-        let beginning = if self.known == 0 { 0 } else { bits >> (64 - self.known) };
-        if let Ok(place) = self.beginnings.binary_search_by_key(&beginning, |(known, _)| *known) {
+        let prefix = if self.known == 0 { 0 } else { bits >> (64 - self.known) };
+        if let Ok(place) = self.prefixes.binary_search_by_key(&prefix, |(known, _)| *known) {
             let digits = self.digits(bits);
-            self.beginnings[place].1[digits] += 1;
+            self.prefixes[place].1[digits] += 1;
         }
     }
 
-    /// The next digits of a number, as many as are left.
+    /// Returns the next digits of a number, at most eleven.
     fn digits(&self, bits: u64) -> usize {
         let next = (64 - self.known).min(DIGITS);
         (bits << self.known >> (64 - next)) as usize
@@ -89,34 +89,34 @@ impl OrderStatistics {
         }
         let next = (64 - self.known).min(DIGITS);
         for wanted in &mut self.wanted {
-            let Ok(place) = self.beginnings.binary_search_by_key(&wanted.beginning, |(known, _)| *known) else {
+            let Ok(place) = self.prefixes.binary_search_by_key(&wanted.prefix, |(known, _)| *known) else {
                 continue;
             };
             let mut digits = 0;
-            for (bucket, count) in self.beginnings[place].1.iter().enumerate() {
+            for (bucket, count) in self.prefixes[place].1.iter().enumerate() {
                 if wanted.within < *count {
                     digits = bucket as u64;
                     break;
                 }
                 wanted.within -= count;
             }
-            wanted.beginning = wanted.beginning << next | digits;
+            wanted.prefix = wanted.prefix << next | digits;
         }
         self.known += next;
-        // Ranks ascend, so that values and their beginnings do.
-        let mut beginnings: Vec<u64> = self.wanted.iter().map(|wanted| wanted.beginning).collect();
-        beginnings.dedup();
-        self.beginnings = if self.are_known() {
+        // Ranks ascend, therefore values and prefixes do.
+        let mut prefixes: Vec<u64> = self.wanted.iter().map(|wanted| wanted.prefix).collect();
+        prefixes.dedup();
+        self.prefixes = if self.are_known() {
             vec![]
         } else {
-            beginnings.into_iter().map(|beginning| (beginning, vec![0; BUCKETS])).collect()
+            prefixes.into_iter().map(|prefix| (prefix, vec![0; BUCKETS])).collect()
         };
     }
 
-    /// The value of a rank that was wanted; NaN of any other.
+    /// Returns the value of a wanted rank; NaN for any other.
     pub(super) fn of_rank(&self, rank: u64) -> f64 {
         let place = self.wanted.binary_search_by_key(&rank, |wanted| wanted.rank);
-        place.map_or(f64::NAN, |place| disordered(self.wanted[place].beginning))
+        place.map_or(f64::NAN, |place| disordered(self.wanted[place].prefix))
     }
 }
 
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_rank_is_that_of_a_sort() {
+    fn every_value_is_that_of_a_sort() {
         let mut state = 1_u64;
         let mut next = || {
             state = crate::sweep::permutation::mix(state);
