@@ -46,8 +46,8 @@ pub struct PhaseInterval {
 /// The rule that determines the phases from positions.
 ///
 /// At each sample, the mean velocity over the `window_s` around it is `v̄ = (p(t + w/2) - p(t - w/2)) / w` (at either
-/// end, over the available part of the window). Below the contact the phase is free; in contact it is insertion if `v̄
-/// > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than `shortest_s`
+/// end, over the available part of the window). Below the contact the phase is free; in contact it is insertion if
+/// `v̄ > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than `shortest_s`
 /// joins the one before it (the first joins the one after it).
 ///
 /// The defaults are a choice of this project: a window of 0.1 s is a whole period of a physiological tremor of 10 Hz,

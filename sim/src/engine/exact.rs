@@ -201,6 +201,7 @@ impl ExactPlants<f64> {
 /// The plants of eight cases. One type for both, so that an engine is compiled once: the branch in each tick costs less
 /// than a second copy of every run.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "the machines of eight cases each are eight times as large")]
 pub(crate) enum GatheredPlants<L> {
     /// All cases have the same machines.
     Alike(ExactPlants<L, Shared>),

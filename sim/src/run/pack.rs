@@ -142,9 +142,13 @@ impl Engines {
         let Some(engines) = self.exact() else { return false };
         match InstructionSet::widest() {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => Wired::gather::<Avx512, GatheredPlants<Avx512>>(engines, GatheredPlants::gather).is_some(),
+            InstructionSet::Avx512 => {
+                Wired::gather::<Avx512, GatheredPlants<Avx512>>(engines, GatheredPlants::gather).is_some()
+            }
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => Wired::gather::<Avx2, GatheredPlants<Avx2>>(engines, GatheredPlants::gather).is_some(),
+            InstructionSet::Avx2 => {
+                Wired::gather::<Avx2, GatheredPlants<Avx2>>(engines, GatheredPlants::gather).is_some()
+            }
             #[cfg(not(target_arch = "x86_64"))]
             InstructionSet::Avx512 | InstructionSet::Avx2 => false,
             InstructionSet::Baseline => false,
