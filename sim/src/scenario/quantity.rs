@@ -99,7 +99,7 @@ pub fn unit_of(path: &str) -> Option<String> {
 /// The number in a key's unit that a text with a unit means.
 ///
 /// # Errors
-/// What is wrong with the text, as the end of "… is".
+/// What is wrong with the text, as a remedy.
 pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let text = text.trim();
     let is_number = |end: &usize| {
@@ -107,17 +107,17 @@ pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
         number.ends_with(|c: char| c.is_ascii_digit() || c == '.') && number.parse::<f64>().is_ok()
     };
     let ends = (1..=text.len()).rev().filter(|end| text.is_char_boundary(*end));
-    let end = ends.into_iter().find(is_number).ok_or_else(|| format!("no number with a unit, as in \"2 {unit}\""))?;
+    let no_number = || format!("write a number, or a number and its unit, as in \"2 {unit}\"");
+    let end = ends.into_iter().find(is_number).ok_or_else(no_number)?;
     let (number, written) = (text[..end].trim_end(), text[end..].trim());
-    let number: f64 = number.parse().map_err(|_| format!("no number with a unit, as in \"2 {unit}\""))?;
+    let number: f64 = number.parse().map_err(|_| no_number())?;
     if written.is_empty() {
-        return Err(format!("a number in quotes, write {number} or \"{number} {unit}\""));
+        return Err(format!("write {number} without quotes, or \"{number} {unit}\""));
     }
-    let given =
-        Unit::parse(written).ok_or_else(|| format!("in {written}, which is no known unit; give it in {unit}"))?;
+    let given = Unit::parse(written).ok_or_else(|| format!("{written} is no known unit; give it in {unit}"))?;
     let si = Unit::parse(unit).unwrap_or_default();
     if given.dimensions != si.dimensions {
-        return Err(format!("in {written}, must be in {unit} or a multiple of it"));
+        return Err(format!("{written} is no unit of this quantity; give it in {unit} or a multiple of it"));
     }
     let (decade, sixties) = (given.decade - si.decade, given.sixties - si.sixties);
     // Dividing by a power of ten is exact to the last bit where multiplying by its inverse is not.
@@ -155,15 +155,15 @@ mod tests {
     #[test]
     fn what_is_no_such_quantity_says_why() {
         for (text, phrase) in [
-            ("30", "a number in quotes, write 30"),
-            ("ms", "no number"),
-            ("3 mm", "must be in s"),
+            ("30", "write 30 without quotes"),
+            ("ms", "write a number"),
+            ("3 mm", "give it in s"),
             ("3 parsec", "no known unit"),
-            ("inf s", "no number"),
-            ("nan", "no number"),
+            ("inf s", "write a number"),
+            ("nan", "write a number"),
             ("3 s/", "no known unit"),
-            ("", "no number"),
-            ("é3", "no number"),
+            ("", "write a number"),
+            ("é3", "write a number"),
         ] {
             let error = parse(text, "s").expect_err(text);
             assert!(error.contains(phrase), "{text}: {error}");

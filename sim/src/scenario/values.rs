@@ -71,11 +71,11 @@ impl Values {
                 (Some(text), Some(unit)) => quantity::parse(text, &unit).err(),
                 _ => None,
             };
-            let message = match reason {
-                Some(reason) => format!("{} is {}: {reason}", key.path, entry.written),
-                None => format!("{} is {}, must be {}", key.path, entry.written, key.kind),
-            };
+            let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind);
             let mut error = ScenarioError::new(message).at(Some(entry.value_place));
+            if let Some(reason) = reason {
+                error = error.remedy(reason);
+            }
             if let (Kind::Choice(words), Some(word)) = (key.kind, entry.value.as_str()) {
                 let best = words.iter().max_by(|a, b| similarity(word, a).total_cmp(&similarity(word, b)));
                 if let Some(best) = best.filter(|best| similarity(word, best) > 0.7) {
