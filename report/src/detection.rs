@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use super::Table;
 use super::number::{show, significant};
 use super::tables::{quoted, shortest};
+use super::wrap::wrapped;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
 use trocar_sim::metrics::Unit;
 
@@ -41,7 +42,7 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
         text.truncate(text.trim_end().len());
         text.push('\n');
     }
-    text
+    wrapped(&text)
 }
 
 /// Returns the statistics of the residual as a table.

@@ -8,6 +8,7 @@ use super::figures::{self, CharacteristicView};
 use super::number::{show, significant};
 use super::pictures::{PictureError, keep};
 use super::tables::{quoted, shortest};
+use super::wrap::wrapped;
 use super::{Folder, Table};
 use trocar_sim::metrics::Unit;
 use trocar_sim::roc::{Characteristics, Condition, Curve, Point};
@@ -62,7 +63,7 @@ pub fn roc_text(roc: &Characteristics) -> String {
             by_condition(roc)
         );
     }
-    text
+    wrapped(&text)
 }
 
 fn heading(roc: &Characteristics) -> String {

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::Table;
 use super::number::significant;
 use super::stability::{all, word};
+use super::wrap::wrapped;
 use trocar_sim::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
@@ -46,7 +47,7 @@ pub fn stability_text(study: &StabilityStudy) -> String {
     if let Some(check) = check {
         text.push_str(&checked(map, check));
     }
-    text
+    wrapped(&text)
 }
 
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.

@@ -59,8 +59,8 @@ enum Command {
     Run(run::RunArgs),
     /// Compare scenarios; without arguments, the shipped classical and augmented scenarios
     ///
-    /// Prints the metrics side by side, and for the shipped pair the paper's statements with the results. Each scenario also runs
-    /// with 0.025 N of added noise, with its own detector and with the derivative detector of the paper.
+    /// Prints the main metrics side by side, and a sentence that says what the comparison shows. Each scenario also runs with 0.025 N
+    /// of added noise, with its own detector and with the derivative detector of the paper: --all prints these metrics too.
     Compare(compare::CompareArgs),
     /// Explore a scenario in the browser, with a new simulation at every change of a slider
     ///
