@@ -97,7 +97,7 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     table.row(["predicted interval between false alarms".to_owned(), interval]);
     table.row(["predicted delay of the slowest rupture".to_owned(), show(settings.delay_s, Unit::Second)]);
     let _ = write!(text, "{table}\n{}", calibration_toml(calibration));
-    wrapped(&text)
+    wrapped(&text, 0)
 }
 
 fn or_dash(text: String) -> String {

@@ -38,7 +38,7 @@ pub fn all_metrics_text(comparison: &Comparison) -> String {
 /// Returns what the comparison shows, as one sentence.
 #[must_use]
 pub fn finding_text(comparison: &Comparison) -> String {
-    wrapped(&format!("{}\n", finding(&comparison.runs)))
+    wrapped(&format!("{}\n", finding(&comparison.runs)), 0)
 }
 
 /// Returns a line for each run that ended early.

@@ -69,7 +69,7 @@ pub fn detections_text(entries: &[DetectionEntry]) -> String {
     if !reports.is_empty() {
         let _ = write!(text, "{}", phases_table(&pooled_phases(entries)));
     }
-    wrapped(&text)
+    wrapped(&text, 0)
 }
 
 pub(super) fn recordings_table(entries: &[DetectionEntry]) -> Table {

@@ -52,7 +52,7 @@ pub fn seeds_text(study: &SeedStudy) -> String {
         table.to_string()
     } else {
         let note = "No metric depends on the seed: the scenarios have no random noise, tremor or reaction time.\n";
-        format!("{table}{}", wrapped(note))
+        format!("{table}{}", wrapped(note, 0))
     }
 }
 

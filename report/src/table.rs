@@ -8,7 +8,7 @@ use crate::wrap::{WIDTH, lines, longest_part};
 const GAP: &str = "  ";
 
 /// The minimum width of a column with broken cells, and the width at which words are cut.
-const MIN_BROKEN: usize = 20;
+const MIN_BROKEN: usize = 16;
 const MAX_BROKEN: usize = 36;
 
 /// A table with a heading. The first column is flush left, the others are flush right.
@@ -92,8 +92,8 @@ impl Table {
             let cell = cells.get(column).map_or("", String::as_str);
             match broken {
                 Broken::Nothing => whole(cell),
-                Broken::Headings if row == 0 => longest_part(cell).min(MAX_BROKEN),
-                Broken::Texts if row == 0 => longest_part(cell).min(MAX_BROKEN),
+                Broken::Headings | Broken::Texts if row == 0 && column > 0 => longest_part(cell).min(MAX_BROKEN),
+                Broken::Headings if row == 0 => part(cell),
                 Broken::Texts if self.is_text(column) => part(cell),
                 Broken::Headings | Broken::Texts => whole(cell),
                 Broken::Everything => part(cell),

@@ -33,7 +33,7 @@ pub fn run_text(run: &Run) -> String {
             table.row([label, show(*value, unit)]);
         }
     }
-    let _ = write!(text, "{table}{}", wrapped(&alarms_line(run)));
+    let _ = write!(text, "{table}{}", wrapped(&alarms_line(run), 2));
     text
 }
 

@@ -3,17 +3,15 @@
 /// Maximum width of printed lines, in characters.
 pub(crate) const WIDTH: usize = 80;
 
-/// Returns a text with lines of at most [`WIDTH`] characters, broken at spaces. A line that begins with a lower-case label is
-/// continued with an indent. A word that is longer, such as a path, stays whole.
-pub(crate) fn wrapped(text: &str) -> String {
+/// Returns a text with lines of at most [`WIDTH`] characters, broken at spaces; a broken line is continued after `indent` spaces.
+/// A word that is longer, such as a path, stays whole.
+pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     let mut result = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
         if line.trim_end().chars().count() <= WIDTH {
             result.push_str(line);
             continue;
         }
-        let indent = line.len() - line.trim_start().len();
-        let indent = if line.trim_start().starts_with(char::is_lowercase) { indent + 2 } else { indent };
         let mut width = 0;
         for word in line.split_whitespace() {
             let length = word.chars().count();
@@ -28,7 +26,9 @@ pub(crate) fn wrapped(text: &str) -> String {
             result.push_str(word);
             width += length;
         }
-        result.push('\n');
+        if line.ends_with('\n') {
+            result.push('\n');
+        }
     }
     result
 }
@@ -92,9 +92,9 @@ mod tests {
     #[test]
     fn long_lines_are_broken_at_spaces_and_short_ones_are_unchanged() {
         let short = "two\n\n  lines  \n";
-        assert_eq!(wrapped(short), short);
+        assert_eq!(wrapped(short, 2), short);
         let long = format!("switching: {}\n", "word ".repeat(30));
-        let broken = wrapped(&long);
+        let broken = wrapped(&long, 2);
         assert!(broken.lines().all(|line| line.chars().count() <= WIDTH), "{broken}");
         assert!(broken.lines().nth(1).is_some_and(|line| line.starts_with("  word")), "{broken}");
         assert_eq!(broken.split_whitespace().count(), long.split_whitespace().count());

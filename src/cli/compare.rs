@@ -17,8 +17,8 @@ const PAPER_PAIR: [&str; 2] = ["builtin:classical.toml", "builtin:augmented.toml
 
 const EXAMPLES: &str = "\
 Examples:
-  trocar compare                                     the pair of the paper
-  trocar compare --paper                             and its statements
+  trocar compare                             the pair of the paper
+  trocar compare --paper                     and the statements of the paper
   trocar compare layers/through-the-skin layers/skin-augmented
   trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025";
 

@@ -42,4 +42,5 @@ mod stability;
 mod support;
 mod sweep;
 mod switching;
+mod terminal;
 mod tissue;

@@ -18,7 +18,7 @@ pub(crate) const SUMMARY_HEADING: [&str; 6] =
 /// Returns the tables: the distribution of each metric, and the influence of each axis on the metrics in focus.
 #[must_use]
 pub fn sweep_text(design: &Design, findings: &Findings) -> String {
-    let mut text = wrapped(&heading(design, findings));
+    let mut text = wrapped(&heading(design, findings), 0);
     let mut table = Table::new(SUMMARY_HEADING);
     for summary in &findings.summaries {
         table.row(summary_row(summary));
