@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_report::{comparison_json, comparison_text, facts_text, seeds_text};
+use trocar_report::{all_metrics_text, comparison_json, facts_text, seeds_text};
 use trocar_sim::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
 
 use crate::interrupt::interruptible;
@@ -32,7 +32,7 @@ pub(crate) fn compare<'py>(
     let (comparison, study) = compared.map_err(|error| error::run(py, &error))?;
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
     let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
-    let mut text = comparison_text(&comparison);
+    let mut text = all_metrics_text(&comparison);
     let extra = [study.as_ref().map(seeds_text), facts.as_deref().map(facts_text)];
     extra.iter().flatten().for_each(|part| text.push_str(&format!("\n{part}")));
     let rows =

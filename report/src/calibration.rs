@@ -6,6 +6,7 @@ use serde_json::{Value as Json, json};
 
 use super::Table;
 use super::number::{show, significant};
+use super::wrap::wrapped;
 use trocar_sim::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 use trocar_sim::metrics::Unit;
 
@@ -69,7 +70,7 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     }
     if calibration.whiteness.is_some_and(|test| test.ljung_box_p < 0.01 || test.jarque_bera_p < 0.01) {
         text.push_str(
-            "The predicted interval assumes a white Gaussian residual. The quiet residual is not, so the interval gives an\n\
+            "The predicted interval assumes a white Gaussian residual. The quiet residual is not, so the interval gives an \
              order of magnitude only. The threshold is at least twice the largest harmless excursion.\n\n",
         );
     }
@@ -96,7 +97,7 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     table.row(["predicted interval between false alarms".to_owned(), interval]);
     table.row(["predicted delay of the slowest rupture".to_owned(), show(settings.delay_s, Unit::Second)]);
     let _ = write!(text, "{table}\n{}", calibration_toml(calibration));
-    text
+    wrapped(&text, 0)
 }
 
 fn or_dash(text: String) -> String {

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use super::Table;
 use super::number::{show, significant};
 use super::tables::{quoted, shortest};
+use super::wrap::wrapped;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
 use trocar_sim::metrics::Unit;
 
@@ -41,7 +42,7 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
         text.truncate(text.trim_end().len());
         text.push('\n');
     }
-    text
+    wrapped(&text, 0)
 }
 
 /// Returns the statistics of the residual as a table.
@@ -58,15 +59,15 @@ pub(super) fn residual_table(report: &DetectionReport) -> Table {
 
 /// Returns the alarms, each with its matched rupture, and the missed ruptures of recordings, in order of time.
 pub(super) fn events_table(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
-    let mut heading = vec!["alarm", "time", "position", "depth", "force", "residual", "rupture", "delay"];
-    if recordings.iter().any(|(name, _)| name.is_some()) {
-        heading.insert(0, "recording");
-    }
-    let mut table = Table::new(heading);
+    let is_named = recordings.iter().any(|(name, _)| name.is_some());
+    let first = if is_named { "recording, alarm" } else { "alarm" };
+    let mut table = Table::new([first, "time", "position", "depth", "force", "residual", "rupture", "delay"]);
     for (name, report) in recordings {
         for event in events(report) {
-            let mut cells: Vec<String> = name.map(str::to_owned).into_iter().collect();
-            cells.extend(event.cells(report));
+            let mut cells = event.cells(report);
+            if let Some(name) = name {
+                cells[0] = format!("{name}, {}", cells[0]);
+            }
             table.row(cells);
         }
     }

@@ -8,6 +8,7 @@ use super::Table;
 use super::detection::{delays, events_table, phases_table, rate};
 use super::json::render;
 use super::number::{show, significant};
+use super::wrap::wrapped;
 use trocar_sim::detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
 use trocar_sim::metrics::Unit;
 
@@ -68,7 +69,7 @@ pub fn detections_text(entries: &[DetectionEntry]) -> String {
     if !reports.is_empty() {
         let _ = write!(text, "{}", phases_table(&pooled_phases(entries)));
     }
-    text
+    wrapped(&text, 0)
 }
 
 pub(super) fn recordings_table(entries: &[DetectionEntry]) -> Table {

@@ -1,11 +1,13 @@
 //! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
 mod calibration;
+mod comparison;
 mod detection;
 mod detections;
 pub mod diagnostic;
 pub mod figures;
 mod files;
+mod finding;
 pub mod html;
 mod json;
 mod live;
@@ -21,8 +23,10 @@ mod switching;
 mod table;
 mod tables;
 mod terminal_chart;
+mod wrap;
 
 pub use calibration::{calibration_object, calibration_text, calibration_toml, run_lengths_text};
+pub use comparison::{all_metrics_text, comparison_csv, comparison_text, facts_text, finding_text, row_cells};
 pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection_csv};
 pub use detections::{DetectionEntry, detections_json, detections_text};
 pub use files::{Folder, OutputError, stream_file, write_file};
@@ -37,5 +41,5 @@ pub use stability_text::stability_text;
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
 pub use switching::{released_csv, switching_csv, switching_picture, switching_text};
 pub use table::Table;
-pub use tables::{comparison_csv, comparison_text, facts_text, row_cells, run_text, write_trace_csv};
+pub use tables::{run_text, write_trace_csv};
 pub use terminal_chart::runs_chart;

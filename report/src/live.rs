@@ -1,6 +1,7 @@
 //! The summary of a live stream, as text.
 
 use super::number::{show, significant};
+use super::wrap::wrapped;
 use trocar_sim::detect::LiveSummary;
 use trocar_sim::metrics::Unit;
 
@@ -12,7 +13,7 @@ pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) 
     let seconds = |value: f64| format!("{} s", significant(value));
     let newton = |value| show(value, Unit::Newton);
     let interval = summary.interval_s.map_or(String::new(), |s| format!(" {} apart", show(Some(s), Unit::Second)));
-    format!(
+    let text = format!(
         "{}{interval} over {} ({} in contact), {}; ended by {ended}\nresidual: mean |e| {}, σ {}, maximum {}\n{}: {malformed} \
          malformed and {} out of order skipped, {} interpolated, {} uneven, {}",
         plural(summary.samples, "sample"),
@@ -27,5 +28,6 @@ pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) 
         plural(summary.interpolated, "lost sample"),
         plural(summary.uneven, "step"),
         plural(summary.restarts, "restart"),
-    )
+    );
+    wrapped(&text, 0)
 }

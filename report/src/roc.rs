@@ -8,6 +8,7 @@ use super::figures::{self, CharacteristicView};
 use super::number::{show, significant};
 use super::pictures::{PictureError, keep};
 use super::tables::{quoted, shortest};
+use super::wrap::wrapped;
 use super::{Folder, Table};
 use trocar_sim::metrics::Unit;
 use trocar_sim::roc::{Characteristics, Condition, Curve, Point};
@@ -38,9 +39,15 @@ pub fn roc_text(roc: &Characteristics) -> String {
         ]);
     }
     let _ = write!(text, "{table}\nat the best threshold\n");
-    let detection = format!("false-alarm rate at {} % detected", 100.0 * STATED_DETECTION);
-    let mut table =
-        Table::new(["detector", &detection, "delay", "detected at 1 false alarm/h", "delay", "maximum detected"]);
+    let stated = 100.0 * STATED_DETECTION;
+    let mut table = Table::new([
+        "detector",
+        &format!("false-alarm rate at {stated} % detected"),
+        &format!("delay at {stated} % detected"),
+        "detected at 1 false alarm/h",
+        "delay at 1 false alarm/h",
+        "maximum detected",
+    ]);
     for curve in &roc.all {
         let at_detection = curve.at_detection(STATED_DETECTION);
         let at_rate = curve.at_false_alarms_per_hour(STATED_FALSE_ALARMS_PER_HOUR);
@@ -62,7 +69,7 @@ pub fn roc_text(roc: &Characteristics) -> String {
             by_condition(roc)
         );
     }
-    text
+    wrapped(&text, 0)
 }
 
 fn heading(roc: &Characteristics) -> String {

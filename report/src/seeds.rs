@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::Table;
 use super::number::{readable, significant};
 use super::tables::shortest;
+use super::wrap::wrapped;
 use trocar_sim::compare::{SeedStudy, Spread};
 use trocar_sim::metrics::Unit;
 
@@ -19,24 +20,25 @@ const SHOWN: [&str; 7] = [
     "tissue_energy_j",
 ];
 
-/// Returns the main metrics: for each scenario the median and the central 95 % interval over the seeds, and for a pair the
-/// ratio of the second scenario to the first, seed by seed.
+/// Returns the main metrics. A metric has a line for each scenario, with the median and the central 95 % interval over the seeds,
+/// and for a pair a line with the ratio of the second scenario to the first, seed by seed.
 #[must_use]
 pub(super) fn seeds_table(study: &SeedStudy) -> Table {
-    let mut heading = vec![format!("{} seeds: median [2.5 %, 97.5 %]", study.seeds)];
-    heading.extend(study.scenarios.iter().cloned());
-    let is_pair = study.scenarios.len() == 2;
-    if is_pair {
-        heading.push("second / first".into());
-    }
+    let heading = [&format!("over {} seeds", study.seeds), "median", "2.5 %", "97.5 %", "seeds"];
     let mut table = Table::new(heading);
+    let is_pair = study.scenarios.len() == 2;
     for row in study.rows.iter().filter(|row| SHOWN.contains(&row.name)) {
-        let mut cells = vec![row.label.clone()];
-        cells.extend(row.spreads.iter().map(|spread| of_unit(spread.as_ref(), row.unit, study.seeds)));
-        if is_pair {
-            cells.extend(row.ratios.iter().skip(1).map(|ratio| ratio.as_ref().map_or(String::new(), of_ratio)));
+        let (factor, unit) = readable(row.unit);
+        let unit = if unit.is_empty() { String::new() } else { format!(" ({})", unit.trim_start()) };
+        table.row([format!("{}{unit}", row.label)]);
+        let is_whole = |value: f64| row.unit == Unit::Count && value.fract() == 0.0;
+        let number = |value: f64| if is_whole(value) { format!("{value}") } else { significant(factor * value) };
+        for (name, spread) in study.scenarios.iter().zip(&row.spreads) {
+            table.row(spread_cells(name, spread.as_ref(), number));
         }
-        table.row(cells);
+        if let (true, [_, Some(ratio)]) = (is_pair, &row.ratios[..]) {
+            table.row(spread_cells("second / first", Some(ratio), significant));
+        }
     }
     table
 }
@@ -49,22 +51,17 @@ pub fn seeds_text(study: &SeedStudy) -> String {
     if study.rows.iter().flat_map(|row| &row.spreads).flatten().any(varies) {
         table.to_string()
     } else {
-        format!("{table}No metric depends on the seed: the scenarios have no random noise, tremor or reaction time.\n")
+        let note = "No metric depends on the seed: the scenarios have no random noise, tremor or reaction time.\n";
+        format!("{table}{}", wrapped(note, 0))
     }
 }
 
-/// Returns the median and the interval in one unit, and the number of seeds with a value unless every seed has one.
-fn of_unit(spread: Option<&Spread>, unit: Unit, seeds: u64) -> String {
-    let Some(spread) = spread else { return "—".into() };
-    let (factor, name) = readable(unit);
-    let is_whole = |value: f64| unit == Unit::Count && value.fract() == 0.0;
-    let number = |value: f64| if is_whole(value) { format!("{value}") } else { significant(factor * value) };
-    let counted = if spread.defined < seeds { format!(" (in {})", spread.defined) } else { String::new() };
-    format!("{} [{}, {}]{name}{counted}", number(spread.median), number(spread.low), number(spread.high))
-}
-
-fn of_ratio(ratio: &Spread) -> String {
-    format!("{} [{}, {}]", significant(ratio.median), significant(ratio.low), significant(ratio.high))
+/// Returns a line of the table: the median, the ends of the interval, and the number of seeds with a value.
+fn spread_cells(name: &str, spread: Option<&Spread>, number: impl Fn(f64) -> String) -> [String; 5] {
+    let name = format!("  {name}");
+    let Some(spread) = spread else { return [name, "—".into(), "—".into(), "—".into(), "0".into()] };
+    let [median, low, high] = [spread.median, spread.low, spread.high].map(number);
+    [name, median, low, high, spread.defined.to_string()]
 }
 
 /// Returns `seeds.csv`: a row per metric and scenario, in SI units. A metric that no seed defines has empty cells.

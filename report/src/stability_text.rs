@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::Table;
 use super::number::significant;
 use super::stability::{all, word};
+use super::wrap::wrapped;
 use trocar_sim::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
@@ -46,7 +47,7 @@ pub fn stability_text(study: &StabilityStudy) -> String {
     if let Some(check) = check {
         text.push_str(&checked(map, check));
     }
-    text
+    wrapped(&text, 2)
 }
 
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.
@@ -134,18 +135,24 @@ fn largest(limit: &Limit) -> String {
 }
 
 pub(super) fn port_table(analysis: &Analysis) -> Table {
-    let mut table =
-        Table::new(["ports", "|Z| in free motion", "|Z| in tissue", "|Z| ideal", "η", "absolutely stable", "passive"]);
+    let mut table = Table::new([
+        "ports (|Z| in N·s/m)",
+        "|Z| in free motion",
+        "|Z| in tissue",
+        "|Z| ideal",
+        "η",
+        "absolutely stable",
+        "passive",
+    ]);
     for shown_hz in SHOWN_HZ {
         let distance = |point: &&PortPoint| (point.frequency_hz / shown_hz).ln().abs();
         let Some(point) = analysis.ports.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else { continue };
         let yes = |holds: bool| if holds { "yes" } else { "no" }.to_owned();
-        let impedance = |norm: f64| format!("{} N·s/m", significant(norm));
         table.row([
             format!("{} Hz", significant(point.frequency_hz)),
-            impedance(point.hybrid.h[0][0].norm()),
-            impedance(point.transmitted.norm()),
-            impedance(point.ideal.norm()),
+            significant(point.hybrid.h[0][0].norm()),
+            significant(point.transmitted.norm()),
+            significant(point.ideal.norm()),
             significant(point.hybrid.llewellyn()),
             yes(point.is_absolutely_stable),
             yes(point.is_passive),

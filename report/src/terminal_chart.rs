@@ -8,7 +8,7 @@ use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape, TickDisplay, Tick
 use trocar_sim::run::Run;
 
 /// Width and height in dots. A character has two by four dots.
-const DOTS: (u32, u32) = (140, 36);
+const DOTS: (u32, u32) = (120, 36);
 
 /// Time shown before and after the first rupture, in s.
 const AROUND_S: (f64, f64) = (0.5, 1.5);
@@ -80,13 +80,13 @@ mod tests {
         let text = anstream::adapter::strip_str(&text).to_string();
         let charts: Vec<&str> = text.split("slave position around rupture 1").collect();
         assert_eq!(charts.len(), 3);
-        // The row of the line 0.4 s after the rupture, while the augmented slave is frozen; 35 columns are one second.
+        // The row of the line 0.4 s after the rupture, while the augmented slave is frozen; 30 columns are one second.
         let row = |chart: &str| {
-            let has_dots = |line: &&str| line.chars().nth(31).is_some_and(|c| ('\u{2801}'..='\u{28ff}').contains(&c));
+            let has_dots = |line: &&str| line.chars().nth(27).is_some_and(|c| ('\u{2801}'..='\u{28ff}').contains(&c));
             chart.lines().skip(1).position(|line| has_dots(&line)).expect("a line")
         };
         assert!(row(charts[1]) < 2 && row(charts[2]) > 6, "{text}");
-        assert!(text.lines().all(|line| line.chars().count() <= 90), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
 
     #[test]

@@ -56,22 +56,28 @@ pub(super) struct CalibrateArgs {
 
 const MORE: &str = "\
 Method:
-  noise      from second differences of the force; the dead zone is twice the noise
-  contact    position at which the force rises above its noise, or at which a line through force and position is zero
-  quiet      blocks of 0.1 s in contact without a rupture; sigma_0 is the 90 % quantile of their RMS values
-  drift      residual at which the likelihood ratio of eq. 23 changes sign, for a variance 100 times larger
-  (--variance-ratio)
-             threshold  from the requested average run length to a false alarm (Page's integral equation), and at least twice the
-  largest harmless excursion in the segment
-  memory     slow ruptures and fast harmless changes are inserted into the recording; the memory that separates them best
+  noise      from second differences of the force; the dead zone is twice the
+             noise
+  contact    position at which the force rises above its noise, or at which a
+             line through force and position is zero
+  quiet      blocks of 0.1 s in contact without a rupture; sigma_0 is the 90 %
+             quantile of their RMS values
+  drift      residual at which the likelihood ratio of eq. 23 changes sign, for
+             a variance 100 times larger (--variance-ratio)
+  threshold  from the requested average run length to a false alarm (Page's
+             integral equation), and at least twice the largest harmless
+             excursion in the segment
+  memory     slow ruptures and fast harmless changes are inserted into the
+             recording; the memory that separates them best
 
-Files, in a folder with the name of the recording in --out: calibrated.toml, an input of `trocar detect` and of its
+Files, in a folder with the name of the recording in --out: calibrated.toml, an input of `trocar detect` and of its \
 --settings; calibration.json; figures of the whole recording with these settings.
 
 Examples:
   trocar calibrate force.csv --time t_s --position x_mm:1e-3 --force f_n
   trocar detect out/force/calibrated.toml
-  trocar detect others/ --settings out/force/calibrated.toml --time t_s --position x_mm:1e-3 --force f_n";
+  trocar detect others/ --settings out/force/calibrated.toml --time t_s \\
+      --position x_mm:1e-3 --force f_n";
 
 /// The checked run lengths, and the number of runs of each.
 const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 2048), (1e7, 1024)];

@@ -5,8 +5,14 @@ use clap::Args;
 use super::error::CliError;
 use super::{ScenarioArgs, terminal};
 
+const EXAMPLES: &str = "\
+Examples:
+  trocar check my.toml
+  trocar check my.toml --resolved";
+
 /// Check scenarios.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct CheckArgs {
     /// Scenario files
     #[arg(required = true, value_name = "FILE")]

@@ -6,8 +6,8 @@ use super::error::CliError;
 use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
 use trocar_report::html::{command_line, comparison_html};
 use trocar_report::{
-    Folder, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text, runs_chart, seeds_csv,
-    seeds_text,
+    Folder, all_metrics_text, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text,
+    finding_text, runs_chart, seeds_csv, seeds_text,
 };
 use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_sim::scenario::Scenario;
@@ -15,8 +15,16 @@ use trocar_sim::scenario::Scenario;
 /// The default pair.
 const PAPER_PAIR: [&str; 2] = ["builtin:classical.toml", "builtin:augmented.toml"];
 
+const EXAMPLES: &str = "\
+Examples:
+  trocar compare                             the pair of the paper
+  trocar compare --paper                     and the statements of the paper
+  trocar compare layers/through-the-skin layers/skin-augmented
+  trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025";
+
 /// Compare scenarios.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct CompareArgs {
     /// Scenario files [default: builtin:classical.toml and builtin:augmented.toml, the pair of the paper]
     #[arg(value_name = "SCENARIO")]
@@ -24,6 +32,12 @@ pub(super) struct CompareArgs {
     /// Also run every scenario with N seeds, starting at its own seed, and print medians and central 95 % intervals
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MAX_SEEDS))]
     seeds: Option<u64>,
+    /// Print the table of all metrics, with all ruptures
+    #[arg(long)]
+    all: bool,
+    /// Also print the statements of the paper with the results, for the shipped pair
+    #[arg(long)]
+    paper: bool,
     /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning, the events, and
     /// interactive charts of all runs
     #[arg(long)]
@@ -100,15 +114,22 @@ fn write(folder: &Folder, comparison: &Comparison, json: &str) -> Result<(), Cli
 }
 
 fn text(args: &CompareArgs, comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
-    let mut text = comparison_text(comparison);
+    let mut text = if args.all {
+        format!("{}\n{}", all_metrics_text(comparison), finding_text(comparison))
+    } else {
+        comparison_text(comparison)
+    };
     if let Some(study) = study {
         text.push_str(&format!("\n{}", seeds_text(study)));
     }
-    if let Some(facts) = facts {
-        text.push_str(&format!("\n{}", facts_text(facts)));
-    } else if args.scenarios.is_empty() {
-        text.push_str("\nThe comparison with the paper is omitted: it needs two ruptures and an event.\n");
-    }
+    text.push_str(&match facts {
+        _ if !args.paper => String::new(),
+        Some(facts) => format!("\n{}", facts_text(facts)),
+        None if args.scenarios.is_empty() => {
+            "\nThe statements of the paper need a pair of runs with two ruptures and an event.\n".into()
+        }
+        None => "\nThe statements of the paper are about the shipped pair: trocar compare --paper\n".into(),
+    });
     let out = args.output.out.display();
     text.push_str(&format!("\nfigures: {out}/comparison.png, {out}/overlay.png; all files: {out}\n"));
     text

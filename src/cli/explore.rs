@@ -11,8 +11,15 @@ use crate::explore::{Catalogue, Options, serve};
 /// The default scenario.
 const DEFAULT_SCENARIO: &str = "builtin:augmented.toml";
 
+const EXAMPLES: &str = "\
+Examples:
+  trocar explore                                the shipped insertion
+  trocar explore layers/skin-augmented          insertion through the skin
+  trocar explore my.toml --port 8000 --no-open  your own scenario";
+
 /// Explore a scenario in the browser.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct ExploreArgs {
     /// A scenario file, or a shipped scenario such as builtin:augmented.toml
     #[arg(value_name = "SCENARIO", default_value = DEFAULT_SCENARIO)]

@@ -9,8 +9,13 @@ use super::terminal;
 use trocar_report::write_file;
 use trocar_sim::scenario::starter;
 
+const EXAMPLES: &str = "\
+Example:
+  trocar init my.toml && trocar run my.toml";
+
 /// Write a commented starter scenario.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct InitArgs {
     /// File to write
     #[arg(value_name = "FILE", default_value = "scenario.toml")]

@@ -7,15 +7,28 @@ use super::error::CliError;
 use super::{Cli, terminal};
 use trocar_report::Folder;
 
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  trocar completions bash > ~/.local/share/bash-completion/completions/trocar
+  trocar completions zsh > \"${fpath[1]}/_trocar\"
+  trocar completions fish > ~/.config/fish/completions/trocar.fish";
+
 /// Print completions for a shell.
 #[derive(Debug, Args)]
+#[command(after_help = COMPLETIONS_EXAMPLES)]
 pub(super) struct CompletionsArgs {
     /// The shell
     shell: Shell,
 }
 
+const MAN_EXAMPLES: &str = "\
+Examples:
+  trocar man | man -l -
+  trocar man --out ~/.local/share/man/man1";
+
 /// Write the manual pages.
 #[derive(Debug, Args)]
+#[command(after_help = MAN_EXAMPLES)]
 pub(super) struct ManArgs {
     /// Folder for the pages of all commands; without it, the page of trocar is printed
     #[arg(long, value_name = "DIR")]
@@ -32,12 +45,16 @@ pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
     let mut command = Cli::command();
     command.build();
     let Some(out) = &args.out else { return terminal::print(&page(command)?) };
-    let folder = Folder::new(out);
-    for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
-        folder.write(&format!("trocar-{}.1", inner.get_name()), page(inner.clone())?.as_bytes())?;
-    }
-    folder.write("trocar.1", page(command)?.as_bytes())?;
+    write_pages(&Folder::new(out), "trocar", command)?;
     terminal::print(&format!("manual pages: {}\n", out.display()))
+}
+
+/// Writes the pages of a command and of its subcommands, for example `trocar-sweep.1` and `trocar-sweep-merge.1`.
+fn write_pages(folder: &Folder, name: &str, command: clap::Command) -> Result<(), CliError> {
+    for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
+        write_pages(folder, &format!("{name}-{}", inner.get_name()), inner.clone())?;
+    }
+    Ok(folder.write(&format!("{name}.1"), page(command)?.as_bytes())?)
 }
 
 fn page(command: clap::Command) -> Result<String, CliError> {

@@ -34,19 +34,22 @@ use trocar_sim::sweep::sweep_schema;
 /// the needle overshoots. trocar detects the rupture, freezes the slave, amplifies the drop of the felt force, and computes metrics
 /// of the result.
 #[derive(Debug, Parser)]
-#[command(name = "trocar", version, after_help = EXAMPLES, arg_required_else_help = true)]
+#[command(name = "trocar", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = WIDTH)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
+/// Maximum width of the help. A paragraph is one line, which clap wraps; lines of examples and lists are shorter.
+const WIDTH: usize = 80;
+
 const EXAMPLES: &str = "\
 Examples:
-  trocar compare                                      classical and augmented teleoperation, shipped scenarios
-  trocar init my.toml && trocar run my.toml           your own scenario
-  trocar run builtin:augmented.toml --set augmentation.reengage=snap
-  trocar explore                                      interactive, in the browser
-  trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n --contact-m 0.012
+  trocar compare                             classical and augmented
+  trocar init my.toml && trocar run my.toml  your own scenario
+  trocar run layers/skin-augmented --set augmentation.reengage=snap
+  trocar explore                             interactive, in the browser
+  trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n
 
 Exit codes: 0 success, 1 failure, 2 invalid input, 130 interrupted by Ctrl-C.";
 
@@ -59,8 +62,8 @@ enum Command {
     Run(run::RunArgs),
     /// Compare scenarios; without arguments, the shipped classical and augmented scenarios
     ///
-    /// Prints the metrics side by side, and for the shipped pair the paper's statements with the results. Each scenario also runs
-    /// with 0.025 N of added noise, with its own detector and with the derivative detector of the paper.
+    /// Prints the main metrics side by side, and a sentence that says what the comparison shows. Each scenario also runs with 0.025 N
+    /// of added noise, with its own detector and with the derivative detector of the paper: --all prints these metrics too.
     Compare(compare::CompareArgs),
     /// Explore a scenario in the browser, with a new simulation at every change of a slider
     ///
@@ -68,13 +71,8 @@ enum Command {
     /// switches for every key; the metrics of `compare`; an interactive stability map; the rupture as sound; and an insertion by
     /// hand in real time. The address of the page contains the state. The page exports TOML, CSV and PNG.
     ///
-    ///   trocar explore                                   the shipped insertion
-    ///   trocar explore builtin:01_augmented.toml         insertion through the skin
-    ///   trocar explore my.toml --port 8000 --no-open     your own scenario, without opening a browser
-    ///
     /// The command serves the page on this machine only. Use --bind to serve other machines. The server rejects requests from pages
     /// of other sites. Ctrl-C ends the server.
-    #[command(verbatim_doc_comment)]
     Explore(explore::ExploreArgs),
     /// Run the estimator and the detector on recordings or on a live stream
     ///
@@ -95,13 +93,6 @@ enum Command {
     /// likelihood ratio and the Page-Hinkley test, each with the threshold and the drift from the same hypotheses. An alarm soon
     /// enough after a label is a detection; a later alarm within 0.5 s is late; any other alarm is false. Intervals are 95 %
     /// confidence intervals. Ctrl-C ends early and keeps the finished cases.
-    ///
-    ///   trocar roc                                            the shipped insertion in the paper's noise
-    ///   trocar roc --noise-std-n 0.01,0.025,0.05              several noise levels
-    ///   trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045  smaller and sharper ruptures
-    ///   trocar roc builtin:real_classical.toml                a real recording with its label
-    ///   trocar roc builtin:01_through_the_skin.toml           a closed loop with layered tissue
-    #[command(verbatim_doc_comment)]
     Roc(Box<roc::RocArgs>),
     /// Analyse the stability of the loop: limits, margins, ports, and a map over two parameters
     ///
@@ -111,19 +102,12 @@ enum Command {
     /// parameter; and the two-port of the teleoperator (hybrid parameters, Llewellyn's parameter, passivity, transmitted impedance).
     /// K and B are tissue.stiffness_n_per_m and tissue.damping_n_s_per_m for every kind of tissue.
     ///
-    ///   trocar stability builtin:classical.toml                        force scale and stiffness
-    ///   trocar stability my.toml --set tissue.stiffness_n_per_m=400    another tissue
-    ///   trocar stability my.toml --x channel.delay_s=0:0.1:100 --y scaling.force=0.1:10:100
-    ///   trocar stability my.toml --x tissue.damping_n_s_per_m=0:50:100 --y tissue.stiffness_n_per_m=10:10000:100
-    ///   trocar stability my.toml --simulate                            compare every verdict with a simulation
-    ///
     /// An axis is KEY=LOW:HIGH:COUNT. It is logarithmic if HIGH is at least 50 times LOW; append :log or :linear to choose.
     /// channel.delay_s sets both delays. With tissue damping as x and stiffness as y, the map is the Z-width of Colgate and Brown
     /// (1994).
     ///
     /// Files, in a folder with the name of the scenario: stability.json, sensitivities.csv, stability.png with stability_map.csv and
     /// stability_boundary.csv, ports.png with ports.csv.
-    #[command(verbatim_doc_comment)]
     Stability(Box<stability::StabilityArgs>),
     /// Run a scenario many times with varied keys: a row of metrics per case, statistics, figures
     ///
@@ -139,8 +123,10 @@ enum Command {
     /// Check scenarios without running them
     Check(check::CheckArgs),
     /// List the shipped scenarios, each with the question that it answers
+    #[command(after_help = "Example:\n  trocar scenarios")]
     Scenarios,
     /// Print a JSON Schema of scenario files, for editors
+    #[command(after_help = "Example:\n  trocar schema > trocar.schema.json")]
     Schema {
         /// Print the schema of sweep files instead
         #[arg(long)]
@@ -149,17 +135,8 @@ enum Command {
     /// Write a commented starter scenario
     Init(init::InitArgs),
     /// Print completions for a shell
-    ///
-    ///   trocar completions bash > ~/.local/share/bash-completion/completions/trocar
-    ///   trocar completions zsh > "${fpath[1]}/_trocar"
-    ///   trocar completions fish > ~/.config/fish/completions/trocar.fish
-    #[command(verbatim_doc_comment)]
     Completions(manual::CompletionsArgs),
     /// Print the manual page, or write the manual pages of all commands
-    ///
-    ///   trocar man | man -l -
-    ///   trocar man --out ~/.local/share/man/man1
-    #[command(verbatim_doc_comment)]
     Man(manual::ManArgs),
 }
 

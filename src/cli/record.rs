@@ -9,8 +9,13 @@ use super::terminal;
 use trocar_report::write_file;
 use trocar_sim::recording::{RUPTURES_S, in_vivo_like_csv};
 
+const EXAMPLES: &str = "\
+Example:
+  trocar record --seed 7 --out seven.csv";
+
 /// Write the in-vivo-like recording.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct RecordArgs {
     /// Seed of the measurement noise
     #[arg(long, default_value_t = 1)]

@@ -13,8 +13,17 @@ use trocar_sim::scenario::{DetectionSpec, Scenario, Source, Values};
 /// The default scenario, whose recording is evaluated.
 const SHIPPED: &str = "builtin:classical.toml";
 
+const EXAMPLES: &str = "\
+Examples:
+  trocar roc                                the shipped insertion, the paper's noise
+  trocar roc --noise-std-n 0.01,0.025,0.05  several noise levels
+  trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045
+                                            smaller and sharper ruptures
+  trocar roc layers/through-the-skin        a closed loop with layered tissue";
+
 /// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct RocArgs {
     /// CSV recordings, or scenario files: their [recording], or their closed loop if they have no recording [default: the shipped
     /// in-vivo-like insertion]

@@ -9,8 +9,14 @@ use trocar_report::html::run_html;
 use trocar_report::{Folder, run_pictures, run_text, runs_chart, summary_json, write_trace_csv};
 use trocar_sim::run::{Run, run as run_scenario};
 
+const EXAMPLES: &str = "\
+Examples:
+  trocar run my.toml
+  trocar run layers/skin-augmented --set scaling.force=2 --report";
+
 /// Run scenarios.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct RunArgs {
     /// Scenario files, or shipped scenarios such as builtin:classical.toml (see `trocar scenarios`)
     #[arg(required = true, value_name = "SCENARIO")]

@@ -17,8 +17,21 @@ const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
 const DEFAULT_TISSUE: &str = "50:600";
 
+const EXAMPLES: &str = "\
+Examples:
+  trocar stability                          force scale and stiffness
+  trocar stability my.toml --set tissue.stiffness_n_per_m=400
+                                            another tissue
+  trocar stability my.toml --x channel.delay_s=0:0.1:100 \\
+      --y scaling.force=0.1:10:100          delay and force scale
+  trocar stability my.toml --x tissue.damping_n_s_per_m=0:50:100 \\
+      --y tissue.stiffness_n_per_m=10:10000:100
+                                            Z-width
+  trocar stability my.toml --simulate       and compare with simulations";
+
 /// Analyse the stability of the loop.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct StabilityArgs {
     /// A scenario file, or a shipped scenario such as builtin:classical.toml
     #[arg(value_name = "SCENARIO", default_value = "builtin:classical.toml")]

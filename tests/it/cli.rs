@@ -466,7 +466,7 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
     assert_eq!(study("one"), study("four"));
     assert!(study("one").contains("rupture_1_slave_overshoot_m,m,augmented,5,"), "{}", study("one"));
     let printed = folder.good(&["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02"]);
-    assert!(printed.contains("5 seeds: median [2.5 %, 97.5 %]"), "{printed}");
+    assert!(printed.contains("over 5 seeds"), "{printed}");
     let silent = folder.good(&["compare", "--seeds", "3"]);
     assert!(silent.contains("No metric depends on the seed"), "{silent}");
     folder.refused(&["compare", "--seeds", "1"], &["--seeds", "2..=100000"]);

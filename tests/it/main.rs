@@ -43,4 +43,5 @@ mod stability;
 mod support;
 mod sweep;
 mod switching;
+mod terminal;
 mod tissue;

@@ -5,9 +5,10 @@ use super::events::{self, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window};
 use super::signals;
 use crate::Table;
+use crate::comparison::{facts_table, row_cells};
 use crate::number::show;
 use crate::seeds::seeds_table;
-use crate::tables::{change, facts_table, outcome};
+use crate::tables::outcome;
 use trocar_sim::compare::{Comparison, Fact, SeedStudy};
 use trocar_sim::run::Run;
 
@@ -62,7 +63,9 @@ pub fn comparison_html(
     let mut sections = vec![metrics(&names, &table.rows), events_section(&runs), charts_section(&runs)];
     if let Some(study) = study {
         let blocks = vec![
-            Block::text("For each scenario: the median over the seeds and, in brackets, the central 95 % interval."),
+            Block::text(
+                "For each scenario: the median and the ends of the central 95 % interval over the seeds, and the number of seeds with a value.",
+            ),
             Block::table(format!("Over {} seeds", study.seeds), &seeds_table(study)),
         ];
         sections.push(Section { id: "seeds", title: "Over many seeds", blocks });
@@ -117,14 +120,7 @@ fn metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
     if is_pair {
         head.push("change".into());
     }
-    let row = |row: &trocar_sim::compare::Row| {
-        let mut cells = vec![row.label.clone()];
-        cells.extend(row.values.iter().map(|value| show(*value, row.unit)));
-        if is_pair {
-            cells.push(change(&row.values, row.unit));
-        }
-        Row { cells, meaning: row.meaning }
-    };
+    let row = |row: &trocar_sim::compare::Row| Row { cells: row_cells(row), meaning: row.declaration.meaning };
     let rows = rows.iter().map(row).collect();
     let table = Block::Table { caption: "Metrics and their meaning".into(), head, rows, is_text: false };
     let note = Block::text("A dash marks an undefined value, such as the detection delay of a missed rupture.");

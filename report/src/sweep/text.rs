@@ -6,6 +6,7 @@ use serde_json::json;
 
 use crate::number::{readable, show, significant};
 use crate::tables::shortest;
+use crate::wrap::wrapped;
 use crate::{Table, json};
 use trocar_sim::metrics::Unit;
 use trocar_sim::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
@@ -17,30 +18,33 @@ pub(crate) const SUMMARY_HEADING: [&str; 6] =
 /// Returns the tables: the distribution of each metric, and the influence of each axis on the metrics in focus.
 #[must_use]
 pub fn sweep_text(design: &Design, findings: &Findings) -> String {
-    let mut text = heading(design, findings);
+    let mut text = wrapped(&heading(design, findings), 0);
     let mut table = Table::new(SUMMARY_HEADING);
     for summary in &findings.summaries {
         table.row(summary_row(summary));
     }
     let _ = write!(text, "\n{table}");
     if !design.axes.is_empty() {
-        let mut table = Table::new(["metric", "axis", "first-order Sobol index", "rank regression", "R²"]);
-        for influences in &findings.influences {
-            let metric = &design.columns[influences.column].label;
-            for (index, influence) in influences.of_axes.iter().enumerate() {
-                let only_first = |text: String| if index == 0 { text } else { String::new() };
-                table.row([
-                    only_first(metric.clone()),
-                    influence.axis.to_owned(),
-                    share(influence.epsilon_squared),
-                    coefficient(influence.rank_regression),
-                    only_first(share(influences.rank_r_squared)),
-                ]);
-            }
-        }
-        let _ = write!(text, "\n{table}");
+        let _ = write!(text, "\n{}", influence_table(design, findings));
     }
     text
+}
+
+/// Returns the influence of each axis, one per line below the metric.
+fn influence_table(design: &Design, findings: &Findings) -> Table {
+    let mut table = Table::new(["influence of each axis", "first-order Sobol index", "rank regression", "R²"]);
+    for influences in &findings.influences {
+        let metric = design.columns[influences.column].label.clone();
+        table.row([metric, String::new(), String::new(), share(influences.rank_r_squared)]);
+        for influence in &influences.of_axes {
+            table.row([
+                format!("  {}", influence.axis),
+                share(influence.epsilon_squared),
+                coefficient(influence.rank_regression),
+            ]);
+        }
+    }
+    table
 }
 
 pub(crate) fn heading(design: &Design, findings: &Findings) -> String {

@@ -133,7 +133,7 @@ fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
 
 /// Returns the spread of a metric from its values: for each seed, one per scenario.
 fn spread_row(row: &Row, values: &[Vec<Option<f64>>], scenarios: usize) -> SpreadRow {
-    let &Row { name, unit, better, .. } = row;
+    let &Row { declaration, unit, better, .. } = row;
     let spread = |index: usize| Spread::of(values.iter().filter_map(|of_seed| of_seed[index]).collect());
     let ratio = |of_seed: &Vec<Option<f64>>, index: usize| {
         let ratio = of_seed[index]? / of_seed[0]?;
@@ -143,7 +143,7 @@ fn spread_row(row: &Row, values: &[Vec<Option<f64>>], scenarios: usize) -> Sprea
     SpreadRow {
         metric: row.metric.clone(),
         label: row.label.clone(),
-        name,
+        name: declaration.name,
         unit,
         better,
         spreads: (0..scenarios).map(spread).collect(),

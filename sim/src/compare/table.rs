@@ -12,12 +12,12 @@ pub struct Row {
     pub metric: String,
     /// Label in tables, for example `rupture 1: detection delay`.
     pub label: String,
-    /// Key without the prefix of a rupture, an event or the link.
+    /// The metric's declaration.
     #[serde(skip)]
-    pub name: &'static str,
-    /// Meaning, in a sentence.
+    pub declaration: &'static Declaration,
+    /// The number of its rupture, from 1; 1 for other metrics.
     #[serde(skip)]
-    pub meaning: &'static str,
+    pub number: usize,
     /// Unit.
     pub unit: Unit,
     /// Which values are better.
@@ -27,10 +27,10 @@ pub struct Row {
 }
 
 impl Row {
-    fn new(declaration: &Declaration, number: usize, values: Vec<Option<f64>>) -> Self {
-        let &Declaration { name, unit, better, meaning, .. } = declaration;
+    fn new(declaration: &'static Declaration, number: usize, values: Vec<Option<f64>>) -> Self {
+        let &Declaration { unit, better, .. } = declaration;
         let (metric, label) = (declaration.key(number), declaration.full_label(number));
-        Self { metric, label, name, meaning, unit, better, values }
+        Self { metric, label, declaration, number, unit, better, values }
     }
 
     fn of(metric: RunMetric, runs: &[&Metrics]) -> Self {
@@ -40,7 +40,7 @@ impl Row {
 
     fn is_shown(&self, shown: Shown) -> bool {
         match shown {
-            Shown::Always => true,
+            Shown::Main | Shown::Always => true,
             Shown::First => self.values.iter().any(Option::is_some),
             // Rows of links that have no effect are omitted.
             Shown::WhereNonZero => self.values.iter().flatten().any(|value| *value != 0.0),
@@ -80,7 +80,8 @@ mod tests {
         let rows = rows(&metrics.iter().collect::<Vec<_>>(), &noise);
         assert!(rows.iter().any(|row| row.metric.starts_with("link_")), "the rows of links are included");
         for row in rows {
-            assert!(row.meaning.ends_with('.') && row.meaning.len() > 20, "{}: {:?}", row.metric, row.meaning);
+            let meaning = row.declaration.meaning;
+            assert!(meaning.ends_with('.') && meaning.len() > 20, "{}: {meaning:?}", row.metric);
         }
     }
 }

@@ -35,7 +35,9 @@ impl Better {
 /// Where the tables of runs and of comparisons show a metric. A sweep stores every metric that its file lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
-    /// In every table.
+    /// In every table, including the short table of a comparison.
+    Main,
+    /// In every table except the short one.
     Always,
     /// Above all others, if a run defines it.
     First,
@@ -101,7 +103,7 @@ impl Scope {
 }
 
 /// The declaration of a metric.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Declaration {
     /// Its scope.
     pub scope: Scope,
@@ -113,6 +115,8 @@ pub struct Declaration {
     pub label: &'static str,
     /// Its unit.
     pub unit: Unit,
+    /// Whether its sign varies, so that a relative change of it has no meaning.
+    pub is_signed: bool,
     /// Which values are better.
     pub better: Better,
     /// Where tables show it.
@@ -175,16 +179,17 @@ impl<T: Value> Value for Option<T> {
 /// Declares the metrics of a scope, and with `pub struct` the fields that they are read from.
 ///
 /// An entry is a doc comment of one line, which is the metric's sentence, and
-/// `name: Type = "label", Unit, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is not a field and
-/// needs `=> read`; without `= "label"` it is a field and not a metric; `[Shown]`, `was` and `=> read` may be left out.
+/// `name: Type = "label", Unit signed, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is not a field
+/// and needs `=> read`; without `= "label"` it is a field and not a metric; `signed`, `[Shown]`, `was` and `=> read` may be
+/// left out.
 macro_rules! metrics {
     (
         $(#[$attribute:meta])*
         pub struct $owner:ident in $scope:ident {
             $(
                 #[doc = $meaning:literal]
-                $name:ident $(: $type:ty)? $(= $label:literal, $unit:ident, $better:ident $([$shown:ident])? $(was $former:literal)?
-                $(=> $read:expr)?)? ;
+                $name:ident $(: $type:ty)? $(= $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])?
+                $(was $former:literal)? $(=> $read:expr)?)? ;
             )*
         }
     ) => {
@@ -195,7 +200,7 @@ macro_rules! metrics {
 
         $crate::metrics::catalogue::metrics! {
             impl $scope for $owner {
-                $($(#[doc = $meaning] $name = $label, $unit, $better $([$shown])? $(was $former)? $(=> $read)?;)?)*
+                $($(#[doc = $meaning] $name = $label, $unit $($signed)?, $better $([$shown])? $(was $former)? $(=> $read)?;)?)*
             }
         }
     };
@@ -203,7 +208,7 @@ macro_rules! metrics {
         impl $scope:ident for $owner:ty {
             $(
                 #[doc = $meaning:literal]
-                $name:ident = $label:literal, $unit:ident, $better:ident $([$shown:ident])? $(was $former:literal)? $(=> $read:expr)?;
+                $name:ident = $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])? $(was $former:literal)? $(=> $read:expr)?;
             )*
         }
     ) => {
@@ -217,6 +222,7 @@ macro_rules! metrics {
                         former_name: $crate::metrics::catalogue::metrics!(@former $($former)?),
                         label: $label,
                         unit: $crate::metrics::Unit::$unit,
+                        is_signed: $crate::metrics::catalogue::metrics!(@signed $($signed)?),
                         better: $crate::metrics::Better::$better,
                         shown: $crate::metrics::catalogue::metrics!(@shown $($shown)?),
                         meaning: $meaning.trim_ascii(),
@@ -228,6 +234,8 @@ macro_rules! metrics {
     };
     (@former) => { None };
     (@former $former:literal) => { Some($former) };
+    (@signed) => { false };
+    (@signed signed) => { true };
     (@shown) => { $crate::metrics::Shown::Always };
     (@shown $shown:ident) => { $crate::metrics::Shown::$shown };
     (@read $name:ident) => { |of| $crate::metrics::catalogue::Value::value(&of.$name) };

@@ -19,9 +19,9 @@ metrics! {
         /// Duration of re-engaging; undefined if the run ended before.
         reengaging_s: Option<f64> = "time re-engaging", Second, Lower [Never];
         /// Position of the master when the slave was frozen.
-        master_start_m: f64 = "master position at the start", Metre, Neither [Never];
+        master_start_m: f64 = "master position at the start", Metre signed, Neither [Never];
         /// Position of the master when the slave was released, or at the last frozen tick.
-        master_end_m: f64 = "master position at the release", Metre, Neither [Never];
+        master_end_m: f64 = "master position at the release", Metre signed, Neither [Never];
         /// Maximum distance of the frozen slave from its position at the freeze.
         frozen_motion_m: f64 = "motion while frozen", Metre, Lower [Never];
         /// Maximum speed of the slave while re-engaging; undefined if it did not re-engage.

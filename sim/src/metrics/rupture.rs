@@ -16,13 +16,13 @@ metrics! {
         /// Time at which the layer ruptured.
         time_s: f64 = "time", Second, Neither [Never];
         /// Time from the rupture to its alarm; undefined if it was missed.
-        detection_delay_s: Option<f64> = "detection delay", Second, Lower;
+        detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
         /// Maximum advance of the needle in the 0.5 s after the rupture.
-        slave_overshoot_m: Option<f64> = "slave overshoot", Metre, Lower;
+        slave_overshoot_m: Option<f64> = "slave overshoot", Metre, Lower [Main];
         /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
-        slave_travel_m: Option<f64> = "slave travel at 0.3 s", Metre, Lower;
+        slave_travel_m: Option<f64> = "slave travel at 0.3 s", Metre signed, Lower;
         /// Position of the master at the rupture.
-        master_position_m: f64 = "master position", Metre, Neither [Never];
+        master_position_m: f64 = "master position", Metre signed, Neither [Never];
         /// Maximum advance of the master in the 0.5 s after the rupture.
         master_travel_m: Option<f64> = "master travel", Metre, Neither;
         /// Time until the feedback force is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
@@ -32,7 +32,7 @@ metrics! {
         /// Maximum rate of change of the force on the hand in the 0.5 s after the rupture.
         peak_force_rate_n_per_s: Option<f64> = "peak rate of the felt force", NewtonPerSecond, Higher;
         /// Largest drop of the force on the hand within 0.3 s, relative to its value at the rupture; above 100 % the hand is pulled.
-        felt_contrast: Option<f64> = "felt contrast", Share, Higher;
+        felt_contrast: Option<f64> = "felt contrast", Share, Higher [Main];
     }
 }
 

@@ -104,11 +104,11 @@ metrics! {
             count(m.alarms.iter().filter(|alarm| alarm.matched).count())
         };
         /// Ruptures without an alarm within 0.5 s.
-        missed_ruptures: u64 = "missed ruptures", Count, Lower;
+        missed_ruptures: u64 = "missed ruptures", Count, Lower [Main];
         /// Ruptures without an alarm, less than 0.5 s before the end of the run.
         undecided_ruptures: u64 = "undecided ruptures", Count, Neither [Never];
         /// Alarms without a rupture, or for a rupture that already had an alarm.
-        false_alarms: u64 = "false alarms", Count, Lower;
+        false_alarms: u64 = "false alarms", Count, Lower [Main];
         /// Alarms ignored because an event was open or had just ended.
         ignored_alarms: u64 = "alarms ignored during events", Count, Neither;
         /// Maximum detection delay of the run's ruptures.
@@ -120,7 +120,7 @@ metrics! {
             m.ruptures.iter().filter_map(|rupture| rupture.slave_overshoot_m).reduce(f64::max)
         };
         /// Maximum slave travel at 0.3 s of the run's ruptures.
-        max_slave_travel_m = "maximum slave travel at 0.3 s", Metre, Lower [Never] was "most_slave_travel_m" => |m| {
+        max_slave_travel_m = "maximum slave travel at 0.3 s", Metre signed, Lower [Never] was "most_slave_travel_m" => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.slave_travel_m).reduce(f64::max)
         };
         /// Minimum felt contrast of the run's ruptures.
@@ -132,15 +132,15 @@ metrics! {
         /// Mean of the absolute prediction error of the estimator, over the run.
         mean_absolute_residual_n: Option<f64> = "mean |prediction error|", Newton, Lower;
         /// Minimum tissue force on the needle; negative where it resists withdrawal.
-        min_tissue_force_n: Option<f64> = "minimum tissue force", Newton, Neither was "least_tissue_force_n";
+        min_tissue_force_n: Option<f64> = "minimum tissue force", Newton signed, Neither was "least_tissue_force_n";
         /// Maximum tissue force on the needle, positive where it resists insertion.
-        max_tissue_force_n: Option<f64> = "maximum tissue force", Newton, Neither was "greatest_tissue_force_n";
+        max_tissue_force_n: Option<f64> = "maximum tissue force", Newton signed, Neither was "greatest_tissue_force_n";
         /// Root mean square of the slave's distance from its reference, in teleoperation.
         tracking_rmse_m: Option<f64> = "tracking RMSE in teleoperation", Metre, Lower;
         /// Position of the slave at the last tick.
-        final_slave_position_m: Option<f64> = "final slave position", Metre, Neither [Never];
+        final_slave_position_m: Option<f64> = "final slave position", Metre signed, Neither [Never];
         /// Distance of the slave from its reference at the last tick, relative to the reference: (x_ref - x_e) / x_ref.
-        final_tracking_error: Option<f64> = "final tracking error", Share, Lower;
+        final_tracking_error: Option<f64> = "final tracking error", Share signed, Lower;
         /// Maximum distance of the frozen slave from its position at the freeze, over all events.
         max_frozen_motion_m = "maximum motion while frozen", Metre, Lower was "most_frozen_motion_m" => |m| {
             m.events.iter().map(|event| event.frozen_motion_m).reduce(f64::max)
@@ -148,7 +148,7 @@ metrics! {
         /// Maximum speed of the slave while re-engaging, over all events.
         peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed re-engaging", MetrePerSecond, Lower;
         /// Maximum change of the feedback force in one tick of an event beyond what its law allows; 0 apart from rounding.
-        feedback_step_excess_n: f64 = "force step beyond its law", Newton, Lower;
+        feedback_step_excess_n: f64 = "force step beyond its law", Newton signed, Lower;
         /// Time per mode.
         mode_times: ModeTimes;
         /// Time in teleoperation.
@@ -162,7 +162,7 @@ metrics! {
         /// Work of the hand on the master, ∫ F_h v_h dt.
         operator_energy_j: Option<f64> = "energy from the hand", Joule, Neither;
         /// Work of the needle on the tissue, ∫ f_e v_e dt.
-        tissue_energy_j: Option<f64> = "energy into the tissue", Joule, Neither;
+        tissue_energy_j: Option<f64> = "energy into the tissue", Joule, Neither [Main];
         /// The link's metrics; `None` for a direct link.
         link: Option<LinkMetrics>;
     }

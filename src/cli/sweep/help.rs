@@ -1,59 +1,49 @@
 //! The long help of `trocar sweep`.
 
+use trocar_report::Table;
 use trocar_sim::sweep::{Column, SWEEP_KEYS};
 
 const FILE: &str = "\
 A sweep file with every combination of three axes and 20 noise seeds each:
-  base = \"builtin:01_through_the_skin.toml\"    # the varied scenario; --set changes it too
+  base = \"layers/through-the-skin\"      # the varied scenario
   seeds = 20
-  metrics = [\"max_slave_overshoot_m\", \"false_alarms\", \"rupture_1_detection_delay_s\"]
-  [set]                                        # keys of all cases
+  metrics = [\"max_slave_overshoot_m\", \"false_alarms\"]
+  [set]                                  # keys of all cases
   augmentation.enabled = true
-  [axes]                                       # keys of the scenario
+  [axes]                                 # keys of the scenario
   scaling.force = { from = 0.5, to = 2.0, points = 8 }
   detector.threshold = { from = 2e-3, to = 2e-1, points = 8, log = true }
-  augmentation.reengage = [\"ramp\", \"snap\"]     # a list of words or numbers
+  augmentation.reengage = [\"ramp\", \"snap\"]  # a list of words or numbers
+
 A sweep file with points between the ends of ranges:
   [design]
-  kind = \"latin-hypercube\"                     # or random, sobol
+  kind = \"latin-hypercube\"               # or random, sobol
   points = 1000
   [axes]
   tissue.skin.rupture_force_n = { from = 2.0, to = 8.0 }
 ";
 
 const REST: &str = "\
-A case has the same result alone, in a shard and on any number of threads. Complete cases are kept: after any interruption, the
-same command continues the sweep, to the same bytes. A changed sweep file is an error that shows the difference.
+A case has the same result alone, in a shard and on any number of threads. Complete cases are kept: after any interruption, \
+the same command continues the sweep, to the same bytes. A changed sweep file is an error that shows the difference.
 
-Files, in DIR/NAME: cases.parquet and cases.csv (a row per case: number, values, seed, outcome, metrics), summary.csv, .json and
+Files, in DIR/NAME: cases.parquet and cases.csv (a row per case: number, values, seed, outcome, metrics), summary.csv, .json and \
 .txt, heat_METRIC and tornado as .svg, .png and .csv, sweep.toml (all inputs of the sweep), manifest.json.
 
 Examples:
   trocar sweep scenarios/sweeps/small.toml
-  trocar sweep scenarios/sweeps/small.toml --case 17 > case.toml && trocar run case.toml
-  trocar sweep big.toml --shard 3/8                       on each of eight machines
-  trocar sweep merge out/big                              joins the parts
-  parallel --resume --joblog log trocar sweep big.toml --shard {}/8 --threads 1 --quiet ::: {1..8}
-  trocar schema --sweep                                   a JSON Schema for editors";
+  trocar sweep big.toml --case 17 > case.toml && trocar run case.toml
+  trocar sweep big.toml --shard 3/8   on each of eight machines
+  trocar sweep merge out/big          joins the parts
+  parallel --resume --joblog log trocar sweep big.toml --shard {}/8 \\
+      --threads 1 --quiet ::: {1..8}
+  trocar schema --sweep               a JSON Schema for editors";
 
 /// Returns the help: an example file, the keys, the metrics, the output files, examples.
 pub(super) fn text() -> String {
-    let width = SWEEP_KEYS.iter().map(|(key, _)| key.len()).max().unwrap_or(0);
-    let keys: Vec<String> = SWEEP_KEYS.iter().map(|(key, about)| format!("  {key:width$}  {about}\n")).collect();
-    let names: Vec<String> = Column::names().collect();
-    let mut metrics = String::new();
-    let mut column = 0;
-    for name in names {
-        if column + name.len() > 110 {
-            metrics.push('\n');
-            column = 0;
-        }
-        metrics.push_str(if column == 0 { "  " } else { ", " });
-        column += 2 + name.len();
-        metrics.push_str(&name);
-    }
-    format!(
-        "{FILE}\nKeys:\n{}\nMetrics (those of other ruptures and events have their number):\n{metrics}\n\n{REST}",
-        keys.concat()
-    )
+    let mut keys = Table::new(["key", "meaning"]).flush_left();
+    SWEEP_KEYS.iter().for_each(|(key, meaning)| keys.row([*key, *meaning]));
+    let metrics: Vec<String> = Column::names().collect();
+    let metrics = metrics.join(", ");
+    format!("{FILE}\n{keys}\nMetrics (those of other ruptures and events have their number): {metrics}\n\n{REST}")
 }

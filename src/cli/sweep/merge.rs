@@ -12,8 +12,13 @@ use trocar_report::Folder;
 use trocar_report::html::command_line;
 use trocar_sim::sweep::{Joined, SweepError, join};
 
+const EXAMPLES: &str = "\
+Example:
+  trocar sweep merge out/big";
+
 /// Join the parts of a sweep.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct MergeArgs {
     /// Folders of shards, or folders that contain them
     #[arg(required = true, value_name = "DIR")]

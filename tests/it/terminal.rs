@@ -1,0 +1,152 @@
+//! What commands print: tables of 80 columns, a short comparison with a sentence, help that is wrapped once, manual pages.
+
+use std::fs;
+
+use crate::support::test_folder::TestFolder;
+
+/// Maximum width of printed lines, in characters.
+const WIDTH: usize = 80;
+
+const PAIR: [&str; 2] = ["builtin:01_through_the_skin.toml", "builtin:01_augmented.toml"];
+
+fn assert_fits(printed: &str, what: &str) {
+    for line in printed.lines() {
+        assert!(line.chars().count() <= WIDTH, "{what}: {line:?} in\n{printed}");
+    }
+}
+
+/// Returns the names of all commands, from the help.
+fn commands(folder: &TestFolder) -> Vec<String> {
+    let help = folder.good(&["--help"]);
+    let listed = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
+    // The description of a command continues on lines with more spaces.
+    let names = listed.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    names.filter(|name| !name.is_empty() && *name != "help").map(str::to_owned).collect()
+}
+
+#[test]
+fn every_command_prints_lines_of_at_most_80_characters() {
+    let folder = TestFolder::new();
+    let recording = folder.good(&["record", "--out", "-"]);
+    for name in ["one", "two"] {
+        folder.file(&format!("trials/{name}-insertion.csv"), &recording);
+    }
+    let labels = "file,time_s,kind\none-insertion.csv,5.52,capsule\none-insertion.csv,8.85,membrane\n";
+    folder.file("labels.csv", format!("{labels}two-insertion.csv,5.52,capsule\ntwo-insertion.csv,6.5,membrane\n"));
+    folder.file(
+        "sweep.toml",
+        "base = \"builtin:classical.toml\"\nseeds = 2\n[axes]\nscaling.force = [1.0, 1.2]\n\
+         augmentation.hold_requires_quiet = [true, false]\naugmentation.reengage = [\"ramp\", \"snap\"]\n",
+    );
+    let axes = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:20000:4"];
+    let lines: [&[&str]; 20] = [
+        &["compare"],
+        &["compare", "--all", "--paper"],
+        &["compare", "--seeds", "2", PAIR[0], PAIR[1]],
+        &["compare", "--all", PAIR[0], PAIR[1], "builtin:10_reflex_augmented.toml", "builtin:12_sensor_not_ideal.toml"],
+        &["compare", PAIR[1], "--paper"],
+        &["compare", "--set", "master.coupling=as-printed"],
+        &["run", PAIR[1], "builtin:17_outage_at_the_rupture.toml"],
+        &["detect", "builtin:in_vivo_like.csv"],
+        &["detect", "builtin:real_augmented.toml"],
+        &["detect", "trials", "--labels", "labels.csv", "--no-figures"],
+        &["detect", "trials", "--no-figures", "--contact-m", "1"],
+        &["calibrate", "builtin:in_vivo_like.csv"],
+        &["calibrate", "builtin:in_vivo_like.csv", "--first-s", "2"],
+        &["roc", "--seeds", "1", "--thresholds", "3", "--noise-std-n", "0.01,0.025", "--drop-n", "1,2"],
+        &["stability", axes[0], axes[1], axes[2], axes[3], "--simulate"],
+        &["stability", PAIR[1], axes[0], axes[1], axes[2], axes[3]],
+        &["sweep", "sweep.toml"],
+        &["check", PAIR[0]],
+        &["init", "mine.toml"],
+        &["record"],
+    ];
+    for line in lines {
+        assert_fits(&folder.good(line), &line.join(" "));
+    }
+    let live = folder.fed(&["detect", "-", "--velocity", "velocity_m_per_s"], recording.as_bytes());
+    assert_eq!(live.code, 0, "{}", live.err);
+    assert_fits(&live.err, "detect -");
+}
+
+#[test]
+fn a_comparison_is_short_and_says_what_came_of_it() {
+    let folder = TestFolder::new();
+    let table = |printed: &str| printed.split("\n\n").next().unwrap_or_default().lines().count();
+    let printed = folder.good(&["compare"]);
+    // A heading and its rule, three rows for each of two ruptures, and three rows for the run.
+    assert_eq!(table(&printed), 2 + 2 * 3 + 3, "{printed}");
+    let sentence = printed.split_whitespace().collect::<Vec<_>>().join(" ");
+    let expected = "Augmentation holds the needle after both ruptures: overshoot 9.31 mm and 6.66 mm fall to 0.016 mm and 0 mm; \
+                    both are detected within 8 ms, none is missed, no alarm is false.";
+    assert!(sentence.contains(expected), "{printed}");
+    assert!(!printed.contains("statement") && !printed.contains("in noise"), "{printed}");
+    let all = folder.good(&["compare", "--all"]);
+    assert!(all.contains("in noise: false samples") && all.contains("Augmentation holds"), "{all}");
+    let paper = folder.good(&["compare", "--paper"]);
+    assert_eq!(paper.matches('✓').count(), 14, "{paper}");
+    let other = folder.good(&["compare", PAIR[0], PAIR[1], "--paper"]);
+    assert!(other.contains("are about the shipped pair") && !other.contains('✓'), "{other}");
+    assert!(other.contains("The first 2 of 3 ruptures; --all shows the others."), "{other}");
+}
+
+#[test]
+fn a_change_is_printed_only_where_it_has_a_meaning() {
+    let folder = TestFolder::new();
+    let printed = folder.good(&["compare", "--all"]);
+    let row = |label: &str| printed.lines().find(|line| line.starts_with(label)).expect("a row").to_owned();
+    assert!(row("rupture 1: slave overshoot").ends_with("-99.8 %"), "{printed}");
+    assert!(row("rupture 2: slave overshoot").ends_with("to 0"), "{printed}");
+    // The sign of these metrics varies, and the first value of the last one is 0.
+    for label in ["rupture 2: slave travel", "minimum tissue force", "final tracking error", "time augmented"] {
+        assert!(!row(label).ends_with('%') || row(label).matches('%').count() == 2, "{printed}");
+    }
+    assert!(!printed.contains("-100"), "{printed}");
+}
+
+#[test]
+fn every_help_is_wrapped_once_and_has_an_example() {
+    let folder = TestFolder::new();
+    let commands = commands(&folder);
+    assert!(commands.len() > 12, "{commands:?}");
+    let mut calls: Vec<Vec<&str>> = commands.iter().map(|command| vec![command.as_str()]).collect();
+    calls.extend([vec![], vec!["sweep", "merge"]]);
+    for call in calls {
+        for flag in ["--help", "-h"] {
+            assert_fits(&folder.good(&[&call[..], &[flag]].concat()), &call.join(" "));
+        }
+        let help = folder.good(&[&call[..], &["--help"]].concat());
+        let examples = ["Examples:\n", "Example:\n"].iter().find_map(|heading| help.split(heading).nth(1));
+        let is_example = |line: &str| line.contains("trocar") && line.starts_with("  ");
+        let block =
+            |heading: &str| help.split(heading).nth(1).is_some_and(|text| text.lines().next().is_some_and(is_example));
+        assert!(
+            examples.is_some_and(|text| text.lines().any(is_example)) || block("Live stream:\n"),
+            "{call:?}\n{help}"
+        );
+        // A line that is wrapped a second time would begin with a word of its description.
+        for line in examples.iter().flat_map(|text| text.lines().take_while(|line| !line.is_empty())) {
+            let indent = line.len() - line.trim_start().len();
+            assert!(indent >= 6 || indent == 2 && (line.contains("trocar ")), "{call:?}: {line:?}");
+        }
+    }
+}
+
+#[test]
+fn every_command_has_its_manual_page() {
+    let folder = TestFolder::new();
+    let printed = folder.good(&["man", "--out", "pages"]);
+    assert_fits(&printed, "man");
+    let mut expected: Vec<String> = commands(&folder).iter().map(|command| format!("trocar-{command}.1")).collect();
+    expected.extend(["trocar.1".to_owned(), "trocar-sweep-merge.1".to_owned()]);
+    expected.sort();
+    let pages = folder.files("pages");
+    let names: Vec<String> = pages.keys().map(|path| path.display().to_string()).collect();
+    assert_eq!(names, expected);
+    for name in names {
+        let page = fs::read_to_string(folder.path(&format!("pages/{name}"))).expect("a page").replace("\\-", "-");
+        let title = name.trim_end_matches(".1");
+        assert!(page.contains(&format!(".TH {title} ")), "{page}");
+        assert!(page.contains("trocar ") && page.contains(".SH SYNOPSIS"), "{page}");
+    }
+}
