@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use serde_json::Value as Json;
-use trocar_sim::scenario::{KEYS, ScenarioError, Source, shipped_questions};
+use trocar_sim::scenario::{KEYS, ScenarioError, Source};
 
 use crate::{convert, error};
 
@@ -40,7 +40,7 @@ pub(crate) fn text_source(name: &str, text: &str) -> Source {
 
 #[pymethods]
 impl Scenario {
-    /// Loads a file, or `builtin:` and a name.
+    /// Loads a file, or a shipped scenario by its name.
     #[staticmethod]
     fn load(py: Python<'_>, path: &str, settings: Vec<String>) -> PyResult<Self> {
         Self::of(py, Source::parse(path), settings)
@@ -105,7 +105,7 @@ impl Scenario {
 /// Returns the shipped scenarios, each with its question.
 #[pyfunction]
 pub(crate) fn shipped() -> Vec<(String, &'static str)> {
-    shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question)).collect()
+    trocar_sim::scenario::shipped().map(|known| (known.path(), known.question)).collect()
 }
 
 /// Returns every key of a scenario: path, type, default as TOML or `None`, meaning.

@@ -13,12 +13,12 @@ use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_sim::scenario::Scenario;
 
 /// The default pair.
-const PAPER_PAIR: [&str; 2] = ["builtin:classical.toml", "builtin:augmented.toml"];
+const PAPER_PAIR: [&str; 2] = ["paper/classical", "paper/augmented"];
 
 /// Compare scenarios.
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
-    /// Scenario files [default: builtin:classical.toml and builtin:augmented.toml, the pair of the paper]
+    /// Scenario files or shipped scenarios [default: paper/classical and paper/augmented, the pair of the paper]
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
     /// Also run every scenario with N seeds, starting at its own seed, and print medians and central 95 % intervals

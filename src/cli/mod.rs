@@ -44,7 +44,7 @@ const EXAMPLES: &str = "\
 Examples:
   trocar compare                                      classical and augmented teleoperation, shipped scenarios
   trocar init my.toml && trocar run my.toml           your own scenario
-  trocar run builtin:augmented.toml --set augmentation.reengage=snap
+  trocar run paper/augmented --set augmentation.reengage=snap
   trocar explore                                      interactive, in the browser
   trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n --contact-m 0.012
 
@@ -69,7 +69,7 @@ enum Command {
     /// hand in real time. The address of the page contains the state. The page exports TOML, CSV and PNG.
     ///
     ///   trocar explore                                   the shipped insertion
-    ///   trocar explore builtin:01_augmented.toml         insertion through the skin
+    ///   trocar explore layers/skin-augmented             insertion through the skin
     ///   trocar explore my.toml --port 8000 --no-open     your own scenario, without opening a browser
     ///
     /// The command serves the page on this machine only. Use --bind to serve other machines. The server rejects requests from pages
@@ -99,8 +99,8 @@ enum Command {
     ///   trocar roc                                            the shipped insertion in the paper's noise
     ///   trocar roc --noise-std-n 0.01,0.025,0.05              several noise levels
     ///   trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045  smaller and sharper ruptures
-    ///   trocar roc builtin:real_classical.toml                a real recording with its label
-    ///   trocar roc builtin:01_through_the_skin.toml           a closed loop with layered tissue
+    ///   trocar roc paper/real-classical                       a real recording with its label
+    ///   trocar roc layers/through-the-skin                    a closed loop with layered tissue
     #[command(verbatim_doc_comment)]
     Roc(Box<roc::RocArgs>),
     /// Analyse the stability of the loop: limits, margins, ports, and a map over two parameters
@@ -111,7 +111,7 @@ enum Command {
     /// parameter; and the two-port of the teleoperator (hybrid parameters, Llewellyn's parameter, passivity, transmitted impedance).
     /// K and B are tissue.stiffness_n_per_m and tissue.damping_n_s_per_m for every kind of tissue.
     ///
-    ///   trocar stability builtin:classical.toml                        force scale and stiffness
+    ///   trocar stability paper/classical                               force scale and stiffness
     ///   trocar stability my.toml --set tissue.stiffness_n_per_m=400    another tissue
     ///   trocar stability my.toml --x channel.delay_s=0:0.1:100 --y scaling.force=0.1:10:100
     ///   trocar stability my.toml --x tissue.damping_n_s_per_m=0:50:100 --y tissue.stiffness_n_per_m=10:10000:100
@@ -138,8 +138,8 @@ enum Command {
     Record(record::RecordArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
-    /// List the shipped scenarios, each with the question that it answers
-    Scenarios,
+    /// List the shipped scenarios, each with the question that it answers, or print one
+    Scenarios(scenarios::ScenariosArgs),
     /// Print a JSON Schema of scenario files, for editors
     Schema {
         /// Print the schema of sweep files instead
@@ -147,6 +147,13 @@ enum Command {
         sweep: bool,
     },
     /// Write a commented starter scenario
+    ///
+    /// The starter is short, with the keys that matter first; it is valid as written, and each commented line `# key = value` may be
+    /// uncommented. Without a flag it is --layers, a tissue of your own, which runs without any other file.
+    ///
+    ///   trocar init my.toml && trocar run my.toml
+    ///   trocar init mine.toml --replay                   your own recording in place of the shipped one
+    #[command(verbatim_doc_comment)]
     Init(init::InitArgs),
     /// Print completions for a shell
     ///
@@ -189,7 +196,7 @@ impl ScenarioArgs {
     /// Loads all scenarios, before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
         let load = |path: &String| {
-            Scenario::load(&Source::parse(path), &self.settings).map_err(|mut error| {
+            Scenario::load(&source_of(path), &self.settings).map_err(|mut error| {
                 if error.place.is_none() && !error.message.contains(path.as_str()) {
                     error.message = format!("{path}: {}", error.message);
                 }
@@ -207,6 +214,14 @@ impl ScenarioArgs {
     }
 }
 
+/// Returns the source that an argument names. A note on standard error has the present name for a former one.
+fn source_of(given: &str) -> Source {
+    if let Some((former, present)) = Source::former(given) {
+        anstream::eprintln!("note: {former} is now {present}");
+    }
+    Source::parse(given)
+}
+
 /// Parses the command line, runs the command, and returns the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
@@ -220,7 +235,7 @@ pub fn main() -> ExitCode {
         Command::Stability(args) => stability::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Check(args) => check::run(&args),
-        Command::Scenarios => scenarios::run(),
+        Command::Scenarios(args) => scenarios::run(&args),
         Command::Sweep(args) => sweep::run(&args),
         Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),
         Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),

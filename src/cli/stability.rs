@@ -20,8 +20,8 @@ const DEFAULT_TISSUE: &str = "50:600";
 /// Analyse the stability of the loop.
 #[derive(Debug, Args)]
 pub(super) struct StabilityArgs {
-    /// A scenario file, or a shipped scenario such as builtin:classical.toml
-    #[arg(value_name = "SCENARIO", default_value = "builtin:classical.toml")]
+    /// A scenario file, or a shipped scenario such as paper/classical
+    #[arg(value_name = "SCENARIO", default_value = "paper/classical")]
     scenario: String,
     /// Horizontal axis of the map
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_X)]

@@ -7,9 +7,7 @@ use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
 use trocar_sim::run::RunError;
-use trocar_sim::scenario::{
-    Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions,
-};
+use trocar_sim::scenario::{Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped};
 use trocar_sim::stability::StabilityError;
 
 /// The key that differs between the two runs of a page.
@@ -122,14 +120,14 @@ impl Catalogue {
     /// Returns the catalogue with the scenario of the command line, if any, as the first.
     #[must_use]
     pub fn new(own: Option<&str>) -> Self {
-        let is_shipped = |text: &str| shipped_questions().any(|(name, _)| text == format!("builtin:{name}"));
-        Self { own: own.filter(|text| !is_shipped(text)).map(|text| (text.to_owned(), Source::parse(text))) }
+        let own = own.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
+        Self { own: own.map(|source| (source.display(), source)) }
     }
 
     /// Returns names and questions.
     pub fn entries(&self) -> impl Iterator<Item = (String, String)> {
         let own = self.own.iter().map(|(name, _)| (name.clone(), "from the command line".to_owned()));
-        own.chain(shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question.to_owned())))
+        own.chain(shipped().map(|known| (known.path(), known.question.to_owned())))
     }
 
     /// Returns the source of a scenario in the catalogue. A page cannot read any other file.
@@ -138,10 +136,7 @@ impl Catalogue {
     /// [`StateError::Scenario`].
     pub fn source(&self, name: &str) -> Result<Source, StateError> {
         let own = self.own.iter().find(|(own, _)| own == name).map(|(_, source)| source.clone());
-        let shipped = || {
-            let bare = name.strip_prefix("builtin:")?;
-            shipped_questions().any(|(known, _)| known == bare).then(|| Source::Builtin(bare.to_owned()))
-        };
+        let shipped = || shipped().map(|known| known.path()).find(|path| path == name).map(|path| Source::parse(&path));
         own.or_else(shipped).ok_or_else(|| StateError::Scenario(name.chars().take(80).collect()))
     }
 }
@@ -151,7 +146,7 @@ mod tests {
     use super::*;
 
     fn refused(path: &str, value: serde_json::Value) -> String {
-        let state = State { scenario: "builtin:augmented.toml".into(), set: [(path.to_owned(), value)].into() };
+        let state = State { scenario: "builtin:paper/augmented.toml".into(), set: [(path.to_owned(), value)].into() };
         state.values().expect_err("refused").to_string()
     }
 
@@ -170,7 +165,7 @@ mod tests {
     #[test]
     fn a_catalogue_has_only_given_files() {
         let catalogue = Catalogue::new(Some("mine.toml"));
-        assert!(catalogue.source("mine.toml").is_ok() && catalogue.source("builtin:classical.toml").is_ok());
+        assert!(catalogue.source("mine.toml").is_ok() && catalogue.source("builtin:paper/classical.toml").is_ok());
         for name in ["other.toml", "/etc/passwd", "builtin:in_vivo_like.csv", "builtin:../Cargo.toml", ""] {
             assert!(catalogue.source(name).is_err(), "{name}");
         }

@@ -16,7 +16,7 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     let folder = TestFolder::new();
     folder.good(&[
         "run",
-        "builtin:augmented.toml",
+        "builtin:paper/augmented.toml",
         "--quiet",
         "--out",
         "one",
@@ -25,7 +25,7 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     ]);
     folder.good(&[
         "run",
-        "builtin:augmented.toml",
+        "builtin:paper/augmented.toml",
         "--quiet",
         "--out",
         "two",
@@ -223,9 +223,9 @@ fn the_sign_of_a_columns_factor_counts() {
 #[test]
 fn a_detection_leaves_the_run_of_its_scenario_alone() {
     let folder = TestFolder::new();
-    folder.good(&["run", "builtin:augmented.toml", "--quiet"]);
+    folder.good(&["run", "builtin:paper/augmented.toml", "--quiet"]);
     let before = folder.files("out/augmented");
-    folder.good(&["detect", "builtin:augmented.toml", "--quiet"]);
+    folder.good(&["detect", "builtin:paper/augmented.toml", "--quiet"]);
     let after = folder.files("out/augmented");
     assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
     assert!(after.contains_key(Path::new("detection/detection.json")));
@@ -335,8 +335,8 @@ fn scenarios_of_one_name_are_both_named() {
         &["run", "a.toml", "b.toml"],
         &["two scenarios have the name \"short\"", "a.toml and b.toml", "--out"],
     );
-    let twice = ["run", "builtin:classical.toml", "a.toml", "builtin:classical.toml"];
-    folder.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; remove one"]);
+    let twice = ["run", "builtin:paper/classical.toml", "a.toml", "builtin:paper/classical.toml"];
+    folder.refused(&twice, &["\"classical\"", "builtin:paper/classical.toml is given twice; remove one"]);
 }
 
 #[test]
@@ -361,7 +361,7 @@ fn an_output_that_cannot_be_written_is_the_works_failure() {
 #[test]
 fn a_run_that_diverges_is_a_result() {
     let folder = TestFolder::new();
-    let printed = folder.good(&["run", "builtin:classical.toml", "--set", "master.coupling=as-printed"]);
+    let printed = folder.good(&["run", "builtin:paper/classical.toml", "--set", "master.coupling=as-printed"]);
     assert!(printed.starts_with("classical: diverged at 0."), "{printed}");
     let printed = folder.good(&["compare", "--set", "master.coupling=as-printed"]);
     assert!(printed.contains("diverged at"), "{printed}");
@@ -475,7 +475,7 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
 #[test]
 fn scenarios_that_cannot_be_realised_say_why() {
     let folder = TestFolder::new();
-    let skin = "builtin:01_through_the_skin.toml";
+    let skin = "builtin:layers/through-the-skin.toml";
     for (setting, phrases) in [
         ("tissue.capsule.relaxation_s=-1", ["tissue.capsule.relaxation_s", "0"]),
         ("tissue.capsule.rupture_force_n=0.1", ["tissue.capsule.rupture_force_n", "tissue.capsule.cutting_force_n"]),
@@ -508,9 +508,9 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
     folder.refused(&["roc", "--drop-n", "-1"], &["0.01"]);
     folder.refused(&["roc", "--detectors", "squared"], &["squared-residual"]);
-    folder.refused(&["roc", "--drop-n", "1", "builtin:real_classical.toml"], &["synthetic insertion"]);
+    folder.refused(&["roc", "--drop-n", "1", "builtin:paper/real-classical.toml"], &["synthetic insertion"]);
     folder.refused(&["roc", "nowhere.csv"], &["nowhere.csv"]);
-    let step = ["roc", "builtin:01_through_the_skin.toml", "--set", "sensor.position_resolution_m=1e-5"];
+    let step = ["roc", "builtin:layers/through-the-skin.toml", "--set", "sensor.position_resolution_m=1e-5"];
     folder.refused(&step, &["position_resolution_m=0"]);
     let window = ["roc", "--seeds", "1", "--set", "detector.window_samples=65"];
     folder.refused(&window, &["detector.window_samples is 65", "64"]);
@@ -573,12 +573,12 @@ fn completions_and_manual_pages_know_every_command() {
 #[test]
 fn what_is_no_terminal_gets_no_chart_and_no_colour() {
     let folder = TestFolder::new();
-    let printed = folder.good(&["run", "builtin:augmented.toml"]);
+    let printed = folder.good(&["run", "builtin:paper/augmented.toml"]);
     assert!(!printed.contains('\u{1b}') && !printed.contains("slave position around"), "{printed}");
     // `script` provides a terminal.
     let trocar = env!("CARGO_BIN_EXE_trocar");
     let on_terminal = |colours: &[(&str, &str)]| {
-        let line = format!("{trocar} run builtin:augmented.toml --out on-terminal");
+        let line = format!("{trocar} run builtin:paper/augmented.toml --out on-terminal");
         let mut command = std::process::Command::new("script");
         command.args(["--quiet", "--return", "--command", &line, "/dev/null"]).current_dir(folder.path("."));
         command.env("TERM", "xterm-256color").env_remove("NO_COLOR").envs(colours.iter().copied());

@@ -92,8 +92,8 @@ fn on_the_same_samples_the_commands_are_the_simulators_to_the_last_bit() {
     for distance in ["mean-change", "variance-change", "parameter-change", "force-derivative"] {
         replay("augmented", &[&format!("detector.distance={distance}")]);
     }
-    assert!(replay("01_augmented", &[]) > 0);
-    assert!(replay("real_augmented", &[]) > 0);
+    assert!(replay("layers/skin-augmented", &[]) > 0);
+    assert!(replay("paper/real-augmented", &[]) > 0);
 }
 
 #[test]

@@ -25,7 +25,7 @@ mod value;
 mod values;
 
 pub use build::ScenarioEngine;
-pub use builtin::questions as shipped_questions;
+pub use builtin::{Shipped, shipped};
 pub use document::{Entry, Source, entries};
 pub use engine_kind::EngineKind;
 pub use error::{Place, ScenarioError};
@@ -35,7 +35,7 @@ pub use replay::{DetectionSettings, DetectionSpec, RecordingSpec, recording_colu
 pub use resolve::{DelayTicks, Scenario, waits_for_tick};
 pub use schema::json_schema;
 pub use specs::{OperatorSpec, TissueSpec};
-pub use starter::starter;
+pub use starter::Starter;
 pub use template::{CaseFactory, Template};
 pub use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
 pub use value::Value;
