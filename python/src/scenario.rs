@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use serde_json::Value as Json;
-use trocar_sim::scenario::{KEYS, ScenarioError, Source};
+use trocar_sim::scenario::{KEYS, ScenarioError, Source, shipped_questions};
 
 use crate::{convert, error};
 
@@ -105,7 +105,7 @@ impl Scenario {
 /// Returns the shipped scenarios, each with its question.
 #[pyfunction]
 pub(crate) fn shipped() -> Vec<(String, &'static str)> {
-    trocar_sim::scenario::shipped().map(|known| (known.path(), known.question)).collect()
+    shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question)).collect()
 }
 
 /// Returns every key of a scenario: path, type, default as TOML or `None`, meaning.

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::error::CliError;
 use super::{source_of, terminal};
-use trocar_sim::scenario::{Shipped, shipped};
+use trocar_sim::scenario::shipped_questions;
 
 /// Columns of the list.
 const WIDTH: usize = 80;
@@ -38,27 +38,35 @@ pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
     match &args.action {
         Some(Action::Show { name }) => terminal::print(&source_of(name).read()?),
         None if args.json => {
-            let entry =
-                |known: Shipped| json!({ "name": known.name, "question": known.question, "path": known.path() });
-            terminal::print(&format!("{:#}\n", shipped().map(entry).collect::<serde_json::Value>()))
+            let entry = |(path, question): (&str, &str)| {
+                let (folder, name) = parts(path);
+                json!({ "name": format!("{folder}/{name}"), "question": question, "path": format!("builtin:{path}") })
+            };
+            let list: serde_json::Value = shipped_questions().map(entry).collect();
+            terminal::print(&format!("{list:#}\n"))
         }
         None => terminal::print(&list()),
     }
 }
 
+/// The folder and the name of a shipped scenario.
+fn parts(path: &str) -> (&str, &str) {
+    path.trim_end_matches(".toml").split_once('/').unwrap_or(("", path))
+}
+
 /// The scenarios with their questions, folder by folder.
 fn list() -> String {
-    let widest = shipped().map(|known| known.folder_and_name().1.len()).max().unwrap_or(0);
+    let widest = shipped_questions().map(|(path, _)| parts(path).1.len()).max().unwrap_or(0);
     let mut text = String::new();
     let mut here = "";
-    for known in shipped() {
-        let (folder, name) = known.folder_and_name();
+    for (path, question) in shipped_questions() {
+        let (folder, name) = parts(path);
         if folder != here {
             here = folder;
             text.push_str(&format!("{folder}/\n"));
         }
         let mut label = name;
-        for line in wrapped(known.question, WIDTH - widest - 4) {
+        for line in wrapped(question, WIDTH - widest - 4) {
             text.push_str(&format!("  {label:widest$}  {line}\n"));
             label = "";
         }
@@ -92,6 +100,6 @@ mod tests {
     fn the_list_is_complete_and_narrow() {
         let text = list();
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
-        assert!(shipped().all(|known| text.contains(&format!("\n  {} ", known.folder_and_name().1))), "{text}");
+        assert!(shipped_questions().all(|(path, _)| text.contains(&format!("\n  {} ", parts(path).1))), "{text}");
     }
 }

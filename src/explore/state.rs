@@ -7,7 +7,9 @@ use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
 use trocar_sim::run::RunError;
-use trocar_sim::scenario::{Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped};
+use trocar_sim::scenario::{
+    Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions,
+};
 use trocar_sim::stability::StabilityError;
 
 /// The key that differs between the two runs of a page.
@@ -127,7 +129,7 @@ impl Catalogue {
     /// Returns names and questions.
     pub fn entries(&self) -> impl Iterator<Item = (String, String)> {
         let own = self.own.iter().map(|(name, _)| (name.clone(), "from the command line".to_owned()));
-        own.chain(shipped().map(|known| (known.path(), known.question.to_owned())))
+        own.chain(shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question.to_owned())))
     }
 
     /// Returns the source of a scenario in the catalogue. A page cannot read any other file.
@@ -136,7 +138,10 @@ impl Catalogue {
     /// [`StateError::Scenario`].
     pub fn source(&self, name: &str) -> Result<Source, StateError> {
         let own = self.own.iter().find(|(own, _)| own == name).map(|(_, source)| source.clone());
-        let shipped = || shipped().map(|known| known.path()).find(|path| path == name).map(|path| Source::parse(&path));
+        let shipped = || {
+            let bare = name.strip_prefix("builtin:")?;
+            shipped_questions().any(|(known, _)| known == bare).then(|| Source::Builtin(bare.to_owned()))
+        };
         own.or_else(shipped).ok_or_else(|| StateError::Scenario(name.chars().take(80).collect()))
     }
 }

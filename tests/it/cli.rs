@@ -5,6 +5,7 @@ use std::path::Path;
 
 use insta::assert_snapshot;
 
+use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
 /// A short scenario that needs no recording.
@@ -373,7 +374,11 @@ fn a_starter_is_written_once_and_runs() {
     folder.good(&["init", "mine.toml"]);
     assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid"));
     folder.refused(&["init", "mine.toml"], &["already exists", "--force"]);
-    folder.good(&["init", "mine.toml", "--force"]);
+    for kind in ["--layers", "--replay", "--minimal", "--all"] {
+        folder.good(&["init", "mine.toml", "--force", kind]);
+        assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid"), "{kind}");
+    }
+    assert_eq!(folder.trocar(&["init", "other.toml", "--layers", "--replay"]).code, 2);
     folder.good(&["record", "--seed", "7", "--out", "seven.csv"]);
     folder.refused(&["record", "--out", "seven.csv"], &["already exists"]);
     assert!(
@@ -391,6 +396,40 @@ fn a_starter_is_written_once_and_runs() {
         "8.85",
     ]);
     assert!(detection.contains("2 labelled ruptures: 0 missed, 0 false alarms"), "{detection}");
+}
+
+#[test]
+fn a_shipped_scenario_has_short_and_former_names() {
+    let folder = TestFolder::new();
+    let text = folder.good(&["scenarios", "show", "layers/epidural"]);
+    assert_eq!(text, fs::read_to_string(file("scenarios/layers/epidural.toml")).expect("there"));
+    let resolved = |name: &str| folder.trocar(&["check", "--resolved", name]);
+    let present = resolved("layers/skin-augmented");
+    for name in ["skin-augmented", "builtin:layers/skin-augmented.toml", "builtin:01_augmented.toml", "01_augmented"] {
+        let outcome = resolved(name);
+        assert_eq!(outcome.out, present.out, "{name}");
+        let note = if name.contains("01") { "note: 01_augmented is now layers/skin-augmented\n" } else { "" };
+        assert_eq!(outcome.err, note, "{name}");
+    }
+    // A file comes first, and a base falls back to what is shipped.
+    folder.file("own.toml", "name = \"own\"\nbase = \"paper/augmented\"\n");
+    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 17000 ticks"));
+    folder.file(
+        "paper/augmented",
+        "simulation.duration_s = 2.0\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\n",
+    );
+    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 2000 ticks"));
+    folder.refused(&["check", "layers/skin-augmentd"], &["did you mean layers/skin-augmented?", "`trocar scenarios`"]);
+    folder.refused(&["check", "classical.toml"], &["cannot be read", "did you mean paper/classical?"]);
+}
+
+#[test]
+fn the_list_of_scenarios_is_json_too() {
+    let listed: serde_json::Value =
+        serde_json::from_str(&TestFolder::new().good(&["scenarios", "--json"])).expect("JSON");
+    let first = &listed[0];
+    assert_eq!((&first["name"], &first["path"]), (&"paper/classical".into(), &"builtin:paper/classical.toml".into()));
+    assert!(listed.as_array().is_some_and(|all| all.len() > 30 && all.iter().all(|one| one["question"].is_string())));
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! The scenarios and recordings embedded in the binary, so that it works from any directory.
 
-use std::path::Path;
-
 use super::keys::nearest_of;
 
 /// The prefix of a path to an embedded file.
@@ -74,37 +72,12 @@ const FORMER_NAMES: &[(&str, &str)] = &[
     ("24_late_wall_tank", "passivity/late-wall-tank"),
 ];
 
-/// A shipped scenario.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shipped {
-    /// Its name, as in `layers/skin-augmented`.
-    pub name: &'static str,
-    /// The question in its first line.
-    pub question: &'static str,
-    /// Its text, a TOML document.
-    pub text: &'static str,
-}
-
-impl Shipped {
-    /// The folder, and the name within it.
-    #[must_use]
-    pub fn folder_and_name(&self) -> (&'static str, &'static str) {
-        self.name.split_once('/').unwrap_or(("", self.name))
-    }
-
-    /// The full path, as in `builtin:layers/skin-augmented.toml`.
-    #[must_use]
-    pub fn path(&self) -> String {
-        format!("{PREFIX}{}{ENDING}", self.name)
-    }
-}
-
-/// The shipped scenarios, folder by folder.
-pub fn shipped() -> impl Iterator<Item = Shipped> {
-    FILES.iter().filter_map(|(file, content)| {
-        let text = std::str::from_utf8(content).ok()?;
-        let question = text.lines().next().unwrap_or_default().trim_start_matches(['#', ' ']);
-        Some(Shipped { name: file.strip_suffix(ENDING)?, question, text })
+/// The shipped scenarios by their full names, folder by folder, each with the question in its first line.
+pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
+    scenarios.map(|(file, content)| {
+        let first = content.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        (*file, std::str::from_utf8(first).unwrap_or_default().trim_start_matches(['#', ' ']))
     })
 }
 
@@ -126,8 +99,7 @@ pub fn find(name: &str) -> Option<&'static str> {
     let bare = without_ending(name);
     let wanted = former(name).map_or(bare, |(_, present)| present);
     let is_wanted = |file: &str| {
-        file == name
-            || file.strip_suffix(ENDING).is_some_and(|full| full == wanted || full.rsplit('/').next() == Some(wanted))
+        file == name || file.strip_suffix(ENDING).is_some_and(|full| full == wanted || last_part(full) == wanted)
     };
     FILES.iter().map(|(file, _)| *file).find(|file| is_wanted(file))
 }
@@ -138,13 +110,19 @@ pub fn former(name: &str) -> Option<(&'static str, &'static str)> {
     FORMER_NAMES.iter().find(|(former, _)| *former == without_ending(name)).copied()
 }
 
-/// The shipped scenario with the most similar name, if any is similar enough.
+/// The shipped scenario with the most similar name, if any is similar enough, without its ending.
 #[must_use]
 pub fn nearest(name: &str) -> Option<&'static str> {
-    let stem = Path::new(without_ending(name)).file_name()?.to_str()?;
-    let known =
-        find(stem).or_else(|| nearest_of(stem, shipped().map(|known| known.folder_and_name().1)).and_then(find));
-    known.or_else(|| nearest_of(name, shipped().map(|known| known.name))).map(without_ending)
+    let name = without_ending(name);
+    let last = last_part(name);
+    let known = || questions().map(|(file, _)| without_ending(file));
+    let found = find(last).or_else(|| nearest_of(last, known().map(last_part)).and_then(find));
+    found.map(without_ending).or_else(|| nearest_of(name, known()))
+}
+
+/// The part of a name after its folder.
+fn last_part(name: &str) -> &str {
+    name.rsplit_once('/').map_or(name, |(_, last)| last)
 }
 
 fn without_ending(name: &str) -> &str {
@@ -154,6 +132,7 @@ fn without_ending(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use std::collections::HashSet;
+    use std::path::Path;
 
     use super::super::{Scenario, Source};
     use super::*;
@@ -168,24 +147,23 @@ mod tests {
         let on_disk: HashSet<_> = folders
             .flat_map(|folder| entries(&folder))
             .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
-            .map(|path| path.strip_prefix(root).expect("within").with_extension("").to_string_lossy().into_owned())
+            .map(|path| path.strip_prefix(root).expect("within").to_string_lossy().into_owned())
             .collect();
-        assert_eq!(on_disk, shipped().map(|known| known.name.to_owned()).collect());
+        assert_eq!(on_disk, questions().map(|(name, _)| name.to_owned()).collect());
         assert!(entries(root).iter().all(|path| path.extension().is_none_or(|ending| ending != "toml")));
-        for known in shipped() {
-            assert!(known.question.contains('?'), "{known:?}");
+        for (name, question) in questions() {
+            assert!(question.contains('?'), "{name}: {question}");
         }
     }
 
     #[test]
     fn a_scenario_is_named_as_its_file_and_found_by_every_form() {
-        for known in shipped() {
-            let file = format!("{}.toml", known.name);
-            let last = known.folder_and_name().1;
-            let scenario = Scenario::load(&Source::parse(&known.path()), &[]).expect("good");
+        for (file, _) in questions() {
+            let (full, last) = (without_ending(file), last_part(without_ending(file)));
+            let scenario = Scenario::load(&Source::parse(&format!("{PREFIX}{file}")), &[]).expect("good");
             assert_eq!(scenario.name, last);
-            for form in [&file, known.name, last, &format!("{last}.toml")] {
-                assert_eq!(find(form), Some(&*file), "{form}");
+            for form in [file, full, last, &format!("{last}.toml")] {
+                assert_eq!(find(form), Some(file), "{form}");
             }
         }
         for recording in recordings() {

@@ -25,7 +25,7 @@ mod value;
 mod values;
 
 pub use build::ScenarioEngine;
-pub use builtin::{Shipped, shipped};
+pub use builtin::questions as shipped_questions;
 pub use document::{Entry, Source, entries};
 pub use engine_kind::EngineKind;
 pub use error::{Place, ScenarioError};

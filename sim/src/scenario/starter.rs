@@ -62,7 +62,7 @@ const LAYERS: &[Line] = &[
     Default("tissue.organ.friction_n_per_m"),
     Set("sensor.force_noise_std_n", "0.025"),
     Set("estimator.dead_zone_n", "0.05"),
-    Default("detector.threshold"),
+    Example("detector.threshold", "0.01"),
     Default("augmentation.enabled"),
     Default("augmentation.reengage"),
 ];
@@ -87,7 +87,7 @@ const REPLAY: &[Line] = &[
     Example("estimator.contact_m", "0.012"),
     Default("estimator.dead_zone_n"),
     Default("detector.distance"),
-    Default("detector.threshold"),
+    Example("detector.threshold", "0.01"),
     Default("augmentation.enabled"),
     Default("augmentation.force_law"),
     Default("augmentation.reengage"),
@@ -98,7 +98,7 @@ const MINIMAL: &[Line] = &[
     Default("channel.forward_delay_s"),
     Default("channel.backward_delay_s"),
     Default("sensor.force_noise_std_n"),
-    Default("detector.threshold"),
+    Example("detector.threshold", "0.01"),
     Default("augmentation.enabled"),
     Default("augmentation.force_law"),
     Default("augmentation.reengage"),
@@ -115,17 +115,17 @@ impl Line {
     fn text(self) -> Option<String> {
         let key = find(self.path())?;
         let name = last_name(key);
+        let about = format!("{}{}", key.meaning, must(key));
         let default = match key.fallback {
             Fallback::Value(value) => Some(Value::from(value).to_toml().to_string()),
             Fallback::Derived(rule) => Some(rule.to_owned()),
             Fallback::Unset => None,
         };
         let remark = default.as_ref().map_or_else(String::new, |default| format!(" Default: {default}."));
-        let words = must(key);
         Some(match self {
-            Set(_, value) => format!("{name} = {value} # {}{words}{remark}\n", key.meaning),
-            Default(_) => format!("# {name} = {} # {}{words}\n", default?, key.meaning),
-            Example(_, value) => format!("# {name} = {value} # {}{words}{remark}\n", key.meaning),
+            Set(_, value) => format!("{name} = {value} # {about}{remark}\n"),
+            Default(_) => format!("# {name} = {} # {about}\n", default?),
+            Example(_, value) => format!("# {name} = {value} # {about}{remark}\n"),
         })
     }
 }
@@ -154,7 +154,8 @@ impl Starter {
             let section = line.path().rsplit_once('.').map_or("", |(section, _)| section);
             if section != here {
                 here = section;
-                text.push_str(&heading(section));
+                // The subject on the line of the section keeps a starter short.
+                text.push_str(&format!("\n[{section}] # {}\n", subject_of(section)));
             }
             text.extend(line.text());
         }
@@ -168,10 +169,8 @@ fn name_line(name: &str) -> String {
     format!("name = {}\n", toml::Value::String(harmless_name(name)))
 }
 
-/// The heading of a section, with its subject.
-fn heading(section: &str) -> String {
-    let about = SECTIONS.iter().find(|(known, _)| *known == section).map_or("", |(_, about)| about);
-    format!("\n# {about}\n[{section}]\n")
+fn subject_of(section: &str) -> &'static str {
+    SECTIONS.iter().find(|(known, _)| *known == section).map_or("", |(_, about)| about)
 }
 
 /// A starter scenario with every key.
@@ -182,11 +181,11 @@ fn every_key(name: &str) -> String {
          {UNITS}\n{}{BASE}",
         name_line(name)
     );
-    for (section, _) in SECTIONS {
-        text.push_str(&heading(section));
+    for (section, about) in SECTIONS {
+        // Writing to a string does not fail.
+        let _ = write!(text, "\n# {about}\n[{section}]\n");
         for key in keys_of(section) {
             let name = last_name(key);
-            // Writing to a string does not fail.
             let _ = match key.fallback {
                 Fallback::Value(value) => {
                     writeln!(text, "# {name} = {} # {}{}", Value::from(value).to_toml(), key.meaning, must(key))
