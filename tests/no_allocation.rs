@@ -56,7 +56,7 @@ fn scenario(name: &str) -> Scenario {
 }
 
 fn scenario_with(name: &str, settings: &[String]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("builtin:{name}");
     Scenario::load(&Source::parse(&path), settings).expect("loads")
 }
 

@@ -46,7 +46,7 @@ impl KindArgs {
             Self { replay: true, .. } => Starter::Replay,
             Self { minimal: true, .. } => Starter::Minimal,
             Self { all: true, .. } => Starter::All,
-            Self { replay: false, minimal: false, all: false, layers: _ } => Starter::Layers,
+            Self { replay: false, minimal: false, all: false, layers: _ } => Starter::Tissue,
         }
     }
 }
@@ -59,7 +59,7 @@ pub(super) fn run(args: &InitArgs) -> Result<(), CliError> {
     let starter = args.kind.starter();
     write_file(&args.file, starter.text(&name).as_bytes())?;
     let subject = match starter {
-        Starter::Layers => "an insertion through layers of tissue",
+        Starter::Tissue => "an insertion through layers of tissue",
         Starter::Replay => "a replay of a recording",
         Starter::Minimal => "the shipped augmented insertion with a few changes",
         Starter::All => "every key with its default",

@@ -148,11 +148,12 @@ enum Command {
     },
     /// Write a commented starter scenario
     ///
-    /// The starter is short, with the keys that matter first; it is valid as written, and each commented line `# key = value` may be
-    /// uncommented. Without a flag it is --layers, a tissue of your own, which runs without any other file.
+    /// A starter is short, and valid as written. A commented line `# key = value` has a default:
+    /// uncomment it to change the value. Without a flag, the starter is --layers: a tissue of your own,
+    /// which needs no other file.
     ///
     ///   trocar init my.toml && trocar run my.toml
-    ///   trocar init mine.toml --replay                   your own recording in place of the shipped one
+    ///   trocar init mine.toml --replay                   a recording, to be replaced by your own
     #[command(verbatim_doc_comment)]
     Init(init::InitArgs),
     /// Print completions for a shell

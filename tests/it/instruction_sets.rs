@@ -43,7 +43,7 @@ fn every_signal_and_metric_has_the_same_bits() {
     for (name, overrides) in
         [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy), layers].into_iter().chain(models)
     {
-        let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("builtin:{name}");
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let scenario = Scenario::load(&Source::parse(&path), &overrides).expect("loads");
         let (wide, portable) = (run(&scenario, false), run(&scenario, true));

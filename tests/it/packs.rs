@@ -9,7 +9,7 @@ use trocar::scenario::{Scenario, Source};
 
 /// Returns a shipped scenario with settings.
 fn load(name: &str, settings: &[String]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("builtin:{name}");
     Scenario::load(&Source::parse(&path), settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
 }
 

@@ -17,7 +17,7 @@ impl Observer<f64> for Tape {
 }
 
 fn scenario(name: &str, settings: &[&str]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("builtin:{name}");
     let settings: Vec<String> = settings.iter().map(|text| (*text).to_owned()).collect();
     Scenario::load(&Source::parse(&path), &settings).expect("loads")
 }

@@ -13,7 +13,7 @@ use super::values::{harmless_name, keys_of};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Starter {
     /// A tissue of one's own, in layers.
-    Layers,
+    Tissue,
     /// A replay of a recording.
     Replay,
     /// The paper's augmented scenario and a few changes.
@@ -38,7 +38,7 @@ use Line::{Default, Example, Set};
 /// The base of the starters that have one.
 const BASE: &str = "base = \"paper/augmented\" # Inherit from a shipped scenario, or from a file relative to this one, then override.\n";
 
-const LAYERS: &[Line] = &[
+const TISSUE: &[Line] = &[
     Set("simulation.duration_s", "8.0"),
     Default("simulation.seed"),
     Default("scaling.force"),
@@ -136,7 +136,7 @@ impl Starter {
     pub fn text(self, name: &str) -> String {
         let (subject, base, lines) = match self {
             Self::All => return every_key(name),
-            Self::Layers => ("An insertion through layers of tissue.", "", LAYERS),
+            Self::Tissue => ("An insertion through layers of tissue.", "", TISSUE),
             Self::Replay => ("A replay of a recording: replace the file and name its columns.", "", REPLAY),
             Self::Minimal => ("The paper's augmented insertion, with changes.", BASE, MINIMAL),
         };
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_starter_is_short_and_valid_with_any_line_uncommented() {
-        for (starter, listed) in [(Starter::Layers, LAYERS), (Starter::Replay, REPLAY), (Starter::Minimal, MINIMAL)] {
+        for (starter, listed) in [(Starter::Tissue, TISSUE), (Starter::Replay, REPLAY), (Starter::Minimal, MINIMAL)] {
             let text = starter.text("mine");
             assert!(text.lines().count() <= 60, "{text}");
             assert!(text.contains("docs/src/reference/keys.md"));

@@ -9,7 +9,7 @@ use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmle
 /// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 11] = [
     ("name", "Name of the sweep's folder; the file name without extension when not given."),
-    ("base", "The scenario to vary: a path relative to this file, or the name of a shipped scenario."),
+    ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
     ("seeds", "Number of noise seeds per point; 1 when not given."),
     ("first_seed", "First noise seed; the scenario's own when not given."),
     ("metrics", "Metrics to keep for each case; a default set when not given."),
