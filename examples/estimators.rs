@@ -1,4 +1,4 @@
-//! The README's tables of estimators and of gates: `cargo run --release --example estimators`.
+//! The book's tables of estimators and of gates: `cargo run --release --example estimators`.
 
 use std::fmt::Write as _;
 

@@ -89,8 +89,3 @@ mod explore;
 
 #[doc(hidden)]
 pub use cli::main;
-
-/// Runs the Rust examples of the README as tests.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -155,7 +155,7 @@ fn augmentation_holds_the_needle_with_every_architecture() {
 #[test]
 fn what_does_not_go_together_is_refused_with_a_remedy() {
     for (settings, expected) in [
-        (&["controller.kind=four-channel", "passivity.scheme=wave-variables"][..], "waves carry"),
+        (&["controller.kind=four-channel", "passivity.scheme=wave-variables"][..], "wave variables carry"),
         (&["controller.kind=local-force", "master.coupling=as-printed"], "does not act"),
         (&["controller.kind=four-channel", "slave.damping=as-printed"], "damping its velocity"),
         (&["controller.kind=four-channel", "slave.proportional_gain=0"], "above 0 for this controller.kind"),
@@ -164,7 +164,7 @@ fn what_does_not_go_together_is_refused_with_a_remedy() {
         (&["passivity.tank_share=1"], "below 1"),
         (
             &["slave.compliance_m_per_n=1e-3", "simulation.control=sampled", "actuator.slave_lag_s=0.01"],
-            "which its motor is to pass whole",
+            "needs a motor without limits and lag",
         ),
     ] {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();

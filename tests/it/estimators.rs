@@ -1,5 +1,5 @@
 //! Every estimator finds its own parameters and predicts its own force better than the others, and the tables of the
-//! README are the output of the example.
+//! book are the output of the example.
 
 #[path = "../../examples/estimators.rs"]
 mod tables;
@@ -205,9 +205,10 @@ fn what_an_estimator_cannot_take_is_refused_with_its_reason() {
 }
 
 #[test]
-fn the_readme_has_the_tables_that_the_example_prints() {
-    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).expect("there");
+fn the_book_has_the_tables_that_the_example_prints() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/src/evidence/estimators.md"))
+        .expect("there");
     for table in [tables::estimators(), tables::gates()] {
-        assert!(readme.contains(&table), "paste what `cargo run --release --example estimators` prints:\n{table}");
+        assert!(page.contains(&table), "paste what `cargo run --release --example estimators` prints:\n{table}");
     }
 }

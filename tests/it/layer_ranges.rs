@@ -1,5 +1,5 @@
 //! The ranges of the keys of layers: values outside are rejected with a reason, shipped values are inside, and the
-//! README lists the ranges.
+//! book lists the ranges.
 
 use std::path::Path;
 
@@ -91,8 +91,9 @@ fn what_ships_lies_in_the_ranges() {
 }
 
 #[test]
-fn the_readme_tells_what_was_measured() {
-    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("there");
+fn the_book_lists_what_was_measured() {
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/src/evidence/literature.md"))
+        .expect("there");
     let mut from = 0;
     for row in &MEASURED {
         let span = |low: f64, high: f64| if low == high { format!("{low}") } else { format!("{low} to {high}") };
@@ -104,7 +105,7 @@ fn the_readme_tells_what_was_measured() {
             row.source,
             span(row.bounds.low, row.bounds.high)
         );
-        let at = readme[from..].find(&line).unwrap_or_else(|| panic!("README.md lacks, in its order: {line}"));
+        let at = page[from..].find(&line).unwrap_or_else(|| panic!("literature.md lacks, in its order: {line}"));
         from += at + line.len();
     }
 }

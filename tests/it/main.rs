@@ -3,6 +3,8 @@
 mod actuators;
 mod appendix_poles;
 mod architectures;
+#[cfg(unix)]
+mod book;
 mod calibration;
 mod cli;
 mod degenerate;
@@ -33,7 +35,6 @@ mod paper;
 mod passivity;
 mod properties;
 mod public_api;
-mod readme;
 mod recording;
 mod report;
 mod rig;

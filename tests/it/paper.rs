@@ -238,7 +238,7 @@ fn a_replay_by_depth_closes_the_loop() {
     }
     let overshoot = |m: &Metrics| m.ruptures[0].slave_overshoot_m.expect("seen");
     assert!(overshoot(&augmented) < 0.05 * overshoot(&classical));
-    // The remaining steps that the README lists.
+    // The remaining steps that the book lists.
     assert_eq!((classical.missed_ruptures, augmented.missed_ruptures), (0, 1));
     // A frozen needle has a constant tissue force, except for its settling between rupture and alarm.
     let trace = run(scenario("paper/depth-augmented", &[])).expect("runs").trace;

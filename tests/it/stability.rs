@@ -395,7 +395,7 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
         ("scaling.force", "LOW:HIGH:COUNT"),
         ("scaling.force=2:1:10", "not below"),
         ("scaling.force=0:nan:10", "at most"),
-        ("scaling.force=0:1:1", "number of values"),
+        ("scaling.force=0:1:1", "not a valid count"),
         ("scaling.force=0:1:10:log", "above 0"),
         ("tissue.stiffness_n_per_m=1:2:3", "differ"),
     ] {

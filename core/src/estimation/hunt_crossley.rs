@@ -45,7 +45,7 @@ const POWER_MEMORY_N2: f64 = 20.0;
 /// the paper's are `μ = K p^(1-n)` and `λ = B p^-n`.
 ///
 /// A sample in contact takes one `ln` and one `exp` of `libm`, lane by lane: plain arithmetic without fused operations,
-/// the same bits on every machine. The README states their cost.
+/// the same bits on every machine. `benches/README.md` states their cost.
 #[derive(Debug, Clone)]
 pub struct HuntCrossley<L> {
     regression: Regression<L, 2>,

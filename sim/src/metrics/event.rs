@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::catalogue::metrics;
 use crate::augmentation::Mode;
 use crate::engine::Signals;
+use crate::lane::Lane;
 use crate::time::TickGrid;
 
 metrics! {
@@ -36,55 +37,97 @@ metrics! {
     }
 }
 
+/// The values of an event that change at every tick: of one run, or of several side by side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EventExtremes<L> {
+    slave_start_m: L,
+    master_end_m: L,
+    frozen_motion_m: L,
+    peak_speed_m_per_s: L,
+}
+
+impl<L: Lane> EventExtremes<L> {
+    /// Before the first tick of an event, with slave and master at these positions.
+    pub(super) fn at(slave_m: L, master_m: L) -> Self {
+        Self {
+            slave_start_m: slave_m,
+            master_end_m: master_m,
+            frozen_motion_m: L::zero(),
+            peak_speed_m_per_s: L::splat(f64::NEG_INFINITY),
+        }
+    }
+
+    /// Processes a tick with a frozen slave.
+    #[inline(always)]
+    pub(super) fn observe_frozen(&mut self, s: &Signals<L>) {
+        self.master_end_m = s.master_position_m;
+        self.frozen_motion_m = (s.slave_position_m - self.slave_start_m).abs().max(self.frozen_motion_m);
+    }
+
+    /// Processes a tick of re-engaging.
+    #[inline(always)]
+    pub(super) fn observe_reengaging(&mut self, s: &Signals<L>) {
+        self.peak_speed_m_per_s = s.slave_velocity_m_per_s.abs().max(self.peak_speed_m_per_s);
+    }
+
+    /// The values of lane `index`.
+    pub(super) fn lane(&self, index: usize) -> EventExtremes<f64> {
+        EventExtremes {
+            slave_start_m: self.slave_start_m.lane(index),
+            master_end_m: self.master_end_m.lane(index),
+            frozen_motion_m: self.frozen_motion_m.lane(index),
+            peak_speed_m_per_s: self.peak_speed_m_per_s.lane(index),
+        }
+    }
+
+    /// With lane `index` replaced.
+    pub(super) fn with_lane(self, index: usize, one: &EventExtremes<f64>) -> Self {
+        Self {
+            slave_start_m: self.slave_start_m.with_lane(index, one.slave_start_m),
+            master_end_m: self.master_end_m.with_lane(index, one.master_end_m),
+            frozen_motion_m: self.frozen_motion_m.with_lane(index, one.frozen_motion_m),
+            peak_speed_m_per_s: self.peak_speed_m_per_s.with_lane(index, one.peak_speed_m_per_s),
+        }
+    }
+}
+
 /// An open event.
 #[derive(Debug, Clone)]
 pub(super) struct EventWindow {
     start: u64,
     released: Option<u64>,
     ended: Option<u64>,
-    pub(super) slave_start_m: f64,
-    pub(super) metrics: EventMetrics,
+    master_start_m: f64,
+    pub(super) extremes: EventExtremes<f64>,
+    /// The change of the feedback force at the start and at the release, and what its law allows there.
+    entry_step_n: [f64; 2],
+    exit_step_n: Option<[f64; 2]>,
 }
 
 impl EventWindow {
-    pub(super) fn open(s: &Signals<f64>, step_n: f64, grid: &TickGrid) -> Self {
+    pub(super) fn open(s: &Signals<f64>, step_n: f64) -> Self {
         Self {
             start: s.tick,
             released: None,
             ended: None,
-            slave_start_m: s.slave_position_m,
-            metrics: EventMetrics {
-                start_s: grid.time_s(s.tick),
-                augmented_s: None,
-                reengaging_s: None,
-                master_start_m: s.master_position_m,
-                master_end_m: s.master_position_m,
-                frozen_motion_m: 0.0,
-                peak_reengaging_speed_m_per_s: None,
-                entry_step_n: step_n,
-                entry_step_allowed_n: s.allowed_force_step_n,
-                exit_step_n: None,
-                exit_step_allowed_n: None,
-            },
+            master_start_m: s.master_position_m,
+            extremes: EventExtremes::at(s.slave_position_m, s.master_position_m),
+            entry_step_n: [step_n, s.allowed_force_step_n],
+            exit_step_n: None,
         }
     }
 
     /// Processes a tick; returns whether the event is still open.
     pub(super) fn observe(&mut self, s: &Signals<f64>, step_n: f64) -> bool {
-        let m = &mut self.metrics;
         if s.mode == Mode::Augmented.code() {
-            m.master_end_m = s.master_position_m;
-            m.frozen_motion_m = m.frozen_motion_m.max((s.slave_position_m - self.slave_start_m).abs());
+            self.extremes.observe_frozen(s);
         } else if s.mode == Mode::Reengaging.code() {
             if self.released.is_none() {
                 self.released = Some(s.tick);
-                m.master_end_m = s.master_position_m;
-                m.exit_step_n = Some(step_n);
-                m.exit_step_allowed_n = Some(s.allowed_force_step_n);
+                self.extremes.master_end_m = s.master_position_m;
+                self.exit_step_n = Some([step_n, s.allowed_force_step_n]);
             }
-            let speed = s.slave_velocity_m_per_s.abs();
-            let peak = m.peak_reengaging_speed_m_per_s.map_or(speed, |peak| peak.max(speed));
-            m.peak_reengaging_speed_m_per_s = Some(peak);
+            self.extremes.observe_reengaging(s);
         } else {
             self.ended = Some(s.tick);
             return false;
@@ -92,12 +135,30 @@ impl EventWindow {
         true
     }
 
+    /// Takes over the values of `mode` that several lanes have kept side by side.
+    pub(super) fn take(&mut self, mode: f64, kept: &EventExtremes<f64>) {
+        if mode == Mode::Augmented.code() {
+            self.extremes.master_end_m = kept.master_end_m;
+            self.extremes.frozen_motion_m = kept.frozen_motion_m;
+        } else if mode == Mode::Reengaging.code() {
+            self.extremes.peak_speed_m_per_s = kept.peak_speed_m_per_s;
+        }
+    }
+
     pub(super) fn close(&self, grid: &TickGrid) -> EventMetrics {
         let span = |from: u64, to: u64| grid.time_s(to - from);
         EventMetrics {
+            start_s: grid.time_s(self.start),
             augmented_s: self.released.map(|released| span(self.start, released)),
             reengaging_s: self.released.zip(self.ended).map(|(released, ended)| span(released, ended)),
-            ..self.metrics.clone()
+            master_start_m: self.master_start_m,
+            master_end_m: self.extremes.master_end_m,
+            frozen_motion_m: self.extremes.frozen_motion_m,
+            peak_reengaging_speed_m_per_s: self.released.map(|_| self.extremes.peak_speed_m_per_s),
+            entry_step_n: self.entry_step_n[0],
+            entry_step_allowed_n: self.entry_step_n[1],
+            exit_step_n: self.exit_step_n.map(|[step_n, _]| step_n),
+            exit_step_allowed_n: self.exit_step_n.map(|[_, allowed_n]| allowed_n),
         }
     }
 }

@@ -137,11 +137,11 @@ impl History {
             self.ignored_alarms += 1;
         }
         self.mode_ticks[s.mode as usize] += 1;
-        self.observe_mode(s, force_step_n, grid);
+        self.observe_mode(s, force_step_n);
     }
 
     #[inline(always)]
-    fn observe_mode(&mut self, s: &Signals<f64>, step: f64, grid: &TickGrid) {
+    fn observe_mode(&mut self, s: &Signals<f64>, step: f64) {
         if self.is_event_open || s.mode != self.mode {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
@@ -149,7 +149,7 @@ impl History {
             && self.mode == Mode::Teleoperation.code()
             && self.events.len() < MAX_RECORDED
         {
-            self.events.push(EventWindow::open(s, step, grid));
+            self.events.push(EventWindow::open(s, step));
             self.is_event_open = true;
         }
         if self.is_event_open {

@@ -1,7 +1,11 @@
 //! The value of a key, and its conversion from TOML.
 
+use std::borrow::Cow;
+
 use toml::Value as Toml;
-use trocar_core::settings::{Constant, Kind, Range};
+use trocar_core::settings::{Constant, Key, Kind, Range};
+
+use super::quantity;
 
 /// The value of a key, written or default.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +38,28 @@ fn number(toml: &Toml) -> Option<f64> {
     toml.as_float().or_else(|| toml.as_integer().map(|v| v as f64))
 }
 
+/// The TOML value with every text that is a quantity in the key's dimension as a number in the key's unit.
+fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
+    let number = |text: &str| Some(Toml::Float(quantity::parse(text, &quantity::unit_of(key.path)?).ok()?));
+    let converted = match (&key.kind, toml) {
+        (Kind::Number(_), Toml::String(text)) => number(text),
+        (Kind::Numbers, Toml::Array(list)) => list
+            .iter()
+            .map(|item| if let Toml::String(text) = item { number(text) } else { Some(item.clone()) })
+            .collect::<Option<Vec<_>>>()
+            .map(Toml::Array),
+        _ => None,
+    };
+    converted.map_or(Cow::Borrowed(toml), Cow::Owned)
+}
+
 impl Value {
+    /// The TOML value as a value of this key, a number with or without a unit; `None` if it is not one.
+    #[must_use]
+    pub fn of_key(key: &Key, toml: &Toml) -> Option<Self> {
+        Self::accept(&key.kind, &without_unit(key, toml))
+    }
+
     /// The TOML value as a value of this kind; `None` if it is not one.
     #[must_use]
     pub fn accept(kind: &Kind, toml: &Toml) -> Option<Self> {

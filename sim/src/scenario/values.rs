@@ -9,6 +9,7 @@ use super::document::{Entry, Source, gather};
 use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
 use super::keys::{find, is_section, nearest};
+use super::quantity;
 use super::value::Value;
 use crate::error::InvalidValue;
 
@@ -64,9 +65,17 @@ impl Values {
     /// Checks an entry and stores it, unless its key already has a value.
     pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
         let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
-        let Some(value) = Value::accept(&key.kind, &entry.value) else {
+        let Some(value) = Value::of_key(key, &entry.value) else {
+            let unit = quantity::unit_of(key.path).filter(|_| matches!(key.kind, Kind::Number(_)));
+            let reason = match (entry.value.as_str(), unit) {
+                (Some(text), Some(unit)) => quantity::parse(text, &unit).err(),
+                _ => None,
+            };
             let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind);
             let mut error = ScenarioError::new(message).at(Some(entry.value_place));
+            if let Some(reason) = reason {
+                error = error.remedy(reason);
+            }
             if let (Kind::Choice(words), Some(word)) = (key.kind, entry.value.as_str()) {
                 let best = words.iter().max_by(|a, b| similarity(word, a).total_cmp(&similarity(word, b)));
                 if let Some(best) = best.filter(|best| similarity(word, best) > 0.7) {

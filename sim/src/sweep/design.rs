@@ -43,6 +43,12 @@ impl SamplingScheme {
     /// The words that sweep files use.
     pub const WORDS: [&'static str; 4] = ["grid", "random", "latin-hypercube", "sobol"];
 
+    /// Every scheme with these points and this seed, in the order of [`SamplingScheme::WORDS`].
+    #[must_use]
+    pub fn all(points: u64, seed: u64) -> [Self; 4] {
+        [Self::Grid, Self::Random { points, seed }, Self::LatinHypercube { points, seed }, Self::Sobol { points, seed }]
+    }
+
     /// Returns the word in sweep files.
     #[must_use]
     pub fn word(&self) -> &'static str {
@@ -226,6 +232,11 @@ mod tests {
                 coordinates.clone()
             })
             .collect()
+    }
+
+    #[test]
+    fn every_scheme_has_its_word() {
+        assert_eq!(SamplingScheme::all(3, 1).map(|scheme| scheme.word()), SamplingScheme::WORDS);
     }
 
     #[test]

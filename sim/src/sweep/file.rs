@@ -134,11 +134,6 @@ fn flag(entry: &Entry) -> Result<bool, ScenarioError> {
     entry.value.as_bool().ok_or_else(|| must(entry, "true or false"))
 }
 
-fn number(entry: &Entry) -> Result<f64, ScenarioError> {
-    let number = entry.value.as_float().or_else(|| entry.value.as_integer().map(|whole| whole as f64));
-    number.filter(|number| number.is_finite()).ok_or_else(|| must(entry, "a number"))
-}
-
 fn name(entry: &Entry) -> Result<String, ScenarioError> {
     let is_harmless = |name: &&str| harmless_name(name) == **name;
     let name = entry.value.as_str().filter(is_harmless);
@@ -146,15 +141,14 @@ fn name(entry: &Entry) -> Result<String, ScenarioError> {
 }
 
 fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
-    let word = match find("design.kind") {
-        None => SamplingScheme::WORDS[0],
-        Some(entry) => {
-            let word =
-                entry.value.as_str().and_then(|word| SamplingScheme::WORDS.into_iter().find(|known| *known == word));
-            word.ok_or_else(|| must(entry, &format!("one of \"{}\"", SamplingScheme::WORDS.join("\", \""))))?
-        }
+    let kind = find("design.kind");
+    let word = kind.map_or(Some(SamplingScheme::Grid.word()), |entry| entry.value.as_str());
+    let scheme = |points, seed| {
+        let found = SamplingScheme::all(points, seed).into_iter().find(|scheme| Some(scheme.word()) == word);
+        let must = |entry| must(entry, &format!("one of \"{}\"", SamplingScheme::WORDS.join("\", \"")));
+        found.map_or_else(|| kind.map_or(Ok(SamplingScheme::Grid), |entry| Err(must(entry))), Ok)
     };
-    if word == SamplingScheme::WORDS[0] {
+    if scheme(1, 1)? == SamplingScheme::Grid {
         let superfluous = ["design.points", "design.seed"].into_iter().find_map(find);
         return match superfluous {
             Some(entry) => Err(ScenarioError::new(format!("a grid has no {}", entry.path))
@@ -164,16 +158,12 @@ fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingSchem
         };
     }
     let Some(points) = find("design.points") else {
-        let place = find("design.kind").map(|entry| entry.value_place.clone());
+        let place = kind.map(|entry| entry.value_place.clone());
         return Err(ScenarioError::new("design.points is missing, a whole number of at least 1").at(place));
     };
     let points = whole(points, 1, MAX_CASES)?;
     let seed = find("design.seed").map_or(Ok(1), |entry| whole(entry, 0, i64::MAX as u64))?;
-    Ok(match word {
-        "random" => SamplingScheme::Random { points, seed },
-        "latin-hypercube" => SamplingScheme::LatinHypercube { points, seed },
-        _ => SamplingScheme::Sobol { points, seed },
-    })
+    scheme(points, seed)
 }
 
 fn texts(entry: &Entry) -> Result<Vec<&str>, ScenarioError> {
@@ -291,7 +281,7 @@ fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, Scena
     };
     let mut values: Vec<Value> = vec![];
     for item in items {
-        let value = Value::accept(&key.kind, item).ok_or_else(|| {
+        let value = Value::of_key(key, item).ok_or_else(|| {
             let message = format!("{} has {item}, each must be {}", entry.path, key.kind);
             ScenarioError::new(message).at(Some(entry.value_place.clone()))
         })?;
@@ -317,17 +307,17 @@ fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioErro
         let message = format!("{path} has no range, it is {}", key.kind);
         return Err(ScenarioError::new(message).at(Some(from.key_place.clone())).remedy("give a list"));
     }
-    for end in [from, to] {
-        if Value::accept(&key.kind, &end.value).is_none() {
-            return Err(must(end, &key.kind.to_string()));
-        }
-    }
+    let number = |end: &Entry| match Value::of_key(key, &end.value) {
+        Some(Value::Number(number)) => Ok(number),
+        Some(Value::Whole(number)) => Ok(number as f64),
+        Some(Value::Numbers(_) | Value::Flag(_) | Value::Text(_)) | None => Err(must(end, &key.kind.to_string())),
+    };
     let log = log.map_or(Ok(false), flag)?;
     let (first, last) = (number(from)?, number(to)?);
     if first == last {
         return Err(must(to, "another number than from").remedy("fix the key by set, or give a list"));
     }
-    if let Some(end) = [from, to].into_iter().find(|end| log && !number(end).is_ok_and(|number| number > 0.0)) {
+    if let Some((end, _)) = [(from, first), (to, last)].into_iter().find(|(_, number)| log && *number <= 0.0) {
         return Err(must(end, "above 0 where log = true"));
     }
     let points = match (points, is_grid) {

@@ -9,6 +9,7 @@ use crate::augmentation::Mode;
 use crate::engine::Signals;
 use crate::lane::{Lane, Mask};
 use crate::metrics::FALLEN_SHARE;
+use crate::metrics::event::EventExtremes;
 use crate::metrics::rupture::Extremes;
 
 /// Maximum open ruptures of a lane that are held over lanes; a lane with more observes every tick by its history.
@@ -105,11 +106,8 @@ pub(super) struct OpenWindows<L: Lane> {
     /// 1 if there are more windows than slots.
     is_crowded: L,
     mode: L,
-    /// Values of the open event, as in its metrics; only those of the present mode are valid.
-    slave_start_m: L,
-    master_end_m: L,
-    frozen_motion_m: L,
-    peak_speed_m_per_s: L,
+    /// Values of the open event; only those of the present mode are valid.
+    event: EventExtremes<L>,
     step_excess_n: L,
 }
 
@@ -126,10 +124,7 @@ impl<L: Lane> OpenWindows<L> {
             is_open: zero,
             is_crowded: zero,
             mode: L::splat(Mode::Teleoperation.code()),
-            slave_start_m: zero,
-            master_end_m: zero,
-            frozen_motion_m: zero,
-            peak_speed_m_per_s: zero,
+            event: EventExtremes::at(zero, zero),
             step_excess_n: zero,
         }
     }
@@ -163,9 +158,8 @@ impl<L: Lane> OpenWindows<L> {
         for slot in &mut self.slots[..self.max_in_use] {
             slot.follow(now, s);
         }
-        self.master_end_m = s.master_position_m;
-        self.frozen_motion_m = (s.slave_position_m - self.slave_start_m).abs().max(self.frozen_motion_m);
-        self.peak_speed_m_per_s = s.slave_velocity_m_per_s.abs().max(self.peak_speed_m_per_s);
+        self.event.observe_frozen(s);
+        self.event.observe_reengaging(s);
         self.step_excess_n = (force_step_n - s.allowed_force_step_n).max(self.step_excess_n);
     }
 
@@ -188,9 +182,7 @@ impl<L: Lane> OpenWindows<L> {
         set(&mut self.mode, history.mode);
         set(&mut self.step_excess_n, history.step_excess_n);
         if let Some(event) = history.events.last() {
-            set(&mut self.slave_start_m, event.slave_start_m);
-            set(&mut self.frozen_motion_m, event.metrics.frozen_motion_m);
-            set(&mut self.peak_speed_m_per_s, event.metrics.peak_reengaging_speed_m_per_s.unwrap_or(f64::NEG_INFINITY));
+            self.event = self.event.with_lane(lane, &event.extremes);
         }
     }
 
@@ -209,12 +201,7 @@ impl<L: Lane> OpenWindows<L> {
         }
         history.step_excess_n = self.step_excess_n.lane(lane);
         if let Some(event) = history.events.last_mut() {
-            if history.mode == Mode::Augmented.code() {
-                event.metrics.master_end_m = self.master_end_m.lane(lane);
-                event.metrics.frozen_motion_m = self.frozen_motion_m.lane(lane);
-            } else if history.mode == Mode::Reengaging.code() {
-                event.metrics.peak_reengaging_speed_m_per_s = Some(self.peak_speed_m_per_s.lane(lane));
-            }
+            event.take(history.mode, &self.event.lane(lane));
         }
     }
 

@@ -1,0 +1,139 @@
+//! The book and the README are executed, page by page: each in a folder of its own, from top to bottom.
+//!
+//! - `console` blocks: each `$ trocar …` prints what stands below it; a line of `…` stands for any lines.
+//! - `sh` blocks: every line that begins with `trocar` succeeds.
+//! - `<!-- file: NAME -->` before a block writes the block to that file.
+//! - `<!-- drawn: FILE -->` before a picture: the picture is the file that the page's commands have drawn.
+//!
+//! With `BLESS=1`, output and pictures are renewed.
+
+mod page;
+mod reference;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use crate::support::file;
+use page::Page;
+
+const GENERATED: &str = "<!-- generated -->";
+
+/// The pages of the book.
+fn pages() -> Vec<PathBuf> {
+    let mut pages = vec![];
+    let mut open = vec![file("docs/src")];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "md") {
+                pages.push(path);
+            }
+        }
+    }
+    pages.sort();
+    assert!(pages.len() > 30, "{}", pages.len());
+    pages
+}
+
+/// Executes the pages below a folder of the book.
+fn execute(folder: &str) {
+    let below = file("docs/src").join(folder);
+    let pages: Vec<_> = pages().into_iter().filter(|path| path.parent() == Some(&*below)).collect();
+    assert!(!pages.is_empty(), "{folder}");
+    pages.iter().for_each(|path| Page::read(path).execute());
+}
+
+#[test]
+fn the_readme_does_what_it_says() {
+    Page::read(&file("README.md")).execute();
+}
+
+#[test]
+fn the_first_pages_do_what_they_say() {
+    execute("");
+    execute("reference");
+}
+
+#[test]
+fn the_tutorials_do_what_they_say() {
+    execute("tutorials");
+}
+
+#[test]
+fn the_concepts_do_what_they_say() {
+    execute("concepts");
+}
+
+#[test]
+fn the_how_tos_do_what_they_say() {
+    execute("howto");
+}
+
+#[test]
+fn the_evidence_is_what_its_commands_print_and_draw() {
+    execute("evidence");
+}
+
+#[test]
+fn the_first_screen_has_the_commands_of_a_newcomer() {
+    let readme = std::fs::read_to_string(file("README.md")).expect("there");
+    let block = readme.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block");
+    assert!(block.contains("cargo run --release -- compare"), "{block}");
+    assert!(block.contains("cargo test"), "{block}");
+    let gate = std::fs::read_to_string(file(".ci/run")).expect("there");
+    assert!(gate.lines().any(|line| line == "cargo test --workspace"));
+}
+
+#[test]
+fn no_page_is_long() {
+    let size = |path: &Path| std::fs::metadata(path).expect("there").len();
+    assert!(size(&file("README.md")) <= 10_000, "{}", size(&file("README.md")));
+    for path in pages() {
+        let is_generated = std::fs::read_to_string(&path).expect("text").starts_with(GENERATED);
+        assert!(is_generated || size(&path) <= 12_000, "{}: {}", path.display(), size(&path));
+    }
+}
+
+/// The targets of the links of a page.
+fn links(text: &str) -> impl Iterator<Item = &str> {
+    text.split("](").skip(1).filter_map(|rest| rest.split(')').next())
+}
+
+/// The anchors of a page's headings, as mdBook makes them.
+fn anchors(text: &str) -> BTreeSet<String> {
+    let headings =
+        text.lines().filter_map(|line| line.strip_prefix('#')).map(|rest| rest.trim_start_matches('#').trim());
+    let letter = |c: char| match c {
+        ' ' => Some('-'),
+        c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c.to_ascii_lowercase()),
+        _ => None,
+    };
+    headings.map(|heading| heading.chars().filter_map(letter).collect()).collect()
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let front = ["README.md", "CONTRIBUTING.md", "SECURITY.md"].map(file);
+    for path in pages().into_iter().chain(front) {
+        let text = std::fs::read_to_string(&path).expect("text");
+        for link in links(&text).filter(|link| !link.contains("://")) {
+            let (target, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let target = if target.is_empty() { path.clone() } else { path.parent().expect("a folder").join(target) };
+            assert!(target.exists(), "{}: {link}", path.display());
+            if !anchor.is_empty() {
+                let anchors = anchors(&std::fs::read_to_string(&target).expect("text"));
+                assert!(anchors.contains(anchor), "{}: {link}, there are {anchors:?}", path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_contents_list_every_page() {
+    let contents = std::fs::read_to_string(file("docs/src/SUMMARY.md")).expect("there");
+    let listed: BTreeSet<PathBuf> = links(&contents).map(|link| file("docs/src").join(link)).collect();
+    let there: BTreeSet<PathBuf> = pages().into_iter().filter(|path| !path.ends_with("SUMMARY.md")).collect();
+    assert_eq!(listed, there);
+}

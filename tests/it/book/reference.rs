@@ -1,0 +1,111 @@
+//! The pages of the reference that follow from the declarations; `BLESS=1` renews them.
+
+use std::fmt::Write as _;
+
+use trocar::report::{metrics_markdown, trace_columns_markdown};
+use trocar::scenario::{Constant, Fallback, KEYS, Key, Kind, SECTIONS, Value, shipped_questions, unit_of};
+
+use super::GENERATED;
+use crate::support::file;
+use crate::support::test_folder::TestFolder;
+
+/// Compares a page with a text.
+fn assert_page(name: &str, text: &str) {
+    let path = file("docs/src/reference").join(name);
+    let text = format!("{GENERATED}\n{text}");
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, &text).expect("written");
+    }
+    assert!(std::fs::read_to_string(&path).expect("there") == text, "{name} is out of date; BLESS=1 renews it");
+}
+
+/// A text as the cell of a table.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
+}
+
+/// What a key's value must be, with its unit.
+fn requirement(key: &Key) -> String {
+    let unit = unit_of(key.path).filter(|_| matches!(key.kind, Kind::Number(_) | Kind::Numbers));
+    unit.map_or(key.kind.to_string(), |unit| format!("{}, in {unit}", key.kind))
+}
+
+#[test]
+fn the_page_of_the_keys_is_that_of_the_declarations() {
+    let mut text = String::from(
+        "# Keys\n\nEvery key of a scenario. A number may be written as a text with a unit: `\"30ms\"`. \
+         *Acts for* names the kinds of another key for which a key has an effect.\n",
+    );
+    let sections = std::iter::once(("", "Keys outside of the sections.")).chain(SECTIONS);
+    for (section, about) in sections {
+        let of_section = |path: &str| path.rsplit_once('.').map_or(section.is_empty(), |(parent, _)| parent == section);
+        let keys: Vec<_> = KEYS.iter().filter(|key| of_section(key.path)).collect();
+        if keys.is_empty() {
+            continue;
+        }
+        let title = if section.is_empty() { "General".into() } else { format!("\\[{section}\\]") };
+        write!(text, "\n## {title}\n\n{about}\n\n| key | value | default | meaning |\n|---|---|---|---|\n")
+            .expect("text");
+        for key in keys {
+            let name = key.path.rsplit('.').next().unwrap_or(key.path);
+            let default = match key.fallback {
+                Fallback::Value(Constant::Text("")) | Fallback::Unset => "—".into(),
+                Fallback::Value(value) => format!("`{}`", Value::from(value).to_toml()),
+                Fallback::Derived(rule) => rule.into(),
+            };
+            let acts = key
+                .acts_for
+                .map_or(String::new(), |acts| format!(" *Acts for {} = {}.*", acts.key, acts.words().join(", ")));
+            let value = requirement(key);
+            writeln!(text, "| `{name}` | {} | {} | {}{acts} |", cell(&value), cell(&default), cell(key.meaning))
+                .expect("text");
+        }
+    }
+    assert_page("keys.md", &text);
+}
+
+#[test]
+fn the_page_of_the_metrics_is_that_of_the_catalogue() {
+    let text = format!(
+        "# Metrics\n\nEvery metric, under one name in tables, CSV, JSON, sweeps, pages and Python. `N` counts from 1. A value that \
+         does not exist is `null` in JSON and empty in CSV.\n\n{}",
+        metrics_markdown()
+    );
+    assert_page("metrics.md", &text);
+}
+
+#[test]
+fn the_page_of_the_columns_is_that_of_the_trace() {
+    let text =
+        format!("# Trace columns\n\nThe columns of `trace.csv`, one row per tick.\n\n{}", trace_columns_markdown());
+    assert_page("columns.md", &text);
+}
+
+#[test]
+fn the_page_of_the_scenarios_is_their_questions() {
+    let mut text = String::from("# Shipped scenarios\n\n`trocar scenarios show NAME` prints one of them.\n");
+    let mut folder = "";
+    for (name, question) in shipped_questions() {
+        let name = name.trim_end_matches(".toml");
+        let (of, _) = name.rsplit_once('/').unwrap_or(("", name));
+        if of != folder {
+            folder = of;
+            write!(text, "\n## {folder}\n\n| name | question |\n|---|---|\n").expect("text");
+        }
+        writeln!(text, "| `{name}` | {} |", cell(question)).expect("text");
+    }
+    assert_page("scenarios.md", &text);
+}
+
+#[test]
+fn the_page_of_the_commands_is_their_help() {
+    let folder = TestFolder::new();
+    let help = folder.good(&["--help"]);
+    let listed = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("commands");
+    let names = listed.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
+    let mut text = String::from("# Commands\n\nThe help of each command, as `trocar COMMAND --help` prints it.\n");
+    for name in names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help") {
+        write!(text, "\n## {name}\n\n```text\n{}```\n", folder.good(&[name, "--help"])).expect("text");
+    }
+    assert_page("commands.md", &text);
+}
