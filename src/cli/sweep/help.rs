@@ -4,7 +4,7 @@ use trocar_sim::sweep::{Column, SWEEP_KEYS};
 
 const FILE: &str = "\
 A sweep file with every combination of three axes and 20 noise seeds each:
-  base = \"layers/through-the-skin\"            # the varied scenario; --set changes it too
+  base = \"layers/through-the-skin\"             # the varied scenario; --set changes it too
   seeds = 20
   metrics = [\"max_slave_overshoot_m\", \"false_alarms\", \"rupture_1_detection_delay_s\"]
   [set]                                        # keys of all cases
