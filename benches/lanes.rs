@@ -16,7 +16,7 @@ use trocar::run::PACK;
 use shipped::scenario;
 use side_by_side::{cases, run_in, run_singly};
 
-const SCENARIOS: [&str; 4] = ["augmented", "classical", "01_through_the_skin", "depth_augmented"];
+const SCENARIOS: [&str; 4] = ["augmented", "classical", "layers/through-the-skin", "paper/depth-augmented"];
 
 fn lanes(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("lanes");

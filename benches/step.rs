@@ -15,7 +15,7 @@ const PASSES: usize = 300;
 
 /// A shipped scenario's controller and the samples of its run.
 fn replay(name: &str) -> (HapticController, Vec<Sample>) {
-    let scenario = Scenario::load(&Source::Builtin(name.into()), &[]).expect("loads");
+    let scenario = Scenario::load(&Source::parse(name), &[]).expect("loads");
     let controller = HapticController::new(&scenario.rig_settings()).expect("valid");
     let trace = trocar::run::run(scenario).expect("runs").trace;
     let sample = |k: usize| Sample {
@@ -41,7 +41,7 @@ fn motionless() -> (HapticController, Vec<Sample>) {
 }
 
 fn cases() -> [(&'static str, (HapticController, Vec<Sample>)); 3] {
-    [("classical", replay("classical.toml")), ("augmented", replay("augmented.toml")), ("motionless", motionless())]
+    [("classical", replay("paper/classical")), ("augmented", replay("paper/augmented")), ("motionless", motionless())]
 }
 
 /// Every command passes `black_box`, so that no part of it is optimised away.

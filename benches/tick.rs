@@ -20,7 +20,7 @@ use shipped::scenario;
 
 const TICK_S: f64 = 1e-3;
 /// Layers, force noise, closed loop.
-const LAYERED: &str = "01_through_the_skin";
+const LAYERED: &str = "layers/through-the-skin";
 
 fn steps() -> (MasterStep, SlaveStep) {
     let timing = ControlTiming::Continuous;

@@ -37,7 +37,7 @@ const GATES: [(&str, &[&str]); 8] = [
 
 fn scenario(name: &str, settings: &[&str]) -> Scenario {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::Builtin(format!("{name}.toml")), &settings).expect("a good scenario")
+    Scenario::load(&Source::parse(name), &settings).expect("a good scenario")
 }
 
 /// Mean |e| and standard deviation of e, in N, over a run.
@@ -53,10 +53,10 @@ fn errors(name: &str, settings: &[&str]) -> (f64, f64) {
 /// The prediction errors of the estimators.
 pub fn estimators() -> String {
     const DATA: [(&str, &str); 4] = [
-        ("classical", "in-vivo-like recording"),
-        ("real_classical", "real hand, virtual layer"),
-        ("01_through_the_skin", "`01_through_the_skin`"),
-        ("02_direct_access", "`02_direct_access`"),
+        ("paper/classical", "in-vivo-like recording"),
+        ("paper/real-classical", "real hand, virtual layer"),
+        ("layers/through-the-skin", "`layers/through-the-skin`"),
+        ("layers/direct-access", "`layers/direct-access`"),
     ];
     let mut text = format!("| mean \\|e\\|, σ of e (mN) | {} |\n|---|", DATA.map(|(_, name)| name).join(" | "));
     text.push_str(&"---|".repeat(DATA.len()));
@@ -78,11 +78,11 @@ pub fn estimators() -> String {
 /// The detections and false alarms by gate, over [`SEEDS`] seeds.
 pub fn gates() -> String {
     const DATA: [(&str, &str, &[&str]); 5] = [
-        ("classical", "in-vivo-like recording", &[NOISE]),
-        ("real_classical", "real hand, virtual layer", &[NOISE]),
-        ("01_through_the_skin", "`01_through_the_skin`", &[]),
-        ("02_direct_access", "`02_direct_access`", &[]),
-        ("04_fast_stab", "`04_fast_stab`", &["augmentation.enabled=false"]),
+        ("paper/classical", "in-vivo-like recording", &[NOISE]),
+        ("paper/real-classical", "real hand, virtual layer", &[NOISE]),
+        ("layers/through-the-skin", "`layers/through-the-skin`", &[]),
+        ("layers/direct-access", "`layers/direct-access`", &[]),
+        ("hand/fast-stab", "`hand/fast-stab`", &["augmentation.enabled=false"]),
     ];
     let names = DATA.map(|(_, name, _)| name).join(" | ");
     let mut text = format!("| ruptures found, false alarms | {names} |\n|---|{}\n", "---|".repeat(DATA.len()));

@@ -41,7 +41,7 @@ impl Detector<f64> for FallDetector {
 
 /// Runs the paper's augmented insertion with the detector.
 pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
-    let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &[])?;
+    let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
     Ok(run_with(scenario, OwnParts::default().detector(FallDetector::new(0.15)))?)
 }
 

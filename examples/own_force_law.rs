@@ -22,7 +22,7 @@ impl ForceLaw<f64> for LinearDecrease {
 
 /// Runs the paper's augmented insertion with the law: the force is 0 from 60 ms after the alarm.
 pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
-    let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &[])?;
+    let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
     let ticks = (0.06 / scenario.grid.tick_s()).round();
     Ok(run_with(scenario, OwnParts::default().force_law(LinearDecrease { ticks }))?)
 }

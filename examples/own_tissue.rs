@@ -37,7 +37,7 @@ impl Tissue<f64> for StandardLinearSolid {
 
 /// Runs the paper's insertion into the solid.
 pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
-    let scenario = Scenario::load(&Source::Builtin("classical.toml".into()), &[])?;
+    let scenario = Scenario::load(&Source::parse("paper/classical"), &[])?;
     let tissue = StandardLinearSolid::new((150.0, 200.0), 0.5, 0.012, scenario.grid.tick_s());
     Ok(run_with(scenario, OwnParts::default().tissue(tissue))?)
 }

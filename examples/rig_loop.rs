@@ -86,7 +86,7 @@ const NEEDLE_DAMPING_N_S_PER_M: f64 = 10.0;
 impl Signal {
     /// The signal of a name, with the settings of a controller for it.
     fn named(name: &str) -> Result<(Self, Settings), Box<dyn Error>> {
-        let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &[])?;
+        let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
         let settings = scenario.rig_settings();
         let needle = |depth_m, swing_m, offset_n| {
             let depth_settings = Settings { contact_m: 0.0, start_m: depth_m, ..settings };

@@ -25,7 +25,7 @@
 //! ```
 //! use trocar::scenario::{Scenario, Source};
 //!
-//! let source = Source::Builtin("augmented.toml".into());
+//! let source = Source::parse("paper/augmented");
 //! let scenario = Scenario::load(&source, &["scaling.force=0.8".into()])?;
 //! let run = trocar::run::run(scenario)?;
 //! let first = &run.metrics.ruptures[0];
@@ -56,7 +56,7 @@
 //!     }
 //! }
 //!
-//! let scenario = Scenario::load(&Source::Builtin("classical.toml".into()), &[])?;
+//! let scenario = Scenario::load(&Source::parse("paper/classical"), &[])?;
 //! let own = OwnParts::default().tissue(Spring { stiffness_n_per_m: 200.0 });
 //! let run = trocar::run::run_with(scenario, own)?;
 //! assert!(run.metrics.max_tissue_force_n.is_some_and(|force_n| force_n > 1.0));

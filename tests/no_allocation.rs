@@ -56,7 +56,7 @@ fn scenario(name: &str) -> Scenario {
 }
 
 fn scenario_with(name: &str, settings: &[String]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("builtin:{name}");
     Scenario::load(&Source::parse(&path), settings).expect("loads")
 }
 
@@ -65,7 +65,7 @@ fn no_estimator_allocates() {
     for parameters in ["stiffness", "stiffness-damping-friction", "hunt-crossley", "least-residual"] {
         for forgetting in ["resetting", "exponential"] {
             let settings = [format!("estimator.parameters={parameters}"), format!("estimator.forgetting={forgetting}")];
-            let scenario = scenario_with("01_through_the_skin", &settings);
+            let scenario = scenario_with("layers/through-the-skin", &settings);
             let mut engine = scenario.exact_engine::<f64>(0).expect("builds");
             assert_eq!(allocations(&scenario, |observer| engine.run(observer)), 0, "{settings:?}");
         }
@@ -74,12 +74,13 @@ fn no_estimator_allocates() {
 
 #[test]
 fn a_run_with_metrics_allocates_nothing() {
-    for name in ["classical", "augmented", "01_through_the_skin", "05_trembling_hand", "12_sensor_not_ideal"] {
+    for name in ["classical", "augmented", "layers/through-the-skin", "hand/trembling-hand", "sensing/sensor-not-ideal"]
+    {
         let scenario = scenario(name);
         let mut engine = scenario.exact_engine::<f64>(0).expect("builds");
         assert_eq!(allocations(&scenario, |observer| engine.run(observer)), 0, "{name}");
     }
-    let saturating = scenario("15_saturating_master");
+    let saturating = scenario("link/saturating-master");
     let mut engine = saturating.limited_engine::<f64>(0).expect("builds");
     assert_eq!(allocations(&saturating, |observer| engine.run(observer)), 0);
 }

@@ -88,7 +88,7 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
 pub fn section() -> String {
     let header = ["ns per tick", "augmented, best", "median", "through the skin, best", "median"];
     let mut table = Table::new(1, &header);
-    for ((name, replayed), (_, layered)) in costs("augmented").into_iter().zip(costs("01_through_the_skin")) {
+    for ((name, replayed), (_, layered)) in costs("augmented").into_iter().zip(costs("layers/through-the-skin")) {
         let cells = |cost: Option<Cost>| {
             cost.map_or(["—".to_owned(), "—".to_owned()], |cost| [figure(cost.best), figure(cost.median)])
         };
@@ -98,7 +98,7 @@ pub fn section() -> String {
         "A single run. Each component runs alone with its recorded inputs of a whole run, {BATCH} ticks at a time; the \
          time includes the clock and the loop. In the engine a component waits for the previous one and overlaps with \
          others, so the whole tick is not their sum. The tissue of `augmented` is a recorded force, that of \
-         `01_through_the_skin` has five layers; here it is called, in the engine it is inlined."
+         `layers/through-the-skin` has five layers; here it is called, in the engine it is inlined."
     );
     table.section("A tick by component", &about)
 }

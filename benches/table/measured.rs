@@ -10,8 +10,8 @@ pub const MEASURED: [(&str, &str, &[&str]); 5] = [
     ("augmented", "augmented", &[]),
     ("augmented, noise", "augmented", &[NOISE]),
     ("classical", "classical", &[]),
-    ("through the skin", "01_through_the_skin", &[]),
-    ("depth, augmented", "depth_augmented", &[]),
+    ("through the skin", "layers/through-the-skin", &[]),
+    ("depth, augmented", "paper/depth-augmented", &[]),
 ];
 
 /// The instruction sets that this machine has.

@@ -9,7 +9,7 @@ pub fn scenario(name: &str) -> Scenario {
 
 /// A shipped scenario with settings, each `section.key=value`.
 pub fn scenario_with(name: &str, settings: &[&str]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("builtin:{name}");
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     Scenario::load(&Source::parse(&path), &settings).expect("a shipped scenario loads")
 }

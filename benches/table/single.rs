@@ -69,7 +69,7 @@ fn baseline_costs() -> Vec<(&'static str, Cost)> {
 pub fn section() -> String {
     let mut costs: Vec<_> = baseline_costs().into_iter().map(|(name, cost)| (name.to_owned(), cost)).collect();
     let reference = costs.iter().map(|(_, cost)| cost.best).fold(f64::INFINITY, f64::min);
-    for name in ["augmented", "classical", "01_through_the_skin"] {
+    for name in ["augmented", "classical", "layers/through-the-skin"] {
         let scenario = scenario(name);
         costs.push((format!("`{name}` without metrics"), bare_ns(&scenario)));
         costs.push((format!("`{name}`"), full_ns(&scenario)));

@@ -37,7 +37,7 @@ impl Sweep {
         let Self { axes: (scales, thresholds), seeds, duration_s, noise_n, has_cap } = self;
         let cap = if *has_cap { "detector.cap = 0.4\n" } else { "" };
         format!(
-            "base = \"builtin:augmented.toml\"\n\
+            "base = \"builtin:paper/augmented.toml\"\n\
              seeds = {seeds}\n\
              metrics = [\"detected_ruptures\", \"false_alarms\", \"tissue_energy_j\"]\n\
              focus = [\"tissue_energy_j\"]\n\

@@ -40,7 +40,7 @@ pub(crate) fn text_source(name: &str, text: &str) -> Source {
 
 #[pymethods]
 impl Scenario {
-    /// Loads a file, or `builtin:` and a name.
+    /// Loads a file, or a shipped scenario by its name.
     #[staticmethod]
     fn load(py: Python<'_>, path: &str, settings: Vec<String>) -> PyResult<Self> {
         Self::of(py, Source::parse(path), settings)

@@ -17,7 +17,7 @@ METRICS = ["detected_ruptures", "false_alarms", "rupture_1_detection_delay_s", "
 
 
 def sweep(**where):
-    return trocar.sweep("builtin:01_augmented.toml", AXES, seeds=40, metrics=METRICS, **where)
+    return trocar.sweep("layers/skin-augmented", AXES, seeds=40, metrics=METRICS, **where)
 
 
 def same(one, other):
@@ -76,4 +76,4 @@ def test_shards_do_not_matter(cluster):
 
 def test_errors_come_back_as_they_are(cluster):
     with pytest.raises(trocar.ScenarioError, match="each must be a number"):
-        trocar.sweep("builtin:augmented.toml", {"scaling.force": [-1.0]}, client=cluster, shards=2)
+        trocar.sweep("paper/augmented", {"scaling.force": [-1.0]}, client=cluster, shards=2)

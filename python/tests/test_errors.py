@@ -4,7 +4,7 @@ import pytest
 
 import trocar
 
-CLASSICAL = "builtin:classical.toml"
+CLASSICAL = "paper/classical"
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ def test_a_changed_key_fails_as_on_the_command_line(cli, key, value, setting):
 
 def test_a_file_fails_as_on_the_command_line(cli, tmp_path):
     path = tmp_path / "wrong.toml"
-    path.write_text('base = "builtin:classical.toml"\n\n[slave]\nvelocity_gain = -2\n')
+    path.write_text('base = "paper/classical"\n\n[slave]\nvelocity_gain = -2\n')
     with pytest.raises(trocar.ScenarioError) as caught:
         trocar.Scenario.load(path)
     said = cli("check", path)

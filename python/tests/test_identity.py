@@ -43,7 +43,7 @@ def test_every_shipped_scenario_has_the_bits_of_the_command_line(name, runs_of_c
 
 
 def test_a_file_on_disk_and_its_echo_are_the_same_scenario(tmp_path):
-    echo = trocar.Scenario.load("builtin:01_augmented.toml").to_toml()
+    echo = trocar.Scenario.load("layers/skin-augmented").to_toml()
     path = tmp_path / "again.toml"
     path.write_text(echo, encoding="utf-8")
     loaded, read = trocar.Scenario.load(path), trocar.Scenario.from_toml(echo)
@@ -65,7 +65,7 @@ def test_compare(cli, tmp_path):
 
 
 def test_compare_over_seeds(cli, tmp_path):
-    pair = ["builtin:04_fast_stab.toml", "builtin:01_augmented.toml"]
+    pair = ["hand/fast-stab", "layers/skin-augmented"]
     done = cli("compare", *pair, "--seeds", 3, "--json", "--out", tmp_path)
     assert trocar.compare(*pair, seeds=3).report == json.loads(done.stdout)
 
@@ -106,7 +106,7 @@ def test_calibrate_and_what_it_finds(cli, tmp_path, recording):
 
 
 SMALL = """\
-base = "builtin:augmented.toml"
+base = "paper/augmented"
 seeds = 2
 metrics = ["detected_ruptures", "false_alarms", "rupture_1_detection_delay_s"]
 [set]
@@ -143,7 +143,7 @@ def test_sweep_of_a_file_and_of_arguments(cli, tmp_path):
     same_as_csv(of_file, rows)
     assert of_file.hash == json.loads((tmp_path / "small" / "manifest.json").read_text())["sweep_sha256"]
     of_arguments = trocar.sweep(
-        "builtin:augmented.toml",
+        "paper/augmented",
         {"scaling.force": trocar.Range(0.5, 2.0, 5, log=True), "augmentation.reengage": ["ramp", "snap"]},
         seeds=2,
         metrics=["detected_ruptures", "false_alarms", "rupture_1_detection_delay_s"],
@@ -156,7 +156,7 @@ def test_sweep_of_a_file_and_of_arguments(cli, tmp_path):
 def test_stability(cli, tmp_path):
     axes = "scaling.force=0.1:20:12", "tissue.stiffness_n_per_m=10:4000:15"
     done = cli("stability", "--x", axes[0], "--y", axes[1], "--simulate", "--json", "--out", tmp_path)
-    stability = trocar.stability("builtin:classical.toml", *axes, simulate=True)
+    stability = trocar.stability("paper/classical", *axes, simulate=True)
     assert stability.report == json.loads(done.stdout)
     rows = rows_of(tmp_path / "classical" / "stability_map.csv")
     assert stability.stable.shape == (15, 12)

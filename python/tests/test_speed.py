@@ -24,7 +24,7 @@ def least_seconds(work, times):
 @pytest.mark.parametrize(("duration_s", "times"), [(0.01, 2000), (17.0, 400)])
 def test_a_run_costs_little_more_than_in_rust(capsys, duration_s, times):
     """Under 50 µs and one copy per trace. By turns, and the least of many: other processes only add."""
-    scenario = trocar.Scenario.load("builtin:augmented.toml", **{"simulation.duration_s": duration_s})
+    scenario = trocar.Scenario.load("paper/augmented", **{"simulation.duration_s": duration_s})
     traces = trocar.run(scenario).traces
     copies_s = least_seconds(lambda: [column.copy() for column in traces.values()], 50)
     rust_s = python_s = float("inf")

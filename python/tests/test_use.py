@@ -16,11 +16,11 @@ import trocar
 
 @pytest.fixture(scope="module")
 def run():
-    return trocar.run("builtin:augmented.toml")
+    return trocar.run("paper/augmented")
 
 
 def test_a_scenario_reads_like_a_dictionary():
-    scenario = trocar.Scenario.from_dict({"base": "builtin:classical.toml", "scaling": {"force": 2}, "slave.numerator": np.array([7.0, 650.0])})
+    scenario = trocar.Scenario.from_dict({"base": "paper/classical", "scaling": {"force": 2}, "slave.numerator": np.array([7.0, 650.0])})
     assert scenario["scaling.force"] == 2.0
     assert scenario["slave"]["numerator"] == [7.0, 650.0]
     assert scenario.to_dict()["scaling"]["force"] == 2.0
@@ -28,21 +28,21 @@ def test_a_scenario_reads_like_a_dictionary():
         scenario["scaling.colour"]
     assert trocar.Scenario.from_dict(scenario.to_dict()) == scenario
     assert scenario.duration_s == pytest.approx(17.0)
-    assert trocar.Scenario.load("builtin:classical.toml").rupture_times_s == [5.52, 8.85]
+    assert trocar.Scenario.load("paper/classical").rupture_times_s == [5.52, 8.85]
     with pytest.raises(AttributeError):
         scenario.name = "other"
 
 
 def test_replacing_leaves_the_first_as_it_was_and_lets_what_follows_follow():
-    first = trocar.Scenario.load("builtin:classical.toml")
+    first = trocar.Scenario.load("paper/classical")
     second = first.replace(**{"scaling.force": 2.0}).replace(**{"scaling.force": np.float32(0.5)})
     assert (first["scaling.force"], second["scaling.force"]) == (1.0, 0.5)
     assert first.replace(**{"simulation.duration_s": 2.0}).ticks == 2000
 
 
-@pytest.mark.parametrize("name", ["builtin:augmented.toml", "text"])
+@pytest.mark.parametrize("name", ["paper/augmented", "text"])
 def test_scenarios_can_be_pickled(name):
-    scenario = trocar.Scenario.from_dict({"base": "builtin:augmented.toml"}) if name == "text" else trocar.Scenario.load(name)
+    scenario = trocar.Scenario.from_dict({"base": "paper/augmented"}) if name == "text" else trocar.Scenario.load(name)
     changed = scenario.replace(**{"scaling.force": 0.5})
     again = pickle.loads(pickle.dumps(changed))
     assert again == changed and hash(again) == hash(changed)
@@ -65,7 +65,7 @@ def test_the_columns_of_a_trace_are_listed(run):
 def test_a_former_name_of_a_metric_is_taken_with_a_warning():
     with pytest.warns(FutureWarning, match="most_slave_overshoot_m is called max_slave_overshoot_m now"):
         sweep = trocar.sweep(
-            "builtin:augmented.toml",
+            "paper/augmented",
             {"scaling.force": [1.0]},
             set={"simulation.duration_s": 6.0},
             metrics=["most_slave_overshoot_m"],
@@ -84,13 +84,13 @@ def test_a_frame_a_figure_and_a_table(run):
 
 
 def test_every_shipped_scenario_has_a_further_column_or_not():
-    run = trocar.run(trocar.Scenario.load("builtin:classical.toml", **{"estimator.parameters": "stiffness-damping-friction"}))
+    run = trocar.run(trocar.Scenario.load("paper/classical", **{"estimator.parameters": "stiffness-damping-friction"}))
     assert run["friction_n"].shape == run["time_s"].shape
     assert run.summary["further_estimate"]["column"] == "friction_n"
 
 
 def test_a_run_that_diverges_is_a_result():
-    run = trocar.run(trocar.Scenario.load("builtin:classical.toml", **{"scaling.force": 1000.0}))
+    run = trocar.run(trocar.Scenario.load("paper/classical", **{"scaling.force": 1000.0}))
     assert run.metrics["outcome"]["kind"] == "diverged"
     assert len(run["time_s"]) < 17000
 
@@ -103,7 +103,7 @@ def test_a_comparison():
     assert frame.index[0] == "rupture_1_detection_delay_s"
     assert len(comparison.plot().axes) == 2
     assert "<table>" in comparison._repr_html_() and "augmented" in str(comparison)
-    assert trocar.compare("builtin:classical.toml").facts is None
+    assert trocar.compare("paper/classical").facts is None
     with pytest.raises(ValueError, match="seeds is 1"):
         trocar.compare(seeds=1)
 
@@ -121,7 +121,7 @@ def test_a_detection_and_a_calibration(recording):
 
 
 def test_a_sweep_as_a_frame_and_its_overrides():
-    base = trocar.Scenario.load("builtin:augmented.toml", **{"scaling.force": 3.0, "simulation.duration_s": 9.0})
+    base = trocar.Scenario.load("paper/augmented", **{"scaling.force": 3.0, "simulation.duration_s": 9.0})
     sweep = trocar.sweep(base, {"scaling.force": np.array([0.5, 1.0])}, set={"simulation.duration_s": 6.0})
     assert list(sweep["scaling.force"]) == [0.5, 1.0]
     frame = sweep.to_dataframe()
@@ -154,7 +154,7 @@ def test_the_lock_is_released_while_computing():
     thread = threading.Thread(target=count)
     thread.start()
     begun = time.monotonic()
-    trocar.sweep("builtin:01_through_the_skin.toml", {"scaling.force": trocar.Range(0.5, 2.0, 2000)}, threads=1)
+    trocar.sweep("layers/through-the-skin", {"scaling.force": trocar.Range(0.5, 2.0, 2000)}, threads=1)
     lasted = time.monotonic() - begun
     done.set()
     thread.join()
@@ -169,12 +169,12 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 def long():
     kind = sys.argv[1]
     if kind == "run":
-        trocar.run(trocar.Scenario.load("builtin:01_through_the_skin.toml", **{
+        trocar.run(trocar.Scenario.load("layers/through-the-skin", **{
             "simulation.engine": "dop853", "simulation.tick_s": 1e-4, "simulation.duration_s": 190.0}))
     elif kind == "sweep":
-        trocar.sweep("builtin:01_through_the_skin.toml", {"scaling.force": trocar.Range(0.5, 2.0, 1000000)})
+        trocar.sweep("layers/through-the-skin", {"scaling.force": trocar.Range(0.5, 2.0, 1000000)})
     elif kind == "compare":
-        trocar.compare("builtin:01_through_the_skin.toml", seeds=100000)
+        trocar.compare("layers/through-the-skin", seeds=100000)
     else:
         trocar.stability(x="scaling.force=0.1:10:2000", y="tissue.stiffness_n_per_m=10:2000:2000")
 print("begun", flush=True)
@@ -213,7 +213,7 @@ def test_a_forked_process_computes_too():
         "if child == 0:\n"
         "    trocar.compare()\n"
         "    trocar.stability(x='scaling.force=1:2:3', y='tissue.stiffness_n_per_m=10:20:3')\n"
-        "    trocar.sweep('builtin:augmented.toml', {'scaling.force': [1.0]})\n"
+        "    trocar.sweep('paper/augmented', {'scaling.force': [1.0]})\n"
         "    os._exit(3)\n"
         "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
     )

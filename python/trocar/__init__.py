@@ -1,7 +1,7 @@
 """Bilateral teleoperation of needle insertions with event-based haptic augmentation, from numpy.
 
 >>> import trocar
->>> run = trocar.run("builtin:augmented.toml")
+>>> run = trocar.run("paper/augmented")
 >>> run["slave_position_m"].shape, len(run.events)
 ((17000,), 2)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-_PAPER_PAIR = ("builtin:classical.toml", "builtin:augmented.toml")
+_PAPER_PAIR = ("paper/classical", "paper/augmented")
 
 
 class Comparison:

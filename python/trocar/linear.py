@@ -76,7 +76,7 @@ class Stability:
 
 
 def stability(
-    scenario: Scenario | str | os.PathLike[str] = "builtin:classical.toml",
+    scenario: Scenario | str | os.PathLike[str] = "paper/classical",
     x: str = "scaling.force=0.1:10:200",
     y: str = "tissue.stiffness_n_per_m=10:2000:200",
     *,
@@ -146,7 +146,7 @@ def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["mast
     or the slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"``, the plants without controllers.
 
     >>> import trocar
-    >>> trocar.state_space("builtin:classical.toml", "slave").A.shape
+    >>> trocar.state_space("paper/classical", "slave").A.shape
     (3, 3)
     """
     return StateSpace(_core.state_space(scenario_of(scenario)._core, side))

@@ -88,7 +88,7 @@ def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
     """Runs a scenario, given as such or as a path. The same scenario gives identical results, bit for bit.
 
     >>> import trocar
-    >>> run = trocar.run("builtin:augmented.toml")
+    >>> run = trocar.run("paper/augmented")
     >>> run["slave_position_m"].shape
     (17000,)
     >>> [event["frozen_motion_m"] < 1e-4 for event in run.events]

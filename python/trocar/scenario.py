@@ -18,7 +18,7 @@ class Scenario:
     ``trocar.shipped()`` lists the shipped scenarios. Quantities are in SI units (m, m/s, N, s).
 
     >>> import trocar
-    >>> trocar.Scenario.load("builtin:augmented.toml").replace(**{"scaling.force": 0.8})["scaling.force"]
+    >>> trocar.Scenario.load("paper/augmented").replace(**{"scaling.force": 0.8})["scaling.force"]
     0.8
     """
 
@@ -39,7 +39,7 @@ class Scenario:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], **changes: Any) -> Scenario:
-        """Loads a file, or a shipped scenario such as ``"builtin:classical.toml"``.
+        """Loads a file, or a shipped scenario such as ``"paper/classical"``.
 
         Parameters
         ----------
@@ -57,7 +57,7 @@ class Scenario:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], name: str = "scenario") -> Scenario:
-        """Returns a scenario of nested or dotted keys, as in ``{"base": "builtin:classical.toml", "scaling": {"force": 2.0}}``.
+        """Returns a scenario of nested or dotted keys, as in ``{"base": "paper/classical", "scaling": {"force": 2.0}}``.
 
         Paths are relative to the working directory. Positions of errors refer to the TOML text of the values.
         """
@@ -72,7 +72,7 @@ class Scenario:
         """Returns the scenario with other values of some keys, as with ``--set``. Dependent defaults change accordingly.
 
         >>> import trocar
-        >>> scenario = trocar.Scenario.load("builtin:classical.toml")
+        >>> scenario = trocar.Scenario.load("paper/classical")
         >>> scenario.replace(**{"scaling.force": 2.0, "name": "strong"}).name
         'strong'
         """

@@ -128,7 +128,7 @@ def sweep(
         Number of shards; the default is eight per worker thread.
 
     >>> import trocar
-    >>> sweep = trocar.sweep("builtin:augmented.toml", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
+    >>> sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
     >>> sweep["detected_ruptures"]
     array([1., 1.])
     """

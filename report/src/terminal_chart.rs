@@ -71,12 +71,12 @@ mod tests {
     use trocar_sim::scenario::{Scenario, Source};
 
     fn shipped(name: &str) -> Run {
-        run(Scenario::load(&Source::Builtin(name.into()), &[]).expect("good")).expect("runs")
+        run(Scenario::load(&Source::parse(name), &[]).expect("good")).expect("runs")
     }
 
     #[test]
     fn an_overshoot_is_steep_and_a_frozen_slave_is_flat() {
-        let text = runs_chart(&[shipped("classical.toml"), shipped("augmented.toml")]).expect("drawn");
+        let text = runs_chart(&[shipped("paper/classical"), shipped("paper/augmented")]).expect("drawn");
         let text = anstream::adapter::strip_str(&text).to_string();
         let charts: Vec<&str> = text.split("slave position around rupture 1").collect();
         assert_eq!(charts.len(), 3);

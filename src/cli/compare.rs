@@ -13,7 +13,7 @@ use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_sim::scenario::Scenario;
 
 /// The default pair.
-const PAPER_PAIR: [&str; 2] = ["builtin:classical.toml", "builtin:augmented.toml"];
+const PAPER_PAIR: [&str; 2] = ["paper/classical", "paper/augmented"];
 
 const EXAMPLES: &str = "\
 Examples:
@@ -26,7 +26,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct CompareArgs {
-    /// Scenario files [default: builtin:classical.toml and builtin:augmented.toml, the pair of the paper]
+    /// Scenario files or shipped scenarios [default: paper/classical and paper/augmented, the pair of the paper]
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
     /// Also run every scenario with N seeds, starting at its own seed, and print medians and central 95 % intervals

@@ -15,11 +15,11 @@ use clap::Args;
 
 use super::error::{CliError, DetectError};
 use super::recorded::{ColumnArgs, RecordedFlags};
-use super::{OutputArgs, ScenarioArgs, report};
+use super::{OutputArgs, ScenarioArgs, report, source_of};
 use trocar_report::html::command_line;
 use trocar_sim::error::{non_negative, positive};
 use trocar_sim::metrics::RUPTURE_WINDOW_S;
-use trocar_sim::scenario::{Source, Values};
+use trocar_sim::scenario::Values;
 use warnings::Warnings;
 
 /// The argument for samples from standard input.
@@ -110,7 +110,7 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
 
 /// Returns the estimator and detector settings of a file. A file without either section is an error.
 fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
-    let values = Values::load(&Source::parse(file), &[])?;
+    let values = Values::load(&source_of(file), &[])?;
     let missing: Vec<&str> =
         TUNED_SECTIONS.into_iter().filter(|section| values.section_place(section).is_none()).collect();
     if missing.len() == TUNED_SECTIONS.len() {

@@ -7,9 +7,10 @@ use clap::Args;
 use super::error::CliError;
 use super::{ScenarioArgs, terminal};
 use crate::explore::{Catalogue, Options, serve};
+use trocar_sim::scenario::Source;
 
 /// The default scenario.
-const DEFAULT_SCENARIO: &str = "builtin:augmented.toml";
+const DEFAULT_SCENARIO: &str = "paper/augmented";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,7 +22,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ExploreArgs {
-    /// A scenario file, or a shipped scenario such as builtin:augmented.toml
+    /// A scenario file, or a shipped scenario such as paper/augmented
     #[arg(value_name = "SCENARIO", default_value = DEFAULT_SCENARIO)]
     scenario: String,
     /// The port of the server; 0 for any free port
@@ -42,7 +43,7 @@ pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
         address: args.bind,
         port: args.port,
         catalogue: Catalogue::new(Some(&args.scenario)),
-        first: args.scenario.clone(),
+        first: Source::parse(&args.scenario).display(),
     };
     serve(options, |address| {
         // A browser cannot open an unspecified address.

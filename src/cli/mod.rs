@@ -122,9 +122,8 @@ enum Command {
     Record(record::RecordArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
-    /// List the shipped scenarios, each with the question that it answers
-    #[command(after_help = "Example:\n  trocar scenarios")]
-    Scenarios,
+    /// List the shipped scenarios, each with the question that it answers, or print one
+    Scenarios(scenarios::ScenariosArgs),
     /// Print a JSON Schema of scenario files, for editors
     #[command(after_help = "Example:\n  trocar schema > trocar.schema.json")]
     Schema {
@@ -133,6 +132,9 @@ enum Command {
         sweep: bool,
     },
     /// Write a commented starter scenario
+    ///
+    /// A starter is short, and valid as written. A commented line `# key = value` has a default: uncomment it to change the value.
+    /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
     Init(init::InitArgs),
     /// Print completions for a shell
     Completions(manual::CompletionsArgs),
@@ -166,7 +168,7 @@ impl ScenarioArgs {
     /// Loads all scenarios, before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
         let load = |path: &String| {
-            Scenario::load(&Source::parse(path), &self.settings).map_err(|mut error| {
+            Scenario::load(&source_of(path), &self.settings).map_err(|mut error| {
                 if error.place.is_none() && !error.message.contains(path.as_str()) {
                     error.message = format!("{path}: {}", error.message);
                 }
@@ -184,6 +186,14 @@ impl ScenarioArgs {
     }
 }
 
+/// Returns the source that an argument names. A note on standard error has the present name for a former one.
+fn source_of(given: &str) -> Source {
+    if let Some((former, present)) = Source::former(given) {
+        anstream::eprintln!("note: {former} is now {present}");
+    }
+    Source::parse(given)
+}
+
 /// Parses the command line, runs the command, and returns the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
@@ -197,7 +207,7 @@ pub fn main() -> ExitCode {
         Command::Stability(args) => stability::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Check(args) => check::run(&args),
-        Command::Scenarios => scenarios::run(),
+        Command::Scenarios(args) => scenarios::run(&args),
         Command::Sweep(args) => sweep::run(&args),
         Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),
         Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),

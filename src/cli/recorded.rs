@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::ScenarioArgs;
+use super::{ScenarioArgs, source_of};
 use trocar_sim::recording::Column;
 use trocar_sim::scenario::{ScenarioError, Source, Values};
 
@@ -88,9 +88,9 @@ impl ColumnArgs {
     }
 }
 
-/// Returns whether a path is a scenario file, and not a recording.
+/// Returns whether an argument names a scenario, and not a recording.
 pub(super) fn is_scenario(given: &str) -> bool {
-    given.ends_with(".toml")
+    Source::parse(given).display().ends_with(".toml")
 }
 
 /// Returns the setting with the path of a recording, or `None` for a scenario, which names its own recording.
@@ -100,7 +100,7 @@ pub(super) fn file_setting(given: &str) -> Option<String> {
 
 /// Returns the values of a scenario file, or for a recording the values of the settings, which name the recording.
 pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioError> {
-    let source = Source::parse(given);
+    let source = source_of(given);
     if is_scenario(given) {
         Values::load(&source, settings)
     } else {

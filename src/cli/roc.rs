@@ -11,7 +11,7 @@ use trocar_sim::roc::{Signal, Study};
 use trocar_sim::scenario::{DetectionSpec, Scenario, Source, Values};
 
 /// The default scenario, whose recording is evaluated.
-const SHIPPED: &str = "builtin:classical.toml";
+const SHIPPED: &str = "paper/classical";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -18,7 +18,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct RunArgs {
-    /// Scenario files, or shipped scenarios such as builtin:classical.toml (see `trocar scenarios`)
+    /// Scenario files, or shipped scenarios such as paper/classical (see `trocar scenarios`)
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<String>,
     /// Also write report.html in the folder of each trace.csv: one self-contained page with the scenario, the metrics and their

@@ -1,15 +1,108 @@
 //! `trocar scenarios`.
 
+use clap::{Args, Subcommand};
+use serde_json::json;
+
 use super::error::CliError;
-use super::terminal;
-use trocar_report::Table;
+use super::{source_of, terminal};
 use trocar_sim::scenario::shipped_questions;
 
-/// Prints the shipped scenarios, each with its question.
-pub(super) fn run() -> Result<(), CliError> {
-    let mut table = Table::new(["scenario", "question"]).flush_left();
-    for (name, question) in shipped_questions() {
-        table.row([format!("builtin:{name}"), question.to_owned()]);
+/// Columns of the list.
+const WIDTH: usize = 80;
+
+const EXAMPLES: &str = "\
+Examples:
+  trocar scenarios
+  trocar scenarios show layers/epidural > my.toml";
+
+/// List the shipped scenarios.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+pub(super) struct ScenariosArgs {
+    #[command(subcommand)]
+    action: Option<Action>,
+    /// Print name, question and path of each as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Print the text of a scenario, to read or to copy from
+    #[command(after_help = "Example:\n  trocar scenarios show layers/epidural > my.toml")]
+    Show {
+        /// A shipped scenario, such as layers/epidural, or a scenario file
+        #[arg(value_name = "NAME")]
+        name: String,
+    },
+}
+
+pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
+    match &args.action {
+        Some(Action::Show { name }) => terminal::print(&source_of(name).read()?),
+        None if args.json => {
+            let entry = |(path, question): (&str, &str)| {
+                let (folder, name) = parts(path);
+                json!({ "name": format!("{folder}/{name}"), "question": question, "path": format!("builtin:{path}") })
+            };
+            let list: serde_json::Value = shipped_questions().map(entry).collect();
+            terminal::print(&format!("{list:#}\n"))
+        }
+        None => terminal::print(&list()),
     }
-    terminal::print(&format!("{table}\nExample: trocar compare builtin:classical.toml builtin:augmented.toml\n"))
+}
+
+/// The folder and the name of a shipped scenario.
+fn parts(path: &str) -> (&str, &str) {
+    path.trim_end_matches(".toml").split_once('/').unwrap_or(("", path))
+}
+
+/// The scenarios with their questions, folder by folder.
+fn list() -> String {
+    let widest = shipped_questions().map(|(path, _)| parts(path).1.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    let mut here = "";
+    for (path, question) in shipped_questions() {
+        let (folder, name) = parts(path);
+        if folder != here {
+            here = folder;
+            text.push_str(&format!("{folder}/\n"));
+        }
+        let mut label = name;
+        for line in wrapped(question, WIDTH - widest - 4) {
+            text.push_str(&format!("  {label:widest$}  {line}\n"));
+            label = "";
+        }
+    }
+    text + "\nA folder and a name are a scenario, as in\n\
+            \x20 trocar run layers/skin-augmented\n\
+            \x20 trocar compare paper/classical paper/augmented\n\
+            \x20 trocar scenarios show layers/epidural\n"
+}
+
+/// The lines of a text, each of at most `width` characters if its words are.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = vec![];
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            Some(_) | None => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_list_is_complete_and_narrow() {
+        let text = list();
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(shipped_questions().all(|(path, _)| text.contains(&format!("\n  {} ", parts(path).1))), "{text}");
+    }
 }

@@ -33,8 +33,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct StabilityArgs {
-    /// A scenario file, or a shipped scenario such as builtin:classical.toml
-    #[arg(value_name = "SCENARIO", default_value = "builtin:classical.toml")]
+    /// A scenario file, or a shipped scenario such as paper/classical
+    #[arg(value_name = "SCENARIO", default_value = "paper/classical")]
     scenario: String,
     /// Horizontal axis of the map
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_X)]

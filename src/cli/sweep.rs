@@ -10,10 +10,9 @@ use clap::{Args, Subcommand};
 
 use self::finish::{Whole, finish, report};
 use super::error::CliError;
-use super::{OutputArgs, interrupt, progress, report as page, terminal};
+use super::{OutputArgs, interrupt, progress, report as page, source_of, terminal};
 use trocar_report::Folder;
 use trocar_report::html::command_line;
-use trocar_sim::scenario::Source;
 use trocar_sim::sweep::{
     CASES, Execution, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute,
 };
@@ -70,7 +69,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
 }
 
 fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
-    let plan = Plan::load(&Source::parse(file), &args.settings)?;
+    let plan = Plan::load(&source_of(file), &args.settings)?;
     if !args.output.quiet {
         for (former, name) in &plan.former_names {
             anstream::eprintln!("note: the metric {former} is called {name} now");

@@ -123,14 +123,14 @@ mod tests {
     #[test]
     fn a_page_gives_the_runs_of_the_command_line() {
         let mut maker = PairMaker::new(Catalogue::new(None));
-        let mut state = State { scenario: "builtin:augmented.toml".into(), ..State::default() };
+        let mut state = State { scenario: "builtin:paper/augmented.toml".into(), ..State::default() };
         for (key, value) in [("scaling.force", 1.5), ("augmentation.min_hold_s", 0.3), ("scaling.force", 0.8)] {
             state.set.insert(key.into(), value.into());
             let pair = maker.run(&state).expect("runs");
             for (shown, enabled) in pair.runs.iter().zip([false, true]) {
                 let mut settings = vec![format!("augmentation.enabled={enabled}")];
                 settings.extend(state.set.iter().map(|(key, value)| format!("{key}={value}")));
-                let scenario = Scenario::load(&Source::Builtin("augmented.toml".into()), &settings).expect("good");
+                let scenario = Scenario::load(&Source::parse("paper/augmented"), &settings).expect("good");
                 let expected = run(scenario).expect("runs");
                 assert!(shown.trace == expected.trace && shown.metrics == expected.metrics, "{settings:?}");
                 let written = maker.written(&state, enabled).expect("good");
@@ -143,7 +143,7 @@ mod tests {
     fn a_run_too_long_for_a_page_is_refused() {
         let mut maker = PairMaker::new(Catalogue::new(None));
         let set = [("simulation.duration_s".to_owned(), 900.into())].into();
-        let state = State { scenario: "builtin:01_augmented.toml".into(), set };
+        let state = State { scenario: "builtin:layers/skin-augmented.toml".into(), set };
         assert!(matches!(maker.run(&state), Err(StateError::Ticks(900_000))));
     }
 }

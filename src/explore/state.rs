@@ -122,8 +122,8 @@ impl Catalogue {
     /// Returns the catalogue with the scenario of the command line, if any, as the first.
     #[must_use]
     pub fn new(own: Option<&str>) -> Self {
-        let is_shipped = |text: &str| shipped_questions().any(|(name, _)| text == format!("builtin:{name}"));
-        Self { own: own.filter(|text| !is_shipped(text)).map(|text| (text.to_owned(), Source::parse(text))) }
+        let own = own.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
+        Self { own: own.map(|source| (source.display(), source)) }
     }
 
     /// Returns names and questions.
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     fn refused(path: &str, value: serde_json::Value) -> String {
-        let state = State { scenario: "builtin:augmented.toml".into(), set: [(path.to_owned(), value)].into() };
+        let state = State { scenario: "builtin:paper/augmented.toml".into(), set: [(path.to_owned(), value)].into() };
         state.values().expect_err("refused").to_string()
     }
 
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn a_catalogue_has_only_given_files() {
         let catalogue = Catalogue::new(Some("mine.toml"));
-        assert!(catalogue.source("mine.toml").is_ok() && catalogue.source("builtin:classical.toml").is_ok());
+        assert!(catalogue.source("mine.toml").is_ok() && catalogue.source("builtin:paper/classical.toml").is_ok());
         for name in ["other.toml", "/etc/passwd", "builtin:in_vivo_like.csv", "builtin:../Cargo.toml", ""] {
             assert!(catalogue.source(name).is_err(), "{name}");
         }

@@ -26,7 +26,8 @@ pub const ALL: [(&str, Body); 7] = [
 /// Returns the lines that `compare` prints for the shipped pair with settings.
 fn compared(settings: &[&str]) -> Vec<String> {
     let settings = settings.iter().flat_map(|setting| ["--set", setting]);
-    let arguments = ["compare", "builtin:classical.toml", "builtin:augmented.toml"].into_iter().chain(settings);
+    let arguments =
+        ["compare", "builtin:paper/classical.toml", "builtin:paper/augmented.toml"].into_iter().chain(settings);
     let text = TestFolder::new().good(&arguments.collect::<Vec<_>>());
     text.lines().skip(2).take_while(|line| !line.is_empty()).map(squeezed).collect()
 }
@@ -59,7 +60,7 @@ async fn slider(page: Page) -> Page {
 
 async fn timing(page: Page) -> Page {
     // 7 s of insertion through the skin, in ticks of 1 ms, classical and augmented.
-    page.open("scenario=builtin:01_augmented.toml&simulation.duration_s=7").await;
+    page.open("scenario=builtin:layers/skin-augmented.toml&simulation.duration_s=7").await;
     let slider = page.element("key-scaling-force").await;
     for count in 0..40 {
         slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");
@@ -116,7 +117,7 @@ async fn map(page: Page) -> Page {
 }
 
 async fn push(page: Page) -> Page {
-    page.open("scenario=builtin:01_augmented.toml").await;
+    page.open("scenario=builtin:layers/skin-augmented.toml").await;
     let field = page.element("field").await;
     page.element("push").await.click().await.expect("clicked");
     page.wait("return !!trocarPush.state()?.range").await;
@@ -164,8 +165,10 @@ async fn push(page: Page) -> Page {
 }
 
 async fn export(page: Page) -> Page {
-    page.open("scenario=builtin:augmented.toml&scaling.force=1.5&sensor.force_noise_std_n=0.01&simulation.seed=7")
-        .await;
+    page.open(
+        "scenario=builtin:paper/augmented.toml&scaling.force=1.5&sensor.force_noise_std_n=0.01&simulation.seed=7",
+    )
+    .await;
     let folder = TestFolder::new();
     let (name, toml) = page.file("export-toml").await;
     let (_, csv) = page.file("export-csv").await;
@@ -216,7 +219,7 @@ async fn access(page: Page) -> Page {
 
 /// Writes the pictures of the README, if a folder for them is given.
 async fn screenshots(page: Page) -> Page {
-    page.open("scenario=builtin:augmented.toml").await;
+    page.open("scenario=builtin:paper/augmented.toml").await;
     page.table().await;
     page.client.set_window_size(1400, 1000).await.expect("set");
     page.evaluate(
@@ -227,7 +230,7 @@ async fn screenshots(page: Page) -> Page {
     let explored = page.client.screenshot().await.expect("a picture");
     assert!(explored.len() > 20_000, "a page that is not empty");
     let folder = TestFolder::new();
-    folder.good(&["compare", "builtin:classical.toml", "builtin:augmented.toml", "--report", "--quiet"]);
+    folder.good(&["compare", "builtin:paper/classical.toml", "builtin:paper/augmented.toml", "--report", "--quiet"]);
     page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");
     page.evaluate("document.getElementById('signals').scrollIntoView(); return null").await;
     sleep(Duration::from_millis(1000)).await;

@@ -338,7 +338,7 @@ fn a_slave_that_is_held_at_rest_stays_there() {
 fn a_weak_and_slow_master_hides_the_rupture_for_longer_and_lets_the_needle_go_faster() {
     let skin = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-        let scenario = Scenario::load(&Source::parse("builtin:15_saturating_master.toml"), &settings).expect("loads");
+        let scenario = Scenario::load(&Source::parse("builtin:link/saturating-master.toml"), &settings).expect("loads");
         measure(&scenario).expect("runs").ruptures[0].clone()
     };
     let strong = "actuator.master_force_limit_n=1e6";
@@ -382,7 +382,8 @@ fn motors_with_any_limits_give_finite_values() {
                         format!("actuator.slave_command_rate_limit_per_s={range}"),
                     ])
                     .collect();
-                let scenario = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect("loads");
+                let scenario =
+                    Scenario::load(&Source::parse("builtin:paper/classical.toml"), &settings).expect("loads");
                 let run = run(scenario).expect("runs");
                 let finite = run.trace.numbers().iter().all(|column| column.iter().all(|value| value.is_finite()));
                 assert!(finite, "{settings:?}");

@@ -44,7 +44,7 @@ fn impedance_error(kind: &str, frequency_hz: f64, (stiffness, damping): (f64, f6
         "simulation.duration_s=8".into(),
     ];
     settings.extend(more.iter().map(|&setting| setting.to_owned()));
-    let (trace, _) = ran("classical.toml", &settings);
+    let (trace, _) = ran("paper/classical.toml", &settings);
     let ticks = 4000;
     let force = phasor(&trace.operator_force_n, frequency_hz, ticks);
     let position = phasor(&trace.master_position_m, frequency_hz, ticks);
@@ -91,7 +91,7 @@ fn scales_grips_and_a_slave_that_yields_leave_four_channels_transparent() {
     );
     settings
         .extend(["tissue.kind=kelvin-voigt", "tissue.contact_m=-0.05", "simulation.duration_s=8"].map(str::to_owned));
-    let (trace, _) = ran("classical.toml", &settings);
+    let (trace, _) = ran("paper/classical.toml", &settings);
     let felt = ratio(phasor(&trace.operator_force_n, 2.0, 4000), phasor(&trace.master_position_m, 2.0, 4000));
     let (re, im) = ratio(felt, (1.5 * 200.0, 1.5 * TAU * 2.0 * 5.0));
     assert!((re - 1.0).hypot(im) < 0.05, "{re} {im}");
@@ -114,7 +114,7 @@ fn only_a_slave_that_the_tissue_pushes_lets_position_position_feel_it() {
             "simulation.duration_s=6",
             more,
         ];
-        let (trace, _) = ran("classical.toml", &settings.map(str::to_owned));
+        let (trace, _) = ran("paper/classical.toml", &settings.map(str::to_owned));
         trace.feedback_force_n[trace.feedback_force_n.len() - 1]
     };
     // At rest at 20 mm the stiff slave follows the hand exactly; the compliant one is 0.77 mm/N behind, on a spring of
@@ -132,8 +132,8 @@ fn only_a_slave_that_the_tissue_pushes_lets_position_position_feel_it() {
 fn augmentation_holds_the_needle_with_every_architecture() {
     for kind in ["position-force", "local-force", "position-position", "four-channel"] {
         let settings = [format!("controller.kind={kind}")];
-        let (trace, augmented) = ran("augmented.toml", &settings);
-        let (_, classical) = ran("classical.toml", &settings);
+        let (trace, augmented) = ran("paper/augmented.toml", &settings);
+        let (_, classical) = ran("paper/classical.toml", &settings);
         let first = &augmented.ruptures[0];
         assert!(first.detection_delay_s.is_some_and(|delay| delay < 0.01), "{kind}: {first:?}");
         assert!(
@@ -168,7 +168,7 @@ fn what_does_not_go_together_is_refused_with_a_remedy() {
         ),
     ] {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-        let error = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect_err("refused");
+        let error = Scenario::load(&Source::parse("builtin:paper/classical.toml"), &settings).expect_err("refused");
         assert!(error.to_string().contains(expected), "{error}");
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use insta::assert_snapshot;
 
+use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
 /// A short scenario that needs no recording.
@@ -16,7 +17,7 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     let folder = TestFolder::new();
     folder.good(&[
         "run",
-        "builtin:augmented.toml",
+        "builtin:paper/augmented.toml",
         "--quiet",
         "--out",
         "one",
@@ -25,7 +26,7 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     ]);
     folder.good(&[
         "run",
-        "builtin:augmented.toml",
+        "builtin:paper/augmented.toml",
         "--quiet",
         "--out",
         "two",
@@ -223,9 +224,9 @@ fn the_sign_of_a_columns_factor_counts() {
 #[test]
 fn a_detection_leaves_the_run_of_its_scenario_alone() {
     let folder = TestFolder::new();
-    folder.good(&["run", "builtin:augmented.toml", "--quiet"]);
+    folder.good(&["run", "builtin:paper/augmented.toml", "--quiet"]);
     let before = folder.files("out/augmented");
-    folder.good(&["detect", "builtin:augmented.toml", "--quiet"]);
+    folder.good(&["detect", "builtin:paper/augmented.toml", "--quiet"]);
     let after = folder.files("out/augmented");
     assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
     assert!(after.contains_key(Path::new("detection/detection.json")));
@@ -335,8 +336,8 @@ fn scenarios_of_one_name_are_both_named() {
         &["run", "a.toml", "b.toml"],
         &["two scenarios have the name \"short\"", "a.toml and b.toml", "--out"],
     );
-    let twice = ["run", "builtin:classical.toml", "a.toml", "builtin:classical.toml"];
-    folder.refused(&twice, &["\"classical\"", "builtin:classical.toml is given twice; remove one"]);
+    let twice = ["run", "builtin:paper/classical.toml", "a.toml", "builtin:paper/classical.toml"];
+    folder.refused(&twice, &["\"classical\"", "builtin:paper/classical.toml is given twice; remove one"]);
 }
 
 #[test]
@@ -361,7 +362,7 @@ fn an_output_that_cannot_be_written_is_the_works_failure() {
 #[test]
 fn a_run_that_diverges_is_a_result() {
     let folder = TestFolder::new();
-    let printed = folder.good(&["run", "builtin:classical.toml", "--set", "master.coupling=as-printed"]);
+    let printed = folder.good(&["run", "builtin:paper/classical.toml", "--set", "master.coupling=as-printed"]);
     assert!(printed.starts_with("classical: diverged at 0."), "{printed}");
     let printed = folder.good(&["compare", "--set", "master.coupling=as-printed"]);
     assert!(printed.contains("diverged at"), "{printed}");
@@ -373,7 +374,11 @@ fn a_starter_is_written_once_and_runs() {
     folder.good(&["init", "mine.toml"]);
     assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid"));
     folder.refused(&["init", "mine.toml"], &["already exists", "--force"]);
-    folder.good(&["init", "mine.toml", "--force"]);
+    for kind in ["--layers", "--replay", "--minimal", "--all"] {
+        folder.good(&["init", "mine.toml", "--force", kind]);
+        assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid"), "{kind}");
+    }
+    assert_eq!(folder.trocar(&["init", "other.toml", "--layers", "--replay"]).code, 2);
     folder.good(&["record", "--seed", "7", "--out", "seven.csv"]);
     folder.refused(&["record", "--out", "seven.csv"], &["already exists"]);
     assert!(
@@ -391,6 +396,40 @@ fn a_starter_is_written_once_and_runs() {
         "8.85",
     ]);
     assert!(detection.contains("2 labelled ruptures: 0 missed, 0 false alarms"), "{detection}");
+}
+
+#[test]
+fn a_shipped_scenario_has_short_and_former_names() {
+    let folder = TestFolder::new();
+    let text = folder.good(&["scenarios", "show", "layers/epidural"]);
+    assert_eq!(text, fs::read_to_string(file("scenarios/layers/epidural.toml")).expect("there"));
+    let resolved = |name: &str| folder.trocar(&["check", "--resolved", name]);
+    let present = resolved("layers/skin-augmented");
+    for name in ["skin-augmented", "builtin:layers/skin-augmented.toml", "builtin:01_augmented.toml", "01_augmented"] {
+        let outcome = resolved(name);
+        assert_eq!(outcome.out, present.out, "{name}");
+        let note = if name.contains("01") { "note: 01_augmented is now layers/skin-augmented\n" } else { "" };
+        assert_eq!(outcome.err, note, "{name}");
+    }
+    // A file comes first, and a base falls back to what is shipped.
+    folder.file("own.toml", "name = \"own\"\nbase = \"paper/augmented\"\n");
+    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 17000 ticks"));
+    folder.file(
+        "paper/augmented",
+        "simulation.duration_s = 2.0\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\n",
+    );
+    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 2000 ticks"));
+    folder.refused(&["check", "layers/skin-augmentd"], &["did you mean layers/skin-augmented?", "`trocar scenarios`"]);
+    folder.refused(&["check", "classical.toml"], &["cannot be read", "did you mean paper/classical?"]);
+}
+
+#[test]
+fn the_list_of_scenarios_is_json_too() {
+    let listed: serde_json::Value =
+        serde_json::from_str(&TestFolder::new().good(&["scenarios", "--json"])).expect("JSON");
+    let first = &listed[0];
+    assert_eq!((&first["name"], &first["path"]), (&"paper/classical".into(), &"builtin:paper/classical.toml".into()));
+    assert!(listed.as_array().is_some_and(|all| all.len() > 30 && all.iter().all(|one| one["question"].is_string())));
 }
 
 #[test]
@@ -475,7 +514,7 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
 #[test]
 fn scenarios_that_cannot_be_realised_say_why() {
     let folder = TestFolder::new();
-    let skin = "builtin:01_through_the_skin.toml";
+    let skin = "builtin:layers/through-the-skin.toml";
     for (setting, phrases) in [
         ("tissue.capsule.relaxation_s=-1", ["tissue.capsule.relaxation_s", "0"]),
         ("tissue.capsule.rupture_force_n=0.1", ["tissue.capsule.rupture_force_n", "tissue.capsule.cutting_force_n"]),
@@ -508,9 +547,9 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
     folder.refused(&["roc", "--drop-n", "-1"], &["0.01"]);
     folder.refused(&["roc", "--detectors", "squared"], &["squared-residual"]);
-    folder.refused(&["roc", "--drop-n", "1", "builtin:real_classical.toml"], &["synthetic insertion"]);
+    folder.refused(&["roc", "--drop-n", "1", "builtin:paper/real-classical.toml"], &["synthetic insertion"]);
     folder.refused(&["roc", "nowhere.csv"], &["nowhere.csv"]);
-    let step = ["roc", "builtin:01_through_the_skin.toml", "--set", "sensor.position_resolution_m=1e-5"];
+    let step = ["roc", "builtin:layers/through-the-skin.toml", "--set", "sensor.position_resolution_m=1e-5"];
     folder.refused(&step, &["position_resolution_m=0"]);
     let window = ["roc", "--seeds", "1", "--set", "detector.window_samples=65"];
     folder.refused(&window, &["detector.window_samples is 65", "64"]);
@@ -573,12 +612,12 @@ fn completions_and_manual_pages_know_every_command() {
 #[test]
 fn what_is_no_terminal_gets_no_chart_and_no_colour() {
     let folder = TestFolder::new();
-    let printed = folder.good(&["run", "builtin:augmented.toml"]);
+    let printed = folder.good(&["run", "builtin:paper/augmented.toml"]);
     assert!(!printed.contains('\u{1b}') && !printed.contains("slave position around"), "{printed}");
     // `script` provides a terminal.
     let trocar = env!("CARGO_BIN_EXE_trocar");
     let on_terminal = |colours: &[(&str, &str)]| {
-        let line = format!("{trocar} run builtin:augmented.toml --out on-terminal");
+        let line = format!("{trocar} run builtin:paper/augmented.toml --out on-terminal");
         let mut command = std::process::Command::new("script");
         command.args(["--quiet", "--return", "--command", &line, "/dev/null"]).current_dir(folder.path("."));
         command.env("TERM", "xterm-256color").env_remove("NO_COLOR").envs(colours.iter().copied());

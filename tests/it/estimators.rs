@@ -167,7 +167,7 @@ fn no_model_makes_anything_of_nothing() {
 fn files_show_what_is_estimated_besides() {
     let columns = |parameters: &str| {
         let settings = [format!("estimator.parameters={parameters}")];
-        let source = Source::Builtin("02_direct_access.toml".into());
+        let source = Source::parse("layers/direct-access");
         let run = run(Scenario::load(&source, &settings).expect("loads")).expect("runs");
         let mut csv = vec![];
         write_trace_csv(&run.trace, &mut csv).expect("written");
@@ -198,7 +198,7 @@ fn what_an_estimator_cannot_take_is_refused_with_its_reason() {
         ("detector.minimum_depth_m=-0.01", "detector.minimum_depth_m is -0.01"),
         ("detector.motion=withdrawn", "not-withdrawn"),
     ] {
-        let source = Source::Builtin("augmented.toml".into());
+        let source = Source::parse("paper/augmented");
         let error = Scenario::load(&source, &[setting.to_owned()]).expect_err("refused");
         assert!(format!("{error:?} {error}").contains(reason), "{setting}: {error}");
     }

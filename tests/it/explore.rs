@@ -100,7 +100,7 @@ impl Page {
     }
 
     fn show(&mut self, set: Json) -> Json {
-        let state = json!({ "scenario": "builtin:01_augmented.toml", "set": set });
+        let state = json!({ "scenario": "builtin:layers/skin-augmented.toml", "set": set });
         self.request(json!({ "type": "show", "state": state, "points": 400 }), "shown")
     }
 
@@ -152,12 +152,16 @@ fn invalid_requests_of_a_page_are_rejected_with_a_reason() {
     let (_server, address) = explore(&[]);
     let mut page = Page::open(address);
     let refusals = [
-        ("builtin:01_augmented.toml", json!({ "recording.file": "/etc/passwd" }), "cannot name files"),
+        ("builtin:layers/skin-augmented.toml", json!({ "recording.file": "/etc/passwd" }), "cannot name files"),
         ("/etc/passwd", json!({}), "no scenario"),
-        ("builtin:01_augmented.toml", json!({ "scaling.force": -1 }), "scaling.force must be"),
-        ("builtin:01_augmented.toml", json!({ "scaling.forse": 1 }), "did you mean scaling.force"),
-        ("builtin:01_augmented.toml", json!({ "simulation.duration_s": 1e3 }), "maximum on this page is 120000"),
-        ("builtin:01_augmented.toml", json!({ "simulation.tick_s": 1e-9 }), "ticks"),
+        ("builtin:layers/skin-augmented.toml", json!({ "scaling.force": -1 }), "scaling.force must be"),
+        ("builtin:layers/skin-augmented.toml", json!({ "scaling.forse": 1 }), "did you mean scaling.force"),
+        (
+            "builtin:layers/skin-augmented.toml",
+            json!({ "simulation.duration_s": 1e3 }),
+            "maximum on this page is 120000",
+        ),
+        ("builtin:layers/skin-augmented.toml", json!({ "simulation.tick_s": 1e-9 }), "ticks"),
     ];
     for (scenario, set, reason) in refusals {
         let request = json!({ "type": "show", "state": { "scenario": scenario, "set": set }, "points": 400 });
@@ -243,7 +247,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
         socket.get_ref().set_write_timeout(Some(Duration::from_millis(200))).expect("set");
         for id in 0..200 {
             let state =
-                json!({ "scenario": "builtin:augmented.toml", "set": { "scaling.force": 1.0 + f64::from(id) } });
+                json!({ "scenario": "builtin:paper/augmented.toml", "set": { "scaling.force": 1.0 + f64::from(id) } });
             let request = json!({ "type": "show", "id": id, "state": state, "points": 4000 });
             if socket.send(Message::text(request.to_string())).is_err() {
                 break;
@@ -292,7 +296,7 @@ fn pages_are_counted_and_make_room_when_they_go() {
 fn a_hand_pushes_through_the_skin_in_real_time() {
     let (_server, address) = explore(&[]);
     let mut page = Page::open(address);
-    let state = json!({ "scenario": "builtin:01_augmented.toml", "set": {} });
+    let state = json!({ "scenario": "builtin:layers/skin-augmented.toml", "set": {} });
     page.last_id += 1;
     let began = Instant::now();
     page.send(&json!({ "type": "push", "id": page.last_id, "state": state, "augmented": true }));

@@ -33,17 +33,17 @@ fn run(scenario: &Scenario, portably: bool) -> Seen {
 #[test]
 fn every_signal_and_metric_has_the_same_bits() {
     let noisy = ["sensor.force_noise_std_n=0.01", "sensor.force_resolution_n=0.001", "channel.forward_delay_s=0.003"];
-    let layers = ("01_through_the_skin", &[][..]);
+    let layers = ("layers/through-the-skin", &[][..]);
     let models = [
         ["estimator.parameters=stiffness-damping-friction", "estimator.forgetting=resetting"],
         ["estimator.parameters=hunt-crossley", "estimator.forgetting=exponential"],
         ["estimator.parameters=least-residual", "estimator.forgetting=exponential"],
     ];
-    let models = models.iter().map(|settings| ("01_through_the_skin", &settings[..]));
+    let models = models.iter().map(|settings| ("layers/through-the-skin", &settings[..]));
     for (name, overrides) in
         [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy), layers].into_iter().chain(models)
     {
-        let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("builtin:{name}");
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let scenario = Scenario::load(&Source::parse(&path), &overrides).expect("loads");
         let (wide, portable) = (run(&scenario, false), run(&scenario, true));

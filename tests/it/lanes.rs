@@ -67,7 +67,7 @@ fn a_lane_gives_the_bits_of_a_single_run() {
         &[late[0], late[1], rough[1], "passivity.scheme=energy-tank", "passivity.tank_level_j=1e-3"],
     ] {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-        let source = Source::parse("builtin:10_reflex_augmented.toml");
+        let source = Source::parse("builtin:hand/reflex-augmented.toml");
         let scenario = Scenario::load(&source, &settings).expect("loads");
         let mut both = Both::default();
         scenario.exact_engine::<Pair>(5).expect("builds").run(&mut both).expect("runs");

@@ -8,7 +8,7 @@ use trocar::scenario::{Scenario, Source, shipped_questions};
 use trocar::tissue::literature::{self, Bounds, MEASURED};
 use trocar::tissue::{LAYER_KEYS, LayerKeys};
 
-const SKIN: &str = "01_through_the_skin.toml";
+const SKIN: &str = "layers/through-the-skin.toml";
 
 fn keys_of(keys: &LayerKeys) -> [(&'static str, &'static Bounds); 8] {
     [

@@ -9,7 +9,7 @@ const SEEDS: u64 = 10;
 
 fn scenario(name: &str, settings: &[&str]) -> Scenario {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::Builtin(format!("{name}.toml")), &settings).expect("a good scenario")
+    Scenario::load(&Source::parse(name), &settings).expect("a good scenario")
 }
 
 /// Returns the minimum and maximum measured force in N, and the metrics.
@@ -36,7 +36,7 @@ fn within_a_factor_of_two(value: f64, paper: f64) -> bool {
 #[test]
 fn paper_direct_access_has_the_forces_and_errors_of_3_2_1() {
     for seed in 1..=SEEDS {
-        let (least, greatest, m) = measure("02_direct_access", &[&seeded(seed)]);
+        let (least, greatest, m) = measure("layers/direct-access", &[&seeded(seed)]);
         // Within the paper's range, and close to both ends of it.
         assert!((-0.37..-0.9 * 0.3).contains(&least) && (0.9 * 1.45..1.45).contains(&greatest), "{least} {greatest}");
         assert!(within_a_factor_of_two(error_n(&m), 0.019), "seed {seed}: {}", error_n(&m));
@@ -47,8 +47,8 @@ fn paper_direct_access_has_the_forces_and_errors_of_3_2_1() {
 #[test]
 fn paper_stiffness_alone_is_about_three_times_worse_on_direct_access() {
     for seed in 1..=SEEDS {
-        let both = error_n(&measure("02_direct_access", &[&seeded(seed)]).2);
-        let alone = error_n(&measure("02_direct_access", &[&seeded(seed), "estimator.parameters=stiffness"]).2);
+        let both = error_n(&measure("layers/direct-access", &[&seeded(seed)]).2);
+        let alone = error_n(&measure("layers/direct-access", &[&seeded(seed), "estimator.parameters=stiffness"]).2);
         // The paper states 0.0612 N and 0.019 N: a ratio of 3.2.
         assert!(within_a_factor_of_two(alone, 0.0612), "seed {seed}: {alone}");
         assert!((2.5..=3.9).contains(&(alone / both)), "seed {seed}: {}", alone / both);
@@ -58,7 +58,7 @@ fn paper_stiffness_alone_is_about_three_times_worse_on_direct_access() {
 #[test]
 fn paper_through_the_skin_has_the_forces_and_errors_of_3_2_2() {
     for seed in 1..=SEEDS {
-        let (least, greatest, m) = measure("01_through_the_skin", &[&seeded(seed)]);
+        let (least, greatest, m) = measure("layers/through-the-skin", &[&seeded(seed)]);
         assert!((-2.45..-0.9 * 2.45).contains(&least) && (0.9 * 5.69..5.69).contains(&greatest), "{least} {greatest}");
         assert!(within_a_factor_of_two(error_n(&m), 0.0486), "seed {seed}: {}", error_n(&m));
         assert_eq!((m.ruptures.len(), m.missed_ruptures), (3, 0), "seed {seed}: skin, muscle, capsule");
@@ -84,7 +84,7 @@ impl Observer<f64> for Watch {
 
 #[test]
 fn oracle_dop853_agrees_on_layers() {
-    for name in ["01_through_the_skin", "02_direct_access"] {
+    for name in ["layers/through-the-skin", "layers/direct-access"] {
         let watch = |engine: &str| {
             let mut watch = Watch::default();
             observe(&scenario(name, &[engine]), &mut watch).expect("runs");
@@ -107,7 +107,7 @@ fn oracle_dop853_agrees_on_layers() {
 fn impossible_layers_are_rejected_with_a_reason() {
     let refused = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-        let error = Scenario::load(&Source::Builtin("01_through_the_skin.toml".into()), &settings).expect_err("no");
+        let error = Scenario::load(&Source::parse("layers/through-the-skin"), &settings).expect_err("no");
         assert!(error.place.is_some(), "{error}");
         error.message
     };

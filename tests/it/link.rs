@@ -20,7 +20,7 @@ fn trace(settings: &[&str]) -> Trace {
         "estimator.contact_m=1",
     ];
     let settings: Vec<String> = base.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
-    let scenario = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect("loads");
+    let scenario = Scenario::load(&Source::parse("builtin:paper/classical.toml"), &settings).expect("loads");
     run(scenario).expect("runs").trace
 }
 

@@ -11,7 +11,7 @@ use trocar::teleoperation::{
 fn link(settings: &[&str]) -> Link<f64> {
     let base = ["operator.kind=ramp", "tissue.kind=kelvin-voigt", "simulation.duration_s=1"];
     let settings: Vec<String> = base.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
-    let scenario = Scenario::load(&Source::parse("builtin:classical.toml"), &settings).expect("loads");
+    let scenario = Scenario::load(&Source::parse("builtin:paper/classical.toml"), &settings).expect("loads");
     scenario.general_engine(0).expect("builds").parts.link
 }
 

@@ -228,7 +228,7 @@ fn a_thousand_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
     for link in 0..LINKS {
         let RandomLink { settings, logged } = draw(&mut random, &tables);
         let about = || format!("link {link}:\n  {}", settings.join("\n  "));
-        let scenario = Scenario::load(&Source::parse("builtin:augmented.toml"), &settings);
+        let scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &settings);
         let scenario = scenario.unwrap_or_else(|error| panic!("{error:?}\n{}", about()));
         let run = run(scenario).unwrap_or_else(|error| panic!("{error}\n{}", about()));
         let (scenario, trace) = (&run.scenario, &run.trace);

@@ -33,7 +33,7 @@ unsafe extern "C" {
 }
 fn main() {
     let snap = ["augmentation.reengage=snap".to_owned()];
-    let scenario = Scenario::load(&Source::parse("builtin:augmented.toml"), &snap).expect("loads");
+    let scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &snap).expect("loads");
     let settings = SwitchingSettings::of(&scenario, (50.0, 600.0)).expect("covered");
     let dwell = Switching::certified_dwell(&settings).expect("analysed");
     println!("{:?} {:?} {dwell:?}", unsafe { dgemm_() }, unsafe { dpotrf_() });

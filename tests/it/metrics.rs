@@ -74,7 +74,7 @@ fn former_names_of_metrics_are_accepted_with_a_note() {
     let folder = TestFolder::new();
     let file = |metrics: &str| {
         format!(
-            "base = \"builtin:augmented.toml\"\nmetrics = [{metrics}]\nset.simulation.duration_s = 6.0\naxes.scaling.force = [0.5, 1.0]\n"
+            "base = \"builtin:paper/augmented.toml\"\nmetrics = [{metrics}]\nset.simulation.duration_s = 6.0\naxes.scaling.force = [0.5, 1.0]\n"
         )
     };
     folder.file("old.toml", file("\"most_slave_overshoot_m\", \"tracking_rmse_m\""));

@@ -188,7 +188,7 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
 }
 
 /// Texts that equal a word of a choice, and their meaning.
-const SPELT_ALIKE: [(&str, &str, &str); 8] = [
+const SPELT_ALIKE: [(&str, &str, &str); 11] = [
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
     ("none", "sim/src/compare/facts.rs", "what was asked of a fact"),
@@ -197,6 +197,9 @@ const SPELT_ALIKE: [(&str, &str, &str); 8] = [
     ("time", "sim/src/metrics/rupture.rs", "a metric"),
     ("sampled", "sim/src/scenario/key_table.rs", "the sentence of a section"),
     ("layers", "sim/src/scenario/key_table.rs", "the sentence of a section"),
+    ("layers", "sim/src/scenario/starter.rs", "a value of a starter"),
+    ("insertion-extraction", "sim/src/scenario/starter.rs", "a value of a starter"),
+    ("stop", "sim/src/scenario/starter.rs", "a value of a starter"),
 ];
 
 #[test]

@@ -26,7 +26,7 @@ fn pause(trace: &Trace, from: usize) -> (usize, usize) {
 #[test]
 fn the_operator_stops_150_to_250_ms_after_the_rupture_of_the_skin_for_half_a_second() {
     for seed in 1..=20 {
-        let run = run(scenario("10_reflex", &[&format!("simulation.seed={seed}")])).expect("runs");
+        let run = run(scenario("hand/reflex", &[&format!("simulation.seed={seed}")])).expect("runs");
         let rupture = (run.metrics.ruptures[0].time_s * 1e3).round() as usize;
         let (start, length) = pause(&run.trace, rupture);
         // The operator detects the drop of the felt force some ticks after the rupture.
@@ -38,15 +38,15 @@ fn the_operator_stops_150_to_250_ms_after_the_rupture_of_the_skin_for_half_a_sec
 #[test]
 fn the_reaction_is_that_of_the_integrated_engine() {
     let settings = ["simulation.duration_s=2.5"];
-    let exact = trace("10_reflex", &settings);
-    let integrated = trace("10_reflex", &[settings[0], "simulation.engine=dop853"]);
+    let exact = trace("hand/reflex", &settings);
+    let integrated = trace("hand/reflex", &[settings[0], "simulation.engine=dop853"]);
     let (a, b) = (pause(&exact, 1000), pause(&integrated, 1000));
     assert!(a.0.abs_diff(b.0) <= 1 && a.1 == b.1, "{a:?} {b:?}");
 }
 
 #[test]
 fn the_desired_position_never_jumps() {
-    for name in ["10_reflex", "05_trembling_hand"] {
+    for name in ["hand/reflex", "hand/trembling-hand"] {
         for reflex in ["operator.reflex=stop", "operator.reflex=withdraw"] {
             let trace = trace(name, &[reflex]);
             let steps = trace.desired_position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs());
@@ -58,10 +58,10 @@ fn the_desired_position_never_jumps() {
 
 #[test]
 fn without_a_reflex_there_is_no_reaction_and_without_tremor_no_tremor() {
-    let still = trace("01_through_the_skin", &["simulation.seed=1"]);
-    let other = trace("01_through_the_skin", &["simulation.seed=2"]);
+    let still = trace("layers/through-the-skin", &["simulation.seed=1"]);
+    let other = trace("layers/through-the-skin", &["simulation.seed=2"]);
     assert_eq!(still.desired_position_m, other.desired_position_m);
-    let trembling = |seed: &str| trace("01_through_the_skin", &["operator.tremor_amplitude_m=1e-4", seed]);
+    let trembling = |seed: &str| trace("layers/through-the-skin", &["operator.tremor_amplitude_m=1e-4", seed]);
     let (one, two) = (trembling("simulation.seed=1"), trembling("simulation.seed=2"));
     assert_ne!(one.desired_position_m, two.desired_position_m);
     let difference = one.desired_position_m.iter().zip(&still.desired_position_m).map(|(a, b)| a - b);

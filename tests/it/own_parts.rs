@@ -21,7 +21,7 @@ mod own_tissue;
 
 fn scenario(name: &str, settings: &[&str]) -> Scenario {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::Builtin(format!("{name}.toml")), &settings).expect("loads")
+    Scenario::load(&Source::parse(name), &settings).expect("loads")
 }
 
 fn assert_same_bits(own: &Run, built_in: &Run, what: &str) {
@@ -62,12 +62,12 @@ fn a_user_defined_force_law_keeps_its_step_limit() {
 fn a_scenario_with_boxed_parts_is_identical_to_the_built_in_one_bit_for_bit() {
     for (name, settings) in [
         ("augmented", &[][..]),
-        ("01_augmented", &[]),
-        ("10_reflex_augmented", &["estimator.parameters=least-residual", "detector.distance=likelihood-ratio"]),
-        ("14_lossy_link", &[]),
-        ("15_saturating_master", &[]),
-        ("16_long_delay_tank", &[]),
-        ("20_four_channel", &["augmentation.events_s=[1.5]"]),
+        ("layers/skin-augmented", &[]),
+        ("hand/reflex-augmented", &["estimator.parameters=least-residual", "detector.distance=likelihood-ratio"]),
+        ("link/lossy-link", &[]),
+        ("link/saturating-master", &[]),
+        ("passivity/long-delay-tank", &[]),
+        ("link/four-channel", &["augmentation.events_s=[1.5]"]),
     ] {
         let built_in = run(scenario(name, settings)).expect("runs");
         let own = run_with(scenario(name, settings), OwnParts::default()).expect("runs");

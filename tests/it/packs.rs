@@ -9,7 +9,7 @@ use trocar::scenario::{Scenario, Source};
 
 /// Returns a shipped scenario with settings.
 fn load(name: &str, settings: &[String]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("builtin:{name}");
     Scenario::load(&Source::parse(&path), settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
 }
 
@@ -89,12 +89,12 @@ fn replays() {
     compare("classical", &["sensor.force_noise_std_n=0.02"], &[], 12, 2);
     compare("augmented", &["augmentation.reengage=clutch", "augmentation.freeze=reference"], &[], 8, 3);
     compare("augmented", &["augmentation.force_law=amplify"], &[("augmentation.amplification", 1.0, 3.0)], 8, 4);
-    compare("depth_augmented", &[], &[], 6, 5);
+    compare("paper/depth-augmented", &[], &[], 6, 5);
 }
 
 #[test]
 fn lanes_with_and_without_augmentation() {
-    for name in ["augmented", "01_augmented", "16_long_delay_waves", "20_four_channel"] {
+    for name in ["augmented", "layers/skin-augmented", "passivity/long-delay-waves", "link/four-channel"] {
         let mut rng = ChaCha8Rng::seed_from_u64(12);
         let case = |k: usize| {
             let mut all = settings(&mut rng, &[("scaling.force", 0.6, 1.2)]);
@@ -118,11 +118,11 @@ fn layers() {
         ("tissue.muscle.thickness_m", 0.008, 0.02),
         ("tissue.capsule.rupture_force_n", 0.5, 2.5),
     ];
-    let (_, events) = compare("01_through_the_skin", &["augmentation.enabled=true"], &own, 16, 6);
+    let (_, events) = compare("layers/through-the-skin", &["augmentation.enabled=true"], &own, 16, 6);
     assert!(events > 0);
-    compare("01_through_the_skin", &[], &own, 8, 7);
-    compare("10_reflex_augmented", &[], &own, 6, 8);
-    compare("05_trembling_hand", &[], &own, 4, 9);
+    compare("layers/through-the-skin", &[], &own, 8, 7);
+    compare("hand/reflex-augmented", &[], &own, 6, 8);
+    compare("hand/trembling-hand", &[], &own, 4, 9);
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn links_and_other_estimators() {
     .iter()
     .enumerate()
     {
-        compare("01_through_the_skin", fixed, &[], 1, 20 + seed as u64);
+        compare("layers/through-the-skin", fixed, &[], 1, 20 + seed as u64);
     }
 }
 
@@ -179,7 +179,7 @@ fn delays_of_whole_ticks_may_differ() {
     let case = |ticks: u32| {
         let delays = [("forward", ticks), ("backward", 30 - ticks)];
         let delays = delays.map(|(way, ticks)| format!("channel.{way}_delay_s={}", f64::from(ticks) / 1000.0));
-        load("01_through_the_skin", &delays)
+        load("layers/through-the-skin", &delays)
     };
     let scenarios: Vec<Scenario> = [1, 2, 3, 7, 12, 20, 25, 29].map(case).into();
     assert!(can_share(&scenarios) || !InstructionSet::Avx2.is_available());

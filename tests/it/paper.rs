@@ -10,7 +10,7 @@ use trocar::scenario::{Scenario, Source};
 
 fn scenario(name: &str, settings: &[&str]) -> Scenario {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::Builtin(format!("{name}.toml")), &settings).expect("a good scenario")
+    Scenario::load(&Source::parse(name), &settings).expect("a good scenario")
 }
 
 fn metrics(name: &str, settings: &[&str]) -> Metrics {
@@ -195,7 +195,7 @@ fn oracle_stability_limits() {
                 format!("channel.forward_delay_s={delay_s}"),
                 format!("channel.backward_delay_s={delay_s}"),
             ];
-            let source = Source::Builtin("classical.toml".into());
+            let source = Source::parse("paper/classical");
             let trace = run(Scenario::load(&source, &settings).expect("good")).expect("runs").trace;
             let speed = &trace.master_velocity_m_per_s;
             let power = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>() / part.len() as f64;
@@ -230,8 +230,8 @@ fn oracle_hunt_crossley_with_power_one_is_a_spring() {
 
 #[test]
 fn a_replay_by_depth_closes_the_loop() {
-    let classical = metrics("depth_classical", &[]);
-    let augmented = metrics("depth_augmented", &[]);
+    let classical = metrics("paper/depth-classical", &[]);
+    let augmented = metrics("paper/depth-augmented", &[]);
     for m in [&classical, &augmented] {
         assert_eq!((m.outcome, m.ruptures.len()), (Outcome::Completed, 2));
         assert!(m.ruptures[0].detection_delay_s.expect("announced") <= 0.010);
@@ -241,7 +241,7 @@ fn a_replay_by_depth_closes_the_loop() {
     // The remaining steps that the book lists.
     assert_eq!((classical.missed_ruptures, augmented.missed_ruptures), (0, 1));
     // A frozen needle has a constant tissue force, except for its settling between rupture and alarm.
-    let trace = run(scenario("depth_augmented", &[])).expect("runs").trace;
+    let trace = run(scenario("paper/depth-augmented", &[])).expect("runs").trace;
     let frozen: Vec<usize> = (0..trace.len()).filter(|&k| trace.mode[k] == 1).collect();
     let (first, last) = (frozen[100], frozen[450]);
     assert!((trace.tissue_force_n[first] - trace.tissue_force_n[last]).abs() < 0.02, "held");

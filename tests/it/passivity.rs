@@ -23,10 +23,12 @@ fn swing(signal: &[f64], from_s: usize, to_s: usize) -> f64 {
 
 #[test]
 fn every_scheme_stabilises_the_contact_in_which_the_plain_loop_grows() {
-    let (plain, _) = ran("21_late_wall.toml", &[]);
+    let (plain, _) = ran("passivity/late-wall.toml", &[]);
     let (early, late) = (swing(&plain.feedback_force_n, 1, 3), swing(&plain.feedback_force_n, 10, 12));
     assert!(late > early && late > 10.0, "the plain loop: {early} N, then {late} N");
-    for file in ["22_late_wall_time_domain.toml", "23_late_wall_waves.toml", "24_late_wall_tank.toml"] {
+    for file in
+        ["passivity/late-wall-time-domain.toml", "passivity/late-wall-waves.toml", "passivity/late-wall-tank.toml"]
+    {
         let (trace, _) = ran(file, &[]);
         let late = swing(&trace.feedback_force_n, 10, 12);
         assert!(late < 0.05, "{file}: still {late} N");
@@ -38,7 +40,7 @@ fn every_scheme_stabilises_the_contact_in_which_the_plain_loop_grows() {
 fn the_limit_of_the_plain_loop_is_where_the_reference_has_it() {
     // The stability limit is 907 N/m: below it the oscillation decays, above it grows.
     let late = |stiffness: f64| {
-        let (trace, _) = ran("21_late_wall.toml", &[format!("tissue.stiffness_n_per_m={stiffness}")]);
+        let (trace, _) = ran("passivity/late-wall.toml", &[format!("tissue.stiffness_n_per_m={stiffness}")]);
         swing(&trace.feedback_force_n, 10, 12) / swing(&trace.feedback_force_n, 7, 9)
     };
     assert!(late(880.0) < 1.0 && late(940.0) > 1.0, "{} {}", late(880.0), late(940.0));
@@ -46,7 +48,7 @@ fn the_limit_of_the_plain_loop_is_where_the_reference_has_it() {
 
 #[test]
 fn without_delay_a_scheme_costs_at_most_a_hundredth_of_tracking() {
-    for file in ["classical.toml", "augmented.toml"] {
+    for file in ["paper/classical.toml", "paper/augmented.toml"] {
         let (_, plain) = ran(file, &[]);
         for scheme in SCHEMES {
             let (_, metrics) = ran(file, &[format!("passivity.scheme={scheme}")]);
@@ -91,7 +93,7 @@ proptest! {
     /// displacements; the work of the needle on a spring is the energy of the spring.
     #[test]
     fn the_energies_logged_are_the_integrals_at_the_ports((settings, stiffness) in random_link()) {
-        let (trace, metrics) = ran("classical.toml", &settings);
+        let (trace, metrics) = ran("paper/classical.toml", &settings);
         let link = metrics.link.expect("the link is late");
         let last = trace.mode.len() - 1;
         let (mut master, mut throughput) = (0.0, 0.0);

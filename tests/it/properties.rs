@@ -1,7 +1,7 @@
 //! Loading any file ends with a scenario or an error, and the echo of a resolved scenario is faithful.
 
 use proptest::prelude::*;
-use trocar::scenario::{Fallback, KEYS, Kind, Scenario, Source, json_schema, starter};
+use trocar::scenario::{Fallback, KEYS, Kind, Scenario, Source, Starter, json_schema};
 
 /// Loads a text as a scenario file.
 fn load(text: &[u8]) -> Result<Scenario, String> {
@@ -178,7 +178,7 @@ proptest! {
 
 #[test]
 fn the_starter_is_valid_as_it_is_and_with_every_default_uncommented() {
-    let text = starter("mine");
+    let text = Starter::All.text("mine");
     assert_eq!(load(text.as_bytes()).expect("good").name, "mine");
     let mut active = String::new();
     for line in text.lines() {

@@ -141,7 +141,8 @@ fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
 #[test]
 fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() {
     let (here, there) = (TestFolder::new(), TestFolder::new());
-    let given = ["run", "builtin:augmented.toml", "--set", "sensor.force_noise_std_n=0.02", "--report", "--quiet"];
+    let given =
+        ["run", "builtin:paper/augmented.toml", "--set", "sensor.force_noise_std_n=0.02", "--report", "--quiet"];
     here.good(&given);
     there.good(&[&given[..], &["--out", "far/away"]].concat());
     let html = here.text("out/augmented/report.html");
@@ -175,7 +176,7 @@ fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
 #[test]
 fn what_is_drawn_is_what_was_recorded_to_five_digits() {
     let folder = TestFolder::new();
-    folder.good(&["run", "builtin:augmented.toml", "--report", "--quiet"]);
+    folder.good(&["run", "builtin:paper/augmented.toml", "--report", "--quiet"]);
     let trace = columns(&folder.text("out/augmented/trace.csv"));
     let ticks: BTreeMap<String, usize> =
         trace["time_s"].iter().enumerate().map(|(tick, time)| (format!("{time:.6}"), tick)).collect();
@@ -333,7 +334,7 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
     let folder = TestFolder::new();
     let axes = ["--x", "scaling.force=0.1:10:12", "--y", "tissue.stiffness_n_per_m=10:2000:11"];
     let printed =
-        folder.good(&[&["stability", "builtin:augmented.toml", "--report", "--simulate"], &axes[..]].concat());
+        folder.good(&[&["stability", "builtin:paper/augmented.toml", "--report", "--simulate"], &axes[..]].concat());
     assert!(printed.ends_with("report: out/augmented/report.html\n"), "{printed}");
     let html = folder.text("out/augmented/report.html");
     is_sound(&html);

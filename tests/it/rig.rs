@@ -17,7 +17,7 @@ impl Observer<f64> for Tape {
 }
 
 fn scenario(name: &str, settings: &[&str]) -> Scenario {
-    let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("builtin:{name}");
     let settings: Vec<String> = settings.iter().map(|text| (*text).to_owned()).collect();
     Scenario::load(&Source::parse(&path), &settings).expect("loads")
 }
@@ -92,8 +92,8 @@ fn on_the_same_samples_the_commands_are_the_simulators_to_the_last_bit() {
     for distance in ["mean-change", "variance-change", "parameter-change", "force-derivative"] {
         replay("augmented", &[&format!("detector.distance={distance}")]);
     }
-    assert!(replay("01_augmented", &[]) > 0);
-    assert!(replay("real_augmented", &[]) > 0);
+    assert!(replay("layers/skin-augmented", &[]) > 0);
+    assert!(replay("paper/real-augmented", &[]) > 0);
 }
 
 #[test]

@@ -16,7 +16,7 @@ use trocar::roc::{Characteristics, DetectorBank, Point, Signal, SignalKind, Stud
 use trocar::scenario::{DetectionSpec, Scenario, Source, Values};
 
 fn shipped() -> DetectionSpec {
-    let mut values = Values::load(&Source::Builtin("classical.toml".into()), &[]).expect("good");
+    let mut values = Values::load(&Source::parse("paper/classical"), &[]).expect("good");
     DetectionSpec::resolve(&mut values).expect("good")
 }
 
@@ -143,7 +143,7 @@ fn a_made_insertion_that_differs_in_nothing_is_the_shipped_one() {
 
 #[test]
 fn a_closed_loop_is_judged_as_its_own_detector_judged_it() {
-    let source = Source::Builtin("01_through_the_skin.toml".into());
+    let source = Source::parse("layers/through-the-skin");
     let scenario = Scenario::load(&source, &["simulation.seed=1".into()]).expect("good");
     let metrics = trocar::run::run(scenario.clone()).expect("runs").metrics;
     let signal = Signal::closed_loop(scenario, &[DistanceKind::SquaredResidual]).expect("a signal");

@@ -25,7 +25,7 @@ const BASE: [&str; 9] = [
 
 fn scenario(settings: &[&str]) -> Scenario {
     let all: Vec<String> = BASE.iter().chain(settings).map(|setting| (*setting).to_owned()).collect();
-    Scenario::load(&Source::parse("builtin:21_late_wall.toml"), &all).expect("loads")
+    Scenario::load(&Source::parse("builtin:passivity/late-wall.toml"), &all).expect("loads")
 }
 
 fn settings(settings: &[&str]) -> LoopSettings {
@@ -375,7 +375,8 @@ fn the_engine_agrees_with_every_verdict_of_a_map() {
 fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
     let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "channel.delay_s=0:0.1:12", "--y", "scaling.force=0.1:10:10:log"];
-    let printed = folder.good(&[&["stability", "builtin:21_late_wall.toml"][..], &small, &["--simulate"]].concat());
+    let printed =
+        folder.good(&[&["stability", "builtin:passivity/late-wall.toml"][..], &small, &["--simulate"]].concat());
     for phrase in ["late-wall: not stable", "spectral radius", "907.5", "delay_s by scaling.force", "120 runs"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
     }
@@ -384,7 +385,7 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
         assert!(folder.path("out/late-wall").join(name).is_file(), "{name}");
     }
     assert_eq!(folder.text("out/late-wall/stability_map.csv").lines().count(), 121);
-    let json = folder.good(&[&["stability", "builtin:21_late_wall.toml", "--json"][..], &small].concat());
+    let json = folder.good(&[&["stability", "builtin:passivity/late-wall.toml", "--json"][..], &small].concat());
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["is_stable"], false);
     assert_eq!(json["limits"][2]["parameter"], "tissue.stiffness_n_per_m");

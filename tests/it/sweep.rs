@@ -13,7 +13,7 @@ use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
 
 /// Three axes and three seeds, on a short insertion into layers with noise and an event or two.
 const SMALL: &str = r#"
-base = "builtin:01_augmented.toml"
+base = "builtin:layers/skin-augmented.toml"
 seeds = 3
 metrics = ["detected_ruptures", "max_slave_overshoot_m", "tracking_rmse_m", "rupture_1_detection_delay_s"]
 [set]
@@ -26,7 +26,7 @@ tissue.skin.rupture_force_n = [4.9, 5.3]
 
 /// A sweep of some seconds.
 const LONG: &str = r#"
-base = "builtin:02_direct_access.toml"
+base = "builtin:layers/direct-access.toml"
 metrics = ["max_slave_overshoot_m", "tracking_rmse_m"]
 csv = false
 [design]
@@ -39,7 +39,7 @@ detector.threshold = { from = 1e-3, to = 1e-1, log = true }
 
 /// A sweep of about a second, in which many cases share a run.
 const SHARED: &str = r#"
-base = "builtin:augmented.toml"
+base = "builtin:paper/augmented.toml"
 seeds = 9
 metrics = ["max_slave_overshoot_m", "false_alarms"]
 csv = false
@@ -155,8 +155,8 @@ fn cases_that_share_a_run_have_the_results_of_separate_runs() {
             "augmented",
             format!("{noise} = 0.08\n{restless}\ndetector.cap = 30.0\naugmentation.exit_ratio = 0.9"),
         ),
-        ("layers.toml", "01_augmented", format!("{short}\naugmentation.min_hold_s = 0.05")),
-        ("link.toml", "01_augmented", format!("{short}\nchannel.forward_delay_s = 0.01\nchannel.loss = 0.1")),
+        ("layers.toml", "layers/skin-augmented", format!("{short}\naugmentation.min_hold_s = 0.05")),
+        ("link.toml", "layers/skin-augmented", format!("{short}\nchannel.forward_delay_s = 0.01\nchannel.loss = 0.1")),
         // Without lanes.
         (
             "motors.toml",
@@ -326,7 +326,7 @@ fn a_folder_in_use_by_another_process_is_not_changed() {
 #[test]
 fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
     let folder = TestFolder::new();
-    let head = "base = \"builtin:augmented.toml\"\nseeds = 4\nmetrics = [\"tissue_energy_j\", \"augmented_s\"]\n\
+    let head = "base = \"builtin:paper/augmented.toml\"\nseeds = 4\nmetrics = [\"tissue_energy_j\", \"augmented_s\"]\n\
                 focus = [\"tissue_energy_j\"]\n[set]\nsimulation.duration_s = 6.0\nsensor.force_noise_std_n = 0.02\n";
     for (name, axes) in [
         ("none", ""),
@@ -401,7 +401,7 @@ fn a_changed_sweep_is_refused_with_the_difference() {
 #[test]
 fn what_is_wrong_with_a_file_is_underlined() {
     let folder = TestFolder::new();
-    let base = "base = \"builtin:classical.toml\"\n";
+    let base = "base = \"builtin:paper/classical.toml\"\n";
     let cases: [(&str, &[&str]); 19] = [
         ("sedes = 3", &["x.toml:2:1", "did you mean seeds?"]),
         ("scaling.force = 2.0", &["write axes.scaling.force to vary it, set.scaling.force to fix it"]),
@@ -437,7 +437,7 @@ fn what_is_wrong_with_a_file_is_underlined() {
 fn values_that_do_not_go_together_are_refused_before_anything_runs() {
     let folder = TestFolder::new();
     // Each value is allowed, but the cutting force must not exceed the rupture force.
-    let sweep = "base = \"builtin:02_direct_access.toml\"\n\
+    let sweep = "base = \"builtin:layers/direct-access.toml\"\n\
                  axes.tissue.capsule.cutting_force_n = { from = 0.1, to = 1.5, points = 3 }\n\
                  axes.tissue.capsule.rupture_force_n = { from = 0.5, to = 2.0, points = 3 }\n";
     folder.file("x.toml", sweep).refused(&["sweep", "x.toml"], &["x.toml:", "in the case of"]);
@@ -475,7 +475,7 @@ fn shipped_and_documented_sweeps_are_valid() {
 
 /// Delays, tissue and scales as axes, one of which does not affect the insertion.
 const LOOPS: &str = r#"
-base = "builtin:classical.toml"
+base = "builtin:paper/classical.toml"
 metrics = ["stability_spectral_radius", "stability_is_stable", "stability_is_stable_simulated", "stability_gain_margin", "stability_delay_margin_s", "stability_is_absolutely_stable", "tracking_rmse_m"]
 [set]
 simulation.duration_s = 0.5

@@ -18,7 +18,7 @@ use trocar::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
 const TISSUE: (f64, f64) = (50.0, 600.0);
 
 fn source() -> Source {
-    Source::parse("builtin:augmented.toml")
+    Source::parse("builtin:paper/augmented.toml")
 }
 
 fn owned(settings: &[&str]) -> Vec<String> {
@@ -265,7 +265,7 @@ fn scheduled_events_are_taken_where_an_alarm_would_be() {
     let folder = crate::support::test_folder::TestFolder::new();
     for (events, phrase) in [("[-1.0]", "at least 0"), ("[2.0, 1.0]", "must ascend"), ("[1.0, 1.0001]", "ascend")] {
         let setting = format!("augmentation.events_s={events}");
-        folder.refused(&["check", "builtin:augmented.toml", "--set", &setting], &[phrase]);
+        folder.refused(&["check", "builtin:paper/augmented.toml", "--set", &setting], &[phrase]);
     }
 }
 
@@ -273,7 +273,7 @@ fn scheduled_events_are_taken_where_an_alarm_would_be() {
 fn the_command_writes_what_it_says_of_the_switching() {
     let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];
-    let command = ["stability", "builtin:augmented.toml", "--set", "augmentation.reengage=snap"];
+    let command = ["stability", "builtin:paper/augmented.toml", "--set", "augmentation.reengage=snap"];
     let printed = folder.good(&[&command[..], &small].concat());
     for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: the motion decays", "certified", "growth per event"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");

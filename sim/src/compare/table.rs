@@ -73,8 +73,8 @@ mod tests {
 
     #[test]
     fn every_row_has_a_sentence_with_its_meaning() {
-        let load = |name: &str| Scenario::load(&Source::Builtin(name.into()), &[]).expect("a scenario");
-        let scenarios = ["augmented.toml", "17_outage_at_the_rupture.toml"].map(load);
+        let load = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("a scenario");
+        let scenarios = ["paper/augmented", "link/outage-at-the-rupture"].map(load);
         let metrics = scenarios.each_ref().map(|scenario| measure(scenario).expect("a run"));
         let noise = [super::super::check_in_noise(&scenarios[0]).expect("a run")];
         let rows = rows(&metrics.iter().collect::<Vec<_>>(), &noise);

@@ -45,7 +45,7 @@ pub type OwnEngine = Engine<Box<dyn Plants<f64> + Send>, OwnWiring>;
 ///     }
 /// }
 ///
-/// let scenario = Scenario::load(&Source::Builtin("classical.toml".into()), &[])?;
+/// let scenario = Scenario::load(&Source::parse("paper/classical"), &[])?;
 /// let run = run_with(scenario, OwnParts::default().tissue(Spring { stiffness_n_per_m: 200.0 }))?;
 /// assert!(run.metrics.max_tissue_force_n.is_some_and(|force| force > 1.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

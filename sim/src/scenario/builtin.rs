@@ -1,86 +1,195 @@
 //! The scenarios and recordings embedded in the binary, so that it works from any directory.
 
+use super::keys::nearest_of;
+
 /// The prefix of a path to an embedded file.
 pub const PREFIX: &str = "builtin:";
 
-const FILES: &[(&str, &[u8])] = &[
-    ("classical.toml", include_bytes!("../../scenarios/classical.toml")),
-    ("augmented.toml", include_bytes!("../../scenarios/augmented.toml")),
-    ("depth_classical.toml", include_bytes!("../../scenarios/depth_classical.toml")),
-    ("depth_augmented.toml", include_bytes!("../../scenarios/depth_augmented.toml")),
-    ("real_classical.toml", include_bytes!("../../scenarios/real_classical.toml")),
-    ("real_augmented.toml", include_bytes!("../../scenarios/real_augmented.toml")),
-    ("01_augmented.toml", include_bytes!("../../scenarios/01_augmented.toml")),
-    ("01_through_the_skin.toml", include_bytes!("../../scenarios/01_through_the_skin.toml")),
-    ("02_direct_access.toml", include_bytes!("../../scenarios/02_direct_access.toml")),
-    ("03_epidural.toml", include_bytes!("../../scenarios/03_epidural.toml")),
-    ("04_fast_stab.toml", include_bytes!("../../scenarios/04_fast_stab.toml")),
-    ("05_trembling_hand.toml", include_bytes!("../../scenarios/05_trembling_hand.toml")),
-    ("06_firm_grip.toml", include_bytes!("../../scenarios/06_firm_grip.toml")),
-    ("07_relaxed_grip.toml", include_bytes!("../../scenarios/07_relaxed_grip.toml")),
-    ("08_wrong_detector_settings.toml", include_bytes!("../../scenarios/08_wrong_detector_settings.toml")),
-    ("09_clutch.toml", include_bytes!("../../scenarios/09_clutch.toml")),
-    ("09_ramp.toml", include_bytes!("../../scenarios/09_ramp.toml")),
-    ("09_snap.toml", include_bytes!("../../scenarios/09_snap.toml")),
-    ("10_reflex.toml", include_bytes!("../../scenarios/10_reflex.toml")),
-    ("10_reflex_augmented.toml", include_bytes!("../../scenarios/10_reflex_augmented.toml")),
-    ("12_sensor_not_ideal.toml", include_bytes!("../../scenarios/12_sensor_not_ideal.toml")),
-    ("13_replay_by_depth.toml", include_bytes!("../../scenarios/13_replay_by_depth.toml")),
-    ("13_replay_by_time.toml", include_bytes!("../../scenarios/13_replay_by_time.toml")),
-    ("14_lossy_link.toml", include_bytes!("../../scenarios/14_lossy_link.toml")),
-    ("15_saturating_master.toml", include_bytes!("../../scenarios/15_saturating_master.toml")),
-    ("16_long_delay.toml", include_bytes!("../../scenarios/16_long_delay.toml")),
-    ("16_long_delay_tank.toml", include_bytes!("../../scenarios/16_long_delay_tank.toml")),
-    ("16_long_delay_time_domain.toml", include_bytes!("../../scenarios/16_long_delay_time_domain.toml")),
-    ("16_long_delay_waves.toml", include_bytes!("../../scenarios/16_long_delay_waves.toml")),
-    ("17_outage_at_the_rupture.toml", include_bytes!("../../scenarios/17_outage_at_the_rupture.toml")),
-    ("18_local_force.toml", include_bytes!("../../scenarios/18_local_force.toml")),
-    ("19_position_position.toml", include_bytes!("../../scenarios/19_position_position.toml")),
-    ("20_four_channel.toml", include_bytes!("../../scenarios/20_four_channel.toml")),
-    ("21_late_wall.toml", include_bytes!("../../scenarios/21_late_wall.toml")),
-    ("22_late_wall_time_domain.toml", include_bytes!("../../scenarios/22_late_wall_time_domain.toml")),
-    ("23_late_wall_waves.toml", include_bytes!("../../scenarios/23_late_wall_waves.toml")),
-    ("24_late_wall_tank.toml", include_bytes!("../../scenarios/24_late_wall_tank.toml")),
-    ("in_vivo_like.csv", include_bytes!("../../scenarios/recordings/in_vivo_like.csv")),
-    ("own_ctrl_pop.csv", include_bytes!("../../scenarios/recordings/own_ctrl_pop.csv")),
+/// The ending of a scenario file.
+const ENDING: &str = ".toml";
+
+/// The embedded files by their full names, from scenarios without ending, and recordings.
+macro_rules! embedded {
+    (scenarios: $($scenario:literal)*; recordings: $($recording:literal)*) => {
+        &[
+            $((concat!($scenario, ".toml"), include_bytes!(concat!("../../scenarios/", $scenario, ".toml"))),)*
+            $(($recording, include_bytes!(concat!("../../scenarios/recordings/", $recording))),)*
+        ]
+    };
+}
+
+const FILES: &[(&str, &[u8])] = embedded! {
+    scenarios:
+        "paper/classical" "paper/augmented" "paper/depth-classical" "paper/depth-augmented" "paper/real-classical"
+        "paper/real-augmented"
+        "layers/through-the-skin" "layers/skin-augmented" "layers/direct-access" "layers/epidural"
+        "hand/fast-stab" "hand/trembling-hand" "hand/firm-grip" "hand/relaxed-grip" "hand/reflex" "hand/reflex-augmented"
+        "link/lossy-link" "link/saturating-master" "link/long-delay" "link/outage-at-the-rupture" "link/local-force"
+        "link/position-position" "link/four-channel"
+        "passivity/late-wall" "passivity/late-wall-time-domain" "passivity/late-wall-waves" "passivity/late-wall-tank"
+        "passivity/long-delay-time-domain" "passivity/long-delay-waves" "passivity/long-delay-tank"
+        "sensing/wrong-detector-settings" "sensing/sensor-not-ideal"
+        "strategies/clutch" "strategies/snap";
+    recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
+};
+
+/// Former names of scenarios and their present ones, without endings. `classical` and `augmented` are still their last parts.
+const FORMER_NAMES: &[(&str, &str)] = &[
+    ("depth_classical", "paper/depth-classical"),
+    ("depth_augmented", "paper/depth-augmented"),
+    ("real_classical", "paper/real-classical"),
+    ("real_augmented", "paper/real-augmented"),
+    ("01_through_the_skin", "layers/through-the-skin"),
+    ("01_augmented", "layers/skin-augmented"),
+    ("02_direct_access", "layers/direct-access"),
+    ("03_epidural", "layers/epidural"),
+    ("04_fast_stab", "hand/fast-stab"),
+    ("05_trembling_hand", "hand/trembling-hand"),
+    ("06_firm_grip", "hand/firm-grip"),
+    ("07_relaxed_grip", "hand/relaxed-grip"),
+    ("08_wrong_detector_settings", "sensing/wrong-detector-settings"),
+    ("09_clutch", "strategies/clutch"),
+    ("09_ramp", "layers/skin-augmented"),
+    ("09_snap", "strategies/snap"),
+    ("10_reflex", "hand/reflex"),
+    ("10_reflex_augmented", "hand/reflex-augmented"),
+    ("12_sensor_not_ideal", "sensing/sensor-not-ideal"),
+    ("13_replay_by_depth", "paper/depth-augmented"),
+    ("13_replay_by_time", "paper/augmented"),
+    ("14_lossy_link", "link/lossy-link"),
+    ("15_saturating_master", "link/saturating-master"),
+    ("16_long_delay", "link/long-delay"),
+    ("16_long_delay_tank", "passivity/long-delay-tank"),
+    ("16_long_delay_time_domain", "passivity/long-delay-time-domain"),
+    ("16_long_delay_waves", "passivity/long-delay-waves"),
+    ("17_outage_at_the_rupture", "link/outage-at-the-rupture"),
+    ("18_local_force", "link/local-force"),
+    ("19_position_position", "link/position-position"),
+    ("20_four_channel", "link/four-channel"),
+    ("21_late_wall", "passivity/late-wall"),
+    ("22_late_wall_time_domain", "passivity/late-wall-time-domain"),
+    ("23_late_wall_waves", "passivity/late-wall-waves"),
+    ("24_late_wall_tank", "passivity/late-wall-tank"),
 ];
 
-/// The content of an embedded file, by its name without [`PREFIX`].
+/// The shipped scenarios by their full names, folder by folder, each with the question in its first line.
+pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
+    scenarios.map(|(file, content)| {
+        let first = content.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        (*file, std::str::from_utf8(first).unwrap_or_default().trim_start_matches(['#', ' ']))
+    })
+}
+
+/// The names of the shipped recordings.
+pub fn recordings() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(file, _)| *file).filter(|file| !file.ends_with(ENDING))
+}
+
+/// The content of an embedded file, by any name that [`find`] finds.
 #[must_use]
 pub fn content(name: &str) -> Option<&'static [u8]> {
-    FILES.iter().find(|(known, _)| *known == name).map(|(_, content)| *content)
+    let file = find(name)?;
+    FILES.iter().find(|(known, _)| *known == file).map(|(_, content)| *content)
 }
 
-/// The names of all embedded files.
-pub fn names() -> impl Iterator<Item = &'static str> {
-    FILES.iter().map(|(name, _)| *name)
+/// The full name of an embedded file: from that name, for a scenario without its ending or its folder, or from a former name.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static str> {
+    let bare = without_ending(name);
+    let wanted = former(name).map_or(bare, |(_, present)| present);
+    let is_wanted = |file: &str| {
+        file == name || file.strip_suffix(ENDING).is_some_and(|full| full == wanted || last_part(full) == wanted)
+    };
+    FILES.iter().map(|(file, _)| *file).find(|file| is_wanted(file))
 }
 
-/// The embedded scenarios, each with the question in its first line.
-pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let scenarios = FILES.iter().filter(|(name, _)| name.ends_with(".toml"));
-    scenarios.map(|(name, content)| {
-        let first = content.split(|&byte| byte == b'\n').next().unwrap_or_default();
-        (*name, std::str::from_utf8(first).unwrap_or_default().trim_start_matches(['#', ' ']))
-    })
+/// A former name of a scenario and its present one, without endings.
+#[must_use]
+pub fn former(name: &str) -> Option<(&'static str, &'static str)> {
+    FORMER_NAMES.iter().find(|(former, _)| *former == without_ending(name)).copied()
+}
+
+/// The shipped scenario with the most similar name, if any is similar enough, without its ending.
+#[must_use]
+pub fn nearest(name: &str) -> Option<&'static str> {
+    let name = without_ending(name);
+    let last = last_part(name);
+    let known = || questions().map(|(file, _)| without_ending(file));
+    let found = find(last).or_else(|| nearest_of(last, known().map(last_part)).and_then(find));
+    found.map(without_ending).or_else(|| nearest_of(name, known()))
+}
+
+/// The part of a name after its folder.
+fn last_part(name: &str) -> &str {
+    name.rsplit_once('/').map_or(name, |(_, last)| last)
+}
+
+fn without_ending(name: &str) -> &str {
+    name.strip_suffix(ENDING).unwrap_or(name)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+    use std::path::Path;
+
+    use super::super::{Scenario, Source};
     use super::*;
 
     #[test]
-    fn every_scenario_of_the_folder_is_embedded_and_begins_with_a_question() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
-        let files = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
-        let mut on_disk: Vec<String> = files.filter_map(|name| name.into_string().ok()).collect();
-        on_disk.retain(|name| name.ends_with(".toml"));
-        on_disk.sort();
-        let mut embedded: Vec<String> = questions().map(|(name, _)| name.to_owned()).collect();
-        embedded.sort();
-        assert_eq!(on_disk, embedded);
+    fn every_scenario_of_the_folders_is_embedded_and_begins_with_a_question() {
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios"));
+        let entries = |folder: &Path| -> Vec<_> {
+            std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()).collect()
+        };
+        let folders = entries(root).into_iter().filter(|path| path.is_dir() && !path.ends_with("sweeps"));
+        let on_disk: HashSet<_> = folders
+            .flat_map(|folder| entries(&folder))
+            .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
+            .map(|path| path.strip_prefix(root).expect("within").to_string_lossy().into_owned())
+            .collect();
+        assert_eq!(on_disk, questions().map(|(name, _)| name.to_owned()).collect());
+        assert!(entries(root).iter().all(|path| path.extension().is_none_or(|ending| ending != "toml")));
         for (name, question) in questions() {
             assert!(question.contains('?'), "{name}: {question}");
         }
+    }
+
+    #[test]
+    fn a_scenario_is_named_as_its_file_and_found_by_every_form() {
+        for (file, _) in questions() {
+            let (full, last) = (without_ending(file), last_part(without_ending(file)));
+            let scenario = Scenario::load(&Source::parse(&format!("{PREFIX}{file}")), &[]).expect("good");
+            assert_eq!(scenario.name, last);
+            for form in [file, full, last, &format!("{last}.toml")] {
+                assert_eq!(find(form), Some(file), "{form}");
+            }
+        }
+        for recording in recordings() {
+            assert_eq!(find(recording), Some(recording));
+        }
+    }
+
+    #[test]
+    fn a_former_name_resolves_to_the_present_scenario() {
+        let echo = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("good").echo();
+        let unchanged = [("classical", "paper/classical"), ("augmented", "paper/augmented")];
+        for (old, present) in FORMER_NAMES.iter().copied().chain(unchanged) {
+            for form in [format!("builtin:{old}.toml"), format!("builtin:{old}"), old.to_owned()] {
+                assert_eq!(echo(&form), echo(present), "{form}");
+                assert_eq!(Source::parse(&form).display(), format!("builtin:{present}.toml"));
+            }
+        }
+        assert_eq!(Source::former("builtin:01_augmented.toml"), Some(("01_augmented", "layers/skin-augmented")));
+        assert_eq!(Source::former("classical"), None);
+    }
+
+    #[test]
+    fn a_misspelt_name_finds_its_neighbour() {
+        assert_eq!(nearest("layers/skin-augmentd.toml"), Some("layers/skin-augmented"));
+        assert_eq!(nearest("/somewhere/epidurals"), Some("layers/epidural"));
+        assert_eq!(nearest("01_augmented.toml"), Some("layers/skin-augmented"));
+        assert_eq!(nearest("mine.toml"), None);
     }
 }

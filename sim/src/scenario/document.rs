@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,12 +21,15 @@ const MAX_BYTES: u64 = 1 << 20;
 /// Longest chain of bases.
 const MAX_BASES: usize = 32;
 
+/// The end of a remedy for a file that does not exist.
+const LISTED: &str = "`trocar scenarios` lists the shipped scenarios";
+
 /// Where a file comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Source {
     /// A file on disk.
     Disk(PathBuf),
-    /// An embedded file, by name.
+    /// An embedded file, by its full name, as in `layers/skin-augmented.toml`.
     Builtin(String),
     /// A text in memory; paths in it are relative to the working directory.
     Text {
@@ -38,22 +41,45 @@ pub enum Source {
 }
 
 impl Source {
-    /// The source that a command-line argument names: a path, or `builtin:` and a name.
+    /// The source that a command-line argument names: `builtin:` and the name of a shipped file, a path, or where there is
+    /// no such file, the name of a shipped scenario, as in `layers/skin-augmented`.
     #[must_use]
     pub fn parse(text: &str) -> Self {
         match text.strip_prefix(builtin::PREFIX) {
-            Some(name) => Self::Builtin(name.to_owned()),
-            None => Self::Disk(PathBuf::from(text)),
+            Some(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
+            None => Self::disk_or_shipped(PathBuf::from(text), text),
         }
     }
 
     /// The source that a path inside this source names.
     #[must_use]
     pub fn relative(&self, text: &str) -> Self {
-        match (Self::parse(text), self) {
-            (Self::Disk(path), Self::Disk(here)) => Self::Disk(here.parent().unwrap_or(Path::new("")).join(path)),
-            (Self::Disk(path), Self::Builtin(_)) if path.is_relative() => Self::Builtin(text.to_owned()),
-            (other, _) => other,
+        if text.starts_with(builtin::PREFIX) || Path::new(text).is_absolute() {
+            return Self::parse(text);
+        }
+        match self {
+            Self::Disk(here) => Self::disk_or_shipped(here.parent().unwrap_or(Path::new("")).join(text), text),
+            Self::Builtin(here) => Self::Builtin(joined(here, text)),
+            Self::Text { .. } => Self::parse(text),
+        }
+    }
+
+    /// A file, or where there is none, the shipped scenario that the text names. A text with an ending is always a path, so that a
+    /// file that is gone is an error.
+    fn disk_or_shipped(path: PathBuf, text: &str) -> Self {
+        let is_name = Path::new(text).extension().is_none() && !path.is_file();
+        match builtin::find(text).filter(|_| is_name) {
+            Some(name) => Self::Builtin(name.to_owned()),
+            None => Self::Disk(path),
+        }
+    }
+
+    /// The former and the present name of a shipped scenario, if a command-line argument has the former one.
+    #[must_use]
+    pub fn former(text: &str) -> Option<(&'static str, &'static str)> {
+        match Self::parse(text) {
+            Self::Builtin(_) => builtin::former(text.strip_prefix(builtin::PREFIX).unwrap_or(text)),
+            Self::Disk(_) | Self::Text { .. } => None,
         }
     }
 
@@ -83,23 +109,33 @@ impl Source {
     pub fn canonical(&self) -> Self {
         match self {
             Self::Disk(path) => Self::Disk(std::fs::canonicalize(path).unwrap_or_else(|_| path.clone())),
-            Self::Builtin(_) | Self::Text { .. } => self.clone(),
+            Self::Builtin(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
+            Self::Text { .. } => self.clone(),
         }
     }
 
-    fn read(&self) -> Result<String, ScenarioError> {
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// A file that does not exist, cannot be read, is too large, or is not UTF-8.
+    pub fn read(&self) -> Result<String, ScenarioError> {
         let refuse = |reason: String| ScenarioError::new(format!("{}: {reason}", self.display()));
         let bytes = match self {
             Self::Text { text, .. } => text.as_bytes().to_vec(),
             Self::Builtin(name) => builtin::content(name).map(<[u8]>::to_vec).ok_or_else(|| {
-                let known: Vec<_> = builtin::names().collect();
-                refuse(format!("there is no such builtin file; there are {}", known.join(", ")))
+                let did_you_mean = builtin::nearest(name).map(|near| format!("did you mean {near}? "));
+                refuse("there is no such shipped file".into())
+                    .remedy(format!("{}{LISTED}", did_you_mean.unwrap_or_default()))
             })?,
             Self::Disk(path) => {
                 let cannot = |error: std::io::Error| {
-                    let shipped =
-                        "a path is relative to the file that contains it; `builtin:NAME.toml` is a shipped scenario";
-                    refuse(format!("cannot be read: {error}")).remedy(shipped)
+                    let near =
+                        builtin::nearest(&path.to_string_lossy()).filter(|_| error.kind() == ErrorKind::NotFound);
+                    let first = near.map_or_else(
+                        || "a path is relative to the file that contains it; ".into(),
+                        |near| format!("did you mean {near}? "),
+                    );
+                    refuse(format!("cannot be read: {error}")).remedy(format!("{first}{LISTED}"))
                 };
                 let metadata = path.metadata().map_err(cannot)?;
                 if !metadata.is_file() {
@@ -116,6 +152,20 @@ impl Source {
         }
         String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8 text; save it as UTF-8".into()))
     }
+}
+
+/// A path relative to an embedded file, as a full name.
+fn joined(here: &str, path: &str) -> String {
+    let mut parts: Vec<&str> = here.split('/').collect();
+    parts.pop();
+    for part in path.split('/') {
+        match part {
+            "." => {}
+            ".." => drop(parts.pop()),
+            name => parts.push(name),
+        }
+    }
+    parts.join("/")
 }
 
 /// One key with its value, as a file gives it.

@@ -37,7 +37,7 @@ pub use replay::{DetectionSettings, DetectionSpec, RecordingSpec, recording_colu
 pub use resolve::{DelayTicks, Scenario, waits_for_tick};
 pub use schema::json_schema;
 pub use specs::{OperatorSpec, TissueSpec};
-pub use starter::starter;
+pub use starter::Starter;
 pub use template::{CaseFactory, Template};
 pub use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
 pub use value::Value;

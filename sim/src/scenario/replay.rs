@@ -192,7 +192,7 @@ pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
 /// The content of the embedded table that a key names.
 pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'static [u8], ScenarioError> {
     builtin::content(name).ok_or_else(|| {
-        let known: Vec<_> = builtin::names().filter(|name| name.ends_with(".csv")).collect();
+        let known: Vec<_> = builtin::recordings().collect();
         let message = format!("there is no recording {}", Source::Builtin(name.to_owned()).display());
         values.error(key, message).remedy(format!("there are {}", known.join(", ")))
     })

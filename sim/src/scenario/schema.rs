@@ -10,7 +10,7 @@ use super::value::Value;
 #[must_use]
 pub fn json_schema() -> Json {
     let mut root = table("A scenario of trocar: one simulated needle insertion.");
-    let base = json!({ "type": "string", "description": "A scenario to inherit from, relative to this file, or builtin: and a name." });
+    let base = json!({ "type": "string", "description": "A scenario to inherit from: a path relative to this file, or the name of a shipped one." });
     insert(&mut root, &["base"], base);
     for (path, about) in SECTIONS {
         insert(&mut root, &path.split('.').collect::<Vec<_>>(), table(about));

@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn a_copy_that_was_changed_has_its_own_steps() {
-        let base = Scenario::load(&Source::Builtin("01_augmented.toml".into()), &[]).expect("good");
+        let base = Scenario::load(&Source::parse("layers/skin-augmented"), &[]).expect("good");
         let steps = |scenario: &Scenario| {
             let (master, slave) = scenario.whole_steps().expect("built");
             (master.into_owned(), slave.into_owned())

@@ -335,7 +335,7 @@ mod tests {
 
     /// Builds every value of every key of some sections by the factory, and compares with the resolution from a file.
     fn count_compared(name: &str, sections: &[&str]) -> usize {
-        let base = Source::Builtin(name.into());
+        let base = Source::parse(name);
         let scenario = Scenario::load(&base, &[]).expect("good");
         let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };
         let mut compared = 0;
@@ -371,10 +371,8 @@ mod tests {
 
     #[test]
     fn the_factory_agrees_with_a_file_key_by_key() {
-        assert!(count_compared("01_augmented.toml", &[""]) > 300);
-        assert!(
-            count_compared("20_four_channel.toml", &["controller", "scaling", "slave", "master", "passivity"]) > 30
-        );
-        assert!(count_compared("depth_augmented.toml", &["tissue.presliding", "scaling", "operator.start"]) > 5);
+        assert!(count_compared("layers/skin-augmented", &[""]) > 300);
+        assert!(count_compared("link/four-channel", &["controller", "scaling", "slave", "master", "passivity"]) > 30);
+        assert!(count_compared("paper/depth-augmented", &["tissue.presliding", "scaling", "operator.start"]) > 5);
     }
 }

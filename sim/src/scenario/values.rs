@@ -341,6 +341,6 @@ fn unknown(entry: &Entry) -> ScenarioError {
     let section = SECTIONS.iter().map(|(section, _)| *section).find(|section| similarity(path, section) > 0.85);
     match nearest(path).or(section) {
         Some(known) => error.remedy(format!("did you mean {known}?")),
-        None => error.remedy("`trocar init` writes a scenario with every key"),
+        None => error.remedy("`trocar init --all` writes a scenario with every key"),
     }
 }

@@ -192,7 +192,7 @@ mod tests {
     fn shared_results_are_removed_after_all_their_cases_are_written() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("sweep.toml");
-        let text = "base = \"builtin:augmented.toml\"\nseeds = 3\n[set]\nsimulation.duration_s = 6.0\n\
+        let text = "base = \"builtin:paper/augmented.toml\"\nseeds = 3\n[set]\nsimulation.duration_s = 6.0\n\
                     sensor.force_noise_std_n = 0.03\ndetector.cap = 0.4\n[axes]\nscaling.force = [0.7, 1.4]\n\
                     detector.threshold = { from = 2e-3, to = 0.2, points = 9, log = true }\n";
         std::fs::write(&file, text).expect("written");

@@ -9,7 +9,7 @@ use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmle
 /// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 11] = [
     ("name", "Name of the sweep's folder; the file name without extension when not given."),
-    ("base", "The scenario to vary: a path relative to this file, or builtin: and a name."),
+    ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
     ("seeds", "Number of noise seeds per point; 1 when not given."),
     ("first_seed", "First noise seed; the scenario's own when not given."),
     ("metrics", "Metrics to keep for each case; a default set when not given."),
@@ -235,7 +235,7 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
             let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
             return Err(match near {
                 Some(near) => error.remedy(format!("did you mean axes.{near}?")),
-                None => error.remedy("axes are keys of the scenario: `trocar init` writes one with every key"),
+                None => error.remedy("axes are keys of the scenario: `trocar init --all` writes one with every key"),
             });
         };
         refuse_own(entry, parent)?;

@@ -43,7 +43,7 @@ impl Plan {
         let file = SweepFile::of(entries(source)?, false)?;
         let Some(base) = &file.base else {
             let message = format!("{}: base is missing, the scenario to vary", source.display());
-            return Err(ScenarioError::new(message).remedy("write base = \"builtin:augmented.toml\", or a path"));
+            return Err(ScenarioError::new(message).remedy("write base = \"paper/augmented\", or a path"));
         };
         let Some(path) = base.value.as_str().filter(|path| !path.is_empty()) else {
             let message = format!("base is {}, must be the path of a scenario file", base.written);

@@ -135,7 +135,7 @@ const trocar = (() => {
       hello = message;
       part("version").textContent = message.version;
       if (isNew) {
-        for (const { name } of message.scenarios) part("scenario").append(new Option(name.replace("builtin:", ""), name));
+        for (const { name } of message.scenarios) part("scenario").append(new Option(name.replace(/^builtin:(.*)\.toml$/, "$1"), name));
         for (const axis of ["x", "y"]) {
           for (const { key, name } of message.axes) part(`map-${axis}`).append(new Option(name, key));
         }
@@ -278,7 +278,7 @@ const trocar = (() => {
     }
     part("export-png").addEventListener("click", async () => {
       if (trocarPictures.frame() === null) return;
-      save(`${state.scenario.replace(/^builtin:|\.toml$/g, "")}.png`, await trocarPictures.png(part("command").textContent), null);
+      save(`${state.scenario.replace(/^.*[/:]|\.toml$/g, "")}.png`, await trocarPictures.png(part("command").textContent), null);
     });
     part("copy-link").addEventListener("click", async () => {
       try {

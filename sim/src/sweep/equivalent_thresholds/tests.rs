@@ -32,7 +32,7 @@ fn insertion(seed: u64) -> Vec<Evidence<f64>> {
 
 /// Returns a scenario with ticks of 1 ms and a given detector.
 fn scenario(detector: DetectorSettings) -> Scenario {
-    let mut scenario = Scenario::load(&Source::parse("builtin:augmented.toml"), &[]).expect("it is shipped");
+    let mut scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &[]).expect("it is shipped");
     assert_eq!(scenario.grid.tick_s(), 1e-3);
     scenario.detector = detector;
     scenario
