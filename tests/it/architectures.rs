@@ -156,7 +156,7 @@ fn augmentation_holds_the_needle_with_every_architecture() {
 fn what_does_not_go_together_is_refused_with_a_remedy() {
     for (settings, expected) in [
         (&["controller.kind=four-channel", "passivity.scheme=wave-variables"][..], "wave variables carry"),
-        (&["controller.kind=local-force", "master.coupling=as-printed"], "does not act"),
+        (&["controller.kind=local-force", "master.coupling=as-printed"], "without the hand's force"),
         (&["controller.kind=four-channel", "slave.damping=as-printed"], "damping its velocity"),
         (&["controller.kind=four-channel", "slave.proportional_gain=0"], "above 0 for this controller.kind"),
         (&["controller.kind=four-channel", "scaling.position=0"], "scaling.position is 0"),

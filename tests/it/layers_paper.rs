@@ -133,7 +133,7 @@ fn impossible_layers_are_rejected_with_a_reason() {
                 "tissue.capsule.thickness_m=0",
                 "tissue.organ.thickness_m=0",
             ],
-            ["tissue.organ.thickness_m is 0", "no layer is left"],
+            ["tissue.organ.thickness_m is 0", "no layer is present"],
         ),
     ] {
         let message = refused(settings);
