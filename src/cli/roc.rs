@@ -15,7 +15,7 @@ const SHIPPED: &str = "paper/classical";
 
 const EXAMPLES: &str = "\
 Examples:
-  trocar roc                                the shipped insertion, the paper's noise
+  trocar roc                                the shipped insertion in noise
   trocar roc --noise-std-n 0.01,0.025,0.05  several noise levels
   trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045
                                             smaller and sharper ruptures

@@ -140,7 +140,7 @@ fn an_alarm_is_printed_before_the_next_sample_arrives() {
     assert!(rig.line().starts_with("alarm,8.854,8854,"));
     let (code, rest, errors) = rig.end();
     assert_eq!((code, rest.len()), (0, 0));
-    let errors = errors.join("\n");
+    let errors = errors.join(" ");
     assert!(
         errors.contains("17000 samples 1.000 ms apart over 17.00 s")
             && errors.contains("2 alarms; ended by end of input"),
