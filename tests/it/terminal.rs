@@ -110,7 +110,7 @@ fn every_help_is_wrapped_once_and_has_an_example() {
     let commands = commands(&folder);
     assert!(commands.len() > 12, "{commands:?}");
     let mut calls: Vec<Vec<&str>> = commands.iter().map(|command| vec![command.as_str()]).collect();
-    calls.extend([vec![], vec!["sweep", "merge"]]);
+    calls.extend([vec![], vec!["scenarios", "show"], vec!["sweep", "merge"]]);
     for call in calls {
         for flag in ["--help", "-h"] {
             assert_fits(&folder.good(&[&call[..], &[flag]].concat()), &call.join(" "));
@@ -138,7 +138,7 @@ fn every_command_has_its_manual_page() {
     let printed = folder.good(&["man", "--out", "pages"]);
     assert_fits(&printed, "man");
     let mut expected: Vec<String> = commands(&folder).iter().map(|command| format!("trocar-{command}.1")).collect();
-    expected.extend(["trocar.1".to_owned(), "trocar-sweep-merge.1".to_owned()]);
+    expected.extend(["trocar.1", "trocar-scenarios-show.1", "trocar-sweep-merge.1"].map(str::to_owned));
     expected.sort();
     let pages = folder.files("pages");
     let names: Vec<String> = pages.keys().map(|path| path.display().to_string()).collect();
