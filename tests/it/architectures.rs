@@ -157,7 +157,7 @@ fn what_does_not_go_together_is_refused_with_a_remedy() {
     for (settings, expected) in [
         (&["controller.kind=four-channel", "passivity.scheme=wave-variables"][..], "wave variables carry"),
         (&["controller.kind=local-force", "master.coupling=as-printed"], "without the hand's force"),
-        (&["controller.kind=four-channel", "slave.damping=as-printed"], "damping its velocity"),
+        (&["controller.kind=four-channel", "slave.damping=as-printed"], "velocity damping"),
         (&["controller.kind=four-channel", "slave.proportional_gain=0"], "above 0 for this controller.kind"),
         (&["controller.kind=four-channel", "scaling.position=0"], "scaling.position is 0"),
         (&["passivity.scheme=energy-tank", "scaling.force=0"], "scaling.force is 0"),
