@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::error::CliError;
+use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
 use trocar_report::{
@@ -22,25 +23,25 @@ pub(super) struct CalibrateArgs {
     #[command(flatten)]
     columns: ColumnArgs,
     /// Contact position, in m [default: computed]
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = quantity("m"), allow_hyphen_values = true)]
     contact_m: Option<f64>,
     /// A true rupture, in s after the first sample, excluded from the quiet part (repeatable)
-    #[arg(long = "rupture-s", value_name = "S")]
+    #[arg(long = "rupture-s", value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     ruptures_s: Vec<f64>,
     /// Length of the analysed part, from the beginning of the recording, in s
-    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().first_s, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().first_s, value_parser = quantity("s"), allow_hyphen_values = true)]
     first_s: f64,
     /// The quiet segment, in s after the first sample, as in 1.5,4 [default: computed]
     #[arg(long, value_name = "FROM,TO", value_parser = segment, allow_hyphen_values = true)]
     quiet_s: Option<(f64, f64)>,
     /// Requested mean time between false alarms, in s; 2 to 1e10 samples
-    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().false_alarm_s, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().false_alarm_s, value_parser = quantity("s"), allow_hyphen_values = true)]
     false_alarm_s: f64,
     /// Time in which the force of the slowest rupture falls by half, in s
-    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().slowest_rupture_s, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().slowest_rupture_s, value_parser = quantity("s"), allow_hyphen_values = true)]
     slowest_rupture_s: f64,
     /// Time in which the force of the fastest harmless change falls by half, in s
-    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().fastest_harmless_s, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().fastest_harmless_s, value_parser = quantity("s"), allow_hyphen_values = true)]
     fastest_harmless_s: f64,
     /// Ratio of the variance of the residual at a rupture to its quiet variance; determines the drift
     #[arg(long, value_name = "RATIO", default_value_t = CalibrationRequest::default().variance_ratio, allow_negative_numbers = true)]
@@ -83,7 +84,7 @@ Examples:
 const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 2048), (1e7, 1024)];
 
 fn segment(text: &str) -> Result<(f64, f64), String> {
-    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("{part:?} is not a number"));
+    let number = quantity("s");
     let (from, to) = text.split_once(',').ok_or("must be two times in s, as in 1.5,4")?;
     Ok((number(from)?, number(to)?))
 }

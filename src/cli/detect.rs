@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::error::{CliError, DetectError};
+use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, report, source_of};
 use trocar_report::html::command_line;
@@ -39,22 +40,22 @@ pub(super) struct DetectArgs {
     #[command(flatten)]
     columns: ColumnArgs,
     /// Contact position, in m [default: 0]
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = quantity("m"), allow_hyphen_values = true)]
     contact_m: Option<f64>,
     /// A true rupture of a single recording, in s after the first sample, for scores (repeatable)
-    #[arg(long = "rupture-s", value_name = "S", conflicts_with = "labels")]
+    #[arg(long = "rupture-s", value_name = "S", conflicts_with = "labels", value_parser = quantity("s"), allow_hyphen_values = true)]
     ruptures_s: Vec<f64>,
     /// True ruptures of many recordings: CSV with the columns file,time_s[,kind]
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
     /// Maximum delay of an alarm that matches a rupture, in s
-    #[arg(long, value_name = "S", default_value_t = RUPTURE_WINDOW_S, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = RUPTURE_WINDOW_S, value_parser = quantity("s"), allow_hyphen_values = true)]
     window_s: f64,
     /// Draw no figures, which need most of the time with many recordings
     #[arg(long)]
     no_figures: bool,
     /// Live stream: time between two samples, in s [default: the time between the first two samples]
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     interval_s: Option<f64>,
     /// Live stream: also print every Nth sample with its estimates
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]

@@ -10,6 +10,7 @@ mod init;
 mod interrupt;
 mod manual;
 mod progress;
+mod quantity;
 mod record;
 mod recorded;
 mod report;

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::error::CliError;
+use super::quantity::quantity;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
 use trocar_report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
 use trocar_sim::detection::DistanceKind;
@@ -33,16 +34,16 @@ pub(super) struct RocArgs {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     seeds: u64,
     /// Standard deviations of the added white noise, in N; 0.025 N is the paper's variance of 6.25e-4 N²
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.025", allow_negative_numbers = true, value_parser = noise)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.025", allow_hyphen_values = true, value_parser = noise)]
     noise_std_n: Vec<f64>,
     /// Force drops of the ruptures of the synthetic insertion, in N; 1 N is hard to detect, the shipped drops are 5.3 and 3.2 N
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = drop)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = drop)]
     drop_n: Vec<f64>,
     /// Time constants of the force drops of the synthetic insertion, in s; the shipped one is 0.045 s
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = sharpness)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = sharpness)]
     sharpness_s: Vec<f64>,
     /// Depths of the first rupture of the synthetic insertion, in m; positions are scaled, forces are not; the shipped one is 0.02705 m
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = depth)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = depth)]
     depth_m: Vec<f64>,
     /// Detectors, by their detector.distance [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DistanceKind::WORDS))]
@@ -51,7 +52,7 @@ pub(super) struct RocArgs {
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
     thresholds: u64,
     /// Maximum delay of an alarm that counts as a detection, in s
-    #[arg(long, value_name = "S", default_value = "0.010", allow_negative_numbers = true, value_parser = within)]
+    #[arg(long, value_name = "S", default_value = "0.010", allow_hyphen_values = true, value_parser = within)]
     within_s: f64,
     #[command(flatten)]
     changes: ScenarioArgs,
@@ -140,8 +141,8 @@ fn optional(list: &[f64]) -> Vec<Option<f64>> {
     if list.is_empty() { vec![None] } else { list.iter().copied().map(Some).collect() }
 }
 
-fn between(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
-    let value: f64 = text.trim().parse().map_err(|_| format!("{text:?} is not a number"))?;
+fn between(text: &str, low: f64, high: f64, unit: &'static str) -> Result<f64, String> {
+    let value = quantity(unit)(text)?;
     if (low..=high).contains(&value) { Ok(value) } else { Err(format!("must be from {low} to {high} {unit}")) }
 }
 

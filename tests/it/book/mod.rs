@@ -130,6 +130,62 @@ fn every_link_leads_somewhere() {
     }
 }
 
+/// Words of labels that mean what they mean everywhere.
+const EVERYDAY: [&str; 40] = [
+    "allowed",
+    "best",
+    "beyond",
+    "damping",
+    "dissipated",
+    "down",
+    "during",
+    "energy",
+    "error",
+    "final",
+    "force",
+    "frequency",
+    "from",
+    "given",
+    "growth",
+    "into",
+    "longest",
+    "maximum",
+    "mean",
+    "minimum",
+    "motion",
+    "noise",
+    "peak",
+    "position",
+    "prediction",
+    "ratio",
+    "release",
+    "samples",
+    "simulated",
+    "speed",
+    "stability",
+    "start",
+    "step",
+    "switches",
+    "time",
+    "while",
+    "withheld",
+    "with",
+    "master",
+    "detected",
+];
+
+#[test]
+fn the_glossary_has_the_terms_of_the_tables() {
+    let glossary = std::fs::read_to_string(file("docs/src/concepts/glossary.md")).expect("there").to_lowercase();
+    let terms: String = glossary.lines().filter_map(|line| line.strip_prefix("| ")?.split(" |").next()).collect();
+    for metric in trocar::report::declarations() {
+        let words = metric.label.split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase);
+        for word in words.filter(|word| word.len() > 3 && !EVERYDAY.contains(&word.as_str())) {
+            assert!(terms.contains(word.trim_end_matches('s')), "{}: {word} is no term of the glossary", metric.label);
+        }
+    }
+}
+
 #[test]
 fn the_contents_list_every_page() {
     let contents = std::fs::read_to_string(file("docs/src/SUMMARY.md")).expect("there");
