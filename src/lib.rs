@@ -21,16 +21,39 @@
 //! | use your own part in the loop | [`engine::OwnParts`] with [`run::run_with`] |
 //! | write results | [`report`] |
 //!
-//! # A run
+//! # Run and compare
 //! ```
+//! use trocar::compare::Comparison;
 //! use trocar::scenario::{Scenario, Source};
 //!
-//! let source = Source::parse("paper/augmented");
-//! let scenario = Scenario::load(&source, &["scaling.force=0.8".into()])?;
-//! let run = trocar::run::run(scenario)?;
-//! let first = &run.metrics.ruptures[0];
-//! assert!(first.detection_delay_s.is_some_and(|delay| delay < 0.010));
-//! assert!(first.slave_overshoot_m.is_some_and(|overshoot| overshoot < 1e-4));
+//! let load = |name: &str| Scenario::load(&Source::parse(name), &["simulation.seed=7".into()]);
+//! let comparison = Comparison::of(vec![load("paper/classical")?, load("paper/augmented")?])?;
+//! let overshoot_m = |k: usize| comparison.runs[k].metrics.ruptures[0].slave_overshoot_m;
+//! assert!(overshoot_m(0).is_some_and(|classical| classical > 8e-3));
+//! assert!(overshoot_m(1).is_some_and(|augmented| augmented < 1e-4));
+//! assert!(comparison.runs[1].trace.slave_position_m.len() == 17_000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Detect on samples
+//! ```
+//! use trocar::detect::{DetectionChain, Reading, VelocitySource};
+//! use trocar::scenario::{DetectionSettings, Scenario, Source, Values};
+//!
+//! let settings = DetectionSettings::resolve(&mut Values::from_settings("mine", &[])?)?;
+//! let mut chain = DetectionChain::new(&settings, 0.001, VelocitySource::Measured)?;
+//! // Any samples, 1 ms apart; here those of a simulation.
+//! let trace = trocar::run::run(Scenario::load(&Source::parse("paper/classical"), &[])?)?.trace;
+//! let is_alarm = |k: &usize| {
+//!     let reading = Reading {
+//!         force_n: trace.measured_force_n[*k],
+//!         position_m: trace.slave_position_m[*k],
+//!         velocity_m_per_s: trace.slave_velocity_m_per_s[*k],
+//!     };
+//!     chain.step(&reading).decision.alarm
+//! };
+//! let alarms: Vec<usize> = (0..trace.len()).filter(is_alarm).collect();
+//! assert_eq!(alarms, [5_523, 8_855]); // 3 ms and 5 ms after the ruptures
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

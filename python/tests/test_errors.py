@@ -113,7 +113,7 @@ def test_sweeps_say_what_is_wrong():
 def test_stability_says_what_is_wrong():
     with pytest.raises(ValueError, match="did you mean scaling.force"):
         trocar.stability(x="scaling.forse=1:2:3")
-    with pytest.raises(ValueError, match="name two parameters that differ"):
+    with pytest.raises(ValueError, match="name two different parameters"):
         trocar.stability(x="scaling.force=1:2:3", y="scaling.force=1:2:3")
     for tissue in [(-1.0, 2.0), (2.0, 1.0), (0.0, float("nan")), (0.0, 1e7)]:
         with pytest.raises(ValueError, match="tissue is"):

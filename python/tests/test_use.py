@@ -137,7 +137,7 @@ def test_a_map():
     stability = trocar.stability(x="scaling.force=0.1:20:8", y="tissue.stiffness_n_per_m=10:4000:9")
     assert stability.is_stable and stability.plot().axes
     assert stability.boundary.shape[1:] == (2, 2) and stability.simulated is None
-    assert "<table>" in stability._repr_html_() and "maximum stable" in str(stability)
+    assert "<table>" in stability._repr_html_() and "gain margin" in str(stability)
     # 2765.5 N/m with the tissue's damping of 5 N·s/m; checked against the closed loop of its own.
     assert stability.largest_stable["tissue.stiffness_n_per_m"] == pytest.approx(2765.485, rel=1e-6)
 

@@ -295,8 +295,9 @@ fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
     assert!(shown.contains("2000 of 14000 cases are drawn, evenly chosen"));
     assert!(shown.contains("A dash") || shown.contains("Intervals in brackets"));
     let lines = || printed.lines().filter(|line| line.starts_with("maximum tissue force "));
-    assert_eq!(lines().count(), 2, "the columns are printed in two blocks: {printed}");
-    for line in lines() {
+    // The columns are printed in two blocks, and the influence of the axes below them.
+    assert!(lines().count() >= 2, "{printed}");
+    for line in lines().take(2) {
         let cells: Vec<&str> = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
         let row = rows(&html).into_iter().find(|row| row[0] == cells[0]).expect("a row");
         assert!(cells.iter().all(|cell| row.iter().any(|shown| shown == cell)), "{row:?}: {cells:?}");
