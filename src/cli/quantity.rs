@@ -1,5 +1,6 @@
-//! Numbers on the command line, with a unit or without.
+//! Numbers and columns on the command line, with a unit or without.
 
+use trocar_sim::recording::Column;
 use trocar_sim::scenario::parse_quantity;
 
 /// Parses a number in `unit`: plain, or with a unit of its own, as in `30ms` where `unit` is `s`.
@@ -7,5 +8,45 @@ pub(super) fn quantity(unit: &'static str) -> impl Fn(&str) -> Result<f64, Strin
     move |text| match text.trim().parse() {
         Ok(number) => Ok(number),
         Err(_) => parse_quantity(text, unit),
+    }
+}
+
+/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, as in `x:mm` where `unit` is `m`.
+pub(super) fn column(unit: &'static str) -> impl Fn(&str) -> Result<Column, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
+            let scale = parse_quantity(&format!("1 {written}"), unit).ok()?;
+            Some(Column::new(name, scale))
+        });
+        with_unit.unwrap_or_else(|| text.parse()).map_err(|error| error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_has_a_factor_or_a_unit() {
+        for (text, unit, name, scale) in [
+            ("x", "m", "x", 1.0),
+            ("x:1e-3", "m", "x", 1e-3),
+            ("x:-1", "N", "x", -1.0),
+            ("x:mm", "m", "x", 1e-3),
+            ("t (ms):ms", "s", "t (ms)", 1e-3),
+            ("v:mm/s", "m/s", "v", 1e-3),
+            ("f:kN", "N", "f", 1e3),
+            ("a:b", "m", "a:b", 1.0),
+            ("x:s", "m", "x:s", 1.0),
+        ] {
+            assert_eq!(column(unit)(text), Ok(Column::new(name, scale).expect("good")), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_number_may_have_a_unit() {
+        assert_eq!(quantity("s")("30ms"), Ok(0.03));
+        assert_eq!(quantity("m")("-1e-5"), Ok(-1e-5));
+        assert!(quantity("m")("3s").is_err());
     }
 }

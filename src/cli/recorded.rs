@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::quantity::column;
 use super::{ScenarioArgs, source_of};
 use trocar_sim::recording::Column;
 use trocar_sim::scenario::{ScenarioError, Source, Values};
@@ -9,17 +10,17 @@ use trocar_sim::scenario::{ScenarioError, Source, Values};
 /// The columns of a recording.
 #[derive(Debug, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time in s [default: time_s]
-    #[arg(long, value_name = "COLUMN[:FACTOR]")]
+    /// Column with the time in s, its factor into s or its unit after a colon, as in t:1e-3 or t:ms [default: time_s]
+    #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
     /// Column with the position of the needle in m [default: position_m]
-    #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
+    #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m"))]
     position: Option<Column>,
     /// Column with the velocity of the needle in m/s [default: estimated from the position]
-    #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
+    #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m/s"))]
     velocity: Option<Column>,
     /// Column with the force on the needle in N [default: force_n]
-    #[arg(long, value_name = "COLUMN[:FACTOR]", allow_hyphen_values = true)]
+    #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("N"))]
     force: Option<Column>,
 }
 

@@ -8,16 +8,16 @@
 //! bound that depends on the observed time.
 
 mod curve;
+mod detector_bank;
 mod interval;
-mod ladder;
 mod lanes;
 mod signal;
 mod study;
 mod tally;
 
 pub use curve::{Curve, Point};
+pub use detector_bank::DetectorBank;
 pub use interval::{poisson, wilson};
-pub use ladder::DetectorBank;
 pub use signal::{Samples, Signal, SignalKind};
 pub use study::{Characteristics, Condition, Study};
 pub use tally::Tally;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::RocError;
 use super::curve::{Curve, Point};
-use super::ladder::DetectorBank;
+use super::detector_bank::DetectorBank;
 use super::signal::Signal;
 use super::tally::Tally;
 use crate::detection::{DetectorSettings, Evidence};

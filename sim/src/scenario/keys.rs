@@ -19,14 +19,23 @@ pub fn is_section(path: &str) -> bool {
 /// Minimum similarity of a suggested name.
 const MIN_SIMILARITY: f64 = 0.8;
 
-/// The known key with the most similar spelling, if any is similar enough.
+/// Minimum similarity of a suggested name in the section that was meant.
+const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
+
+/// The known key with the most similar spelling, if any is similar enough: in the same section first, as a section is rarely
+/// wrong.
 #[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let similarity =
         |known: &str| strsim::jaro_winkler(path, known).max(0.98 * strsim::jaro_winkler(&last(path), &last(known)));
-    let best = KEYS.iter().map(|key| (similarity(key.path), key.path)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 > MIN_SIMILARITY).then_some(best.1)
+    let best = |keys: &mut dyn Iterator<Item = (f64, &'static str)>| keys.max_by(|a, b| a.0.total_cmp(&b.0));
+    let section = |path: &'_ str| path.rsplit_once('.').map(|(section, _)| section.to_owned());
+    let of_section = KEYS.iter().filter(|key| section(key.path) == section(path));
+    let in_section = best(&mut of_section.map(|key| (strsim::jaro_winkler(&last(path), &last(key.path)), key.path)));
+    let anywhere = best(&mut KEYS.iter().map(|key| (similarity(key.path), key.path)));
+    let suggested = in_section.filter(|(similarity, _)| *similarity > MIN_SIMILARITY_IN_SECTION);
+    suggested.or(anywhere.filter(|(similarity, _)| *similarity > MIN_SIMILARITY)).map(|(_, path)| path)
 }
 
 /// The known name with the most similar spelling, if any is similar enough.
@@ -74,6 +83,7 @@ mod tests {
     fn a_misspelt_key_finds_its_neighbour() {
         assert_eq!(nearest("slave.velocty_gain"), Some("slave.velocity_gain"));
         assert_eq!(nearest("master.velocity_gain"), Some("slave.velocity_gain"));
+        assert_eq!(nearest("arm.mass_kg"), Some("arm.m_h_kg"));
         assert_eq!(nearest("zzz"), None);
     }
 }
