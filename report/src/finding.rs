@@ -1,5 +1,6 @@
 //! What a comparison shows, as one sentence that is computed from its metrics.
 
+use super::number::decimals;
 use trocar_sim::metrics::{Outcome, RuptureMetrics};
 use trocar_sim::run::Run;
 
@@ -274,10 +275,7 @@ fn three_digits(value: f64) -> String {
     if value > 0.0 && value < 1e-4 {
         return "below 0.0001".into();
     }
-    let scientific = format!("{value:.2e}");
-    let exponent: i32 = scientific.rsplit('e').next().and_then(|exponent| exponent.parse().ok()).unwrap_or(0);
-    let decimals = (2 - exponent).clamp(0, 4) as usize;
-    let text = format!("{value:.decimals$}");
+    let text = format!("{value:.*}", decimals(value, 3));
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 

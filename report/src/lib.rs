@@ -43,3 +43,4 @@ pub use switching::{released_csv, switching_csv, switching_picture, switching_te
 pub use table::Table;
 pub use tables::{run_text, write_trace_csv};
 pub use terminal_chart::runs_chart;
+pub use wrap::{WIDTH, filled};

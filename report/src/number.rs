@@ -39,12 +39,16 @@ pub(super) fn significant(value: f64) -> String {
     } else if !(5e-5..1e6).contains(&magnitude) {
         format!("{value:.1e}")
     } else {
-        // The exponent after rounding: 99.996 has three integer digits.
-        let scientific = format!("{magnitude:.3e}");
-        let integer_digits = scientific.rsplit('e').next().and_then(|e| e.parse::<i32>().ok()).unwrap_or(0) + 1;
-        let decimals = (4 - integer_digits).clamp(0, 4) as usize;
-        format!("{value:.decimals$}")
+        format!("{value:.*}", decimals(magnitude, 4))
     }
+}
+
+/// Returns the number of decimals, at most four, of a magnitude with so many significant digits.
+pub(super) fn decimals(magnitude: f64, digits: usize) -> usize {
+    // The exponent after rounding: 99.996 has three integer digits if four digits are significant.
+    let scientific = format!("{magnitude:.*e}", digits - 1);
+    let exponent: i32 = scientific.rsplit('e').next().and_then(|exponent| exponent.parse().ok()).unwrap_or(0);
+    (digits as i32 - 1 - exponent).clamp(0, 4) as usize
 }
 
 #[cfg(test)]

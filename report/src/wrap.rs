@@ -1,33 +1,35 @@
 //! Text that fits the terminal.
 
 /// Maximum width of printed lines, in characters.
-pub(crate) const WIDTH: usize = 80;
+pub const WIDTH: usize = 80;
 
-/// Returns a text with lines of at most [`WIDTH`] characters, broken at spaces; a broken line is continued after `indent` spaces.
-/// A word that is longer, such as a path, stays whole.
+/// Returns the lines of a text, at most `width` characters wide, broken at spaces; lines after the first one begin with `indent`
+/// spaces. A word that is longer, such as a path, stays whole.
+#[must_use]
+pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
+    let mut lines: Vec<String> = vec![];
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            Some(_) => lines.push(" ".repeat(indent) + word),
+            None => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Returns a text whose lines of more than [`WIDTH`] characters are [`filled`]; the others are unchanged.
 pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     let mut result = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
         if line.trim_end().chars().count() <= WIDTH {
             result.push_str(line);
-            continue;
-        }
-        let mut width = 0;
-        for word in line.split_whitespace() {
-            let length = word.chars().count();
-            if width > 0 && width + 1 + length > WIDTH {
-                result.push('\n');
-                result.push_str(&" ".repeat(indent));
-                width = indent;
-            } else if width > 0 {
-                result.push(' ');
-                width += 1;
-            }
-            result.push_str(word);
-            width += length;
-        }
-        if line.ends_with('\n') {
-            result.push('\n');
+        } else {
+            result.push_str(&filled(line, WIDTH, indent).join("\n"));
+            result.push_str(if line.ends_with('\n') { "\n" } else { "" });
         }
     }
     result

@@ -35,14 +35,12 @@ use trocar_sim::sweep::sweep_schema;
 /// the needle overshoots. trocar detects the rupture, freezes the slave, amplifies the drop of the felt force, and computes metrics
 /// of the result.
 #[derive(Debug, Parser)]
-#[command(name = "trocar", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = WIDTH)]
+// A paragraph of the help is one line, which clap wraps; lines of examples and lists are shorter.
+#[command(name = "trocar", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = trocar_report::WIDTH)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
-
-/// Maximum width of the help. A paragraph is one line, which clap wraps; lines of examples and lists are shorter.
-const WIDTH: usize = 80;
 
 const EXAMPLES: &str = "\
 Examples:

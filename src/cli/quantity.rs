@@ -1,14 +1,11 @@
 //! Numbers and columns on the command line, with a unit or without.
 
 use trocar_sim::recording::Column;
-use trocar_sim::scenario::parse_quantity;
+use trocar_sim::scenario::{parse_number, parse_quantity};
 
 /// Parses a number in `unit`: plain, or with a unit of its own, as in `30ms` where `unit` is `s`.
 pub(super) fn quantity(unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    move |text| match text.trim().parse() {
-        Ok(number) => Ok(number),
-        Err(_) => parse_quantity(text, unit),
-    }
+    move |text| parse_number(text, unit)
 }
 
 /// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, as in `x:mm` where `unit` is `m`.

@@ -5,10 +5,8 @@ use serde_json::json;
 
 use super::error::CliError;
 use super::{source_of, terminal};
+use trocar_report::{WIDTH, filled};
 use trocar_sim::scenario::shipped_questions;
-
-/// Columns of the list.
-const WIDTH: usize = 80;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -69,7 +67,7 @@ fn list() -> String {
             text.push_str(&format!("{folder}/\n"));
         }
         let mut label = name;
-        for line in wrapped(question, WIDTH - widest - 4) {
+        for line in filled(question, WIDTH - widest - 4, 0) {
             text.push_str(&format!("  {label:widest$}  {line}\n"));
             label = "";
         }
@@ -78,21 +76,6 @@ fn list() -> String {
             \x20 trocar run layers/skin-augmented\n\
             \x20 trocar compare paper/classical paper/augmented\n\
             \x20 trocar scenarios show layers/epidural\n"
-}
-
-/// The lines of a text, each of at most `width` characters if its words are.
-fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = vec![];
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            Some(_) | None => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }
 
 #[cfg(test)]

@@ -1,33 +1,19 @@
 //! The catalogue of metrics: each is declared once, and all outputs use it.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 
 use trocar::engine::{COLUMNS, TRACE_COLUMNS};
 use trocar::report::{declarations, metrics_markdown, trace_columns_markdown};
 use trocar::sweep::{Column, sweep_schema};
 
 use crate::support::test_folder::TestFolder;
-
-fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        match path.is_dir() {
-            true => rust_files(&path, files),
-            false if path.extension().is_some_and(|ending| ending == "rs") => files.push(path),
-            false => {}
-        }
-    }
-}
+use crate::support::{file, files_with};
 
 /// Returns the sources of all packages.
 fn sources() -> String {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = vec![];
-    for folder in ["core/src", "sim/src", "report/src", "src", "python/src"] {
-        rust_files(&root.join(folder), &mut files);
-    }
-    files.iter().map(|path| std::fs::read_to_string(path).expect("a source")).collect()
+    let folders = ["core/src", "sim/src", "report/src", "src", "python/src"].map(file);
+    let files = folders.iter().flat_map(|folder| files_with("rs", folder));
+    files.map(|path| std::fs::read_to_string(path).expect("a source")).collect()
 }
 
 /// Returns the number of occurrences of a whole word in a text.

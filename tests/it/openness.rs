@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use crate::support::{file, rust_files};
+use crate::support::{file, files_with};
 use trocar::scenario::{KEYS, Kind};
 
 const CORE: &str = "core/src/";
@@ -113,9 +113,7 @@ const SCHEMES: &[Part] = &[
 fn sources() -> HashMap<String, String> {
     let mut sources = HashMap::new();
     for folder in [CORE, SIM] {
-        let mut files = vec![];
-        rust_files(&file(folder), &mut files);
-        for path in files {
+        for path in files_with("rs", &file(folder)) {
             let name = path.strip_prefix(file("")).expect("in the project").to_string_lossy().replace('\\', "/");
             if !name.ends_with("tests.rs") {
                 sources.insert(name, code(&path));

@@ -15,15 +15,6 @@ fn assert_fits(printed: &str, what: &str) {
     }
 }
 
-/// Returns the names of all commands, from the help.
-fn commands(folder: &TestFolder) -> Vec<String> {
-    let help = folder.good(&["--help"]);
-    let listed = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
-    // The description of a command continues on lines with more spaces.
-    let names = listed.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
-    names.filter(|name| !name.is_empty() && *name != "help").map(str::to_owned).collect()
-}
-
 #[test]
 fn every_command_prints_lines_of_at_most_80_characters() {
     let folder = TestFolder::new();
@@ -107,7 +98,7 @@ fn a_change_is_printed_only_where_it_has_a_meaning() {
 #[test]
 fn every_help_is_wrapped_once_and_has_an_example() {
     let folder = TestFolder::new();
-    let commands = commands(&folder);
+    let commands = folder.commands();
     assert!(commands.len() > 12, "{commands:?}");
     let mut calls: Vec<Vec<&str>> = commands.iter().map(|command| vec![command.as_str()]).collect();
     calls.extend([vec![], vec!["scenarios", "show"], vec!["sweep", "merge"]]);
@@ -137,7 +128,7 @@ fn every_command_has_its_manual_page() {
     let folder = TestFolder::new();
     let printed = folder.good(&["man", "--out", "pages"]);
     assert_fits(&printed, "man");
-    let mut expected: Vec<String> = commands(&folder).iter().map(|command| format!("trocar-{command}.1")).collect();
+    let mut expected: Vec<String> = folder.commands().iter().map(|command| format!("trocar-{command}.1")).collect();
     expected.extend(["trocar.1", "trocar-scenarios-show.1", "trocar-sweep-merge.1"].map(str::to_owned));
     expected.sort();
     let pages = folder.files("pages");

@@ -1,8 +1,8 @@
 //! The observer that computes the metrics from ticks.
 
-mod live;
+mod open_windows;
 
-use self::live::OpenWindows;
+use self::open_windows::OpenWindows;
 use super::event::EventWindow;
 use super::rupture::RuptureWindow;
 use super::sums::{Sample, Sums};

@@ -29,20 +29,23 @@ pub fn nearest(path: &str) -> Option<&'static str> {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let similarity =
         |known: &str| strsim::jaro_winkler(path, known).max(0.98 * strsim::jaro_winkler(&last(path), &last(known)));
-    let best = |keys: &mut dyn Iterator<Item = (f64, &'static str)>| keys.max_by(|a, b| a.0.total_cmp(&b.0));
-    let section = |path: &'_ str| path.rsplit_once('.').map(|(section, _)| section.to_owned());
+    let section = |path: &str| path.rsplit_once('.').map(|(section, _)| section.to_owned());
     let of_section = KEYS.iter().filter(|key| section(key.path) == section(path));
-    let in_section = best(&mut of_section.map(|key| (strsim::jaro_winkler(&last(path), &last(key.path)), key.path)));
-    let anywhere = best(&mut KEYS.iter().map(|key| (similarity(key.path), key.path)));
-    let suggested = in_section.filter(|(similarity, _)| *similarity > MIN_SIMILARITY_IN_SECTION);
-    suggested.or(anywhere.filter(|(similarity, _)| *similarity > MIN_SIMILARITY)).map(|(_, path)| path)
+    let in_section = of_section.map(|key| (strsim::jaro_winkler(&last(path), &last(key.path)), key.path));
+    let anywhere = KEYS.iter().map(|key| (similarity(key.path), key.path));
+    most_similar(in_section, MIN_SIMILARITY_IN_SECTION).or_else(|| most_similar(anywhere, MIN_SIMILARITY))
 }
 
 /// The known name with the most similar spelling, if any is similar enough.
 pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
-    let similarity = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
-    let best = known.into_iter().map(similarity).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 > MIN_SIMILARITY).then_some(best.1)
+    let with_similarity = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
+    most_similar(known.into_iter().map(with_similarity), MIN_SIMILARITY)
+}
+
+/// The candidate of the greatest similarity, if it is above `min`.
+fn most_similar<T>(candidates: impl Iterator<Item = (f64, T)>, min: f64) -> Option<T> {
+    let best = candidates.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > min);
+    best.map(|(_, candidate)| candidate)
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ pub use engine_kind::EngineKind;
 pub use error::{Place, ScenarioError};
 pub use key_table::{KEYS, SECTIONS};
 pub use keys::{find as find_key, nearest as nearest_key, nearest_of};
-pub use quantity::{parse as parse_quantity, unit_of};
+pub use quantity::{parse as parse_quantity, parse_number, unit_of};
 pub use replay::{DetectionSettings, DetectionSpec, RecordingSpec, recording_columns};
 pub use resolve::{DelayTicks, Scenario, waits_for_tick};
 pub use schema::json_schema;

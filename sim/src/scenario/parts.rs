@@ -9,7 +9,7 @@ use crate::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use crate::chain::Chain;
 use crate::channel::Delay;
 use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
-use crate::engine::{Any, AnyChain, Engine, OwnParts, OwnWiring, PaperChain, Parts, ScheduledAlarms, Wired};
+use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
 use crate::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
@@ -25,8 +25,8 @@ impl Scenario {
     /// The engine around `plants`, compiled for any parts.
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
         let link = self.link(first_stream)?;
-        let (operator, tissue) = (self.operator(first_stream)?, self.any_tissue()?);
-        Ok(self.with_any_chain(plants, operator, tissue, self.any_sensor(first_stream)?, link))
+        let parts = (self.operator(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?);
+        Ok(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
     }
 
     /// The engine around `plants`, compiled for its parts if they are a frequent combination.
@@ -44,61 +44,51 @@ impl Scenario {
         let force_sensor = || ForceSensor::new(&self.sensor, self.grid.tick_s(), self.seed, first_stream);
         let reads_exactly = self.sensor.reads_force_exactly();
         Ok(match (self.replay().filter(|_| is_baseline), self.any_tissue()?) {
-            (Some(operator), AnyTissue::Recording(tissue)) if reads_exactly => {
-                Wired::Paper(self.with_paper_chain(plants, operator, tissue, PerfectSensor, link))
+            (Some(operator), AnyTissue::Recording(tissue)) if reads_exactly => Wired::Paper(
+                self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
+            ),
+            (Some(operator), AnyTissue::Recording(tissue)) => Wired::NoisyRecording(
+                self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)),
+            ),
+            (Some(operator), AnyTissue::Layers(tissue)) => Wired::NoisyLayers(
+                self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)),
+            ),
+            (Some(operator), AnyTissue::Depth(tissue)) if reads_exactly => Wired::Depth(
+                self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
+            ),
+            (_, tissue) => {
+                let parts = (self.operator(first_stream)?, tissue, self.any_sensor(first_stream)?);
+                Wired::AnyDirect(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
             }
-            (Some(operator), AnyTissue::Recording(tissue)) => {
-                Wired::NoisyRecording(self.with_paper_chain(plants, operator, tissue, force_sensor(), link))
-            }
-            (Some(operator), AnyTissue::Layers(tissue)) => {
-                Wired::NoisyLayers(self.with_paper_chain(plants, operator, tissue, force_sensor(), link))
-            }
-            (Some(operator), AnyTissue::Depth(tissue)) if reads_exactly => {
-                Wired::Depth(self.with_paper_chain(plants, operator, tissue, PerfectSensor, link))
-            }
-            (_, tissue) => Wired::AnyDirect(self.with_any_chain(
-                plants,
-                self.operator(first_stream)?,
-                tissue,
-                self.any_sensor(first_stream)?,
-                link,
-            )),
         })
     }
 
-    /// The engine with any built-in estimator and detector.
-    fn with_any_chain<L: Lane, P, O, T, S, K>(
+    /// These parts with the scenario's supervisor.
+    fn parts<L: Lane, O, T, S, E, D, K>(
         &self,
-        plants: P,
-        operator: O,
-        tissue: T,
-        sensor: S,
+        (operator, tissue, sensor): (O, T, S),
+        chain: Chain<L, E, D>,
         link: K,
-    ) -> Engine<P, AnyChain<L, O, T, S, K>> {
-        let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
-        let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
-        let chain =
-            Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector };
-        self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link })
-    }
-
-    /// The engine with the paper's estimator and detector.
-    fn with_paper_chain<L: Lane, P, O, T, S, K>(
-        &self,
-        plants: P,
-        operator: O,
-        tissue: T,
-        sensor: S,
-        link: K,
-    ) -> Engine<P, PaperChain<L, O, T, S, K>> {
-        let distance = SquaredResidual::new();
-        let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
-        let chain = Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector };
-        self.engine_of(plants, Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link })
+    ) -> Parts<L, O, T, S, E, D, K> {
+        Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link }
     }
 
     fn engine_of<P, W>(&self, plants: P, parts: W) -> Engine<P, W> {
         Engine { grid: self.grid, plants, parts }
+    }
+
+    /// Any built-in estimator and detector.
+    fn any_chain<L: Lane>(&self) -> Chain<L, AnyEstimator<L>, AnyDetector<L>> {
+        let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
+        let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
+        Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector }
+    }
+
+    /// The paper's estimator and detector.
+    fn paper_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L, SquaredResidual<L>>> {
+        let distance = SquaredResidual::new();
+        let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
+        Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
     /// The parts with some of the user's own, dynamically dispatched.
@@ -149,7 +139,7 @@ impl Scenario {
 
     /// The scenario's tissue.
     fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
-        let start_m = self.position_scale() * self.start_m();
+        let start_m = self.reference_m();
         let tissue = match &self.tissue {
             TissueSpec::Recording { force_n, rupture_ticks } => {
                 Ok(AnyTissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone())))

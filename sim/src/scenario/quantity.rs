@@ -125,6 +125,14 @@ pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     Ok(scaled * 60f64.powi(sixties))
 }
 
+/// The number in `unit` that a text means, with a unit or without.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_number(text: &str, unit: &str) -> Result<f64, String> {
+    text.trim().parse().or_else(|_| parse(text, unit))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,5 @@
 //! Starter scenarios: a first file of one's own, with the keys' meanings and defaults as comments.
 
-use std::fmt::Write as _;
-
 use trocar_core::settings::{Fallback, Key, Kind};
 
 use super::key_table::SECTIONS;
@@ -182,17 +180,14 @@ fn every_key(name: &str) -> String {
         name_line(name)
     );
     for (section, about) in SECTIONS {
-        // Writing to a string does not fail.
-        let _ = write!(text, "\n# {about}\n[{section}]\n");
+        text.push_str(&format!("\n# {about}\n[{section}]\n"));
         for key in keys_of(section) {
             let name = last_name(key);
-            let _ = match key.fallback {
-                Fallback::Value(value) => {
-                    writeln!(text, "# {name} = {} # {}{}", Value::from(value).to_toml(), key.meaning, must(key))
-                }
-                Fallback::Derived(rule) => writeln!(text, "# {name} = # {} Default: {rule}.", key.meaning),
-                Fallback::Unset => writeln!(text, "# {name} = # {}", key.meaning),
-            };
+            match key.fallback {
+                Fallback::Value(_) => text.extend(Default(key.path).text()),
+                Fallback::Derived(rule) => text.push_str(&format!("# {name} = # {} Default: {rule}.\n", key.meaning)),
+                Fallback::Unset => text.push_str(&format!("# {name} = # {}\n", key.meaning)),
+            }
         }
     }
     text

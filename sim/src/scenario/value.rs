@@ -41,14 +41,14 @@ fn number(toml: &Toml) -> Option<f64> {
 /// The TOML value with every text that is a quantity in the key's dimension as a number in the key's unit.
 fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
     let number = |text: &str| Some(Toml::Float(quantity::parse(text, &quantity::unit_of(key.path)?).ok()?));
-    let converted = match (&key.kind, toml) {
-        (Kind::Number(_), Toml::String(text)) => number(text),
-        (Kind::Numbers, Toml::Array(list)) => list
-            .iter()
-            .map(|item| if let Toml::String(text) = item { number(text) } else { Some(item.clone()) })
-            .collect::<Option<Vec<_>>>()
-            .map(Toml::Array),
-        _ => None,
+    let each = |list: &[Toml]| {
+        let number = |item: &Toml| item.as_str().map_or_else(|| Some(item.clone()), number);
+        list.iter().map(number).collect::<Option<Vec<_>>>().map(Toml::Array)
+    };
+    let converted = match key.kind {
+        Kind::Number(_) => toml.as_str().and_then(number),
+        Kind::Numbers => toml.as_array().and_then(|list| each(list)),
+        Kind::Whole(_) | Kind::Sign | Kind::Flag | Kind::Choice(_) | Kind::Text | Kind::File => None,
     };
     converted.map_or(Cow::Borrowed(toml), Cow::Owned)
 }

@@ -1,7 +1,7 @@
 //! The text form of a map's axis.
 
 use super::{Axis, Parameter, Spacing};
-use crate::scenario::{Kind, Range, Value, find_key, nearest_of, parse_quantity, unit_of};
+use crate::scenario::{Kind, Range, Value, find_key, nearest_of, parse_number, unit_of};
 
 /// Maximum number of values of an axis.
 const MAX_VALUES: usize = 2000;
@@ -31,11 +31,11 @@ impl Axis {
             return Err(SYNTAX.to_owned());
         };
         let number = |text: &str| {
-            let plain = text.parse().ok();
-            let unit = || unit_of(parameter.key()).and_then(|unit| parse_quantity(text, &unit).ok());
+            let unit = unit_of(parameter.key());
+            let value = unit.map_or_else(|| text.parse().ok(), |unit| parse_number(text, &unit).ok());
             let kind = find_key(parameter.key()).map_or(Kind::Number(Range::NON_NEGATIVE), |key| key.kind);
             let is_accepted = |value: &f64| Value::accept(&kind, &toml::Value::Float(*value)).is_some();
-            plain.or_else(unit).filter(is_accepted).ok_or_else(|| format!("{text:?} is not {kind}"))
+            value.filter(is_accepted).ok_or_else(|| format!("{text:?} is not {kind}"))
         };
         let (low, high) = (number(low)?, number(high)?);
         if low >= high {

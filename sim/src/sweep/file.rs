@@ -141,29 +141,31 @@ fn name(entry: &Entry) -> Result<String, ScenarioError> {
 }
 
 fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
-    let kind = find("design.kind");
-    let word = kind.map_or(Some(SamplingScheme::Grid.word()), |entry| entry.value.as_str());
+    let Some(kind) = find("design.kind") else { return grid(find) };
     let scheme = |points, seed| {
-        let found = SamplingScheme::all(points, seed).into_iter().find(|scheme| Some(scheme.word()) == word);
-        let must = |entry| must(entry, &format!("one of \"{}\"", SamplingScheme::WORDS.join("\", \"")));
-        found.map_or_else(|| kind.map_or(Ok(SamplingScheme::Grid), |entry| Err(must(entry))), Ok)
+        let found =
+            SamplingScheme::all(points, seed).into_iter().find(|known| Some(known.word()) == kind.value.as_str());
+        found.ok_or_else(|| must(kind, &format!("one of \"{}\"", SamplingScheme::WORDS.join("\", \""))))
     };
     if scheme(1, 1)? == SamplingScheme::Grid {
-        let superfluous = ["design.points", "design.seed"].into_iter().find_map(find);
-        return match superfluous {
-            Some(entry) => Err(ScenarioError::new(format!("a grid has no {}", entry.path))
-                .at(Some(entry.key_place.clone()))
-                .remedy("its ranges have points; or give design.kind = \"random\", \"latin-hypercube\" or \"sobol\"")),
-            None => Ok(SamplingScheme::Grid),
-        };
+        return grid(find);
     }
     let Some(points) = find("design.points") else {
-        let place = kind.map(|entry| entry.value_place.clone());
-        return Err(ScenarioError::new("design.points is missing, a whole number of at least 1").at(place));
+        let message = "design.points is missing, a whole number of at least 1";
+        return Err(ScenarioError::new(message).at(Some(kind.value_place.clone())));
     };
     let points = whole(points, 1, MAX_CASES)?;
     let seed = find("design.seed").map_or(Ok(1), |entry| whole(entry, 0, i64::MAX as u64))?;
     scheme(points, seed)
+}
+
+fn grid<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
+    match ["design.points", "design.seed"].into_iter().find_map(find) {
+        Some(entry) => Err(ScenarioError::new(format!("a grid has no {}", entry.path))
+            .at(Some(entry.key_place.clone()))
+            .remedy("its ranges have points; or give design.kind = \"random\", \"latin-hypercube\" or \"sobol\"")),
+        None => Ok(SamplingScheme::Grid),
+    }
 }
 
 fn texts(entry: &Entry) -> Result<Vec<&str>, ScenarioError> {

@@ -13,25 +13,14 @@ mod reference;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::support::file;
+use crate::support::{file, files_with};
 use page::Page;
 
 const GENERATED: &str = "<!-- generated -->";
 
 /// The pages of the book.
 fn pages() -> Vec<PathBuf> {
-    let mut pages = vec![];
-    let mut open = vec![file("docs/src")];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "md") {
-                pages.push(path);
-            }
-        }
-    }
+    let mut pages = files_with("md", &file("docs/src"));
     pages.sort();
     assert!(pages.len() > 30, "{}", pages.len());
     pages

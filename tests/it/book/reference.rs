@@ -100,12 +100,9 @@ fn the_page_of_the_scenarios_is_their_questions() {
 #[test]
 fn the_page_of_the_commands_is_their_help() {
     let folder = TestFolder::new();
-    let help = folder.good(&["--help"]);
-    let listed = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("commands");
-    let names = listed.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
     let mut text = String::from("# Commands\n\nThe help of each command, as `trocar COMMAND --help` prints it.\n");
-    for name in names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help") {
-        write!(text, "\n## {name}\n\n```text\n{}```\n", folder.good(&[name, "--help"])).expect("text");
+    for name in folder.commands() {
+        write!(text, "\n## {name}\n\n```text\n{}```\n", folder.good(&[&name, "--help"])).expect("text");
     }
     assert_page("commands.md", &text);
 }

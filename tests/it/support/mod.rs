@@ -6,7 +6,6 @@ pub mod server;
 pub mod test_folder;
 
 use std::collections::HashMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use trocar::augmentation::{AugmentationSettings, Supervisor};
@@ -26,16 +25,11 @@ pub fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Appends the Rust files in a folder and its subfolders to `files`.
-pub fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            rust_files(&path, files);
-        } else if path.extension().is_some_and(|ending| ending == "rs") {
-            files.push(path);
-        }
-    }
+/// Returns the files with an extension in a folder and its subfolders.
+pub fn files_with(extension: &str, folder: &Path) -> Vec<PathBuf> {
+    let mut files = test_folder::files_below(folder);
+    files.retain(|path| path.extension().is_some_and(|its| its == extension));
+    files
 }
 
 /// Returns the columns of a CSV file of numbers, by name.

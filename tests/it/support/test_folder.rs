@@ -88,6 +88,15 @@ impl TestFolder {
         commands.lines().filter(|line| !line.trim().is_empty()).map(seen).collect()
     }
 
+    /// Returns the names of all commands, from the help.
+    pub fn commands(&self) -> Vec<String> {
+        let help = self.good(&["--help"]);
+        let listed = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
+        // The description of a command continues on lines with more spaces.
+        let names = listed.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+        names.filter(|name| !name.is_empty() && *name != "help").map(str::to_owned).collect()
+    }
+
     /// Returns every file below a folder, with its content.
     pub fn files(&self, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let folder = self.path(below);
@@ -108,7 +117,8 @@ impl TestFolder {
     }
 }
 
-fn files_below(folder: &Path) -> Vec<PathBuf> {
+/// Returns the files in a folder and its subfolders.
+pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
     let mut open = vec![folder.to_owned()];
     while let Some(next) = open.pop() {
