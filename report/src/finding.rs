@@ -14,7 +14,7 @@ const MAX_LISTED: usize = 3;
 /// Returns the sentence.
 pub(super) fn finding(runs: &[Run]) -> String {
     let diverged = runs.iter().filter_map(|run| match run.metrics.outcome {
-        Outcome::Completed => None,
+        Outcome::Completed | Outcome::Oscillating { .. } => None,
         Outcome::Diverged { time_s } => Some(format!("{} diverges at {time_s} s", run.scenario.name)),
     });
     let diverged: Vec<String> = diverged.collect();

@@ -11,15 +11,18 @@ use trocar_sim::scenario::Values;
 /// Returns `summary.json` of a run: every metric, the events, the seed and the version.
 #[must_use]
 pub fn summary_json(run: &Run) -> String {
-    render(&summary(run))
+    render(&run_object(run))
 }
 
-fn summary(run: &Run) -> Json {
+/// Returns the content of [`summary_json`].
+#[must_use]
+pub fn run_object(run: &Run) -> Json {
     let mut all = json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "scenario": run.scenario.name,
         "seed": run.scenario.seed,
         "tick_s": run.scenario.grid.tick_s(),
+        "warnings": run.warnings(),
         "metrics": run.metrics,
     });
     if let (Json::Object(all), Some(estimate)) = (&mut all, ExtraParameterEstimate::of(&run.trace.extra_parameter)) {
@@ -34,7 +37,8 @@ fn summary(run: &Run) -> Json {
 pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
     let mut all = json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
-        "runs": comparison.runs.iter().map(summary).collect::<Vec<_>>(),
+        "runs": comparison.runs.iter().map(run_object).collect::<Vec<_>>(),
+        "warnings": comparison.warnings(),
         "table": comparison.table(),
         "noise": comparison.noise,
         "paper_facts": facts,

@@ -30,7 +30,7 @@ pub use comparison::{all_metrics_text, comparison_csv, comparison_text, facts_te
 pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection_csv};
 pub use detections::{DetectionEntry, detections_json, detections_text};
 pub use files::{Folder, OutputError, stream_file, write_file};
-pub use json::{comparison_json, detection_object, summary_json, to_json};
+pub use json::{comparison_json, detection_object, run_object, summary_json, to_json};
 pub use live::live_text;
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};

@@ -8,16 +8,23 @@ use super::number::{show, significant};
 use super::wrap::wrapped;
 use trocar_sim::compare::Row;
 use trocar_sim::engine::{COLUMNS, ColumnValues, Trace};
-use trocar_sim::metrics::Outcome;
+use trocar_sim::metrics::{Outcome, Unit};
 use trocar_sim::run::Run;
 
 /// Returns a run's outcome as text.
 pub(super) fn outcome(run: &Run) -> String {
+    let duration_s = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
     match run.metrics.outcome {
         Outcome::Completed => {
-            let duration_s = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
             format!("{}: completed, {} s in {} ticks", run.scenario.name, significant(duration_s), run.metrics.ticks)
         }
+        Outcome::Oscillating { frequency_hz, swing_m } => format!(
+            "{}: oscillating after {} s: it swings by {} at {} Hz, without decay",
+            run.scenario.name,
+            significant(duration_s),
+            show(Some(swing_m), Unit::Metre),
+            significant(frequency_hz)
+        ),
         Outcome::Diverged { time_s } => format!("{}: diverged at {time_s} s", run.scenario.name),
     }
 }

@@ -25,3 +25,4 @@ pub mod stability_check;
 pub mod sweep;
 pub mod teleoperation;
 pub mod tissue;
+pub mod warning;

@@ -1,9 +1,13 @@
 //! Running a scenario for its metrics, and optionally its trace.
 
+mod misses;
+mod oscillation;
 mod pack;
+mod warnings;
 
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
+pub use warnings::seeds_without_effect;
 
 use thiserror::Error;
 
@@ -41,11 +45,16 @@ pub enum RunError {
 
 /// Runs a scenario and records its trace. Results are reproducible bit for bit.
 ///
+/// A missed rupture has its reason, and a lasting swing is an outcome of its own; both need the trace, and a second run
+/// where they occur.
+///
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
     let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
-    let metrics = observe(&scenario, &mut trace)?;
+    let mut metrics = observe(&scenario, &mut trace)?;
+    metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
+    misses::explain_misses(&scenario, &mut metrics)?;
     Ok(Run { scenario, metrics, trace })
 }
 

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::error::CliError;
+use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
 use trocar_report::html::{command_line, comparison_html};
 use trocar_report::{
@@ -10,6 +11,7 @@ use trocar_report::{
     finding_text, runs_chart, seeds_csv, seeds_text,
 };
 use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SeedStudy, paper_facts};
+use trocar_sim::run::seeds_without_effect;
 use trocar_sim::scenario::Scenario;
 
 /// The default pair.
@@ -52,6 +54,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;
+    let warnings = Warnings::new(&args.output);
+    warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
     let study = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
     let comparison = Comparison::of(scenarios)?;
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
@@ -66,15 +70,17 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
         let html = comparison_html(&comparison, facts.as_deref(), study.as_ref(), line)?;
         folder.write(report::FILE, html.as_bytes())?;
     }
+    warnings.print(&comparison.warnings());
     if args.output.json {
-        terminal::print(&json)
-    } else if args.output.quiet {
-        Ok(())
-    } else {
+        terminal::print(&json)?;
+    } else if !args.output.quiet {
         terminal::draw(|| runs_chart(&comparison.runs))?;
         terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))?;
-        if args.report { report::print_path(&folder) } else { Ok(()) }
+        if args.report {
+            report::print_path(&folder)?;
+        }
     }
+    warnings.finish()
 }
 
 /// Returns whether a setting names a file of this machine.

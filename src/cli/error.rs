@@ -102,6 +102,20 @@ pub(super) enum CliError {
     /// A report cannot be rendered.
     #[error(transparent)]
     Html(#[from] HtmlError),
+    /// Warnings, where they are errors.
+    #[error("{count} {}, and --deny-warnings makes them errors", if *count == 1 { "warning" } else { "warnings" })]
+    Warnings {
+        /// Their number.
+        count: usize,
+    },
+    /// The word to explain is unknown.
+    #[error("there is no warning, key or metric {word:?}{}", nearest.as_ref().map_or(String::new(), |nearest| format!("; did you mean {nearest}?")))]
+    Unknown {
+        /// The word.
+        word: String,
+        /// The most similar known one.
+        nearest: Option<String>,
+    },
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
@@ -192,12 +206,14 @@ impl CliError {
             | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))
             | Self::Exists { .. }
             | Self::NoCase { .. }
+            | Self::Unknown { .. }
             | Self::Calibration(_)
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
             Self::Sweep(error) => error.is_input(),
             Self::Explore(error) => matches!(error, ExploreError::Bind { .. }),
             Self::Interrupted { .. }
+            | Self::Warnings { .. }
             | Self::Stability(_)
             | Self::Run(RunError::Integration { .. })
             | Self::Output(_)

@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod detect;
 mod error;
+mod explain;
 mod explore;
 mod init;
 mod interrupt;
@@ -20,6 +21,7 @@ mod scenarios;
 mod stability;
 mod sweep;
 mod terminal;
+mod warnings;
 
 use std::process::ExitCode;
 
@@ -49,6 +51,7 @@ Examples:
   trocar run layers/skin-augmented --set augmentation.reengage=snap
   trocar explore                             interactive, in the browser
   trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n
+  trocar explain missed-rupture              a warning, a key or a metric
 
 Exit codes: 0 success, 1 failure, 2 invalid input, 130 interrupted by Ctrl-C.";
 
@@ -121,6 +124,8 @@ enum Command {
     Record(record::RecordArgs),
     /// Check scenarios without running them
     Check(check::CheckArgs),
+    /// Explain a warning, a key or a metric; without an argument, list all warnings
+    Explain(explain::ExplainArgs),
     /// List the shipped scenarios, each with the question that it answers, or print one
     Scenarios(scenarios::ScenariosArgs),
     /// Print a JSON Schema of scenario files, for editors
@@ -150,6 +155,9 @@ struct OutputArgs {
     /// Print errors only
     #[arg(long, short)]
     quiet: bool,
+    /// Exit with code 1 if there is a warning; the files are written all the same
+    #[arg(long)]
+    deny_warnings: bool,
     /// Print the content of the JSON files on standard output, instead of tables
     #[arg(long)]
     json: bool,
@@ -206,6 +214,7 @@ pub fn main() -> ExitCode {
         Command::Stability(args) => stability::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Explain(args) => explain::run(&args),
         Command::Scenarios(args) => scenarios::run(&args),
         Command::Sweep(args) => sweep::run(&args),
         Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),

@@ -4,9 +4,10 @@ use clap::Args;
 use rayon::prelude::*;
 
 use super::error::CliError;
+use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
 use trocar_report::html::run_html;
-use trocar_report::{Folder, run_pictures, run_text, runs_chart, summary_json, write_trace_csv};
+use trocar_report::{Folder, run_object, run_pictures, run_text, runs_chart, summary_json, to_json, write_trace_csv};
 use trocar_sim::run::{Run, run as run_scenario};
 
 const EXAMPLES: &str = "\
@@ -36,6 +37,8 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     let folder = Folder::new(&args.output.out);
     let bar = progress::bar(scenarios.len(), args.output.quiet);
     bar.set_message("running");
+    let warnings = Warnings::new(&args.output);
+    let mut summaries = vec![];
     for scenario in scenarios {
         let run = run_scenario(scenario)?;
         write_run(&folder, &run)?;
@@ -44,8 +47,9 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
             written.write(report::FILE, run_html(&run)?.as_bytes())?;
         }
         bar.inc(1);
+        bar.suspend(|| warnings.print(&run.warnings()));
         if args.output.json {
-            terminal::print(&summary_json(&run))?;
+            summaries.push(run_object(&run));
         } else if !args.output.quiet {
             terminal::draw(|| runs_chart(std::slice::from_ref(&run)))?;
             terminal::print(&format!("{}files: {}\n", run_text(&run), written.path().display()))?;
@@ -55,7 +59,15 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
         }
     }
     bar.finish_and_clear();
-    Ok(())
+    if args.output.json {
+        // One document: the summary of one run, or a list of several.
+        let document = match summaries.len() {
+            1 => summaries.remove(0),
+            _ => summaries.into(),
+        };
+        terminal::print(&to_json(&document))?;
+    }
+    warnings.finish()
 }
 
 /// Writes the files of a run into a folder with its name: trace, summary, resolved scenario, figures.

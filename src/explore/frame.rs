@@ -86,7 +86,7 @@ fn description(run: &Run) -> Json {
     json!({
         "name": run.scenario.name,
         "diverged_s": match run.metrics.outcome {
-            Outcome::Completed => None,
+            Outcome::Completed | Outcome::Oscillating { .. } => None,
             Outcome::Diverged { time_s } => Some(time_s),
         },
         "ruptures_s": run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect::<Vec<_>>(),

@@ -80,7 +80,7 @@ impl Push {
                     "type": "pushed",
                     "id": id,
                     "diverged_s": match metrics.outcome {
-                        Outcome::Completed => None,
+                        Outcome::Completed | Outcome::Oscillating { .. } => None,
                         Outcome::Diverged { time_s } => Some(time_s),
                     },
                     "ruptures": metrics.ruptures.len(),

@@ -43,6 +43,31 @@ crate::choice! {
     }
 }
 
+/// The conditions on an alarm, each as it stands at one sample. All must hold.
+#[derive(Debug, Clone, Copy)]
+pub struct AlarmConditions<L: Lane> {
+    /// The needle is in contact.
+    pub in_contact: L::Mask,
+    /// The contact was quiet for `settle_s`.
+    pub armed: L::Mask,
+    /// The force falls below a predicted resisting force; always true without `drop_only`.
+    pub is_drop: L::Mask,
+    /// The velocity agrees with `motion`.
+    pub moves_as_required: L::Mask,
+    /// The depth is at least `minimum_depth_m`.
+    pub is_deep: L::Mask,
+    /// Number of quiet samples in contact before this one.
+    pub quiet_samples: L,
+}
+
+impl<L: Lane> AlarmConditions<L> {
+    /// Whether all hold.
+    #[inline(always)]
+    pub fn all(&self) -> L::Mask {
+        self.armed & self.in_contact & self.moves_as_required & self.is_deep & self.is_drop
+    }
+}
+
 /// The count of quiet samples, and the conditions on an alarm.
 #[derive(Debug, Clone)]
 pub(super) struct Arming<L> {
@@ -68,25 +93,37 @@ impl<L: Lane> Arming<L> {
         }
     }
 
+    /// The conditions on an alarm at the next sample.
+    #[inline(always)]
+    pub(super) fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
+        let zero = L::zero();
+        let is_drop = if self.drop_only {
+            evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero)
+        } else {
+            L::Mask::splat(true)
+        };
+        AlarmConditions {
+            in_contact: evidence.in_contact,
+            armed: self.quiet_ticks.ge(self.settle_ticks),
+            is_drop,
+            moves_as_required: evidence.velocity_m_per_s.ge(self.min_velocity),
+            is_deep: evidence.depth_m.ge(self.minimum_depth),
+            quiet_samples: self.quiet_ticks,
+        }
+    }
+
     /// Whether a sample whose `g` is `above` the threshold is an alarm.
     #[inline(always)]
     pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
         let zero = L::zero();
-        let quiet_before = self.quiet_ticks;
-        let quiet_ticks = L::select(evidence.in_contact, quiet_before + L::splat(1.0), zero);
+        let quiet_ticks = L::select(evidence.in_contact, self.quiet_ticks + L::splat(1.0), zero);
         if !above.any() {
             self.quiet_ticks = quiet_ticks;
             return L::Mask::splat(false);
         }
+        let conditions = self.conditions(evidence);
         self.quiet_ticks = L::select(above, zero, quiet_ticks);
-        let armed = quiet_before.ge(self.settle_ticks);
-        let inserting = evidence.velocity_m_per_s.ge(self.min_velocity);
-        let deep = evidence.depth_m.ge(self.minimum_depth);
-        let mut like_rupture = evidence.in_contact & inserting & deep;
-        if self.drop_only {
-            like_rupture = like_rupture & evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero);
-        }
-        armed & above & like_rupture
+        above & conditions.all()
     }
 }
 

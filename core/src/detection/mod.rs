@@ -5,7 +5,7 @@ mod cusum;
 mod distances;
 mod hypotheses;
 
-pub use arming::{ArmingSettings, Motion};
+pub use arming::{AlarmConditions, ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distances::{
     AnyDistance, Distance, DistanceKind, DistanceSettings, ForceDerivative, LikelihoodRatio, MAX_WINDOW_SAMPLES,
@@ -152,6 +152,13 @@ impl<L: Lane, D> CusumDetector<L, D> {
     pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
         self.cusum.set_thresholds(threshold, cap);
         self
+    }
+}
+
+impl<L: Lane, D> CusumDetector<L, D> {
+    /// The conditions on an alarm at the next sample, whether or not `g` will be above the threshold.
+    pub fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
+        self.arming.conditions(evidence)
     }
 }
 

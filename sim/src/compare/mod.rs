@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::run::{Run, RunError, run};
 use crate::scenario::Scenario;
+use crate::warning::Warning;
 
 /// The runs of the compared scenarios.
 #[derive(Debug, Clone)]
@@ -44,6 +45,12 @@ impl Comparison {
         let runs = || scenarios.par_iter().cloned().map(run).collect::<Result<Vec<_>, _>>();
         let (runs, noise) = rayon::join(runs, noise);
         Ok(Self { runs: runs?, noise: noise? })
+    }
+
+    /// Returns the warnings about the runs, in their order.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        self.runs.iter().flat_map(Run::warnings).collect()
     }
 
     /// Returns the table of the metrics.

@@ -5,6 +5,7 @@
 
 pub(crate) mod catalogue;
 mod event;
+mod miss;
 mod observer;
 mod run_metric;
 mod rupture;
@@ -14,6 +15,8 @@ mod unit;
 
 pub use catalogue::{Better, Declaration, Metric, Scope, Shown};
 pub use event::EventMetrics;
+pub(crate) use miss::{DetectorSample, MissRule, SupervisorHistory};
+pub use miss::{Miss, MissReason};
 pub use observer::MetricsObserver;
 pub use run_metric::RunMetric;
 pub use rupture::RuptureMetrics;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::catalogue::metrics;
+use super::miss::Miss;
 use super::{FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
 use crate::engine::Signals;
 use crate::lane::Lane;
@@ -17,6 +18,8 @@ metrics! {
         time_s: f64 = "time", Second, Neither [Never];
         /// Time from the rupture to its alarm; undefined if it was missed.
         detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
+        /// Why it was missed; `None` if it was not, or if the run is not recorded tick by tick.
+        miss: Option<Miss>;
         /// Maximum advance of the needle in the 0.5 s after the rupture.
         slave_overshoot_m: Option<f64> = "slave overshoot", Metre, Lower [Main];
         /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
@@ -197,6 +200,7 @@ impl RuptureWindow {
         RuptureMetrics {
             time_s: self.grid.time_s(self.tick),
             detection_delay_s: self.detected_at.map(since),
+            miss: None,
             slave_overshoot_m: whole.then_some(extremes.overshoot_m),
             slave_travel_m: self.travel_m,
             master_position_m: extremes.master_m,

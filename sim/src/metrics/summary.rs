@@ -13,6 +13,14 @@ use crate::time::TickGrid;
 pub enum Outcome {
     /// Every tick was run.
     Completed,
+    /// Every tick was run, and at the end the needle or the master swings without decaying. Only told of runs with a
+    /// trace.
+    Oscillating {
+        /// Frequency of the swing in Hz.
+        frequency_hz: f64,
+        /// Median distance from a peak to a trough, in m.
+        swing_m: f64,
+    },
     /// A position or force exceeded its bound, which ended the run.
     Diverged {
         /// The time in s.
@@ -86,7 +94,7 @@ metrics! {
         outcome: Outcome;
         /// Time at which a position or force left its bounds, which ended the run.
         diverged_s = "diverged at", Second, Neither [First] => |m| match m.outcome {
-            Outcome::Completed => None,
+            Outcome::Completed | Outcome::Oscillating { .. } => None,
             Outcome::Diverged { time_s } => Some(time_s),
         };
         /// Number of ticks of the run.

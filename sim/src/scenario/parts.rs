@@ -203,6 +203,11 @@ impl Scenario {
         Link::new(&self.link, (forward, backward), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
     }
 
+    /// The operator of a single run.
+    pub(crate) fn human_operator(&self) -> Result<HumanOperator<f64>, ScenarioError> {
+        self.operator(0)
+    }
+
     /// The operator, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
     fn operator<L: Lane>(&self, first_stream: u64) -> Result<HumanOperator<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();

@@ -201,6 +201,14 @@ impl Scenario {
         other
     }
 
+    /// Whether its seed changes anything: sensors with noise, tremor, random reaction times, jitter or loss.
+    #[must_use]
+    pub fn has_random_numbers(&self) -> bool {
+        let reacts_randomly = self.reflex.reacts() && self.reflex.reaction_min_s < self.reflex.reaction_max_s;
+        let is_noisy = self.sensor.force_noise_std_n > 0.0;
+        is_noisy || self.tremor.amplitude_m > 0.0 || reacts_randomly || !self.irregularity.is_none()
+    }
+
     /// The scenario with every default written out; loading it gives the same scenario.
     #[must_use]
     pub fn echo(&self) -> String {

@@ -162,7 +162,7 @@ impl<'a> Worker<'a> {
                 Ok(RunWithEquivalents { metrics, thresholds }) => {
                     let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
                     let outcome = match metrics.outcome {
-                        metrics::Outcome::Completed => Outcome::Completed,
+                        metrics::Outcome::Completed | metrics::Outcome::Oscillating { .. } => Outcome::Completed,
                         metrics::Outcome::Diverged { .. } => Outcome::Diverged,
                     };
                     let values = columns.iter().map(|column| column.value(&metrics, of_case.as_ref())).collect();

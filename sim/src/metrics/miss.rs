@@ -1,0 +1,295 @@
+//! Why a rupture has no alarm.
+
+use std::fmt::{self, Display, Formatter};
+
+use serde::Serialize;
+
+use super::RUPTURE_WINDOW_S;
+use crate::augmentation::{AugmentationSettings, Mode};
+use crate::detection::{AlarmConditions, DetectorSettings};
+use crate::time::{TickGrid, nearest_ticks};
+
+/// What kept the detector from an alarm, or the supervisor from an event.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "reason", rename_all = "kebab-case")]
+pub enum MissReason {
+    /// The estimator's contact position is deeper than the needle.
+    NotInContact {
+        /// Depth of the needle below the contact in m, at most 0.
+        depth_m: f64,
+    },
+    /// The detector was not armed when g exceeded the threshold.
+    NotArmed {
+        /// For how long the contact had been quiet, in s.
+        quiet_s: f64,
+        /// For how long it must be quiet, in s.
+        settle_s: f64,
+    },
+    /// The force did not fall below a predicted resisting force.
+    NoDrop,
+    /// The needle did not move as the detector requires.
+    WrongMotion {
+        /// Its velocity in m/s.
+        velocity_m_per_s: f64,
+    },
+    /// The needle was not deep enough.
+    TooShallow {
+        /// Its depth below the contact in m.
+        depth_m: f64,
+    },
+    /// g did not exceed the threshold.
+    BelowThreshold {
+        /// The largest g of the window, relative to the threshold.
+        reached: f64,
+    },
+    /// No distance exceeded the drift, so that g stayed at 0.
+    BelowDrift,
+    /// An event was under way.
+    EventUnderWay {
+        /// Its begin in s.
+        begin_s: f64,
+    },
+    /// An event had just ended.
+    Refractory {
+        /// Its end in s.
+        end_s: f64,
+    },
+    /// Its alarm is counted for another rupture.
+    AlarmOfAnother {
+        /// The time of the alarm in s.
+        alarm_s: f64,
+    },
+}
+
+impl MissReason {
+    /// The key that decides on it.
+    #[must_use]
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::NotInContact { .. } => "estimator.contact_m",
+            Self::NotArmed { .. } => "detector.settle_s",
+            Self::NoDrop => "detector.drop_only",
+            Self::WrongMotion { .. } => "detector.motion",
+            Self::TooShallow { .. } => "detector.minimum_depth_m",
+            Self::BelowThreshold { .. } => "detector.threshold",
+            Self::BelowDrift => "detector.drift",
+            Self::EventUnderWay { .. } => "augmentation.max_hold_s",
+            Self::Refractory { .. } => "augmentation.refractory_s",
+            Self::AlarmOfAnother { .. } => "detector.settle_s",
+        }
+    }
+
+    /// What can be done about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::NotInContact { .. } => "set estimator.contact_m to the position of the surface",
+            Self::NotArmed { .. } => {
+                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
+            }
+            Self::NoDrop => "set detector.drop_only = false",
+            Self::WrongMotion { .. } => "set detector.motion = \"any\", or change its speed",
+            Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
+            Self::BelowThreshold { .. } => "reduce detector.threshold (`trocar calibrate` computes one from the noise)",
+            Self::BelowDrift => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
+            Self::EventUnderWay { .. } => {
+                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (operator.reflex)"
+            }
+            Self::Refractory { .. } => {
+                "reduce augmentation.refractory_s, or let the hand stop at the event (operator.reflex)"
+            }
+            Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
+        }
+    }
+}
+
+impl Display for MissReason {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let ms = |s: f64| (1e4 * s).round() / 10.0;
+        let mm = |m: f64| (1e5 * m).round() / 100.0;
+        match self {
+            Self::NotInContact { depth_m } => {
+                write!(f, "not in contact: the needle was {} mm above estimator.contact_m", mm(-depth_m))
+            }
+            Self::NotArmed { quiet_s, settle_s } => write!(
+                f,
+                "not armed: g had been below the threshold in contact for {} ms, detector.settle_s is {} ms",
+                ms(*quiet_s),
+                ms(*settle_s)
+            ),
+            Self::NoDrop => f.write_str("detector.drop_only: the force did not fall below a predicted resisting force"),
+            Self::WrongMotion { velocity_m_per_s } => {
+                write!(f, "detector.motion: the needle moved at {} mm/s", mm(*velocity_m_per_s))
+            }
+            Self::TooShallow { depth_m } => {
+                write!(f, "detector.minimum_depth_m: the needle was at {} mm", mm(*depth_m))
+            }
+            Self::BelowThreshold { reached } => {
+                write!(f, "below the threshold: g reached {} % of it", (1e3 * reached).round() / 10.0)
+            }
+            Self::BelowDrift => f.write_str("below the drift: no distance exceeded it, and g stayed at 0"),
+            Self::EventUnderWay { begin_s } => write!(f, "the event of {begin_s:.3} s was under way"),
+            Self::Refractory { end_s } => {
+                write!(f, "in the refractory period of the event that ended at {end_s:.3} s")
+            }
+            Self::AlarmOfAnother { alarm_s } => {
+                write!(f, "the only alarm, at {alarm_s:.3} s, counts for another rupture")
+            }
+        }
+    }
+}
+
+/// Why a rupture has no alarm within [`RUPTURE_WINDOW_S`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Miss {
+    /// The reason.
+    #[serde(flatten)]
+    pub reason: MissReason,
+    /// Further reasons, each of which alone would have prevented the alarm.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<MissReason>,
+}
+
+impl Miss {
+    /// All reasons, the main one first.
+    pub fn reasons(&self) -> impl Iterator<Item = &MissReason> {
+        std::iter::once(&self.reason).chain(&self.also)
+    }
+}
+
+impl Display for Miss {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.reason)?;
+        self.also.iter().try_for_each(|other| write!(f, "; also {other}"))
+    }
+}
+
+/// The detector at one sample.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DetectorSample {
+    /// `g`, in the unit of the distance.
+    pub(crate) decision: f64,
+    pub(crate) conditions: AlarmConditions<f64>,
+    pub(crate) depth_m: f64,
+    pub(crate) velocity_m_per_s: f64,
+}
+
+/// The supervisor over a run: its events, and the alarms.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SupervisorHistory {
+    /// First tick of each event, and first tick after it.
+    events: Vec<(u64, u64)>,
+    ignored_alarms: Vec<u64>,
+    alarms: Vec<u64>,
+}
+
+impl SupervisorHistory {
+    /// Adds a tick; the ticks are in order.
+    pub(crate) fn push(&mut self, tick: u64, mode: f64, alarm: bool, is_taken: bool) {
+        if mode != Mode::Teleoperation.code() {
+            match self.events.last_mut() {
+                Some((_, end)) if *end == tick => *end = tick + 1,
+                _ => self.events.push((tick, tick + 1)),
+            }
+        }
+        if alarm && is_taken {
+            self.alarms.push(tick);
+        } else if alarm {
+            self.ignored_alarms.push(tick);
+        }
+    }
+
+    /// Why the supervisor would not act on an alarm at a tick.
+    fn refusal(&self, tick: u64, grid: &TickGrid, settings: &AugmentationSettings) -> Option<MissReason> {
+        let &(begin, end) = self.events.iter().rev().find(|(begin, _)| *begin < tick)?;
+        if tick < end {
+            return Some(MissReason::EventUnderWay { begin_s: grid.time_s(begin) });
+        }
+        let refractory = nearest_ticks(settings.automaton.refractory_s, grid.tick_s());
+        (tick < end + refractory).then(|| MissReason::Refractory { end_s: grid.time_s(end) })
+    }
+}
+
+/// The settings that decide whether a rupture has an alarm.
+pub(crate) struct MissRule<'a> {
+    pub(crate) grid: TickGrid,
+    pub(crate) detector: &'a DetectorSettings,
+    pub(crate) augmentation: &'a AugmentationSettings,
+}
+
+impl MissRule<'_> {
+    /// Ticks of the window of a rupture.
+    pub(crate) fn window_ticks(&self) -> u64 {
+        nearest_ticks(RUPTURE_WINDOW_S, self.grid.tick_s())
+    }
+
+    /// Why a rupture at `tick` has no alarm. `samples` are those of its window, from the rupture on, with their ticks.
+    ///
+    /// Of the samples with g above the threshold, the first that fails the fewest conditions decides: it is the one
+    /// that the smallest change turns into an alarm.
+    pub(crate) fn explain(
+        &self,
+        tick: u64,
+        samples: &[(u64, DetectorSample)],
+        supervisor: &SupervisorHistory,
+    ) -> Option<Miss> {
+        let window = tick..=tick + self.window_ticks();
+        if let Some(&alarm) = supervisor.ignored_alarms.iter().find(|alarm| window.contains(alarm)) {
+            let reason = supervisor.refusal(alarm, &self.grid, self.augmentation)?;
+            return Some(Miss { reason, also: vec![] });
+        }
+        // An alarm in the window counts for a later rupture; what comes from it on says nothing about this one.
+        let of_another = supervisor.alarms.iter().copied().find(|alarm| window.contains(alarm));
+        let end = of_another.map_or(samples.len(), |alarm| samples.partition_point(|(tick, _)| *tick < alarm));
+        if let (0, Some(alarm)) = (end, of_another) {
+            return Some(Miss {
+                reason: MissReason::AlarmOfAnother { alarm_s: self.grid.time_s(alarm) },
+                also: vec![],
+            });
+        }
+        let samples = &samples[..end];
+        let (_, first) = samples.first()?;
+        if !first.conditions.in_contact {
+            return Some(Miss { reason: MissReason::NotInContact { depth_m: first.depth_m }, also: vec![] });
+        }
+        let threshold = self.detector.cusum.threshold;
+        let above = samples.iter().filter(|(_, sample)| sample.decision > threshold);
+        let mut fewest: Option<Vec<MissReason>> = None;
+        for (tick, sample) in above {
+            let mut failed = self.failed(sample);
+            failed.extend(supervisor.refusal(*tick, &self.grid, self.augmentation));
+            if !failed.is_empty() && fewest.as_ref().is_none_or(|fewest| failed.len() < fewest.len()) {
+                fewest = Some(failed);
+            }
+        }
+        let mut reasons = fewest.unwrap_or_else(|| {
+            let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
+            let mut reasons = vec![match of_another {
+                Some(alarm) => MissReason::AlarmOfAnother { alarm_s: self.grid.time_s(alarm) },
+                None if max > 0.0 => MissReason::BelowThreshold { reached: max / threshold },
+                None => MissReason::BelowDrift,
+            }];
+            reasons.extend(supervisor.refusal(tick, &self.grid, self.augmentation));
+            reasons
+        });
+        let reason = reasons.remove(0);
+        Some(Miss { reason, also: reasons })
+    }
+
+    /// The conditions that a sample above the threshold fails.
+    fn failed(&self, sample: &DetectorSample) -> Vec<MissReason> {
+        let DetectorSample { conditions, depth_m, velocity_m_per_s, .. } = *sample;
+        if !conditions.in_contact {
+            return vec![MissReason::NotInContact { depth_m }];
+        }
+        let quiet_s = conditions.quiet_samples * self.grid.tick_s();
+        let settle_s = self.detector.arming.settle_s;
+        let all = [
+            (conditions.armed, MissReason::NotArmed { quiet_s, settle_s }),
+            (conditions.is_drop, MissReason::NoDrop),
+            (conditions.moves_as_required, MissReason::WrongMotion { velocity_m_per_s }),
+            (conditions.is_deep, MissReason::TooShallow { depth_m }),
+        ];
+        all.into_iter().filter(|(holds, _)| !holds).map(|(_, reason)| reason).collect()
+    }
+}

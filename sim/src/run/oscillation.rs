@@ -1,0 +1,206 @@
+//! Whether a run swings without decaying.
+
+use super::RunError;
+use crate::engine::{OwnParts, Trace};
+use crate::metrics::Outcome;
+use crate::operator::Operator;
+use crate::scenario::Scenario;
+
+/// The part of a run, at its end, that is examined, as a share.
+const TAIL: f64 = 0.4;
+
+/// Minimum number of swings in each half of the tail, from a peak to a trough or back.
+const MIN_SWINGS: usize = 4;
+
+/// Minimum swing in m, and in steps of the position sensor.
+const MIN_SWING_M: f64 = 2e-5;
+const MIN_SWING_STEPS: f64 = 2.0;
+
+/// Ratio of the later swings to the earlier ones from which a swing may last.
+const LASTING: f64 = 0.8;
+
+/// The same for the difference of two runs. It has no noise, so the limit is closer to 1.
+const LASTING_DIFFERENCE: f64 = 0.9;
+
+/// The displacement of the hand, relative to the swing, its duration in s, and the share of the run at which it begins.
+const NUDGE: f64 = 0.1;
+const NUDGE_S: f64 = 0.1;
+const NUDGE_AT: f64 = 0.4;
+
+/// A difference below this share of the displacement has decayed.
+const DECAYED: f64 = 1e-6;
+
+/// Returns `Oscillating` for a run that completed but swings without decaying, otherwise its outcome.
+///
+/// # Errors
+/// As [`run`](super::run()).
+pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> Result<Outcome, RunError> {
+    let candidate = |signals: &Signals| signals.lasting(scenario.sensor.position_resolution_m, trace);
+    let signals = Signals::of(scenario, trace);
+    let Some(swing) = (outcome == Outcome::Completed).then(|| candidate(&signals)).flatten() else {
+        return Ok(outcome);
+    };
+    Ok(if is_sustained(scenario, trace, &swing)? {
+        Outcome::Oscillating { frequency_hz: swing.frequency_hz, swing_m: swing.swing_m }
+    } else {
+        outcome
+    })
+}
+
+/// Positions relative to the desired position, in the tail of a run.
+struct Signals {
+    all: [Vec<f64>; 2],
+}
+
+/// A swing.
+struct Swing {
+    swing_m: f64,
+    frequency_hz: f64,
+}
+
+impl Signals {
+    fn of(scenario: &Scenario, trace: &Trace) -> Self {
+        let begin = tail_begin(trace.len());
+        let relative = |positions: &[f64], scale: f64| -> Vec<f64> {
+            let desired = &trace.desired_position_m[begin..];
+            positions[begin..].iter().zip(desired).map(|(position, desired)| position - scale * desired).collect()
+        };
+        Self {
+            all: [
+                relative(&trace.slave_position_m, scenario.position_scale()),
+                relative(&trace.master_position_m, 1.0),
+            ],
+        }
+    }
+
+    /// The largest swing that does not become clearly smaller.
+    fn lasting(&self, resolution_m: f64, trace: &Trace) -> Option<Swing> {
+        let min_m = MIN_SWING_M.max(MIN_SWING_STEPS * resolution_m);
+        let tick_s = trace.time_s.get(1)? - trace.time_s.first()?;
+        let lasting = self.all.iter().filter_map(|positions| {
+            let (early, late) = positions.split_at(positions.len() / 2);
+            let (early, late_swings) = (swings(early, min_m), swings(late, min_m));
+            let are_enough = early.len() >= MIN_SWINGS && late_swings.len() >= MIN_SWINGS;
+            let (before_m, after_m) = (median(early)?, median(late_swings.clone())?);
+            let late_s = late.len() as f64 * tick_s;
+            (are_enough && after_m >= LASTING * before_m)
+                .then(|| Swing { swing_m: after_m, frequency_hz: late_swings.len() as f64 / (2.0 * late_s) })
+        });
+        lasting.max_by(|a, b| a.swing_m.total_cmp(&b.swing_m))
+    }
+}
+
+fn tail_begin(ticks: usize) -> usize {
+    ticks - (ticks as f64 * TAIL) as usize
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// The changes from each peak to the next trough and back, of at least `min`.
+fn swings(values: &[f64], min: f64) -> Vec<f64> {
+    let Some(&first) = values.first() else { return vec![] };
+    let (mut low, mut high, mut is_rising) = (first, first, None);
+    let mut all = vec![];
+    for &value in values {
+        match is_rising {
+            None => {
+                (low, high) = (low.min(value), high.max(value));
+                if high - low >= min {
+                    is_rising = Some(value == high);
+                }
+            }
+            Some(true) => {
+                high = high.max(value);
+                if high - value >= min {
+                    all.push(high - low);
+                    (low, is_rising) = (value, Some(false));
+                }
+            }
+            Some(false) => {
+                low = low.min(value);
+                if value - low >= min {
+                    all.push(high - low);
+                    (high, is_rising) = (value, Some(true));
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The scenario's operator, displaced for a short time.
+struct Nudged<O> {
+    operator: O,
+    begin: u64,
+    ticks: u64,
+    nudge_m: f64,
+}
+
+impl<O: Operator<f64>> Operator<f64> for Nudged<O> {
+    fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
+        let desired_m = self.operator.desired_position_m(tick, felt_n);
+        match tick.checked_sub(self.begin) {
+            Some(since) if since <= self.ticks => {
+                let share = since as f64 / self.ticks as f64;
+                desired_m + 4.0 * self.nudge_m * share * (1.0 - share)
+            }
+            _ => desired_m,
+        }
+    }
+}
+
+/// Whether a short displacement of the hand has a lasting effect: whether the loop sustains the swing.
+fn is_sustained(scenario: &Scenario, trace: &Trace, swing: &Swing) -> Result<bool, RunError> {
+    let nudge_m = NUDGE * swing.swing_m;
+    let operator = Nudged {
+        operator: scenario.human_operator()?,
+        begin: (NUDGE_AT * trace.len() as f64) as u64,
+        ticks: ((NUDGE_S / scenario.grid.tick_s()) as u64).max(2),
+        nudge_m,
+    };
+    let mut other = Trace::new(scenario.grid);
+    let integration = |source| RunError::Integration { name: scenario.name.clone(), source };
+    scenario.build_with(OwnParts::default().operator(operator))?.run(&mut other).map_err(integration)?;
+    let begin = tail_begin(trace.len());
+    if other.len() < trace.len() {
+        return Ok(true);
+    }
+    let speeds = |positions: &[f64], others: &[f64]| -> Vec<f64> {
+        let difference: Vec<f64> = positions[begin..].iter().zip(&others[begin..]).map(|(a, b)| b - a).collect();
+        difference.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    };
+    // Of the differences of positions between ticks: a lasting offset, as after a cut, is no swing.
+    let sides = [
+        speeds(&trace.slave_position_m, &other.slave_position_m),
+        speeds(&trace.master_position_m, &other.master_position_m),
+    ];
+    let rms = |values: &[f64]| (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt();
+    Ok(sides.iter().any(|side| {
+        let (early, late) = side.split_at(side.len() / 2);
+        let (before, after) = (rms(early), rms(late));
+        // NaN, from a run that diverged, counts as lasting.
+        !(after < LASTING_DIFFERENCE * before || after < DECAYED * nudge_m)
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(amplitude: impl Fn(f64) -> f64) -> Vec<f64> {
+        (0..2000).map(|k| f64::from(k) * 1e-3).map(|t| amplitude(t) * (20.0 * t).sin()).collect()
+    }
+
+    #[test]
+    fn swings_go_from_peak_to_trough() {
+        let all = swings(&wave(|_| 0.5e-3), 1e-4);
+        assert!(all.len() >= 11 && all.iter().skip(1).all(|swing| (swing - 1e-3).abs() < 1e-6), "{all:?}");
+        assert!(swings(&wave(|_| 1e-5), 1e-4).is_empty());
+        assert!(swings(&[0.0; 100], 1e-4).is_empty() && swings(&[], 1e-4).is_empty());
+        let drift: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-5).collect();
+        assert!(swings(&drift, 1e-4).is_empty(), "a drift does not reverse");
+    }
+}

@@ -1,0 +1,209 @@
+//! Warnings: each has a stable code, a sentence, the key or column that it concerns, and a remedy.
+//!
+//! Every surface (terminal, JSON files, reports, the page, Python) shows the same warnings.
+
+use std::fmt::{self, Display, Formatter};
+
+use serde::{Serialize, Serializer};
+
+/// Defines the codes: the variant, its word, and what it means.
+macro_rules! codes {
+    ($($Code:ident $word:literal: $meaning:literal, $more:literal;)*) => {
+        /// The code of a warning.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Code {
+            $(#[doc = $meaning] $Code,)*
+        }
+
+        impl Code {
+            /// All codes.
+            pub const ALL: &'static [Self] = &[$(Self::$Code),*];
+
+            /// Its word in files and messages.
+            #[must_use]
+            pub fn word(self) -> &'static str {
+                match self {
+                    $(Self::$Code => $word,)*
+                }
+            }
+
+            /// What it says, in one sentence.
+            #[must_use]
+            pub fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$Code => $meaning,)*
+                }
+            }
+
+            /// How it is told, and what to do.
+            #[must_use]
+            pub fn explanation(self) -> &'static str {
+                match self {
+                    $(Self::$Code => $more,)*
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    MissedRupture "missed-rupture":
+        "A layer ruptured, and no alarm followed within 0.5 s.",
+        "The run is repeated with an observed detector. Of the samples after the rupture with g above the threshold, the first that \
+         fails the fewest conditions gives the reason; the message names the key that decides on it. Without such a sample the \
+         message says how far g came.";
+    LayerIntact "layer-intact":
+        "A layer in the path of the hand did not rupture.",
+        "The run ended with the layer intact: the needle did not go deep enough, or the tissue force stayed below the rupture force. \
+         Such a layer counts neither as missed nor as detected.";
+    Oscillating "oscillating":
+        "The needle or the master swings, and the swing does not decay.",
+        "The position relative to the desired position reverses at least four times in each half of the last 40 % of the run, by more \
+         than 20 µm and twice the resolution of the position sensor, and the reversals do not become smaller than 80 %. The run is \
+         then repeated with the hand displaced by a tenth of the swing for 0.1 s. If the difference of the two runs decays, hand or \
+         noise force the swing and there is no warning; if it does not, the loop sustains the swing itself.";
+    HandEnergyImpossible "hand-energy-impossible":
+        "The hand exchanges more energy with the master than a person can.",
+        "The mean power between hand and master, |∫ F_h dx_h| over the duration, is above 100 W, or the force on the hand exceeds \
+         1000 N. No person sustains that: the loop is unstable or a scale is wrong.";
+    ActiveLoop "active-loop":
+        "The master gives the hand energy that neither the hand nor the tissue has put in.",
+        "The tissue is a model, which cannot give energy, and yet the work of the hand on the master is negative: the teleoperator \
+         feeds the hand. A passive teleoperator does not. With a delay, a passivity scheme can prevent it.";
+    DelayBeyondRun "delay-beyond-run":
+        "A delay of the link is longer than the run.",
+        "Nothing that is sent arrives in the run.";
+    SeedsWithoutEffect "seeds-without-effect":
+        "The scenario has no random numbers, so that every seed gives the same run.",
+        "Seeds vary the noise of the sensors, the tremor, the reaction times, jitter and loss. None of them is on, so that repeated \
+         runs are copies, and intervals over seeds have no width.";
+    MetricConstant "metric-constant":
+        "A metric has the same value in every case of a sweep.",
+        "The axes of the sweep have no influence on the metric, or the metric is saturated.";
+    Unmodelled "unmodelled":
+        "The analysis of stability leaves out a part of the scenario.",
+        "The linear analysis has no model of the listed parts. Its verdict covers the loop without them; with them the loop may be \
+         unstable. `trocar run` simulates them.";
+    LowSamplingRate "low-sampling-rate":
+        "The samples are too far apart to show a rupture.",
+        "A rupture takes about 30 ms. At a low rate it falls between two samples, and the defaults of estimator and detector are for \
+         intervals of 0.5 to 2 ms. Are the times in milliseconds? Then write --time COLUMN:ms.";
+    HighSamplingRate "high-sampling-rate":
+        "The samples are closer together than any force sensor's.",
+        "The sampling rate is above 100 kHz: the unit of the time is probably wrong.";
+    ForceSign "force-sign":
+        "The force does not resist the insertion.",
+        "Forces are positive when they resist insertion. Loading the tissue then takes work: the force rises while the needle \
+         advances. In the recording it falls. A negative factor changes the sign, as in --force COLUMN:-1.";
+    ForceMagnitude "force-magnitude":
+        "The forces are not those of a needle in tissue.",
+        "Needle insertions have peak forces of 0.05 to 50 N. Outside this range the unit is probably wrong: write it after the \
+         column, as in --force COLUMN:mN.";
+    PositionMagnitude "position-magnitude":
+        "The positions are not those of a needle insertion.",
+        "Insertions span 0.5 mm to 0.3 m. Outside this range the unit is probably wrong: write it after the column, as in \
+         --position COLUMN:mm.";
+    PositionSign "position-sign":
+        "The position decreases while the force rises.",
+        "Positions increase into the tissue. A negative factor changes the sign, as in --position COLUMN:-1.";
+    VelocityMagnitude "velocity-magnitude":
+        "The recorded velocity is not the derivative of the recorded position.",
+        "The velocity column and the slope of the positions differ by a factor. The message names the factor that makes them agree, \
+         for --velocity COLUMN:FACTOR. Without --velocity, the velocity is estimated from the positions.";
+    NoContact "no-contact":
+        "The needle never reaches the contact position.",
+        "Estimator and detector work below estimator.contact_m only. Give --contact-m at the surface of the tissue.";
+    ForceBeforeContact "force-before-contact":
+        "The force is large before the assumed contact.",
+        "Estimator and detector ignore the samples before the contact. If the force there is large, the contact position is too deep: \
+         give a smaller --contact-m.";
+    SeldomArmed "seldom-armed":
+        "The detector was armed for less than half of the time in contact.",
+        "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \
+         g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";
+    ManyAlarms "many-alarms":
+        "More alarms than an insertion has layers.",
+        "The threshold is too low for the noise, or a unit is wrong. `trocar calibrate` computes a threshold from the noise.";
+    SlowRupturesMissed "slow-ruptures-missed":
+        "The calibrated settings detect less than half of the slowest inserted ruptures.",
+        "The noise hides the slowest ruptures at the requested interval between false alarms. Calibrate on a longer beginning \
+         (--first-s), or accept more false alarms (a smaller --false-alarm-s).";
+    HarmlessAlarms "harmless-alarms":
+        "The calibrated settings raise alarms at more than a fifth of the inserted harmless changes.",
+        "The estimator is too slow for changes of stiffness and speed. Calibrate on a longer beginning (--first-s), or accept a longer \
+         delay.";
+    MissingSection "missing-section":
+        "A file with settings lacks a section.",
+        "The defaults are used for it.";
+    SkippedRows "skipped-rows":
+        "Rows of a recording or of a stream were skipped.",
+        "A row that is malformed, not finite or not later than the previous one is skipped.";
+    FewSamples "few-samples":
+        "A result rests on too few samples for its precision.",
+        "The interval beside the result says how wide it can be.";
+}
+
+impl Code {
+    /// The code of a word.
+    #[must_use]
+    pub fn parse(word: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|code| code.word() == word)
+    }
+}
+
+impl Serialize for Code {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.word())
+    }
+}
+
+/// A warning.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Warning {
+    /// Its code.
+    pub code: Code,
+    /// What was found, in one sentence.
+    pub message: String,
+    /// The scenario, recording or file, if there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// The key, column or flag that it concerns.
+    pub place: Option<String>,
+    /// What to do.
+    pub remedy: Option<String>,
+}
+
+impl Warning {
+    /// A warning.
+    #[must_use]
+    pub fn new(code: Code, message: impl Into<String>) -> Self {
+        Self { code, message: message.into(), source: None, place: None, remedy: None }
+    }
+
+    /// The same with the key, column or flag that it concerns.
+    #[must_use]
+    pub fn at(self, place: impl Into<String>) -> Self {
+        Self { place: Some(place.into()), ..self }
+    }
+
+    /// The same with a remedy.
+    #[must_use]
+    pub fn remedy(self, remedy: impl Into<String>) -> Self {
+        Self { remedy: Some(remedy.into()), ..self }
+    }
+
+    /// The same with the scenario, recording or file that it is about.
+    #[must_use]
+    pub fn of(self, source: impl Into<String>) -> Self {
+        Self { source: Some(source.into()), ..self }
+    }
+}
+
+impl Display for Warning {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if let Some(source) = &self.source {
+            write!(f, "{source}: ")?;
+        }
+        f.write_str(&self.message)
+    }
+}

@@ -1,0 +1,69 @@
+//! Warnings on standard error.
+
+use std::cell::Cell;
+use std::io::Write;
+
+use super::OutputArgs;
+use super::error::CliError;
+use trocar_report::{WIDTH, filled};
+use trocar_sim::warning::Warning;
+
+/// Prints the warnings of a command, and counts them.
+pub(super) struct Warnings {
+    is_quiet: bool,
+    are_errors: bool,
+    count: Cell<usize>,
+}
+
+impl Warnings {
+    pub(super) fn new(output: &OutputArgs) -> Self {
+        Self { is_quiet: output.quiet, are_errors: output.deny_warnings, count: Cell::new(0) }
+    }
+
+    /// Prints warnings.
+    pub(super) fn print(&self, warnings: &[Warning]) {
+        self.count.set(self.count.get() + warnings.len());
+        if !self.is_quiet {
+            for warning in warnings {
+                // Standard error can be closed; the work continues.
+                let _ = write!(anstream::stderr(), "{}", text(warning));
+            }
+        }
+    }
+
+    /// Ends the command.
+    ///
+    /// # Errors
+    /// [`CliError::Warnings`] if warnings are errors and there were some.
+    pub(super) fn finish(&self) -> Result<(), CliError> {
+        match self.count.get() {
+            count if self.are_errors && count > 0 => Err(CliError::Warnings { count }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Returns a warning as lines that fit the terminal.
+pub(super) fn text(warning: &Warning) -> String {
+    let style = anstyle_yellow();
+    let head = format!("warning[{}]: {warning}", warning.code.word());
+    let mut lines = filled(&head, WIDTH, 2);
+    if let Some(first) = lines.first_mut() {
+        *first = first.replacen("warning", &format!("{style}warning{style:#}"), 1);
+    }
+    if let Some(remedy) = &warning.remedy {
+        lines.extend(
+            filled(&format!("help: {remedy}"), WIDTH - 2, 4)
+                .into_iter()
+                .enumerate()
+                .map(|(index, line)| if index == 0 { format!("  {line}") } else { line }),
+        );
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Returns the style of the word "warning".
+fn anstyle_yellow() -> clap::builder::styling::Style {
+    use clap::builder::styling::{AnsiColor, Style};
+    Style::new().bold().fg_color(Some(AnsiColor::Yellow.into()))
+}
