@@ -85,7 +85,7 @@ pub fn gates() -> String {
         ("hand/fast-stab", "`hand/fast-stab`", &["augmentation.enabled=false"]),
     ];
     let names = DATA.map(|(_, name, _)| name).join(" | ");
-    let mut text = format!("| ruptures found, false alarms | {names} |\n|---|{}\n", "---|".repeat(DATA.len()));
+    let mut text = format!("| ruptures detected, false alarms | {names} |\n|---|{}\n", "---|".repeat(DATA.len()));
     for (name, settings) in GATES {
         let _ = write!(text, "| {name} |");
         for (data, _, own) in DATA {

@@ -50,7 +50,7 @@ impl fmt::Display for Kind {
                     write!(f, "{comma}\"{word}\"")
                 })
             }
-            Self::Text => f.write_str("a text, as in \"name\""),
+            Self::Text => f.write_str("a string, as in \"name\""),
             Self::File => f.write_str("the path of a file, as in \"insertion.csv\""),
         }
     }

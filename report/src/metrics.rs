@@ -34,12 +34,12 @@ pub fn metrics_markdown() -> String {
 
 fn about(scope: Scope) -> &'static str {
     match scope {
-        Scope::Run => "Of a run:",
-        Scope::Link => "Of its link:",
-        Scope::Rupture => "Of a rupture, by its number:",
-        Scope::Event => "Of an augmented event, by its number:",
-        Scope::Loop => "Of the control loop, in sweeps:",
-        Scope::Noise => "Of the detection in added noise, in comparisons:",
+        Scope::Run => "Metrics of a run:",
+        Scope::Link => "Metrics of the link:",
+        Scope::Rupture => "Metrics of a rupture, with its number:",
+        Scope::Event => "Metrics of an augmented event, with its number:",
+        Scope::Loop => "Metrics of the control loop, in sweeps:",
+        Scope::Noise => "Metrics of the detection in added noise, in comparisons:",
     }
 }
 

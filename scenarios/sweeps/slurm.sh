@@ -1,8 +1,8 @@
 #!/bin/sh
-# A sweep over a Slurm cluster: eight shards, each a task of an array, and their join when all of them are done.
+# A sweep on a Slurm cluster: eight shards, each a task of an array. Join them when all tasks are done.
 #   sbatch --array=1-8 scenarios/sweeps/slurm.sh scenarios/sweeps/million.toml /shared/out
-# A task that was ended, by a time limit or a lost node, is put back into the queue and continues where it was; by hand, the
-# same line of sbatch does that too: shards that are done say so at once.
+# After a time limit or a lost node, Slurm puts the task back into the queue and it continues. The same sbatch command does
+# this by hand; shards that are already complete end at once.
 #SBATCH --job-name=trocar-sweep
 #SBATCH --cpus-per-task=2
 #SBATCH --mem-per-cpu=500M

@@ -51,7 +51,7 @@ pub(super) struct DetectArgs {
     /// Maximum delay of an alarm that matches a rupture, in s
     #[arg(long, value_name = "S", default_value_t = RUPTURE_WINDOW_S, value_parser = quantity("s"), allow_hyphen_values = true)]
     window_s: f64,
-    /// Draw no figures, which need most of the time with many recordings
+    /// Draw no figures; with many recordings, they take most of the time
     #[arg(long)]
     no_figures: bool,
     /// Live stream: time between two samples, in s [default: the time between the first two samples]

@@ -123,9 +123,9 @@ fn a_slave_with_an_outage_from_the_start_does_not_jump() {
 fn invalid_outages_are_rejected_with_their_place() {
     let folder = TestFolder::new();
     for (outages, phrases) in [
-        ("[0.3]", ["and the outage at 0.3 s no end", "write each outage as its begin and its end"]),
-        ("[0.1, 0.2, 0.3]", ["has 3 numbers", "write each outage as its begin and its end"]),
-        ("[0.3, 0.2]", ["from 0.3 to 0.2 s, must end after its begin", "write each outage"]),
+        ("[0.3]", ["the outage at 0.3 s has no end", "write each outage as its start and its end"]),
+        ("[0.1, 0.2, 0.3]", ["has 3 numbers", "write each outage as its start and its end"]),
+        ("[0.3, 0.2]", ["from 0.3 to 0.2 s, must end after its start", "write each outage"]),
         ("[0.3, 0.5, 0.4, 0.6]", ["an outage from 0.4 s after one to 0.5 s, must ascend", "join those that overlap"]),
         ("[-0.1, 0.2]", ["has -0.1, must be at least 0", "count from the run's start"]),
         ("[0.1, nan]", ["channel.outages_s is [0.1, nan]", "a list of numbers"]),

@@ -45,7 +45,7 @@ crate::settings! {
         exit_ratio: f64 [POSITIVE_SHARE] = 0.5,
         /// How long g must be quiet before the slave is released.
         exit_quiet_s: f64 [NON_NEGATIVE] = 0.05,
-        /// Refractory period after an event, without alarms.
+        /// Refractory period after an event, in which alarms have no effect.
         refractory_s: f64 [NON_NEGATIVE] = 0.2,
     }
     where max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s";

@@ -59,7 +59,7 @@ where
 macro_rules! force_laws {
     ($($word:literal => $Law:ident($Settings:ident),)*) => {
         crate::choice! {
-            /// Let the felt force decay, or scale its variation.
+            /// Let the feedback force decay, or scale its variation.
             ///
             /// `F*` is the feedback force just before the alarm.
             #[derive(Debug, Clone, Copy, PartialEq)]

@@ -328,7 +328,7 @@ macro_rules! settings {
 ///
 /// ```
 /// trocar_core::choice! {
-///     /// Let the felt force decay, or scale its variation.
+///     /// Let the feedback force decay, or scale its variation.
 ///     #[derive(Debug, Clone, Copy, PartialEq)]
 ///     pub enum Law at "augmentation.force_law" = Decay {
 ///         /// Towards a fraction of the force at the alarm.

@@ -26,15 +26,15 @@ metrics! {
         ruptures: u64;
         /// Ruptures missed when the scenario is run again with 0.025 N of added force noise.
         missed_ruptures: u64 = "missed ruptures", Count, Lower;
-        /// False alarms in that noise.
+        /// False alarms when the scenario is run again with the added force noise.
         false_alarms: u64 = "false alarms", Count, Lower;
-        /// Ruptures missed in that noise by a CUSUM over the squared change of the force, for comparison.
+        /// Ruptures missed in the added noise by the derivative CUSUM, the baseline of the paper.
         derivative_missed_ruptures: u64 = "missed ruptures, derivative CUSUM", Count, Lower;
-        /// False alarms of that derivative detector.
+        /// False alarms of the derivative CUSUM in the added noise.
         derivative_false_alarms: u64 = "false alarms, derivative CUSUM", Count, Lower;
         /// The highest threshold on the squared change, in N², that still detects every rupture; none without ruptures.
         derivative_threshold_n2: Option<f64>;
-        /// Samples away from ruptures at which the squared change exceeds the highest threshold that still finds all of them.
+        /// Samples away from ruptures whose squared change exceeds the highest threshold that detects all ruptures.
         derivative_exceedances: Option<u64> = "false samples, derivative at best", Count, Lower;
     }
 }

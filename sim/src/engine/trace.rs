@@ -88,7 +88,7 @@ macro_rules! trace {
 trace! {
     /// Time of the tick.
     time_s: f64, "s" => |s, grid| grid.time_s(s.tick);
-    /// Position at which the operator wants the master, x_d.
+    /// Desired position of the master, x_d.
     desired_position_m: f64, "m";
     /// Position of the master, x_h.
     master_position_m: f64, "m";
@@ -98,7 +98,7 @@ trace! {
     operator_force_n: f64, "N";
     /// Position that the slave is commanded to, x_ref.
     slave_reference_m: f64, "m";
-    /// Position of the slave, x_e, which grows into the tissue.
+    /// Position of the slave, x_e; it increases into the tissue.
     slave_position_m: f64, "m";
     /// Velocity of the slave, v_e.
     slave_velocity_m_per_s: f64, "m/s";

@@ -117,7 +117,7 @@ metrics! {
         undecided_ruptures: u64 = "undecided ruptures", Count, Neither [Never];
         /// Alarms without a rupture, or for a rupture that already had an alarm.
         false_alarms: u64 = "false alarms", Count, Lower [Main];
-        /// Alarms ignored because an event was open or had just ended.
+        /// Alarms ignored because an event was in progress or had just ended.
         ignored_alarms: u64 = "alarms ignored during events", Count, Neither;
         /// Maximum detection delay of the run's ruptures.
         max_detection_delay_s = "maximum detection delay", Second, Lower [Never] was "most_detection_delay_s" => |m| {
@@ -161,9 +161,9 @@ metrics! {
         mode_times: ModeTimes;
         /// Time in teleoperation.
         teleoperation_s = "time in teleoperation", Second, Neither [Never] => |m| Some(m.mode_times.teleoperation_s);
-        /// Time in which the slave was frozen and the felt force exaggerated, all events together.
+        /// Total time for which the slave was frozen, over all events.
         augmented_s = "time augmented", Second, Neither => |m| Some(m.mode_times.augmented_s);
-        /// Time in which the slave re-engaged, all events together.
+        /// Total time for which the slave re-engaged, over all events.
         reengaging_s = "time re-engaging", Second, Neither => |m| Some(m.mode_times.reengaging_s);
         /// Number of changes of mode.
         mode_switches: u64 = "mode switches", Count, Neither;

@@ -69,7 +69,7 @@ trocar_core::settings! {
         movement: MovementSettings,
         /// Number of pushes, each from rest to rest, of an insertion-extraction.
         pushes: u64 [1..] = 1,
-        /// Duration of the rest of an insertion-extraction.
+        /// Duration of the pause between insertion and withdrawal of an insertion-extraction.
         hold_s: f64 [NON_NEGATIVE] = 1.0,
         /// Duration of the withdrawal of an insertion-extraction.
         withdrawal_s: f64 [POSITIVE] = 1.0,
@@ -90,7 +90,8 @@ trocar_core::settings! {
 }
 
 trocar_core::choice! {
-    /// The recording's position, a constant speed, a minimum-jerk movement, an insertion and extraction, or a sine.
+    /// Desired position: that of the recording, a constant speed, a minimum-jerk movement, an insertion and extraction,
+    /// or a sine.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum MotionSettings at "operator.kind" = Recording {
         /// A recording.

@@ -51,7 +51,7 @@ trocar_core::settings! {
         reaction_min_s: f64 [NON_NEGATIVE] = 0.15,
         /// Maximum reaction time.
         reaction_max_s: f64 [NON_NEGATIVE] = 0.25,
-        /// Time constant of the recent level.
+        /// Time constant of the recent level of the felt force.
         memory_s: f64 [POSITIVE] = 0.05,
         /// Minimum level of the felt force at which a drop is noticed.
         min_force_n: f64 at "operator.reflex_least_force_n" [NON_NEGATIVE] = 0.3,

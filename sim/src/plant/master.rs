@@ -27,12 +27,12 @@ trocar_core::settings! {
         mass_kg: f64 [MASS] = 0.245,
         /// Damping.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 4.1,
-        /// K_i in 1/s.
+        /// Integral gain K_i of the force controller, in 1/s.
         ///
         /// A spring to the slave's position is not a force to be tracked: the integral of the difference would not
         /// converge.
         force_integral_gain: f64 [NON_NEGATIVE]
-            => "12 as the paper has it; 0 where positions are fed back to the master"
+            => "12, as in the paper; 0 if positions are fed back to the master"
             if is_fed_positions { 0.0 } else { 12.0 },
         /// Whether the hand acts on the master.
         coupling: Coupling,
@@ -55,20 +55,20 @@ trocar_core::settings! {
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper) {
         /// Stiffness between arm and master.
-        k_a_n_per_m: f64 [NON_NEGATIVE] => "the grip's; 733 as the paper has it" grip.stiffness_factor() * 733.0,
+        k_a_n_per_m: f64 [NON_NEGATIVE] => "from the grip; 733 for the paper's" grip.stiffness_factor() * 733.0,
         /// Damping between arm and master.
-        b_a_n_s_per_m: f64 [NON_NEGATIVE] => "the grip's; 37.3 as the paper has it" grip.damping_factor() * 37.3,
+        b_a_n_s_per_m: f64 [NON_NEGATIVE] => "from the grip; 37.3 for the paper's" grip.damping_factor() * 37.3,
         /// Stiffness between desired position and arm.
-        k_h_n_per_m: f64 [NON_NEGATIVE] => "the grip's; 14998 as the paper has it" grip.stiffness_factor() * 14998.0,
+        k_h_n_per_m: f64 [NON_NEGATIVE] => "from the grip; 14998 for the paper's" grip.stiffness_factor() * 14998.0,
         /// Damping between desired position and arm.
-        b_h_n_s_per_m: f64 [NON_NEGATIVE] => "the grip's; 178 as the paper has it" grip.damping_factor() * 178.0,
+        b_h_n_s_per_m: f64 [NON_NEGATIVE] => "from the grip; 178 for the paper's" grip.damping_factor() * 178.0,
         /// Mass of the arm.
-        m_h_kg: f64 [MASS] => "the grip's; 1.88 as the paper has it" 1.88,
+        m_h_kg: f64 [MASS] => "from the grip; 1.88 for the paper's" 1.88,
     }
 }
 
 trocar_core::choice! {
-    /// The grip of the hand: as the paper identified it, half or twice as stiff.
+    /// Grip of the hand: as identified in the paper, half as stiff, or twice as stiff.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Grip at "arm.grip" = Paper {
         /// As the paper identified it (eq. 32-35).

@@ -19,13 +19,13 @@ trocar_core::settings! {
     /// The slave (eq. 30) and its controller (eq. 31).
     #[derive(Debug, Clone, PartialEq)]
     pub struct SlaveParameters in "slave." no const {
-        /// Of X_e / U_s, highest power first.
+        /// Numerator of X_e / U_s, highest power first.
         numerator: Vec<f64> = [7.778, 656.0],
-        /// Of X_e / U_s, highest power first; degree 2 or 3.
+        /// Denominator of X_e / U_s, highest power first; degree 2 or 3.
         denominator: Vec<f64> = [1.0, 104.1, 1.131e-4, 0.0],
-        /// K_p.
+        /// Proportional gain K_p.
         proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
-        /// K_v.
+        /// Velocity gain K_v.
         velocity_gain: f64 [NON_NEGATIVE] = 15.0,
         /// The signal that `K_v` acts on.
         damping: Damping,

@@ -17,7 +17,7 @@ trocar_core::settings! {
     /// The signs of the file's numbers.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SignSettings in "recording." {
-        /// -1 if the file has resistance to insertion as negative.
+        /// -1 if resistance to insertion is negative in the file.
         force_sign: f64 [SIGN] = 1.0,
         /// -1 if the file's positions decrease into the tissue.
         position_sign: f64 [SIGN] = 1.0,

@@ -203,7 +203,7 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
         }
         if visited.len() > MAX_BASES {
             let message = format!("the chain of bases is longer than {MAX_BASES}");
-            return Err(ScenarioError::new(message).at(place).remedy("name a base nearer to the first file"));
+            return Err(ScenarioError::new(message).at(place).remedy("use fewer bases"));
         }
         let text = source.read().map_err(|error| error.at(place))?;
         let file = parse(&source.display(), &text, &source)?;

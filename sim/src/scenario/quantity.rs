@@ -114,10 +114,10 @@ pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     if written.is_empty() {
         return Err(format!("write {number} without quotes, or \"{number} {unit}\""));
     }
-    let given = Unit::parse(written).ok_or_else(|| format!("{written} is no known unit; give it in {unit}"))?;
+    let given = Unit::parse(written).ok_or_else(|| format!("{written} is not a known unit; give it in {unit}"))?;
     let si = Unit::parse(unit).unwrap_or_default();
     if given.dimensions != si.dimensions {
-        return Err(format!("{written} is no unit of this quantity; give it in {unit} or a multiple of it"));
+        return Err(format!("{written} is not a unit of this quantity; give it in {unit} or a multiple of it"));
     }
     let (decade, sixties) = (given.decade - si.decade, given.sixties - si.sixties);
     // Dividing by a power of ten is exact to the last bit where multiplying by its inverse is not.
@@ -166,10 +166,10 @@ mod tests {
             ("30", "write 30 without quotes"),
             ("ms", "write a number"),
             ("3 mm", "give it in s"),
-            ("3 parsec", "no known unit"),
+            ("3 parsec", "not a known unit"),
             ("inf s", "write a number"),
             ("nan", "write a number"),
-            ("3 s/", "no known unit"),
+            ("3 s/", "not a known unit"),
             ("", "write a number"),
             ("é3", "write a number"),
         ] {

@@ -194,7 +194,7 @@ pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'stati
     builtin::content(name).ok_or_else(|| {
         let known: Vec<_> = builtin::recordings().collect();
         let message = format!("there is no recording {}", Source::Builtin(name.to_owned()).display());
-        values.error(key, message).remedy(format!("there are {}", known.join(", ")))
+        values.error(key, message).remedy(format!("the shipped recordings are {}", known.join(", ")))
     })
 }
 
@@ -221,8 +221,8 @@ pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> 
 /// The error that the recording to replay is missing.
 pub(super) fn missing_recording(values: &Values) -> ScenarioError {
     values
-        .error(FILE, "recording.file is missing, and operator or tissue replay a recording")
-        .remedy("give recording.file, or other kinds of operator and tissue")
+        .error(FILE, "recording.file is missing, but the operator or the tissue replays a recording")
+        .remedy("give recording.file, or change operator.kind and tissue.kind")
 }
 
 /// Reads the recording that values describe.

@@ -17,7 +17,7 @@ trocar_core::settings! {
         engine: EngineKind,
         /// In continuous time or on the tick.
         timing: ControlTiming,
-        /// Seed of every random number.
+        /// Seed of all random numbers.
         seed: u64 [0..] = 1,
     }
 }

@@ -53,16 +53,16 @@ fn outages(values: &Values, times_s: &[f64], tick_s: f64) -> Result<Arc<[Range<u
     let refuse = |message: String, remedy: &str| Err(values.error(OUTAGES, message).remedy(remedy));
     let (pairs, rest) = times_s.as_chunks::<2>();
     if let [begin_s] = rest {
-        let message = format!("{OUTAGES} has {} numbers, and the outage at {begin_s} s no end", times_s.len());
-        return refuse(message, "write each outage as its begin and its end, as in [2.0, 2.5]");
+        let message = format!("{OUTAGES} has {} numbers, and the outage at {begin_s} s has no end", times_s.len());
+        return refuse(message, "write each outage as its start and its end, as in [2.0, 2.5]");
     }
     if let Some(before) = times_s.iter().find(|&&time_s| time_s < 0.0) {
         return refuse(format!("{OUTAGES} has {before}, must be at least 0"), "count from the run's start");
     }
     if let Some([begin_s, end_s]) = pairs.iter().find(|[begin_s, end_s]| end_s <= begin_s) {
         return refuse(
-            format!("{OUTAGES} has an outage from {begin_s} to {end_s} s, must end after its begin"),
-            "write each outage as its begin and its end",
+            format!("{OUTAGES} has an outage from {begin_s} to {end_s} s, must end after its start"),
+            "write each outage as its start and its end",
         );
     }
     if let Some(two) = pairs.windows(2).find(|two| two[1][0] < two[0][1]) {
@@ -195,7 +195,7 @@ mod tests {
         for (list, reason) in [
             ("[0.1]", "has 1 numbers, and the outage at 0.1 s no end"),
             ("[-0.1, 0.3]", "has -0.1, must be at least 0"),
-            ("[0.3, 0.3]", "from 0.3 to 0.3 s, must end after its begin"),
+            ("[0.3, 0.3]", "from 0.3 to 0.3 s, must end after its start"),
             ("[0.3, 0.4, 0.1, 0.2]", "an outage from 0.1 s after one to 0.4 s, must ascend"),
         ] {
             let message = of(list).expect_err(list);

@@ -4,11 +4,12 @@ trocar_core::settings! {
     /// Scheduled outages and logged delays of the link.
     #[derive(Debug, Clone, PartialEq)]
     pub(super) struct ScheduleSettings in "channel." no const {
-        /// Times of outages, in pairs, as in [2.0, 2.5]: samples sent from a begin to before its end never arrive.
+        /// Start and end times of outages, as in [2.0, 2.5]: samples sent from a start until just before its end never
+        /// arrive.
         outages_s: Vec<f64> = [],
-        /// A CSV file of logged delays, for forward_delay_s and backward_delay_s at 0: from each time_s on, counted
-        /// from the run's start, samples have the delays of the columns with those names, to the nearest tick; where a
-        /// delay is empty or lost, they never arrive.
+        /// A CSV file of logged delays with the columns time_s, forward_delay_s and backward_delay_s; the keys of the
+        /// same names must be 0. A row applies from its time_s after the start of the run, to the nearest tick; an
+        /// empty delay, or lost, is a lost sample.
         delays_file: Option<String> [FILE],
     }
 }

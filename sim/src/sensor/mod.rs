@@ -33,7 +33,7 @@ trocar_core::settings! {
         force_bandwidth_hz: f64 [NON_NEGATIVE] = 0.0,
         /// Standard deviation of the white noise on the force.
         force_noise_std_n: f64 [NON_NEGATIVE] = 0.0,
-        /// Step of the force reading; 0 reads exactly.
+        /// Step of the force reading; 0: no quantisation.
         force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
         /// Maximum force reading, in both directions: readings beyond it are clipped; no limit when not given.
         force_range_n: Option<f64> [POSITIVE],

@@ -24,7 +24,7 @@ impl Axis {
             let known: Vec<&str> = Parameter::all().map(Parameter::key).collect();
             let nearest = nearest_of(key, known.iter().copied());
             let nearest = nearest.map_or(".".to_owned(), |nearest| format!("; did you mean {nearest}?"));
-            format!("the loop has no parameter {key}{nearest} There are {}", known.join(", "))
+            format!("the loop has no parameter {key}{nearest} The parameters are {}", known.join(", "))
         })?;
         let parts: Vec<&str> = range.split(':').map(str::trim).collect();
         let [low, high, count, spacing @ ..] = parts.as_slice() else {

@@ -114,7 +114,7 @@ fn unknown(entry: &Entry) -> ScenarioError {
     }
     match nearest_of(path, SWEEP_KEYS.iter().map(|(known, _)| *known).chain(["axes"])) {
         Some(best) => error.remedy(format!("did you mean {best}?")),
-        None => error.remedy("`trocar sweep --help` names them all"),
+        None => error.remedy("`trocar sweep --help` lists all of them"),
     }
 }
 
@@ -137,7 +137,7 @@ fn flag(entry: &Entry) -> Result<bool, ScenarioError> {
 fn name(entry: &Entry) -> Result<String, ScenarioError> {
     let is_harmless = |name: &&str| harmless_name(name) == **name;
     let name = entry.value.as_str().filter(is_harmless);
-    name.map(str::to_owned).ok_or_else(|| must(entry, "a text of letters, digits, '-' and '_', which names a folder"))
+    name.map(str::to_owned).ok_or_else(|| must(entry, "a string of letters, digits, '-' and '_', which names a folder"))
 }
 
 fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
@@ -182,11 +182,11 @@ fn columns(entry: Option<&Entry>, former_names: &mut Vec<(String, String)>) -> R
             let error = ScenarioError::new(format!("there is no metric {name}")).at(Some(within(entry, name)));
             return Err(match Column::nearest(name) {
                 Some(near) => error.remedy(format!("did you mean {near}?")),
-                None => error.remedy("`trocar sweep --help` names them all"),
+                None => error.remedy("`trocar sweep --help` lists all of them"),
             });
         };
         if columns.iter().any(|other| other.name == column.name) {
-            let message = format!("the metric {name} is there twice");
+            let message = format!("the metric {name} is listed twice");
             return Err(ScenarioError::new(message).at(Some(within(entry, name))));
         }
         if column.name != name {
@@ -265,10 +265,10 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
 /// Rejects the keys that a sweep sets itself.
 fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     let error = |remedy: &str| {
-        Err(ScenarioError::new(format!("{path} is no axis")).at(Some(entry.key_place.clone())).remedy(remedy))
+        Err(ScenarioError::new(format!("{path} cannot be an axis")).at(Some(entry.key_place.clone())).remedy(remedy))
     };
     match path {
-        "simulation.seed" => error("give seeds = N, and first_seed where it matters"),
+        "simulation.seed" => error("give seeds = N, and first_seed if needed"),
         "name" => error("a case is named by its number"),
         _ => Ok(()),
     }
@@ -317,10 +317,10 @@ fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioErro
     let log = log.map_or(Ok(false), flag)?;
     let (first, last) = (number(from)?, number(to)?);
     if first == last {
-        return Err(must(to, "another number than from").remedy("fix the key by set, or give a list"));
+        return Err(must(to, "a number other than from").remedy("fix the key with set, or give a list"));
     }
     if let Some((end, _)) = [(from, first), (to, last)].into_iter().find(|(_, number)| log && *number <= 0.0) {
-        return Err(must(end, "above 0 where log = true"));
+        return Err(must(end, "above 0 with log = true"));
     }
     let points = match (points, is_grid) {
         (Some(entry), true) => Some(whole(entry, 2, MAX_CASES)?),

@@ -42,7 +42,7 @@ impl Plan {
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         let Some(base) = &file.base else {
-            let message = format!("{}: base is missing, the scenario to vary", source.display());
+            let message = format!("{}: base is missing; it names the scenario to vary", source.display());
             return Err(ScenarioError::new(message).remedy("write base = \"paper/augmented\", or a path"));
         };
         let Some(path) = base.value.as_str().filter(|path| !path.is_empty()) else {

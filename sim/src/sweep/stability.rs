@@ -66,7 +66,7 @@ fn as_number(holds: bool) -> f64 {
 
 metrics! {
     impl Loop for LoopOfCase<'_> {
-        /// Magnitude of the loop's slowest pole per tick; below 1 motions decay.
+        /// Magnitude of the largest pole of the loop, per tick; motions decay if it is below 1.
         spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
         /// Whether the loop is stable in permanent contact, by its matrices: 1 or 0.
         is_stable = "is stable", Count, Higher => |l| Some(as_number(l.closed()?.is_stable().ok()?));
@@ -88,7 +88,7 @@ metrics! {
         is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(as_number(l.ports()?.0));
         /// Whether the teleoperator is passive: 1 or 0.
         is_passive = "is passive", Count, Higher => |l| Some(as_number(l.ports()?.1));
-        /// Minimum time of teleoperation between events for which motions certainly decay with any events.
+        /// Minimum time of teleoperation between events for which the decay of motions is certified.
         certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
     }
 }

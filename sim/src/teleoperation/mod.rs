@@ -24,7 +24,8 @@ pub use recovery::{Recovery, RecoverySettings};
 pub use settings::{ComplianceSettings, LinkSettings, Machines, Scales};
 
 architectures! {
-    /// The paper's; with local force feedback; with a spring between the machines; four-channel, transparent (Lawrence 1993).
+    /// The paper's architecture; the same with local force feedback; a spring between the machines; or four-channel,
+    /// transparent (Lawrence 1993).
     shared { coupling: CouplingSettings, local_force: LocalForceSettings }
     "position-force" => PositionForce = position_force::PositionForce,
     "local-force" => LocalForce = local_force::LocalForce,

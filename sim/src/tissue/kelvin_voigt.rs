@@ -10,9 +10,9 @@ trocar_core::settings! {
     /// Settings of a spring and a damper in parallel.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct KelvinVoigtSettings in "tissue." {
-        /// K of kelvin-voigt.
+        /// Stiffness K of kelvin-voigt.
         stiffness_n_per_m: f64 [NON_NEGATIVE] = 200.0,
-        /// B of kelvin-voigt.
+        /// Damping B of kelvin-voigt.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 5.0,
         /// Its surface.
         surface: Surface,

@@ -137,7 +137,8 @@ layer_settings! {
         rupture_force_n [RUPTURE_FORCE_N.range()],
         /// Force at which the needle cuts through it after the rupture, median 0.95 (van Gerwen et al. 2012).
         cutting_force_n [CUTTING_FORCE_N.range()],
-        /// Time constant of its relaxation, after the rupture and after the last cut: 0 (at once), or a tick to 10.
+        /// Time constant of its relaxation, after the rupture and after the last cut: 0 (immediate), or from one tick
+        /// to 10.
         ///
         /// In s, from the rupture force to the cutting force and, once cut through, to 0.
         relaxation_s [Range::NON_NEGATIVE],

@@ -33,10 +33,10 @@ fn requirement(key: &Key) -> String {
 #[test]
 fn the_page_of_the_keys_is_that_of_the_declarations() {
     let mut text = String::from(
-        "# Keys\n\nEvery key of a scenario. A number may be written as a text with a unit: `\"30ms\"`. \
-         *Acts for* names the kinds of another key for which a key has an effect.\n",
+        "# Keys\n\nEvery key of a scenario. A number may be written as a string with a unit: `\"30ms\"`. \
+         *Applies to* names the values of another key for which a key has an effect.\n",
     );
-    let sections = std::iter::once(("", "Keys outside of the sections.")).chain(SECTIONS);
+    let sections = std::iter::once(("", "Keys at the top level.")).chain(SECTIONS);
     for (section, about) in sections {
         let of_section = |path: &str| path.rsplit_once('.').map_or(section.is_empty(), |(parent, _)| parent == section);
         let keys: Vec<_> = KEYS.iter().filter(|key| of_section(key.path)).collect();
@@ -55,7 +55,7 @@ fn the_page_of_the_keys_is_that_of_the_declarations() {
             };
             let acts = key
                 .acts_for
-                .map_or(String::new(), |acts| format!(" *Acts for {} = {}.*", acts.key, acts.words().join(", ")));
+                .map_or(String::new(), |acts| format!(" *Applies to {} = {}.*", acts.key, acts.words().join(", ")));
             let value = requirement(key);
             writeln!(text, "| `{name}` | {} | {} | {}{acts} |", cell(&value), cell(&default), cell(key.meaning))
                 .expect("text");

@@ -80,7 +80,8 @@ trait BuiltIn {
 macro_rules! distances {
     ($($word:literal => $Part:ident $({ $field:ident: $Settings:ident })?,)*) => {
         crate::choice! {
-            /// The distance: e², e² of drops, eq. 22, 23, the stiffness of eq. 26, the derivative, GLR or Page-Hinkley.
+            /// The distance: e², e² of drops only, eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
+            /// likelihood ratio, or Page-Hinkley.
             #[derive(Debug, Clone, Copy, PartialEq, Eq)]
             pub enum DistanceKind at "detector.distance" = SquaredResidual {
                 $($word => $Part,)*
