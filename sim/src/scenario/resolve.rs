@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use trocar_core::settings::{Key, Source as _};
+use trocar_core::settings::Key;
 
 use super::document::Source;
 use super::engine_kind::EngineKind;
@@ -15,7 +15,7 @@ use super::settings::{actuators, arm, master};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
 use super::steps::Steps;
 use super::value::Value;
-use super::values::{Values, harmless_name};
+use super::values::{Values, harmless_name, replays_force, replays_position};
 use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::detection::DetectorSettings;
@@ -25,7 +25,6 @@ use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameter
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
 use crate::time::{TickGrid, whole_ticks};
-use crate::tissue::{ReplaySettings, TissueSettings};
 
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
@@ -128,7 +127,9 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] with place and remedy, for the scenario or its recording.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
-        Self::resolve(Values::load(source, settings)?)
+        let values = Values::load(source, settings)?;
+        values.check_acting()?;
+        Self::resolve(values)
     }
 
     /// Resolves values.
@@ -269,18 +270,6 @@ impl Scenario {
         let message = format!("the operator moves to {position} m, must stay within {max_m} m of 0, on either side");
         Err(self.values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
     }
-}
-
-/// Whether the operator replays the recording.
-pub(super) fn replays_position(values: &Values) -> bool {
-    values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
-}
-
-/// Whether the tissue replays the recording.
-pub(super) fn replays_force(values: &Values) -> bool {
-    values
-        .word(TissueSettings::KEY.path)
-        .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
 }
 
 /// The name, checked for use as a folder's name.
