@@ -101,7 +101,7 @@
 //! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detection`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
 pub use trocar_report as report;
-pub use trocar_sim::{augmentation, chain, detection, error, estimation, lane, rig, settings, time};
+pub use trocar_sim::{augmentation, chain, detection, error, estimation, lane, rig, settings, time, warning};
 pub use trocar_sim::{
     channel, compare, detect, engine, lti, metrics, operator, plant, recording, roc, run, scenario, sensor, stability,
     stability_check, sweep, teleoperation, tissue,

@@ -2,7 +2,7 @@
 //!
 //! The engine, the rig, `detect`, `calibrate` and `roc` all run this chain.
 
-use crate::detection::{Decision, Detector, Evidence};
+use crate::detection::{AlarmConditions, CusumDetector, Decision, Detector, Distance, Evidence};
 use crate::estimation::{Estimate, Estimator};
 use crate::lane::{Lane, Mask};
 
@@ -43,11 +43,17 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
     /// Processes the next sample.
     #[inline(always)]
     pub fn step(&mut self, reading: &Reading<L>) -> Insight<L> {
+        let (depth_m, estimate, evidence) = self.estimate(reading);
+        Insight { depth_m, estimate, decision: self.detector.update(&evidence) }
+    }
+
+    #[inline(always)]
+    fn estimate(&mut self, reading: &Reading<L>) -> (L, Estimate<L>, Evidence<L>) {
         let Reading { force_n, position_m, velocity_m_per_s } = *reading;
         let depth_m = position_m - self.contact_m;
         let estimate = self.estimator.update(force_n, depth_m, velocity_m_per_s);
         let evidence = Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate);
-        Insight { depth_m, estimate, decision: self.detector.update(&evidence) }
+        (depth_m, estimate, evidence)
     }
 
     /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats it as a loss
@@ -74,6 +80,16 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         let decision = self.skip(force_n, velocity_m_per_s);
         self.estimator.update(force_n, position_m - self.contact_m, velocity_m_per_s);
         decision
+    }
+}
+
+impl<L: Lane, E: Estimator<L>, D: Distance<L>> Chain<L, E, CusumDetector<L, D>> {
+    /// [`Chain::step`], with the conditions on an alarm at this sample.
+    #[inline]
+    pub fn step_with_conditions(&mut self, reading: &Reading<L>) -> (Insight<L>, AlarmConditions<L>) {
+        let (depth_m, estimate, evidence) = self.estimate(reading);
+        let conditions = self.detector.conditions(&evidence);
+        (Insight { depth_m, estimate, decision: self.detector.update(&evidence) }, conditions)
     }
 }
 

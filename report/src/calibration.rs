@@ -75,14 +75,6 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
         );
     }
     let _ = writeln!(text, "{}", candidates_table(calibration));
-    if settings.found_share.is_some_and(|share| share < 0.5) {
-        text.push_str("Warning: these settings detect less than half of the slowest inserted ruptures.\n\n");
-    }
-    if settings.harmless_share.is_some_and(|share| share > 0.2) {
-        text.push_str(
-            "Warning: these settings raise an alarm at more than a fifth of the inserted harmless changes.\n\n",
-        );
-    }
     let threshold = settings.detector.cusum.threshold;
     let reason = match 2.0 * settings.harmless_peak > settings.run_length_threshold {
         true => format!("twice the largest harmless excursion, {} N²", significant(settings.harmless_peak)),
@@ -167,6 +159,7 @@ pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
     json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "recording": name,
+        "warnings": calibration.warnings(),
         "looked_at_s": calibration.looked_at_s,
         "interval_s": calibration.interval_s,
         "noise_std_n": calibration.noise_std_n,

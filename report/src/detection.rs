@@ -23,11 +23,6 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
     if !report.alarms.is_empty() || report.missed().next().is_some() {
         let _ = writeln!(text, "{}", events_table(&[(None, report)]));
     }
-    if !report.touched {
-        text.push_str(
-            "The needle never passes the contact position. Set it with --contact-m, or change the sign of the position.\n\n",
-        );
-    }
     let _ = writeln!(text, "{}", phases_table(&report.phases));
     let _ = write!(text, "{}", residual_table(report));
     if let Some(scores) = &report.scores {

@@ -52,10 +52,6 @@ codes! {
         "The run is repeated with an observed detector. Of the samples after the rupture with g above the threshold, the first that \
          fails the fewest conditions gives the reason; the message names the key that decides on it. Without such a sample the \
          message says how far g came.";
-    LayerIntact "layer-intact":
-        "A layer in the path of the hand did not rupture.",
-        "The run ended with the layer intact: the needle did not go deep enough, or the tissue force stayed below the rupture force. \
-         Such a layer counts neither as missed nor as detected.";
     Oscillating "oscillating":
         "The needle or the master swings, and the swing does not decay.",
         "The position relative to the desired position reverses at least four times in each half of the last 40 % of the run, by more \
@@ -77,9 +73,6 @@ codes! {
         "The scenario has no random numbers, so that every seed gives the same run.",
         "Seeds vary the noise of the sensors, the tremor, the reaction times, jitter and loss. None of them is on, so that repeated \
          runs are copies, and intervals over seeds have no width.";
-    MetricConstant "metric-constant":
-        "A metric has the same value in every case of a sweep.",
-        "The axes of the sweep have no influence on the metric, or the metric is saturated.";
     Unmodelled "unmodelled":
         "The analysis of stability leaves out a part of the scenario.",
         "The linear analysis has no model of the listed parts. Its verdict covers the loop without them; with them the loop may be \
@@ -108,9 +101,6 @@ codes! {
         "The positions are not those of a needle insertion.",
         "Insertions span 0.5 mm to 0.3 m. Outside this range the unit is probably wrong: write it after the column, as in \
          --position COLUMN:mm.";
-    PositionSign "position-sign":
-        "The position decreases while the force rises.",
-        "Positions increase into the tissue. A negative factor changes the sign, as in --position COLUMN:-1.";
     VelocityMagnitude "velocity-magnitude":
         "The recorded velocity is not the derivative of the recorded position.",
         "The velocity column and the slope of the positions differ by a factor. The message names the factor that makes them agree, \
@@ -118,17 +108,10 @@ codes! {
     NoContact "no-contact":
         "The needle never reaches the contact position.",
         "Estimator and detector work below estimator.contact_m only. Give --contact-m at the surface of the tissue.";
-    ForceBeforeContact "force-before-contact":
-        "The force is large before the assumed contact.",
-        "Estimator and detector ignore the samples before the contact. If the force there is large, the contact position is too deep: \
-         give a smaller --contact-m.";
     SeldomArmed "seldom-armed":
-        "The detector was armed for less than half of the time in contact.",
+        "The detector was armed for less than a tenth of the time in contact.",
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \
          g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";
-    ManyAlarms "many-alarms":
-        "More alarms than an insertion has layers.",
-        "The threshold is too low for the noise, or a unit is wrong. `trocar calibrate` computes a threshold from the noise.";
     SlowRupturesMissed "slow-ruptures-missed":
         "The calibrated settings detect less than half of the slowest inserted ruptures.",
         "The noise hides the slowest ruptures at the requested interval between false alarms. Calibrate on a longer beginning \
@@ -140,12 +123,6 @@ codes! {
     MissingSection "missing-section":
         "A file with settings lacks a section.",
         "The defaults are used for it.";
-    SkippedRows "skipped-rows":
-        "Rows of a recording or of a stream were skipped.",
-        "A row that is malformed, not finite or not later than the previous one is skipped.";
-    FewSamples "few-samples":
-        "A result rests on too few samples for its precision.",
-        "The interval beside the result says how wide it can be.";
 }
 
 impl Code {

@@ -5,6 +5,7 @@ use clap::Args;
 use super::error::CliError;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
+use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
 use trocar_report::{
     Folder, calibration_object, calibration_text, calibration_toml, detection_pictures, run_lengths_text, to_json,
@@ -12,6 +13,7 @@ use trocar_report::{
 use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
 use trocar_sim::detect::{Detection, DetectionReport, detect};
 use trocar_sim::scenario::{DetectionSpec, Values};
+use trocar_sim::warning::{Code, Warning};
 
 /// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
@@ -118,14 +120,18 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     let report = DetectionReport::of(&detection, &calibrated.recording.ruptures_s);
     let folder = Folder::new(&args.output.out).folder(values.name());
     write(&folder, &values, &calibration, (&calibrated, &detection, &report))?;
+    let warnings = Warnings::new(&args.output);
+    let of = |warning: Warning| warning.of(recording);
+    // Of the detection with the new settings, only what does not follow from the labels.
+    let found = report.warnings.iter().filter(|warning| warning.code != Code::MissedRupture).cloned();
+    warnings.print(&calibration.warnings().into_iter().chain(found).map(of).collect::<Vec<_>>());
     if args.output.json {
-        terminal::print(&to_json(&calibration_object(values.name(), &calibration)))
-    } else if args.output.quiet {
-        Ok(())
-    } else {
+        terminal::print(&to_json(&calibration_object(values.name(), &calibration)))?;
+    } else if !args.output.quiet {
         let (text, alarms) = (calibration_text(values.name(), &calibration), alarms_text(&report));
-        terminal::print(&format!("{text}\n{alarms}\nfiles: {}\n", folder.path().display()))
+        terminal::print(&format!("{text}\n{alarms}\nfiles: {}\n", folder.path().display()))?;
     }
+    warnings.finish()
 }
 
 /// Returns the alarms in the whole recording with the calibrated settings.

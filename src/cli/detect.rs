@@ -16,12 +16,13 @@ use clap::Args;
 use super::error::{CliError, DetectError};
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
+use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, report, source_of};
 use trocar_report::html::command_line;
 use trocar_sim::error::{non_negative, positive};
 use trocar_sim::metrics::RUPTURE_WINDOW_S;
 use trocar_sim::scenario::Values;
-use warnings::Warnings;
+use trocar_sim::warning::{Code, Warning};
 
 /// The argument for samples from standard input.
 const STREAM: &str = "-";
@@ -78,7 +79,7 @@ pub(super) struct DetectArgs {
 
 pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     if let Some(file) = &args.settings_file {
-        args.tuning = tuning(file, &Warnings::new(args.output.quiet))?;
+        args.tuning = tuning(file, &Warnings::new(&args.output))?;
     }
     let args = &args;
     non_negative("--window-s", args.window_s)?;
@@ -118,7 +119,8 @@ fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
         return Err(DetectError::NoSettings { file: file.to_owned() }.into());
     }
     for section in missing {
-        warnings.note(&format!("warning: {file} has no [{section}]; defaults are used"));
+        warnings.print(&[Warning::new(Code::MissingSection, format!("{file} has no [{section}]; defaults are used"))
+            .at(format!("[{section}]"))]);
     }
     Ok(values.written_settings(&TUNED_SECTIONS))
 }

@@ -68,6 +68,16 @@ pub(super) enum CliError {
     /// A sweep failed, completely or in part.
     #[error(transparent)]
     Sweep(SweepError),
+    /// A long sweep was not asked for.
+    #[error(
+        "{cases} cases take about {about}; add --yes to start, use fewer points or seeds, or run parts with --shard"
+    )]
+    LongSweep {
+        /// Number of cases.
+        cases: u64,
+        /// The estimated time.
+        about: String,
+    },
     /// The case does not exist.
     #[error("the sweep has no case {case}: it has {cases} cases, numbered from 0")]
     NoCase {
@@ -206,6 +216,7 @@ impl CliError {
             | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))
             | Self::Exists { .. }
             | Self::NoCase { .. }
+            | Self::LongSweep { .. }
             | Self::Unknown { .. }
             | Self::Calibration(_)
             | Self::Run(RunError::Scenario(_)) => true,

@@ -10,12 +10,18 @@ use clap::{Args, Subcommand};
 
 use self::finish::{Whole, finish, report};
 use super::error::CliError;
+use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, progress, report as page, source_of, terminal};
 use trocar_report::Folder;
 use trocar_report::html::command_line;
+use trocar_sim::run::seeds_without_effect;
+use trocar_sim::scenario::Scenario;
 use trocar_sim::sweep::{
     CASES, Execution, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute,
 };
+
+/// Estimated time in s from which a sweep needs --yes.
+const MAX_UNASKED_S: f64 = 3600.0;
 
 /// Run a sweep, or join the parts of one.
 #[derive(Debug, Args)]
@@ -35,6 +41,12 @@ pub(super) struct SweepArgs {
     /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Replace the results of another sweep in the folder
+    #[arg(long)]
+    overwrite: bool,
+    /// Start a sweep of more than an hour
+    #[arg(long)]
+    yes: bool,
     /// Run every case separately. By default, cases that differ only in detector.threshold share a run if the threshold does not change
     /// it. Slower, with identical results
     #[arg(long)]
@@ -94,6 +106,11 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         part: (first, first + layout.part_cases()),
         is_complete: false,
     };
+    if args.overwrite && is_another(&folder, plan.canonical()) {
+        for file in [MANIFEST, CASES, SWEEP] {
+            let _ = std::fs::remove_file(folder.path().join(file));
+        }
+    }
     // The data of the charts are not kept, so a complete sweep without a report runs again, with identical results.
     let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
@@ -103,6 +120,12 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         }
         return report(&folder, &args.output, "already complete");
     }
+    let warnings = Warnings::new(&args.output);
+    let ends = [plan.scenario(0)?, plan.scenario(cases.saturating_sub(1))?];
+    if ends.iter().all(|scenario| !scenario.has_random_numbers()) {
+        warnings.print(&seeds_without_effect(&ends[..1], plan.design.seeds));
+    }
+    announce(args, &ends, manifest.part.1 - manifest.part.0)?;
     folder.write(SWEEP, plan.canonical().as_bytes())?;
     let part = Part::open(&folder.path().join(CASES), layout)?;
     // From here on this process owns the folder.
@@ -125,7 +148,38 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]), report: line };
     finish(&folder, whole, &args.output)?;
     drop_packs(&folder);
+    warnings.finish()
+}
+
+/// Prints the number of cases and an estimate of the time; a sweep of more than an hour needs --yes.
+fn announce(args: &SweepArgs, ends: &[Scenario], cases: u64) -> Result<(), CliError> {
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let mut fastest_s = f64::INFINITY;
+    for scenario in ends.iter().chain(ends) {
+        let begin = std::time::Instant::now();
+        // A case that fails is reported by the sweep, with its number.
+        let _ = trocar_sim::run::measure(scenario);
+        fastest_s = fastest_s.min(begin.elapsed().as_secs_f64());
+    }
+    // Cases side by side take less; this is a bound.
+    let estimate_s = fastest_s * cases as f64 / threads as f64;
+    let about = match estimate_s {
+        short if short < 90.0 => format!("{:.0} s", short.ceil()),
+        medium if medium < 5400.0 => format!("{:.0} min", medium / 60.0),
+        long => format!("{:.1} h", long / 3600.0),
+    };
+    if estimate_s > MAX_UNASKED_S && !args.yes {
+        return Err(CliError::LongSweep { cases, about });
+    }
+    if !args.output.quiet {
+        anstream::eprintln!("{cases} cases, at most about {about}");
+    }
     Ok(())
+}
+
+/// Whether a folder has the results of another sweep.
+fn is_another(folder: &Folder, canonical: &str) -> bool {
+    std::fs::read_to_string(folder.path().join(SWEEP)).is_ok_and(|existing| existing != canonical)
 }
 
 /// Removes the file of the packs, which the tables replace. A failure does no harm.

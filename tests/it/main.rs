@@ -45,3 +45,4 @@ mod sweep;
 mod switching;
 mod terminal;
 mod tissue;
+mod warnings;

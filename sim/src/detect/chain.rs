@@ -1,7 +1,7 @@
 //! Velocity filter, estimator and detector in series, sample by sample, for files and live streams.
 
 use crate::chain::{Chain, Insight, Reading};
-use crate::detection::{CusumDetector, Decision};
+use crate::detection::{AlarmConditions, CusumDetector, Decision};
 use crate::error::{InvalidValue, positive};
 use crate::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use crate::scenario::DetectionSettings;
@@ -32,6 +32,8 @@ pub struct Step {
     pub estimate: Estimate<f64>,
     /// Output of the detector.
     pub decision: Decision<f64>,
+    /// The conditions on an alarm.
+    pub conditions: AlarmConditions<f64>,
 }
 
 /// A velocity source and the detection chain. Memory and time per sample are constant; nothing is allocated after
@@ -64,7 +66,8 @@ impl DetectionChain {
     pub fn step(&mut self, reading: &Reading<f64>) -> Step {
         let measured = reading.velocity_m_per_s;
         let velocity_m_per_s = self.filter.as_mut().map_or(measured, |filter| filter.update(reading.position_m));
-        let Insight { depth_m, estimate, decision } = self.chain.step(&Reading { velocity_m_per_s, ..*reading });
-        Step { velocity_m_per_s, depth_m, estimate, decision }
+        let (insight, conditions) = self.chain.step_with_conditions(&Reading { velocity_m_per_s, ..*reading });
+        let Insight { depth_m, estimate, decision } = insight;
+        Step { velocity_m_per_s, depth_m, estimate, decision, conditions }
     }
 }

@@ -2,22 +2,29 @@
 
 pub mod calibration;
 mod chain;
+mod conditions;
 mod live;
 mod matching;
+mod misses;
 mod phases;
+mod plausibility;
 mod report;
 mod scores;
 mod statistics;
 
 pub use crate::chain::Reading;
 pub use chain::{ASSUMED_STEP_M, DetectionChain, Step, VelocitySource};
+pub use conditions::SampleConditions;
 pub use live::{LiveDetector, LiveStep, LiveSummary, TimestampAnomaly};
 pub use matching::{Match, match_alarms};
+pub use misses::LabelMiss;
 pub use phases::{Phase, PhaseInterval, PhaseRule};
+pub use plausibility::sampling_rate;
 pub use report::{DetectedAlarm, DetectionReport, ExtraParameterEstimate, Label};
 pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
 
+use crate::detection::DetectorSettings;
 use crate::error::InvalidValue;
 use crate::recording::{Recording, ResampleError};
 use crate::scenario::DetectionSpec;
@@ -45,6 +52,12 @@ pub struct Detection {
     pub contact_m: f64,
     /// Whether the needle was ever below the contact.
     pub touched: bool,
+    /// The conditions on an alarm.
+    pub conditions: Vec<SampleConditions>,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// Whether the velocities were recorded; otherwise they are estimated from the positions.
+    pub is_velocity_measured: bool,
 }
 
 /// Maximum deviation of an interval from the median one, as a share of it, in an evenly sampled recording.
@@ -85,6 +98,9 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         alarms: vec![],
         contact_m: settings.contact_m,
         touched: false,
+        conditions: Vec::with_capacity(count),
+        detector: settings.detector,
+        is_velocity_measured: measured.is_some(),
     };
     for sample in 0..count {
         let step = chain.step(&Reading {
@@ -102,6 +118,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         }
         detection.distance.push(step.decision.distance);
         detection.decision.push(step.decision.decision);
+        detection.conditions.push(SampleConditions::of(&step.conditions));
         if step.decision.alarm {
             detection.alarms.push(sample);
         }

@@ -4,11 +4,14 @@ use serde::Serialize;
 
 use super::Detection;
 use super::matching::match_alarms;
+use super::misses::{LabelMiss, misses};
 use super::phases::{PhaseInterval, PhaseRule};
+use super::plausibility::warnings;
 use super::scores::{Scores, Tally};
 use super::statistics::{PhaseStatistics, ResidualStatistics};
 use crate::metrics::RUPTURE_WINDOW_S;
 use crate::quantiles::upper_median;
+use crate::warning::Warning;
 
 /// An alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -85,6 +88,10 @@ pub struct DetectionReport {
     pub missed_ruptures: Option<usize>,
     /// Number of alarms without a labelled rupture; `None` without labels.
     pub false_alarms: Option<usize>,
+    /// Why labelled ruptures were missed, by the index of the label.
+    pub misses: Vec<LabelMiss>,
+    /// The warnings about recording and detection.
+    pub warnings: Vec<Warning>,
     /// Maximum delay of an alarm after the rupture that it matches, in s.
     pub window_s: f64,
     /// The scores; `None` without labels.
@@ -137,6 +144,7 @@ impl DetectionReport {
                 delay_s: matched.map(|matched| matched.delay_s),
             }
         };
+        let misses = misses(detection, &labelled_ruptures_s, &matches, window_s);
         let duration_s = detection.time_s.last().copied().unwrap_or(0.0) - start_s;
         let in_contact = detection.position_m.iter().filter(|&&position| position - detection.contact_m > 0.0).count();
         let contact_s = (in_contact as f64 * detection.interval_s).min(duration_s);
@@ -158,10 +166,12 @@ impl DetectionReport {
             contact_s,
             touched: detection.touched,
             alarms: detection.alarms.iter().enumerate().map(alarm).collect(),
-            labelled_ruptures_s,
             labelled_kinds: labels.unwrap_or_default().iter().map(|label| label.kind.clone()).collect(),
             missed_ruptures: scores.map(|scores| scores.missed),
             false_alarms: scores.map(|scores| scores.false_alarms),
+            warnings: warnings(detection, &misses),
+            misses,
+            labelled_ruptures_s,
             window_s,
             scores,
             residual: ResidualStatistics::of(&detection.residual_n),

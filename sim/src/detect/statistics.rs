@@ -142,6 +142,9 @@ mod tests {
             alarms: vec![],
             contact_m: 0.0,
             touched: true,
+            conditions: vec![],
+            detector: crate::detection::DetectorSettings::default(),
+            is_velocity_measured: true,
         }
     }
 

@@ -1,13 +1,16 @@
 //! Why a rupture has no alarm.
 
 use std::fmt::{self, Display, Formatter};
+use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
-use super::RUPTURE_WINDOW_S;
 use crate::augmentation::{AugmentationSettings, Mode};
-use crate::detection::{AlarmConditions, DetectorSettings};
-use crate::time::{TickGrid, nearest_ticks};
+use crate::detection::{AlarmConditions, DetectorSettings, Motion};
+use crate::time::nearest_ticks;
+
+/// A contact position in m above which no needle is.
+const FAR_M: f64 = 1e3;
 
 /// What kept the detector from an alarm, or the supervisor from an event.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -43,7 +46,10 @@ pub enum MissReason {
         reached: f64,
     },
     /// No distance exceeded the drift, so that g stayed at 0.
-    BelowDrift,
+    BelowDrift {
+        /// The largest distance of the window, in its unit.
+        largest: f64,
+    },
     /// An event was under way.
     EventUnderWay {
         /// Its begin in s.
@@ -54,6 +60,8 @@ pub enum MissReason {
         /// Its end in s.
         end_s: f64,
     },
+    /// Without the other reasons an earlier alarm opens an event, which hides it.
+    EarlierEvent,
     /// Its alarm is counted for another rupture.
     AlarmOfAnother {
         /// The time of the alarm in s.
@@ -72,8 +80,9 @@ impl MissReason {
             Self::WrongMotion { .. } => "detector.motion",
             Self::TooShallow { .. } => "detector.minimum_depth_m",
             Self::BelowThreshold { .. } => "detector.threshold",
-            Self::BelowDrift => "detector.drift",
+            Self::BelowDrift { .. } => "detector.drift",
             Self::EventUnderWay { .. } => "augmentation.max_hold_s",
+            Self::EarlierEvent => "augmentation.enabled",
             Self::Refractory { .. } => "augmentation.refractory_s",
             Self::AlarmOfAnother { .. } => "detector.settle_s",
         }
@@ -91,14 +100,38 @@ impl MissReason {
             Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
             Self::BelowThreshold { .. } => "reduce detector.threshold (`trocar calibrate` computes one from the noise)",
-            Self::BelowDrift => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
+            Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
             Self::EventUnderWay { .. } => {
                 "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (operator.reflex)"
             }
+            Self::EarlierEvent => "keep g quiet before the rupture, so that no earlier alarm opens an event",
             Self::Refractory { .. } => {
                 "reduce augmentation.refractory_s, or let the hand stop at the event (operator.reflex)"
             }
             Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
+        }
+    }
+}
+
+impl MissReason {
+    /// Changes a scenario's settings so that the reason is gone: estimator's contact (m), detector, augmentation.
+    pub(crate) fn remove(
+        &self,
+        contact_m: &mut f64,
+        detector: &mut DetectorSettings,
+        augmentation: &mut AugmentationSettings,
+    ) {
+        let (cusum, arming) = (&mut detector.cusum, &mut detector.arming);
+        match self {
+            Self::NotInContact { .. } => *contact_m = -FAR_M,
+            Self::NotArmed { .. } => arming.settle_s = 0.0,
+            Self::NoDrop => arming.drop_only = false,
+            Self::WrongMotion { .. } => arming.motion = Motion::Any,
+            Self::TooShallow { .. } => arming.minimum_depth_m = 0.0,
+            Self::BelowThreshold { reached } => cusum.threshold *= NEAR_MAX * reached,
+            Self::BelowDrift { largest } => cusum.drift = 0.5 * largest,
+            Self::EventUnderWay { .. } | Self::Refractory { .. } | Self::EarlierEvent => augmentation.enabled = false,
+            Self::AlarmOfAnother { .. } => {}
         }
     }
 }
@@ -127,8 +160,11 @@ impl Display for MissReason {
             Self::BelowThreshold { reached } => {
                 write!(f, "below the threshold: g reached {} % of it", (1e3 * reached).round() / 10.0)
             }
-            Self::BelowDrift => f.write_str("below the drift: no distance exceeded it, and g stayed at 0"),
+            Self::BelowDrift { largest } => {
+                write!(f, "below the drift: no distance exceeded {largest:.3e}, and g stayed at 0")
+            }
             Self::EventUnderWay { begin_s } => write!(f, "the event of {begin_s:.3} s was under way"),
+            Self::EarlierEvent => f.write_str("an earlier alarm would then open an event that hides it"),
             Self::Refractory { end_s } => {
                 write!(f, "in the refractory period of the event that ended at {end_s:.3} s")
             }
@@ -139,7 +175,7 @@ impl Display for MissReason {
     }
 }
 
-/// Why a rupture has no alarm within [`RUPTURE_WINDOW_S`].
+/// Why a rupture has no alarm within its window.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Miss {
     /// The reason.
@@ -167,6 +203,8 @@ impl Display for Miss {
 /// The detector at one sample.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DetectorSample {
+    /// `s`, in its unit.
+    pub(crate) distance: f64,
     /// `g`, in the unit of the distance.
     pub(crate) decision: f64,
     pub(crate) conditions: AlarmConditions<f64>,
@@ -199,28 +237,45 @@ impl SupervisorHistory {
         }
     }
 
+    /// Whether there is an alarm at one of some ticks, accepted or not.
+    pub(crate) fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
+        self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
+    }
+
     /// Why the supervisor would not act on an alarm at a tick.
-    fn refusal(&self, tick: u64, grid: &TickGrid, settings: &AugmentationSettings) -> Option<MissReason> {
+    fn refusal(&self, tick: u64, rule: &MissRule) -> Option<MissReason> {
         let &(begin, end) = self.events.iter().rev().find(|(begin, _)| *begin < tick)?;
         if tick < end {
-            return Some(MissReason::EventUnderWay { begin_s: grid.time_s(begin) });
+            return Some(MissReason::EventUnderWay { begin_s: rule.time_s(begin) });
         }
-        let refractory = nearest_ticks(settings.automaton.refractory_s, grid.tick_s());
-        (tick < end + refractory).then(|| MissReason::Refractory { end_s: grid.time_s(end) })
+        let refractory = nearest_ticks(rule.augmentation.automaton.refractory_s, rule.tick_s);
+        (tick < end + refractory).then(|| MissReason::Refractory { end_s: rule.time_s(end) })
     }
 }
 
+/// Share of the largest g of a window from which a sample counts as near it.
+const NEAR_MAX: f64 = 0.9;
+
 /// The settings that decide whether a rupture has an alarm.
 pub(crate) struct MissRule<'a> {
-    pub(crate) grid: TickGrid,
+    /// Time between two samples, in s.
+    pub(crate) tick_s: f64,
+    /// Time of the first one, in s.
+    pub(crate) start_s: f64,
+    /// How long after a rupture its alarm may come, in s.
+    pub(crate) window_s: f64,
     pub(crate) detector: &'a DetectorSettings,
     pub(crate) augmentation: &'a AugmentationSettings,
 }
 
 impl MissRule<'_> {
+    fn time_s(&self, tick: u64) -> f64 {
+        self.start_s + tick as f64 * self.tick_s
+    }
+
     /// Ticks of the window of a rupture.
     pub(crate) fn window_ticks(&self) -> u64 {
-        nearest_ticks(RUPTURE_WINDOW_S, self.grid.tick_s())
+        nearest_ticks(self.window_s, self.tick_s)
     }
 
     /// Why a rupture at `tick` has no alarm. `samples` are those of its window, from the rupture on, with their ticks.
@@ -235,17 +290,14 @@ impl MissRule<'_> {
     ) -> Option<Miss> {
         let window = tick..=tick + self.window_ticks();
         if let Some(&alarm) = supervisor.ignored_alarms.iter().find(|alarm| window.contains(alarm)) {
-            let reason = supervisor.refusal(alarm, &self.grid, self.augmentation)?;
+            let reason = supervisor.refusal(alarm, self)?;
             return Some(Miss { reason, also: vec![] });
         }
         // An alarm in the window counts for a later rupture; what comes from it on says nothing about this one.
         let of_another = supervisor.alarms.iter().copied().find(|alarm| window.contains(alarm));
         let end = of_another.map_or(samples.len(), |alarm| samples.partition_point(|(tick, _)| *tick < alarm));
         if let (0, Some(alarm)) = (end, of_another) {
-            return Some(Miss {
-                reason: MissReason::AlarmOfAnother { alarm_s: self.grid.time_s(alarm) },
-                also: vec![],
-            });
+            return Some(Miss { reason: MissReason::AlarmOfAnother { alarm_s: self.time_s(alarm) }, also: vec![] });
         }
         let samples = &samples[..end];
         let (_, first) = samples.first()?;
@@ -253,27 +305,36 @@ impl MissRule<'_> {
             return Some(Miss { reason: MissReason::NotInContact { depth_m: first.depth_m }, also: vec![] });
         }
         let threshold = self.detector.cusum.threshold;
-        let above = samples.iter().filter(|(_, sample)| sample.decision > threshold);
+        let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
+        // Without a sample above the threshold, those near the largest g tell what else would have failed.
+        let level = threshold.min(NEAR_MAX * max);
         let mut fewest: Option<Vec<MissReason>> = None;
-        for (tick, sample) in above {
+        for (tick, sample) in samples.iter().filter(|(_, sample)| sample.decision > level) {
             let mut failed = self.failed(sample);
-            failed.extend(supervisor.refusal(*tick, &self.grid, self.augmentation));
-            if !failed.is_empty() && fewest.as_ref().is_none_or(|fewest| failed.len() < fewest.len()) {
+            failed.extend(supervisor.refusal(*tick, self));
+            if fewest.as_ref().is_none_or(|fewest| failed.len() < fewest.len()) {
                 fewest = Some(failed);
             }
         }
-        let mut reasons = fewest.unwrap_or_else(|| {
-            let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
-            let mut reasons = vec![match of_another {
-                Some(alarm) => MissReason::AlarmOfAnother { alarm_s: self.grid.time_s(alarm) },
-                None if max > 0.0 => MissReason::BelowThreshold { reached: max / threshold },
-                None => MissReason::BelowDrift,
-            }];
-            reasons.extend(supervisor.refusal(tick, &self.grid, self.augmentation));
-            reasons
-        });
-        let reason = reasons.remove(0);
-        Some(Miss { reason, also: reasons })
+        let failed = fewest.unwrap_or_default();
+        let reasons = match of_another {
+            _ if max > threshold && !failed.is_empty() => failed,
+            Some(alarm) => vec![MissReason::AlarmOfAnother { alarm_s: self.time_s(alarm) }],
+            None if max > 0.0 => {
+                let reached = MissReason::BelowThreshold { reached: (max / threshold).min(1.0) };
+                std::iter::once(reached).chain(failed).collect()
+            }
+            None => {
+                let largest = samples.iter().map(|(_, sample)| sample.distance).fold(0.0, f64::max);
+                let drift = MissReason::BelowDrift { largest };
+                // With half of the largest distance as drift, g would reach the other half.
+                let reached = 0.5 * largest / threshold;
+                let and_threshold = (reached < 1.0).then_some(MissReason::BelowThreshold { reached });
+                std::iter::once(drift).chain(and_threshold).collect()
+            }
+        };
+        let (reason, also) = reasons.split_first()?;
+        Some(Miss { reason: *reason, also: also.to_vec() })
     }
 
     /// The conditions that a sample above the threshold fails.
@@ -282,7 +343,7 @@ impl MissRule<'_> {
         if !conditions.in_contact {
             return vec![MissReason::NotInContact { depth_m }];
         }
-        let quiet_s = conditions.quiet_samples * self.grid.tick_s();
+        let quiet_s = conditions.quiet_samples * self.tick_s;
         let settle_s = self.detector.arming.settle_s;
         let all = [
             (conditions.armed, MissReason::NotArmed { quiet_s, settle_s }),

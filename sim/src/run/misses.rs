@@ -2,12 +2,17 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::RunError;
+use super::{RunError, observe};
 use crate::detection::{CusumDetector, Decision, Detector, Evidence};
 use crate::engine::{Observer, OwnParts, Signals};
-use crate::metrics::{DetectorSample, Metrics, MissRule, SupervisorHistory};
+use crate::metrics::{
+    DetectorSample, Metrics, Miss, MissReason, MissRule, RUPTURE_WINDOW_S, RuptureMetrics, SupervisorHistory,
+};
 use crate::scenario::Scenario;
 use crate::time::nearest_ticks;
+
+/// Maximum number of reasons of a missed rupture.
+const MAX_REASONS: usize = 8;
 
 /// The samples of the windows of some ruptures, with their ticks.
 type Windows = Vec<(u64, DetectorSample)>;
@@ -29,6 +34,7 @@ impl Detector<f64> for ObservedDetector {
         self.tick += 1;
         if self.windows.iter().any(|(first, last)| (*first..=*last).contains(&tick)) {
             let sample = DetectorSample {
+                distance: decision.distance,
                 decision: decision.decision,
                 conditions,
                 depth_m: evidence.depth_m,
@@ -46,8 +52,7 @@ impl Observer<f64> for SupervisorHistory {
     }
 }
 
-/// Adds to each missed rupture of a run why it was missed. A run repeats bit for bit, so the second one has the same
-/// ruptures and alarms.
+/// Adds to each missed rupture of a run why it was missed.
 ///
 /// # Errors
 /// As [`run`](super::run()).
@@ -55,34 +60,94 @@ pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Resu
     if metrics.missed_ruptures == 0 {
         return Ok(());
     }
-    let rule = MissRule { grid: scenario.grid, detector: &scenario.detector, augmentation: &scenario.augmentation };
-    let tick_of = |time_s: f64| nearest_ticks(time_s, scenario.grid.tick_s());
-    let windows: Vec<(u64, u64)> = metrics
-        .ruptures
-        .iter()
-        .filter(|rupture| rupture.detection_delay_s.is_none())
-        .map(|rupture| (tick_of(rupture.time_s), tick_of(rupture.time_s) + rule.window_ticks()))
-        .collect();
+    let observed = observed(scenario, metrics)?;
+    for (index, (rupture, miss)) in metrics.ruptures.iter_mut().zip(observed).enumerate() {
+        rupture.miss = miss.map(|miss| confirmed(scenario, index, miss)).transpose()?;
+    }
+    Ok(())
+}
+
+/// What is observed of each missed rupture of a scenario's run. A run repeats bit for bit, so another one has the same
+/// ruptures and alarms.
+fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>, RunError> {
+    let tick_s = scenario.grid.tick_s();
+    let rule = MissRule {
+        tick_s,
+        start_s: 0.0,
+        window_s: RUPTURE_WINDOW_S,
+        detector: &scenario.detector,
+        augmentation: &scenario.augmentation,
+    };
+    let window = |rupture: &RuptureMetrics| {
+        let tick = nearest_ticks(rupture.time_s, tick_s);
+        (tick, tick + rule.window_ticks())
+    };
+    let is_missed =
+        |rupture: &&RuptureMetrics| rupture.detection_delay_s.is_none() && window(rupture).1 < metrics.ticks;
     let samples = Arc::new(Mutex::new(vec![]));
     let detector = ObservedDetector {
-        detector: CusumDetector::new(&scenario.detector, scenario.grid.tick_s()),
+        detector: CusumDetector::new(&scenario.detector, tick_s),
         tick: 0,
-        windows,
+        windows: metrics.ruptures.iter().filter(is_missed).map(window).collect(),
         samples: Arc::clone(&samples),
     };
     let mut supervisor = SupervisorHistory::default();
     let integration = |source| RunError::Integration { name: scenario.name.clone(), source };
     scenario.build_with(OwnParts::default().detector(detector))?.run(&mut supervisor).map_err(integration)?;
     let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));
-    for rupture in metrics.ruptures.iter_mut().filter(|rupture| rupture.detection_delay_s.is_none()) {
-        let tick = tick_of(rupture.time_s);
-        let (first, last) = (tick, tick + rule.window_ticks());
-        if last >= metrics.ticks {
-            continue;
-        }
+    let explain = |rupture: &RuptureMetrics| {
+        let (first, last) = Some(rupture).filter(is_missed).map(window)?;
         let begin = samples.partition_point(|(at, _)| *at < first);
         let end = samples.partition_point(|(at, _)| *at <= last);
-        rupture.miss = rule.explain(tick, &samples[begin..end], &supervisor);
+        rule.explain(first, &samples[begin..end], &supervisor)
+    };
+    Ok(metrics.ruptures.iter().map(explain).collect())
+}
+
+/// The reasons whose removal raises an alarm for the rupture `index` (from 0), as few as are found.
+///
+/// A reason can hide another: a detector without settling time, for instance, may be armed and yet stay below the
+/// threshold. So each observed reason is removed alone, then all of them, then what is observed after that.
+fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, RunError> {
+    let without = |scenario: &Scenario, reasons: &[MissReason]| {
+        let mut other = scenario.clone();
+        for reason in reasons {
+            reason.remove(&mut other.contact_m, &mut other.detector, &mut other.augmentation);
+        }
+        other
+    };
+    for reason in first.reasons() {
+        if alarm(&without(scenario, &[*reason]), index)?.is_ok() {
+            return Ok(Miss { reason: *reason, also: vec![] });
+        }
     }
-    Ok(())
+    let mut reasons: Vec<MissReason> = vec![];
+    let mut next = first.clone();
+    while reasons.len() < MAX_REASONS {
+        reasons.extend(next.reasons());
+        let other = without(scenario, &reasons);
+        match alarm(&other, index)? {
+            Ok(()) => return Ok(Miss { reason: reasons[0], also: reasons[1..].to_vec() }),
+            Err(metrics) => match observed(&other, &metrics)?.into_iter().nth(index).flatten() {
+                Some(more) => next = more,
+                None => break,
+            },
+        }
+    }
+    let reasons: Vec<MissReason> = first.reasons().copied().chain([MissReason::EarlierEvent]).collect();
+    Ok(match alarm(&without(scenario, &reasons), index)? {
+        Ok(()) => Miss { reason: reasons[0], also: reasons[1..].to_vec() },
+        Err(_) => first,
+    })
+}
+
+/// Whether the detector raises an alarm in the window of a rupture, accepted or not; otherwise the run's metrics.
+fn alarm(scenario: &Scenario, index: usize) -> Result<Result<(), Metrics>, RunError> {
+    let mut supervisor = SupervisorHistory::default();
+    let metrics = observe(scenario, &mut supervisor)?;
+    let Some(rupture) = metrics.ruptures.get(index) else { return Ok(Err(metrics)) };
+    let tick_s = scenario.grid.tick_s();
+    let first = nearest_ticks(rupture.time_s, tick_s);
+    let has_alarm = supervisor.has_alarm(first..=first + nearest_ticks(RUPTURE_WINDOW_S, tick_s));
+    Ok(if has_alarm { Ok(()) } else { Err(metrics) })
 }

@@ -86,6 +86,7 @@ impl Plan {
         }
         design.focus.dedup();
         let mut plan = Self { canonical: String::new(), design, former_names, template };
+        plan.check_acting()?;
         plan.check_corners()?;
         plan.canonical = plan.write_canonical()?;
         Ok(plan)
@@ -141,6 +142,23 @@ impl Plan {
 
     /// Resolves and builds scenarios at the ends of the axes, so that invalid values are errors before the sweep
     /// starts.
+    /// Checks that every axis acts: for the kinds of the first case, or because the kinds are an axis as well.
+    fn check_acting(&self) -> Result<(), ScenarioError> {
+        let axes = &self.design.axes;
+        let values = self.template.first().values();
+        let is_swept = |path: &str| axes.iter().any(|axis| axis.key.path == path);
+        let inert = axes.iter().find_map(|axis| {
+            let acts = axis.key.acts_for.filter(|acts| !is_swept(acts.key) && !values.is_acting(axis.key))?;
+            Some((axis, acts))
+        });
+        let Some((axis, acts)) = inert else { return Ok(()) };
+        let words = acts.words().join(" or ");
+        let message = format!("axes.{} has no effect: it acts for {} = {words}", axis.key.path, acts.key);
+        Err(ScenarioError::new(message)
+            .at(Some(axis.place.clone()))
+            .remedy(format!("remove the axis, or change {} in [set]", acts.key)))
+    }
+
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let ends: Vec<Vec<Value>> = axes

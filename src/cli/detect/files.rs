@@ -8,8 +8,8 @@ use serde_json::Value as Json;
 use super::DetectArgs;
 use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
-use super::warnings::{Warnings, low_rate_warning};
 use crate::cli::error::{CliError, DetectError};
+use crate::cli::warnings::Warnings;
 use crate::cli::{progress, recorded, report as page, terminal};
 use trocar_report::html::{DetectionPage, detection_html, detections_html};
 use trocar_report::{
@@ -18,6 +18,7 @@ use trocar_report::{
 };
 use trocar_sim::detect::{Detection, DetectionReport, Label, detect};
 use trocar_sim::scenario::{DetectionSpec, Values};
+use trocar_sim::warning::Warning;
 
 /// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
@@ -26,7 +27,6 @@ const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.sc
 struct Detected {
     report: DetectionReport,
     json: Json,
-    warning: Option<String>,
 }
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
@@ -57,16 +57,18 @@ fn single(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRow
     let name = input.folder.clone();
     let given = input.given.clone();
     let detected = one(args, &folder, input, labels)?;
-    warn(args, &given, &detected);
+    let warnings = Warnings::new(&args.output);
+    warn(&warnings, &given, &detected);
     if args.output.json {
-        terminal::print(&to_json(&detected.json))
-    } else if args.output.quiet {
-        Ok(())
-    } else {
+        terminal::print(&to_json(&detected.json))?;
+    } else if !args.output.quiet {
         let written = folder.path().display();
         terminal::print(&format!("{}files: {written}\n", detection_text(&name, &detected.report)))?;
-        if args.report { page::print_path(&folder) } else { Ok(()) }
+        if args.report {
+            page::print_path(&folder)?;
+        }
     }
+    warnings.finish()
 }
 
 fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), CliError> {
@@ -84,9 +86,10 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
 
     let (mut failed, mut input_at_fault) = (0, true);
     let mut entries = vec![];
+    let warnings = Warnings::new(&args.output);
     for (file, name, detected) in outcomes {
         if let Ok(detected) = &detected {
-            warn(args, &file, detected);
+            warn(&warnings, &file, detected);
         }
         let outcome = detected.map(|detected| (detected.report, detected.json)).map_err(|error| {
             failed += 1;
@@ -109,7 +112,7 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     if failed > 0 {
         return Err(DetectError::Some { failed, recordings: entries.len(), input_at_fault }.into());
     }
-    Ok(())
+    warnings.finish()
 }
 
 /// Writes the common files of all recordings.
@@ -146,14 +149,13 @@ fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRow
     let report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
     let json = detection_object(&name, &report, &values);
     write(args, folder, &given, &spec, (&values, &detection, &report), &json)?;
-    Ok(Detected { report, json, warning: low_rate_warning(detection.interval_s) })
+    Ok(Detected { report, json })
 }
 
-/// Prints the warning about a recording, if any.
-fn warn(args: &DetectArgs, given: &str, detected: &Detected) {
-    if let Some(warning) = &detected.warning {
-        Warnings::new(args.output.quiet).note(&format!("warning: {given}: {warning}"));
-    }
+/// Prints the warnings about a recording.
+fn warn(warnings: &Warnings, given: &str, detected: &Detected) {
+    let of = |warning: &Warning| warning.clone().of(given);
+    warnings.print(&detected.report.warnings.iter().map(of).collect::<Vec<_>>());
 }
 
 /// Returns the labels of a recording: from `--labels`, or from its scenario or `--rupture-s`, or from the label file in the same

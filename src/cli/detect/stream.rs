@@ -5,10 +5,12 @@ use std::io::{self, ErrorKind};
 use super::DetectArgs;
 use super::rows::{Format, RowWriter};
 use super::source::{Event, Source};
-use super::warnings::{Warnings, low_rate_warning};
+use super::warnings::LiveWarnings;
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded::of_flags;
+use crate::cli::warnings::text as warning_text;
 use trocar_report::live_text;
+use trocar_sim::detect::sampling_rate;
 use trocar_sim::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use trocar_sim::recording::{LiveLine, LiveTable, RecordingError};
 use trocar_sim::scenario::{DetectionSettings, Values, recording_columns};
@@ -23,7 +25,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let mut values = Values::from_settings("stream", &args.settings(None)).map_err(of_flags)?;
     let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
     let columns = recording_columns(&mut values).map_err(of_flags)?;
-    let warnings = Warnings::new(args.output.quiet);
+    let warnings = LiveWarnings::new(args.output.quiet);
     let velocity = match (&columns.velocity, settings.position_resolution_m) {
         (Some(_), _) => VelocitySource::Measured,
         (None, step_m) if step_m > 0.0 => VelocitySource::Filtered { step_m },
@@ -85,7 +87,7 @@ struct Session {
     detector: LiveDetector,
     rows: RowWriter<io::Stdout>,
     every: Option<u64>,
-    warnings: Warnings,
+    warnings: LiveWarnings,
     /// Rows below the header.
     lines: u64,
     /// Number of rows that are not samples.
@@ -140,8 +142,8 @@ impl Session {
             && let Some(interval_s) = self.detector.interval_s()
         {
             self.is_rate_checked = true;
-            if let Some(warning) = low_rate_warning(interval_s) {
-                self.warnings.note(&format!("warning: {NAME}: {warning}"));
+            if let Some(warning) = sampling_rate(interval_s) {
+                self.warnings.note(warning_text(&warning.of(NAME)).trim_end());
             }
         }
         if let Some(anomaly) = anomaly {

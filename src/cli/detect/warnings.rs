@@ -1,4 +1,4 @@
-//! Warnings on standard error, with a limited rate.
+//! Warnings about a live stream, with a limited rate.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -8,19 +8,15 @@ use trocar_sim::detect::TimestampAnomaly;
 /// Maximum number of warnings per second.
 const MAX_PER_SECOND: u32 = 5;
 
-/// Minimum sampling rate without a warning, in Hz. With the defaults of `trocar calibrate`, the force of the slowest rupture falls
-/// by half in 30 ms, which are three samples at this rate.
-const MIN_RATE_HZ: f64 = 100.0;
-
 /// Prints a limited number of warnings per second, and counts the others.
-pub(super) struct Warnings {
+pub(super) struct LiveWarnings {
     quiet: bool,
     second_start: Option<Instant>,
     printed: u32,
     suppressed: u64,
 }
 
-impl Warnings {
+impl LiveWarnings {
     pub(super) fn new(quiet: bool) -> Self {
         Self { quiet, second_start: None, printed: 0, suppressed: 0 }
     }
@@ -59,18 +55,6 @@ impl Warnings {
             self.note(&format!("warning: {suppressed} more warnings suppressed"));
         }
     }
-}
-
-/// Returns a warning if samples `interval_s` (s) apart are too far apart to show a rupture, otherwise `None`.
-pub(super) fn low_rate_warning(interval_s: f64) -> Option<String> {
-    let rate_hz = 1.0 / interval_s;
-    // A tolerance of 1 % for the measured rate.
-    (rate_hz < 0.99 * MIN_RATE_HZ).then(|| {
-        format!(
-            "the sampling rate is {rate_hz:.3} Hz, below {MIN_RATE_HZ} Hz: a rupture lasts about 30 ms and can fall between two \
-             samples, and the defaults of estimator and detector are for intervals of 0.5 to 2 ms"
-        )
-    })
 }
 
 /// Returns a timestamp anomaly as text.

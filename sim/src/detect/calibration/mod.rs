@@ -44,8 +44,14 @@ use crate::detection::DetectorSettings;
 use crate::error::InvalidValue;
 use crate::estimation::{RlsSettings, VelocityFilter};
 use crate::scenario::DetectionSpec;
+use crate::warning::{Code, Warning};
 use bench::CandidateBench;
 use signal::Signal;
+
+/// Minimum share of the slowest inserted ruptures that are detected, and maximum share of the harmless changes that raise
+/// an alarm, without a warning.
+const MIN_FOUND: f64 = 0.5;
+const MAX_HARMLESS: f64 = 0.2;
 
 /// Minimum number of samples for a calibration.
 const MIN_SAMPLES: usize = 100;
@@ -109,6 +115,26 @@ impl Calibration {
     #[must_use]
     pub fn settings(&self) -> &Candidate {
         &self.candidates[self.chosen]
+    }
+
+    /// Returns the warnings about the chosen settings.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let Candidate { found_share, harmless_share, .. } = self.settings();
+        let missed = found_share.filter(|share| *share < MIN_FOUND).map(|share| {
+            let message = format!("the settings detect {:.0} % of the slowest inserted ruptures", 100.0 * share);
+            Warning::new(Code::SlowRupturesMissed, message).at("--slowest-rupture-s").remedy(
+                "give a longer --first-s, accept more false alarms (--false-alarm-s), or a faster --slowest-rupture-s",
+            )
+        });
+        let harmless = harmless_share.filter(|share| *share > MAX_HARMLESS).map(|share| {
+            let message =
+                format!("the settings raise an alarm at {:.0} % of the inserted harmless changes", 100.0 * share);
+            Warning::new(Code::HarmlessAlarms, message)
+                .at("--fastest-harmless-s")
+                .remedy("give a longer --first-s, or a slower --fastest-harmless-s if the tissue changes more slowly")
+        });
+        missed.into_iter().chain(harmless).collect()
     }
 }
 

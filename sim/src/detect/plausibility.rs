@@ -1,0 +1,216 @@
+//! Whether the numbers of a recording can be those of a needle insertion.
+
+use super::{Detection, LabelMiss};
+use crate::detection::DetectorSettings;
+use crate::warning::{Code, Warning};
+
+/// Minimum and maximum sampling rate without a warning, in Hz.
+///
+/// With the defaults of `trocar calibrate`, the force of the slowest rupture falls by half in 30 ms, which are three
+/// samples at the minimum. No force sensor in use samples faster than the maximum.
+const RATE_HZ: (f64, f64) = (100.0, 1e5);
+
+/// Largest force of an insertion in N: the largest rupture force that a layer may have is 19.2 N, and handles and
+/// phantoms take more.
+const MAX_FORCE_N: f64 = 60.0;
+
+/// Range of the travel of an insertion in m.
+const TRAVEL_M: (f64, f64) = (3e-4, 0.5);
+
+/// Largest stiffness against an insertion in N/m: ten times that of the stiffest layer of a rig.
+const MAX_STIFFNESS_N_PER_M: f64 = 2e4;
+
+/// Correlation of force and position while the needle advances below which the force does not resist, and the smallest
+/// force in N for which this is told.
+const FALLING: f64 = -0.5;
+const MIN_RESISTING_N: f64 = 1.0;
+
+/// Ratio of the recorded velocity to the slope of the positions within which both agree.
+const RATIO: (f64, f64) = (0.5, 2.0);
+
+/// Samples over which the slope of the positions is taken.
+const SLOPE_SAMPLES: usize = 20;
+
+/// Minimum share of the time in contact in which the detector is armed, and minimum time in contact in s.
+const MIN_ARMED: f64 = 0.1;
+const MIN_CONTACT_S: f64 = 0.5;
+
+/// Returns a warning if samples `interval_s` (s) apart are too far apart to show a rupture, or closer than sensors
+/// sample.
+#[must_use]
+pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
+    let rate_hz = 1.0 / interval_s;
+    // A tolerance of 1 % for the measured rate.
+    let warning = if rate_hz < 0.99 * RATE_HZ.0 {
+        let message = format!(
+            "the sampling rate is {rate_hz:.3} Hz, below {} Hz: a rupture lasts about 30 ms and can fall between two samples",
+            RATE_HZ.0
+        );
+        Warning::new(Code::LowSamplingRate, message)
+    } else if rate_hz > RATE_HZ.1 {
+        Warning::new(
+            Code::HighSamplingRate,
+            format!("the sampling rate is {rate_hz:.3e} Hz, above {:.0e} Hz", RATE_HZ.1),
+        )
+    } else {
+        return None;
+    };
+    Some(warning.at("--time").remedy("check the unit of the time, as in --time COLUMN:ms; record at 1 kHz or more"))
+}
+
+/// Returns the warnings about a recording and its detection.
+pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warning> {
+    let mut all: Vec<Warning> = misses.iter().map(LabelMiss::warning).collect();
+    all.extend(sampling_rate(detection.interval_s));
+    all.extend(force(detection, &detection.detector));
+    all.extend(travel(detection));
+    all.extend(velocity(detection));
+    all.extend(contact(detection));
+    all
+}
+
+fn range(values: &[f64]) -> Option<(f64, f64)> {
+    let low = values.iter().copied().reduce(f64::min)?;
+    Some((low, values.iter().copied().fold(low, f64::max)))
+}
+
+/// The sign and the magnitude of the force.
+fn force(detection: &Detection, detector: &DetectorSettings) -> Option<Warning> {
+    let (low_n, high_n) = range(&detection.measured_force_n)?;
+    let peak_n = low_n.abs().max(high_n.abs());
+    let drop_n = detector.distance.hypotheses.rupture_std_n;
+    let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:0.00981 for gram-force";
+    if peak_n > MAX_FORCE_N {
+        let message = format!("the force reaches {peak_n:.3} N; needle insertions stay below {MAX_FORCE_N} N");
+        return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
+    }
+    if peak_n < drop_n {
+        let message = format!(
+            "the force stays within {peak_n:.3e} N, and the detector expects drops of {drop_n} N (detector.rupture_std_n)"
+        );
+        return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
+    }
+    let slope = Slope::of(detection)?;
+    if peak_n >= MIN_RESISTING_N && slope.correlation < FALLING && slope.work_j < 0.0 {
+        let message = format!(
+            "the force falls by {:.0} N/m while the needle advances: it does not resist the insertion",
+            -slope.n_per_m
+        );
+        let remedy = "change the sign of --force, as in --force COLUMN:-1, or of --position";
+        return Some(Warning::new(Code::ForceSign, message).at("--force or --position").remedy(remedy));
+    }
+    if peak_n >= MIN_RESISTING_N && slope.correlation > -FALLING && slope.n_per_m > MAX_STIFFNESS_N_PER_M {
+        let message = format!(
+            "the force rises by {:.3e} N/m while the needle advances, above {MAX_STIFFNESS_N_PER_M:.0e} N/m",
+            slope.n_per_m
+        );
+        let remedy = "check the units of --force and --position";
+        return Some(Warning::new(Code::ForceMagnitude, message).at("--force or --position").remedy(remedy));
+    }
+    None
+}
+
+/// The force over the position, while the needle advances, up to the largest force.
+struct Slope {
+    n_per_m: f64,
+    correlation: f64,
+    work_j: f64,
+}
+
+impl Slope {
+    fn of(detection: &Detection) -> Option<Self> {
+        // Up to the largest force: after it the needle goes on in a tissue that gave way.
+        let peak = (0..detection.measured_force_n.len())
+            .max_by(|a, b| detection.measured_force_n[*a].abs().total_cmp(&detection.measured_force_n[*b].abs()))?;
+        let pairs = || detection.position_m[..=peak].iter().zip(&detection.measured_force_n[..=peak]);
+        let advancing = || {
+            pairs()
+                .zip(pairs().skip(1))
+                .filter(|((x, _), (next, _))| next > x)
+                .map(|((x, f), (next, _))| (*x, *f, next - x))
+        };
+        let count = advancing().count() as f64;
+        if count < SLOPE_SAMPLES as f64 {
+            return None;
+        }
+        let mean_x = advancing().map(|(x, ..)| x).sum::<f64>() / count;
+        let mean_f = advancing().map(|(_, f, _)| f).sum::<f64>() / count;
+        let (mut xx, mut xf, mut ff, mut work_j) = (0.0, 0.0, 0.0, 0.0);
+        for (x, f, step) in advancing() {
+            xx += (x - mean_x) * (x - mean_x);
+            xf += (x - mean_x) * (f - mean_f);
+            ff += (f - mean_f) * (f - mean_f);
+            work_j += f * step;
+        }
+        (xx > 0.0 && ff > 0.0).then(|| Self { n_per_m: xf / xx, correlation: xf / (xx * ff).sqrt(), work_j })
+    }
+}
+
+/// The range of the positions.
+fn travel(detection: &Detection) -> Option<Warning> {
+    let (low_m, high_m) = range(&detection.position_m)?;
+    let (travel_m, (min_m, max_m)) = (high_m - low_m, TRAVEL_M);
+    (travel_m > max_m || travel_m < min_m).then(|| {
+        let message = format!(
+            "the positions span {:.3e} m; needle insertions span {} to {} mm",
+            travel_m,
+            1e3 * min_m,
+            1e3 * max_m
+        );
+        let remedy = "check the unit of the position, as in --position COLUMN:mm";
+        Warning::new(Code::PositionMagnitude, message).at("--position").remedy(remedy)
+    })
+}
+
+/// Whether a recorded velocity is the slope of the positions.
+fn velocity(detection: &Detection) -> Option<Warning> {
+    if !detection.is_velocity_measured {
+        return None;
+    }
+    let (position, velocity) = (&detection.position_m, &detection.velocity_m_per_s);
+    let length = SLOPE_SAMPLES as f64 * detection.interval_s;
+    let (mut vv, mut vs, mut ss) = (0.0, 0.0, 0.0);
+    for (ends, speeds) in position.windows(SLOPE_SAMPLES + 1).zip(velocity.windows(SLOPE_SAMPLES + 1)) {
+        let slope = (ends[SLOPE_SAMPLES] - ends[0]) / length;
+        let mean = 0.5 * (speeds[0] + speeds[SLOPE_SAMPLES]) + speeds[1..SLOPE_SAMPLES].iter().sum::<f64>();
+        let mean = mean / SLOPE_SAMPLES as f64;
+        vv += mean * mean;
+        vs += mean * slope;
+        ss += slope * slope;
+    }
+    if vv == 0.0 || ss == 0.0 {
+        return None;
+    }
+    // Of two noisy signals neither is the reference; the ratio of their magnitudes is not biased by either.
+    let ratio = (ss / vv).sqrt() * vs.signum();
+    let is_related = vs.abs() > 0.5 * (vv * ss).sqrt();
+    (is_related && !(RATIO.0..=RATIO.1).contains(&ratio)).then(|| {
+        let message = format!("the slope of --position is {ratio:.3} times --velocity: one of the two columns is wrong");
+        let remedy = format!("multiply the factor of --velocity by {ratio:.3}, or divide that of --position by it; or leave --velocity out");
+        Warning::new(Code::VelocityMagnitude, message).at("--velocity or --position").remedy(remedy)
+    })
+}
+
+/// Whether the needle reaches the contact, and the detector is armed in it.
+fn contact(detection: &Detection) -> Option<Warning> {
+    let contact_m = detection.contact_m;
+    if !detection.touched {
+        let (low_m, high_m) = range(&detection.position_m)?;
+        let message = format!(
+            "the needle never passes the contact position of {contact_m} m: it moves from {low_m:.3e} to {high_m:.3e} m"
+        );
+        let remedy = "set --contact-m to the surface of the tissue, or change the unit or the sign of --position";
+        return Some(Warning::new(Code::NoContact, message).at("--contact-m or --position").remedy(remedy));
+    }
+    let in_contact = detection.position_m.iter().filter(|&&position| position > contact_m).count();
+    let armed = detection.conditions.iter().filter(|conditions| conditions.in_contact() && conditions.armed()).count();
+    let share = armed as f64 / in_contact as f64;
+    (in_contact as f64 * detection.interval_s >= MIN_CONTACT_S && share < MIN_ARMED).then(|| {
+        let message = format!(
+            "the detector was armed in {:.0} % of the time in contact only: g keeps exceeding the threshold",
+            100.0 * share
+        );
+        let remedy = "the noise or the model's error is too large for the settings: `trocar calibrate` computes others";
+        Warning::new(Code::SeldomArmed, message).at("detector.drift").remedy(remedy)
+    })
+}

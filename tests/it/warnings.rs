@@ -1,0 +1,266 @@
+//! Warnings: what is told, where, and what is not.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value as Json;
+use trocar::engine::{Observer, Signals};
+use trocar::metrics::{MissReason, Outcome};
+use trocar::run::{Run, observe, run};
+use trocar::scenario::{Scenario, Source, shipped_questions};
+use trocar::warning::Code;
+
+use crate::support::test_folder::TestFolder;
+
+fn load(name: &str, settings: &[&str]) -> Scenario {
+    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    Scenario::load(&Source::parse(name), &settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error}"))
+}
+
+fn codes(run: &Run) -> Vec<Code> {
+    run.warnings().iter().map(|warning| warning.code).collect()
+}
+
+fn codes_of(name: &str, settings: &[&str]) -> Vec<Code> {
+    codes(&run(load(name, settings)).expect("runs"))
+}
+
+#[test]
+fn a_swing_that_does_not_decay_is_an_outcome() {
+    let wall = run(load("passivity/late-wall", &[])).expect("runs");
+    let Outcome::Oscillating { frequency_hz, swing_m } = wall.metrics.outcome else {
+        panic!("{:?}", wall.metrics.outcome)
+    };
+    // The wall's swing at its end, read off the trace.
+    let last = &wall.trace.slave_position_m[wall.trace.len() * 9 / 10..];
+    let (low, high) = last.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    assert!((swing_m - (high - low)).abs() < 0.1 * (high - low), "{swing_m} {low} {high}");
+    assert!((3.0..3.7).contains(&frequency_hz), "{frequency_hz}");
+    for scheme in ["time-domain", "waves", "tank"] {
+        assert!(codes_of(&format!("passivity/late-wall-{scheme}"), &[]).is_empty(), "{scheme}");
+    }
+    // A hand that swings is followed, which is no oscillation of the loop.
+    let sine =
+        ["operator.kind=sine", "operator.frequency_hz=2", "tissue.kind=kelvin-voigt", "simulation.duration_s=10"];
+    assert_eq!(run(load("hand/reflex", &sine)).expect("runs").metrics.outcome, Outcome::Completed);
+    let trembling = ["operator.tremor_amplitude_m=3e-4", "operator.reflex=none", "tissue.kind=kelvin-voigt"];
+    assert_eq!(run(load("hand/reflex", &trembling)).expect("runs").metrics.outcome, Outcome::Completed);
+}
+
+#[test]
+fn energy_that_no_hand_gives_and_a_delay_that_outlasts_the_run_are_told() {
+    assert!(codes_of("paper/augmented", &["scaling.force=1000"]).contains(&Code::HandEnergyImpossible));
+    assert!(codes_of("passivity/late-wall", &[]).contains(&Code::ActiveLoop));
+    let late = ["channel.forward_delay_s=30"];
+    assert!(codes_of("paper/classical", &late).contains(&Code::DelayBeyondRun));
+    assert!(!codes_of("paper/classical", &["channel.forward_delay_s=3"]).contains(&Code::DelayBeyondRun));
+}
+
+/// The settings that remove a reason.
+fn removal(reason: &MissReason, threshold: &mut f64) -> String {
+    match reason {
+        MissReason::NotInContact { .. } => "estimator.contact_m=-1000".into(),
+        MissReason::NotArmed { .. } => "detector.settle_s=0".into(),
+        MissReason::NoDrop => "detector.drop_only=false".into(),
+        MissReason::WrongMotion { .. } => "detector.motion=any".into(),
+        MissReason::TooShallow { .. } => "detector.minimum_depth_m=0".into(),
+        MissReason::BelowThreshold { reached } => {
+            *threshold *= 0.9 * reached;
+            format!("detector.threshold={threshold:e}")
+        }
+        MissReason::BelowDrift { largest } => format!("detector.drift={:e}", 0.5 * largest),
+        MissReason::EventUnderWay { .. } | MissReason::Refractory { .. } | MissReason::EarlierEvent => {
+            "augmentation.enabled=false".into()
+        }
+        MissReason::AlarmOfAnother { .. } => "detector.settle_s=0".into(),
+    }
+}
+
+/// The alarms of a run, accepted or not, in s.
+fn alarms_s(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
+    struct Alarms(f64, Vec<f64>);
+    impl Observer<f64> for Alarms {
+        fn observe(&mut self, s: &Signals<f64>) {
+            if s.alarm {
+                self.1.push(s.tick as f64 * self.0);
+            }
+        }
+    }
+    let mut alarms = Alarms(scenario.grid.tick_s(), vec![]);
+    let metrics = observe(scenario, &mut alarms).expect("runs");
+    (alarms.1, metrics.ruptures.iter().map(|rupture| rupture.time_s).collect())
+}
+
+#[test]
+fn every_missed_rupture_has_a_reason_and_its_removal_detects_it() {
+    let settings = |k: u64| -> Vec<String> {
+        let mut random = ChaCha8Rng::seed_from_u64(k);
+        let drawn: Vec<u64> = (0..16).map(|_| random.random()).collect();
+        let draw = |n: usize, m: u64| drawn[n] % m;
+        let mut all = vec![
+            format!("detector.threshold={:e}", [2e-3, 2e-2, 0.3, 2.0][draw(1, 4) as usize]),
+            format!("detector.settle_s={}", [0.05, 0.1, 0.5, 2.0][draw(2, 4) as usize]),
+            format!("detector.motion={}", ["inserting", "not-withdrawn", "any"][draw(3, 3) as usize]),
+            format!("detector.minimum_depth_m={}", [0.0, 0.0, 0.012][draw(4, 3) as usize]),
+            format!("estimator.contact_m={}", [0.0, 0.0, 0.02][draw(5, 3) as usize]),
+            format!("sensor.force_noise_std_n={}", [0.0, 0.02, 0.06][draw(6, 3) as usize]),
+            format!("augmentation.enabled={}", draw(7, 2) == 0),
+            format!("tissue.skin.rupture_force_n={}", 1.5 + draw(8, 8) as f64 * 0.5),
+            format!("operator.movement_s={}", [1.0, 3.0, 6.0][draw(9, 3) as usize]),
+            format!("simulation.seed={}", k + 1),
+        ];
+        if draw(10, 5) == 0 {
+            all.push("detector.insertion_speed_m_per_s=0.05".into());
+            all[2] = "detector.motion=inserting".into();
+        }
+        all
+    };
+    let shipped = shipped_questions().map(|(name, _)| (format!("builtin:{name}"), vec![]));
+    let random = (0..500).map(|k| ("hand/fast-stab".to_owned(), settings(k)));
+    let cases: Vec<(String, Vec<String>)> = shipped.chain(random).collect();
+    let of_case = |(name, settings): &(String, Vec<String>)| {
+        let scenario = |more: Option<String>| {
+            let all: Vec<String> = settings.iter().cloned().chain(more).collect();
+            Scenario::load(&Source::parse(name), &all).unwrap_or_else(|error| panic!("{all:?}: {error}"))
+        };
+        let first = run(scenario(None)).expect("runs");
+        let explained = first.metrics.ruptures.iter().filter(|rupture| rupture.miss.is_some()).count() as u64;
+        assert_eq!(explained, first.metrics.missed_ruptures, "{name} {settings:?}");
+        let threshold = first.scenario.detector.cusum.threshold;
+        let mut removed = vec![];
+        for (index, rupture) in first.metrics.ruptures.iter().enumerate() {
+            let Some(miss) = &rupture.miss else { continue };
+            let mut threshold = threshold;
+            let changes: Vec<String> = miss.reasons().map(|reason| removal(reason, &mut threshold)).collect();
+            // The speed of a motion that is changed has no effect.
+            let acts = |setting: &&String| {
+                !setting.contains("insertion_speed") || !changes.contains(&"detector.motion=any".to_owned())
+            };
+            let all: Vec<String> = settings.iter().filter(acts).cloned().chain(changes.clone()).collect();
+            let (alarms_s, ruptures_s) = alarms_s(&Scenario::load(&Source::parse(name), &all).expect("loads"));
+            let is_detection =
+                |alarm_s: &f64| ruptures_s.get(index).is_some_and(|at| (-1e-9..0.5 + 1e-9).contains(&(alarm_s - at)));
+            removed.push((alarms_s.iter().any(is_detection), format!("{name} {settings:?}: {miss:?}")));
+        }
+        removed
+    };
+    use rayon::prelude::*;
+    let all: Vec<(bool, String)> = cases.par_iter().flat_map(of_case).collect();
+    let failed: Vec<&String> = all.iter().filter(|(detected, _)| !detected).map(|(_, what)| what).collect();
+    assert!(all.len() > 200, "{}", all.len());
+    let share = 1.0 - failed.len() as f64 / all.len() as f64;
+    assert!(share >= 0.95, "{share} of {}: {:#?}", all.len(), &failed[..failed.len().min(15)]);
+}
+
+#[test]
+fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
+    let folder = TestFolder::new();
+    folder.file("inert.toml", "base = \"layers/skin-augmented\"\n[tissue]\nstiffness_n_per_m = 900\n");
+    folder.refused(&["check", "inert.toml"], &["tissue.stiffness_n_per_m has no effect", "inert.toml:3", "layers"]);
+    let given = ["run", "hand/reflex", "--set", "tissue.kind=kelvin-voigt", "--set", "tissue.skin.rupture_force_n=2"];
+    folder.refused(&given, &["tissue.skin.rupture_force_n has no effect"]);
+    // The base's layers are not this file's fault.
+    folder.file("base.toml", "base = \"hand/reflex\"\n[tissue]\nskin.rupture_force_n = 2\n");
+    folder.file("good.toml", "base = \"base.toml\"\n[tissue]\nkind = \"kelvin-voigt\"\n");
+    let outcome = folder.trocar(&["check", "good.toml"]);
+    assert_eq!(outcome.code, 0, "{}", outcome.err);
+    folder.file(
+        "sweep.toml",
+        "base = \"hand/reflex\"\nmetrics = [\"tissue_energy_j\"]\n[axes]\ntissue.stiffness_n_per_m = [100.0, 200.0]\n",
+    );
+    folder.refused(&["sweep", "sweep.toml"], &["axes.tissue.stiffness_n_per_m has no effect", "sweep.toml:4"]);
+}
+
+#[test]
+fn a_verdict_is_unknown_where_something_is_left_out() {
+    let folder = TestFolder::new();
+    folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.15,0.15\n1,0.15,0.15\n2,0.15,0.15\n");
+    folder.file("varying.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.15,0.15\n1,0.05,0.15\n2,0.15,0.15\n");
+    let verdict = |scenario: &str, settings: &[&str]| -> (Json, Json, String) {
+        let mut arguments = vec!["stability", scenario, "--json", "--x", "scaling.force=0.5:2:2"];
+        arguments.extend(["--y", "scaling.position=0.5:2:2"]);
+        arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+        let outcome = folder.trocar(&arguments);
+        assert_eq!(outcome.code, 0, "{}", outcome.err);
+        let json: Json = serde_json::from_str(&outcome.out).expect("JSON");
+        (json["is_stable"].clone(), json["switching"]["is_certified"].clone(), outcome.err)
+    };
+    let wall = "passivity/late-wall";
+    let constant = verdict(wall, &["channel.forward_delay_s=0.15", "channel.backward_delay_s=0.15"]).0;
+    assert_eq!(constant, Json::Bool(false));
+    let none = ["channel.forward_delay_s=0", "channel.backward_delay_s=0"];
+    let with = |file| [&none[..], &[file]].concat();
+    assert_eq!(verdict(wall, &with("channel.delays_file=delays.csv")).0, constant, "a constant delay is a delay");
+    assert_eq!(verdict(wall, &with("channel.delays_file=varying.csv")).0, Json::Null);
+    for left_out in [
+        "channel.loss=0.3",
+        "channel.jitter_s=0.01",
+        "sensor.position_resolution_m=1e-5",
+        "operator.reflex=stop",
+        "passivity.scheme=energy-tank",
+    ] {
+        let (stable, certified, said) = verdict("paper/augmented", &[left_out]);
+        assert_eq!((&stable, &certified), (&Json::Null, &Json::Null), "{left_out}");
+        let key = left_out.split('=').next().expect("a key");
+        assert!(said.contains("warning[unmodelled]") && said.contains(key), "{left_out}: {said}");
+    }
+    let limited = ["simulation.control=sampled", "actuator.slave_command_rate_limit_per_s=50"];
+    assert_eq!(verdict("paper/augmented", &limited).0, Json::Null);
+    // A certificate for 50 to 600 N/m does not cover the recorded force.
+    let (stable, certified, said) = verdict("paper/augmented", &[]);
+    assert_eq!((stable, certified), (Json::Bool(true), Json::Null));
+    assert!(said.contains("warning[tissue-not-covered]"), "{said}");
+    let spring = ["tissue.kind=kelvin-voigt", "tissue.stiffness_n_per_m=300", "operator.kind=minimum-jerk"];
+    assert_eq!(verdict("paper/augmented", &spring), (Json::Bool(true), Json::Bool(true), String::new()));
+}
+
+#[test]
+fn warnings_are_in_every_answer_and_can_be_errors() {
+    let folder = TestFolder::new();
+    let outcome = folder.trocar(&["run", "sensing/wrong-detector-settings", "--json"]);
+    let json: Json = serde_json::from_str(&outcome.out).expect("JSON");
+    assert_eq!(json["warnings"][0]["code"], "missed-rupture");
+    assert_eq!(json["warnings"][0]["place"], "detector.drift");
+    assert_eq!(json["metrics"]["ruptures"][0]["miss"]["reason"], "below-drift");
+    assert!(outcome.err.starts_with("warning[missed-rupture]: wrong-detector-settings: rupture 1 at 5.520 s"));
+    let denied = folder.trocar(&["run", "sensing/wrong-detector-settings", "--deny-warnings"]);
+    assert!(denied.code == 1 && denied.err.contains("--deny-warnings"), "{}", denied.err);
+    assert_eq!(folder.trocar(&["run", "paper/classical", "--deny-warnings"]).code, 0);
+    // Several runs are one document.
+    let two = folder.trocar(&["run", "paper/classical", "paper/augmented", "--json"]).out;
+    let two: Json = serde_json::from_str(&two).expect("one JSON document");
+    assert_eq!(two.as_array().map(Vec::len), Some(2));
+    for code in Code::ALL {
+        let explained = folder.trocar(&["explain", code.word()]).out;
+        assert!(explained.contains(code.word()) && explained.lines().count() > 3, "{explained}");
+    }
+    let explain = |word: &str| folder.trocar(&["explain", word]);
+    assert!(explain("detector.threshold").out.contains("Threshold"));
+    assert!(explain("rupture_2_detection_delay_s").out.contains("rupture 1: detection delay"));
+    let unknown = explain("missed-ruptur");
+    assert!(unknown.code == 2 && unknown.err.contains("did you mean missed-rupture?"), "{}", unknown.err);
+}
+
+#[test]
+fn seeds_without_noise_are_told() {
+    let folder = TestFolder::new();
+    let said = |arguments: &[&str]| {
+        let outcome = folder.trocar(arguments);
+        assert_eq!(outcome.code, 0, "{}", outcome.err);
+        outcome.err
+    };
+    assert!(said(&["compare", "--seeds", "3"]).contains("warning[seeds-without-effect]"));
+    let noisy = said(&["compare", "--seeds", "3", "--set", "sensor.force_noise_std_n=0.02"]);
+    assert!(!noisy.contains("seeds-without-effect"), "{noisy}");
+    let sweep = |noise: &str| {
+        format!(
+            "base = \"paper/classical\"\nseeds = 3\nmetrics = [\"false_alarms\"]\n[set]\nsensor.force_noise_std_n = {noise}\n[axes]\nscaling.force = [1.0, 1.1]\n"
+        )
+    };
+    folder.file("quiet.toml", sweep("0.0")).file("noisy.toml", sweep("0.02"));
+    let quiet = said(&["sweep", "quiet.toml"]);
+    assert!(quiet.contains("warning[seeds-without-effect]") && quiet.contains("6 cases"), "{quiet}");
+    assert!(!said(&["sweep", "noisy.toml"]).contains("seeds-without-effect"));
+    folder.file("quiet.toml", sweep("0.01"));
+    folder.refused(&["sweep", "quiet.toml"], &["force_noise_std_n"]);
+    said(&["sweep", "quiet.toml", "--overwrite"]);
+}
