@@ -36,7 +36,7 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
 pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
     match switching {
         Ok(switching) => format!("{}\n{}", switching_lines(switching), event_table(&switching.events)),
-        Err(reason) => format!("switching: {reason}\n"),
+        Err(reason) => format!("Switching: not analysed ({reason}).\n"),
     }
 }
 

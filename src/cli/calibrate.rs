@@ -7,7 +7,8 @@ use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
 use trocar_report::{
-    Folder, calibration_object, calibration_text, calibration_toml, detection_pictures, run_lengths_text, to_json,
+    Folder, calibrated_settings, calibration_object, calibration_text, calibration_toml, detection_pictures,
+    run_lengths_text, to_json,
 };
 use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
 use trocar_sim::detect::{Detection, DetectionReport, detect};
@@ -15,7 +16,7 @@ use trocar_sim::scenario::{DetectionSpec, Values};
 
 /// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
-#[command(after_long_help = MORE)]
+#[command(after_long_help = MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct CalibrateArgs {
     /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file with a [recording]; needed unless
     /// --run-lengths is given
@@ -115,7 +116,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
         variance_ratio: args.variance_ratio,
     };
     let calibration = calibrate(&spec, &request)?;
-    let chosen = calibration.settings();
+    let chosen = calibrated_settings(&calibration);
     let mut calibrated = spec;
     let settings = &mut calibrated.settings;
     (settings.estimator, settings.detector, settings.contact_m) = (chosen.estimator, chosen.detector, chosen.contact_m);

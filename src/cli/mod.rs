@@ -92,7 +92,8 @@ enum Command {
     ///
     /// White noise of many seeds is added to the force of a signal. The estimator runs once per seed, and every detector runs on its
     /// residual with many thresholds: the paper's squared residual, eq. 22, 23 and 26, the derivative baseline, a generalised
-    /// likelihood ratio and the Page-Hinkley test, each with the threshold and the drift from the same hypotheses. An alarm soon
+    /// likelihood ratio and the Page-Hinkley test, each with its own threshold and drift, all derived from the same two noise levels (quiet,
+    /// rupture). An alarm soon
     /// enough after a label is a detection; a later alarm within 0.5 s is late; any other alarm is false. Intervals are 95 %
     /// confidence intervals. Ctrl-C ends early and keeps the finished cases.
     Roc(Box<roc::RocArgs>),
@@ -146,6 +147,15 @@ enum Command {
     /// Print the manual page, or write the manual pages of all commands
     Man(manual::ManArgs),
 }
+
+/// The help of --out where a folder belongs to a recording.
+const OUT_PER_RECORDING: &str = "Folder for the files; it contains one folder per recording";
+
+/// The help of --out of sweeps.
+const OUT_PER_SWEEP: &str = "Folder for the files; it contains one folder per sweep";
+
+/// The help of --set where there is a single scenario, or none.
+const SET_ONE: &str = "Override a key, as in --set scaling.force=2 (repeatable; the last value applies)";
 
 /// Options for files and printed output.
 #[derive(Debug, Args)]

@@ -273,7 +273,10 @@ impl Scenario {
                     let written = place.as_ref().and_then(|place| place.text.get(place.span.clone()));
                     let written = written.map_or_else(|| end_m.to_string(), str::to_owned);
                     let message = format!("{key} is {written}, must stay within {max_m} m of 0, on either side");
-                    return Err(self.values.error(key, message).remedy("write millimetres with their unit, as in \"60mm\""));
+                    return Err(self
+                        .values
+                        .error(key, message)
+                        .remedy("write millimetres with their unit, as in \"60mm\""));
                 }
             }
         }

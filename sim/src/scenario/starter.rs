@@ -222,6 +222,13 @@ mod tests {
             let text = starter.text("mine");
             assert!(text.lines().count() <= 60, "{text}");
             assert!(text.contains("docs/src/reference/keys.md"));
+            assert!(text.contains("Uncomment a line to override the default."), "{text}");
+            // A commented value that is not the default says so.
+            for line in listed.iter().filter(|line| matches!(line, Example(..))) {
+                let name = find(line.path()).map(last_name).expect("a key");
+                let example = text.lines().find(|text| text.starts_with(&format!("# {name} = "))).expect("a line");
+                assert!(example.contains(" Example value."), "{example}");
+            }
             assert_eq!(load(&text).name, "mine");
             let is_key = |line: &str| line.strip_prefix("# ").is_some_and(|line| line.split(' ').nth(1) == Some("="));
             let mut uncommented = 0;

@@ -68,8 +68,20 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
     }
     let path = folder.path().join(if output.json { "summary.json" } else { "summary.txt" });
     let text = std::fs::read_to_string(&path).map_err(|source| SweepError::Io { path, source })?;
-    let end = if output.json { String::new() } else { format!("{files}: {}\n", folder.path().display()) };
+    let end = match (output.json, figures(folder)) {
+        (true, _) => String::new(),
+        (false, figures) => format!("{figures}{files}: {}\n", folder.path().display()),
+    };
     terminal::print(&format!("{text}{end}"))
+}
+
+/// Returns the names of the figures in a folder, for the line that names the folder.
+fn figures(folder: &Folder) -> String {
+    let entries = std::fs::read_dir(folder.path()).into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(".png")).collect();
+    names.sort();
+    if names.is_empty() { String::new() } else { format!("figures: {}; ", names.join(", ")) }
 }
 
 /// Converts an output error to a sweep error, whose message says that all cases are kept.
