@@ -4,6 +4,7 @@ use clap::Args;
 
 use super::error::CliError;
 use super::{ScenarioArgs, source_of, terminal};
+use trocar_sim::scenario::Source;
 use trocar_sim::sweep::{Plan, is_sweep};
 
 const EXAMPLES: &str = "\
@@ -31,7 +32,7 @@ pub(super) struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     let (sweeps, scenarios): (Vec<String>, Vec<String>) =
-        args.files.iter().cloned().partition(|file| is_sweep(&source_of(file)));
+        args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
     for scenario in args.changes.load(&scenarios)? {
         if args.resolved {
             terminal::print(&scenario.echo())?;

@@ -69,6 +69,8 @@ mod tests {
 
     #[test]
     fn a_quantity_names_the_key_of_its_column() {
-        assert!(Quantity::ALL.iter().map(|quantity| quantity.key()).eq(ColumnSettings::KEYS.iter().map(|key| key.path)));
+        assert!(
+            Quantity::ALL.iter().map(|quantity| quantity.key()).eq(ColumnSettings::KEYS.iter().map(|key| key.path))
+        );
     }
 }

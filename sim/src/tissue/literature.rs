@@ -202,7 +202,7 @@ mod tests {
     fn nothing_outside_passes_and_the_reason_is_said() {
         for value in [4e-4, 19.3, f64::NAN, f64::INFINITY, -1.0] {
             let error = RUPTURE_FORCE_N.check("tissue.skin.rupture_force_n", value).expect_err("outside");
-            assert!(error.to_string().contains("at least 0.0005 and at most 19.2: "), "{error}");
+            assert!(error.to_string().contains("must be 0.0005 to 19.2 N (the range measured"), "{error}");
         }
     }
 }
