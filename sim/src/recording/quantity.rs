@@ -1,6 +1,8 @@
 //! The quantities of a recording.
 
-/// A quantity that a column of a recording holds.
+use super::ColumnSettings;
+
+/// A quantity that a column of a recording holds, in the order of [`ColumnSettings::KEYS`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Time, in s.
@@ -19,13 +21,9 @@ impl Quantity {
 
     /// Its name, which is also the name of its flag on the command line without `--`.
     #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Time => "time",
-            Self::Position => "position",
-            Self::Velocity => "velocity",
-            Self::Force => "force",
-        }
+    pub fn name(self) -> &'static str {
+        let column = self.key().rsplit('.').next().unwrap_or_default();
+        column.split('_').next().unwrap_or_default()
     }
 
     /// Its SI unit.
@@ -52,25 +50,20 @@ impl Quantity {
 
     /// The key of a scenario that names its column.
     #[must_use]
-    pub(super) const fn key(self) -> &'static str {
-        match self {
-            Self::Time => "recording.columns.time_s",
-            Self::Position => "recording.columns.position_m",
-            Self::Velocity => "recording.columns.velocity_m_per_s",
-            Self::Force => "recording.columns.force_n",
-        }
+    pub(super) fn key(self) -> &'static str {
+        ColumnSettings::KEYS[self as usize].path
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::ColumnSettings;
     use super::*;
 
     #[test]
-    fn a_quantity_names_the_key_of_its_column() {
-        assert!(
-            Quantity::ALL.iter().map(|quantity| quantity.key()).eq(ColumnSettings::KEYS.iter().map(|key| key.path))
-        );
+    fn a_quantity_is_in_the_unit_of_its_column() {
+        for quantity in Quantity::ALL {
+            let unit = quantity.unit().to_lowercase().replace('/', "_per_");
+            assert_eq!(quantity.key(), format!("recording.columns.{}_{unit}", quantity.name()));
+        }
     }
 }

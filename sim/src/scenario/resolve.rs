@@ -16,7 +16,7 @@ use super::settings::{actuators, arm, master};
 use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
 use super::steps::Steps;
 use super::value::Value;
-use super::values::{Values, harmless_name};
+use super::values::{Values, harmless_name, replays_force, replays_position};
 use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::detection::DetectorSettings;
@@ -293,18 +293,6 @@ impl Scenario {
         let message = format!("the operator moves to {position} m, must stay within {max_m} m of 0, on either side");
         Err(self.values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
     }
-}
-
-/// Whether the operator replays the recording.
-pub(super) fn replays_position(values: &Values) -> bool {
-    values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
-}
-
-/// Whether the tissue replays the recording.
-pub(super) fn replays_force(values: &Values) -> bool {
-    values
-        .word(TissueSettings::KEY.path)
-        .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
 }
 
 /// The name, checked for use as a folder's name.

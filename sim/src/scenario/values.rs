@@ -328,6 +328,18 @@ pub fn harmless_name(name: &str) -> String {
     }
 }
 
+/// Whether the operator replays the recording.
+pub(super) fn replays_position(values: &Values) -> bool {
+    values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
+}
+
+/// Whether the tissue replays the recording.
+pub(super) fn replays_force(values: &Values) -> bool {
+    values
+        .word(TissueSettings::KEY.path)
+        .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
+}
+
 /// The keys of a section, in the order in which they are written.
 pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
     KEYS.iter().filter(move |key| key.path.rsplit_once('.').map_or("", |(parent, _)| parent) == section)
