@@ -25,7 +25,7 @@ pub(super) fn word(verdict: Verdict) -> &'static str {
 /// value is `null`. A limit beyond the search range is `null` too, and `is_beyond_search` is true.
 #[must_use]
 pub fn stability_json(study: &StabilityStudy) -> String {
-    let StabilityStudy { name, unmodelled, analysis, map, switching, check } = study;
+    let StabilityStudy { name, analysis, map, check, .. } = study;
     let Analysis { settings, mode, margins, limits, sensitivities, ports, sampled } = analysis;
     let limit = |limit: &Limit| {
         let largest = limit.largest();
@@ -68,10 +68,18 @@ pub fn stability_json(study: &StabilityStudy) -> String {
     super::json::render(&json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "scenario": name,
-        "unmodelled": unmodelled,
+        "warnings": study.warnings(),
+        "unmodelled": study.unmodelled,
+        "left_out": study.left_out.iter().map(|part| json!({ "key": part.key, "what": part.what })).collect::<Vec<_>>(),
+        "tissue_of_the_run": {
+            "secant_n_per_m": study.tissue.secant,
+            "tangent_n_per_m": study.tissue.tangent,
+            "sector_n_per_m": study.tissue.sector(),
+        },
         "stiffness_n_per_m": settings.stiffness_n_per_m,
         "damping_n_s_per_m": settings.damping_n_s_per_m,
-        "is_stable": analysis.is_stable(),
+        "is_stable": study.is_stable(),
+        "is_linear_loop_stable": analysis.is_stable(),
         "mode": {
             "pole": [mode.pole.re, mode.pole.im],
             "spectral_radius": mode.spectral_radius,
@@ -101,7 +109,7 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "damping_n_s_per_m": bound.damping_n_s_per_m,
             "is_passive": bound.is_passive(),
         })),
-        "switching": super::switching::switching_object(switching),
+        "switching": super::switching::switching_object(study),
         "map": { "x": axis(&map.x), "y": axis(&map.y), "stable_share": map.stable_share() },
         "simulated": checked,
     }))

@@ -7,7 +7,9 @@ use super::number::significant;
 use super::stability::{all, word};
 use super::wrap::wrapped;
 use trocar_sim::scenario::unit_of;
-use trocar_sim::stability::{Analysis, Limit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
+use trocar_sim::stability::{
+    Analysis, LeftOut, Limit, Parameter, PortPoint, StabilityMap, TissueKind, is_passive_impedance,
+};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
 /// Frequencies (Hz) of the printed impedances.
@@ -22,20 +24,12 @@ const SHOWN_SENSITIVITIES: usize = 3;
 /// Returns the analysis as text with tables.
 #[must_use]
 pub fn stability_text(study: &StabilityStudy) -> String {
-    let StabilityStudy { name, unmodelled, analysis, map, switching, check } = study;
-    let settings = &analysis.settings;
-    let mut text = format!(
-        "{name}: {} in permanent contact with {} N/m and {} N·s/m\n",
-        if analysis.is_stable() { "stable" } else { "not stable" },
-        significant(settings.stiffness_n_per_m),
-        significant(settings.damping_n_s_per_m),
-    );
-    if !unmodelled.is_empty() {
-        let _ = writeln!(text, "not in the linear model: {}", unmodelled.join("; "));
-    }
+    let StabilityStudy { name, analysis, map, check, .. } = study;
+    let mut text = format!("{name}: {}\n", verdict(study));
+    let _ = writeln!(text, "not in the linear model: {}", study.unmodelled.join("; "));
     let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
     let _ = write!(text, "\n{}\n{}{}", port_table(analysis), port_passivity(analysis), sampled(analysis));
-    let _ = write!(text, "\n{}\n", super::switching_text(switching));
+    let _ = write!(text, "\n{}\n", super::switching_text(study));
     let stable = 100.0 * map.stable_share();
     let _ = writeln!(
         text,
@@ -49,6 +43,34 @@ pub fn stability_text(study: &StabilityStudy) -> String {
         text.push_str(&checked(map, check));
     }
     wrapped(&text, 2)
+}
+
+/// Returns the verdict on the loop, with what it covers.
+pub(super) fn verdict(study: &StabilityStudy) -> String {
+    let settings = &study.analysis.settings;
+    let (stiffness, damping) = (significant(settings.stiffness_n_per_m), significant(settings.damping_n_s_per_m));
+    let tissue = match study.tissue_kind {
+        TissueKind::SpringDamper => format!("in contact with {stiffness} N/m and {damping} N·s/m"),
+        TissueKind::Other => format!("in contact with {stiffness} N/m, the stiffest of the tissue in its run"),
+        TissueKind::RecordedForce => {
+            format!("in contact with {stiffness} N/m and {damping} N·s/m, assumed for the recorded force")
+        }
+    };
+    let word = |is_stable: bool| if is_stable { "stable" } else { "not stable" };
+    match study.is_stable() {
+        Some(true) => format!("stable {tissue}, and out of contact"),
+        Some(false) if study.analysis.is_stable() => format!("stable {tissue}, but not at every smaller stiffness"),
+        Some(false) => format!("not stable {tissue}"),
+        None => {
+            let parts: Vec<String> =
+                study.left_out.iter().map(|LeftOut { key, what }| format!("{what} ({key})")).collect();
+            format!(
+                "stability unknown: the analysis leaves out {}; without that, {} {tissue}",
+                parts.join(", "),
+                word(study.analysis.is_stable())
+            )
+        }
+    }
 }
 
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.

@@ -11,6 +11,7 @@ use super::tables::shortest;
 use super::{Folder, Table};
 use trocar_sim::augmentation::Reengage;
 use trocar_sim::stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching};
+use trocar_sim::stability_check::StabilityStudy;
 
 fn policy(reengage: Reengage) -> &'static str {
     match reengage {
@@ -33,15 +34,15 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
 
 /// Returns the analysis of the switching as text, or the reason why there is none.
 #[must_use]
-pub fn switching_text(switching: &Result<Switching, &'static str>) -> String {
-    match switching {
-        Ok(switching) => format!("{}\n{}", switching_lines(switching), event_table(&switching.events)),
+pub fn switching_text(study: &StabilityStudy) -> String {
+    match &study.switching {
+        Ok(switching) => format!("{}\n{}", switching_lines(study, switching), event_table(&switching.events)),
         Err(reason) => format!("Switching: not analysed ({reason}).\n"),
     }
 }
 
 /// Returns the findings, one per line.
-pub(super) fn switching_lines(switching: &Switching) -> String {
+pub(super) fn switching_lines(study: &StabilityStudy, switching: &Switching) -> String {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let phases = switching.phases;
@@ -78,7 +79,7 @@ pub(super) fn switching_lines(switching: &Switching) -> String {
         "the supervisor enforces {}: {}",
         ms(phases.refractory),
         match (&switching.certificate, switching.is_certified()) {
-            (_, true) => "certified".to_owned(),
+            (_, true) => certified_for(study, switching),
             (Some(found), false) =>
                 format!("not certified, augmentation.refractory_s must be {}", seconds(switching, found.dwell_ticks)),
             (None, false) => "not certified".to_owned(),
@@ -117,6 +118,24 @@ pub(super) fn switching_lines(switching: &Switching) -> String {
     text
 }
 
+/// Returns what a certificate says about the scenario.
+fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
+    let (softest, stiffest) = switching.settings.stiffness_n_per_m;
+    let range = format!("{} to {} N/m", significant(softest), significant(stiffest));
+    if !study.left_out.is_empty() {
+        return format!("certified for {range} without what the analysis leaves out; unknown for the scenario");
+    }
+    match (study.tissue.sector(), study.covers_tissue()) {
+        (_, Some(true)) => "certified, and the tissue of the run is within the range".into(),
+        (Some((low, high)), _) => format!(
+            "certified for {range}; the tissue of the run has {} to {} N/m, so that the scenario is not covered",
+            significant(low),
+            significant(high)
+        ),
+        (None, _) => format!("certified for {range}; the needle of the run never reaches the tissue"),
+    }
+}
+
 pub(super) fn event_table(events: &[EventBound]) -> Table {
     let mut table = Table::new([
         format!("released {} mm from the hand", significant(1e3 * GAP_M)).as_str(),
@@ -143,8 +162,8 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
 }
 
 /// Returns the part `switching` of `stability.json`.
-pub(super) fn switching_object(switching: &Result<Switching, &'static str>) -> Json {
-    let switching = match switching {
+pub(super) fn switching_object(study: &StabilityStudy) -> Json {
+    let switching = match &study.switching {
         Ok(switching) => switching,
         Err(reason) => return json!({ "unmodelled": reason }),
     };
@@ -172,7 +191,9 @@ pub(super) fn switching_object(switching: &Result<Switching, &'static str>) -> J
         "held_s": [s(switching.phases.held.0), s(switching.phases.held.1)],
         "blend_s": s(switching.phases.blend),
         "refractory_s": s(switching.phases.refractory),
-        "is_certified": switching.is_certified(),
+        "is_certified": study.is_certified(),
+        "is_certified_for_range": switching.is_certified(),
+        "covers_tissue": study.covers_tissue(),
         "certificate": switching.certificate.as_ref().map(|found| json!({
             "dwell_s": s(found.dwell_ticks),
             "margin": found.margin,

@@ -19,9 +19,8 @@ pub(super) fn outcome(run: &Run) -> String {
             format!("{}: completed, {} s in {} ticks", run.scenario.name, significant(duration_s), run.metrics.ticks)
         }
         Outcome::Oscillating { frequency_hz, swing_m } => format!(
-            "{}: oscillating after {} s: it swings by {} at {} Hz, without decay",
+            "{}: oscillating, by {} at {} Hz without decay",
             run.scenario.name,
-            significant(duration_s),
             show(Some(swing_m), Unit::Metre),
             significant(frequency_hz)
         ),

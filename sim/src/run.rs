@@ -60,6 +60,8 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 
 /// [`run`] with some of the user's own parts in place of the scenario's.
 ///
+/// Such a run cannot be repeated: it tells neither why a rupture was missed nor whether a swing lasts.
+///
 /// # Errors
 /// As [`run`].
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {

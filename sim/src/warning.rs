@@ -84,6 +84,11 @@ codes! {
         "The analysis of stability leaves out a part of the scenario.",
         "The linear analysis has no model of the listed parts. Its verdict covers the loop without them; with them the loop may be \
          unstable. `trocar run` simulates them.";
+    TissueNotCovered "tissue-not-covered":
+        "The tissue of the scenario is outside the range of stiffness of the certificate.",
+        "The certificate covers a tissue whose stiffness changes at any tick within a range (--tissue LOW:HIGH). The smallest range \
+         with all secants and tangents of the tissue force in the scenario's own run, while the needle advances, is not within it. \
+         Ruptures, lost contact and friction on withdrawal are left out of that range.";
     LowSamplingRate "low-sampling-rate":
         "The samples are too far apart to show a rupture.",
         "A rupture takes about 30 ms. At a low rate it falls between two samples, and the defaults of estimator and detector are for \

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::error::CliError;
+use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
@@ -72,6 +73,8 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         study.simulate(&scenario, interrupt::stop_flag(), || bar.inc(1))?;
         bar.finish_and_clear();
     }
+    let warnings = Warnings::new(&args.output);
+    warnings.print(&study.warnings());
     let StabilityStudy { analysis, map, switching, check, .. } = &study;
     let folder = Folder::new(&args.output.out).folder(&scenario.name);
     let json = stability_json(&study);
@@ -111,7 +114,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
             return Err(CliError::Interrupted { kept: Some(kept) });
         }
     }
-    Ok(())
+    warnings.finish()
 }
 
 /// Returns the command that reproduces the analysis.

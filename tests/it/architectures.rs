@@ -161,7 +161,8 @@ fn what_does_not_go_together_is_refused_with_a_remedy() {
         (&["controller.kind=four-channel", "slave.proportional_gain=0"], "above 0 for this controller.kind"),
         (&["controller.kind=four-channel", "scaling.position=0"], "scaling.position is 0"),
         (&["passivity.scheme=energy-tank", "scaling.force=0"], "scaling.force is 0"),
-        (&["passivity.tank_share=1"], "below 1"),
+        (&["passivity.scheme=energy-tank", "passivity.tank_share=1"], "below 1"),
+        (&["passivity.tank_share=0.5"], "it acts for passivity.scheme = \"energy-tank\""),
         (
             &["slave.compliance_m_per_n=1e-3", "simulation.control=sampled", "actuator.slave_lag_s=0.01"],
             "needs a motor without limits and lag",

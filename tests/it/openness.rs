@@ -34,7 +34,7 @@ const TISSUES: &[Part] = &[
         "kelvin_voigt.rs",
         &["KelvinVoigt", "KelvinVoigtSettings"],
         &[
-            ("sim/src/stability/settings.rs", "the tissue of the linear loop"),
+            ("sim/src/stability/coverage.rs", "the tissue of the linear loop"),
             ("sim/src/stability_check/run.rs", "runs the linear loop"),
         ],
     ),
@@ -186,7 +186,7 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
 }
 
 /// Texts that equal a word of a choice, and their meaning.
-const SPELT_ALIKE: [(&str, &str, &str); 11] = [
+const SPELT_ALIKE: [(&str, &str, &str); 13] = [
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
     ("none", "sim/src/compare/facts.rs", "what was asked of a fact"),
@@ -198,6 +198,8 @@ const SPELT_ALIKE: [(&str, &str, &str); 11] = [
     ("layers", "sim/src/scenario/starter.rs", "a value of a starter"),
     ("insertion-extraction", "sim/src/scenario/starter.rs", "a value of a starter"),
     ("stop", "sim/src/scenario/starter.rs", "a value of a starter"),
+    ("minimum-jerk", "sim/src/scenario/replay.rs", "the remedy of an error"),
+    ("layers", "sim/src/scenario/replay.rs", "the remedy of an error"),
 ];
 
 #[test]

@@ -101,7 +101,9 @@ fn every_shipped_scenario_runs_to_its_end_and_the_same_way_twice() {
     for (name, _) in trocar::scenario::shipped_questions() {
         let load = || Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]).expect("loads");
         let (one, two) = (run(load()).expect("runs"), run(load()).expect("runs"));
-        assert_eq!(one.metrics.outcome, trocar::metrics::Outcome::Completed, "{name}");
+        let swings = matches!(one.metrics.outcome, trocar::metrics::Outcome::Oscillating { .. });
+        assert_eq!(swings, name == "passivity/late-wall.toml", "{name}: {:?}", one.metrics.outcome);
+        assert!(one.metrics.ticks == one.scenario.grid.ticks(), "{name}: {:?}", one.metrics.outcome);
         assert_eq!(one.metrics, two.metrics, "{name}");
         let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
         assert!(same(&one.trace.slave_position_m, &two.trace.slave_position_m), "{name}");

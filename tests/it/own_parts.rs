@@ -30,7 +30,10 @@ fn assert_same_bits(own: &Run, built_in: &Run, what: &str) {
         [&trace.slave_position_m, &trace.master_position_m, &trace.feedback_force_n, &trace.residual_n, &trace.decision]
             .map(|column| numbers(column))
     };
-    assert_eq!(own.metrics, built_in.metrics, "{what}");
+    // A run with own parts cannot be repeated, so it has no reasons for missed ruptures.
+    let mut expected = built_in.metrics.clone();
+    expected.ruptures.iter_mut().for_each(|rupture| rupture.miss = None);
+    assert_eq!(own.metrics, expected, "{what}");
     assert!(bits(&own.trace) == bits(&built_in.trace), "{what}");
 }
 

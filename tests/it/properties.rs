@@ -1,7 +1,7 @@
 //! Loading any file ends with a scenario or an error, and the echo of a resolved scenario is faithful.
 
 use proptest::prelude::*;
-use trocar::scenario::{Fallback, KEYS, Kind, Scenario, Source, Starter, json_schema};
+use trocar::scenario::{Fallback, KEYS, Key, Kind, Scenario, Source, Starter, find_key, json_schema};
 
 /// Loads a text as a scenario file.
 fn load(text: &[u8]) -> Result<Scenario, String> {
@@ -180,18 +180,28 @@ proptest! {
 fn the_starter_is_valid_as_it_is_and_with_every_default_uncommented() {
     let text = Starter::All.text("mine");
     assert_eq!(load(text.as_bytes()).expect("good").name, "mine");
+    // Keys of other kinds than the starter's would be refused: they would have no effect.
+    let values = load(text.as_bytes()).expect("good");
+    let acts = |path: String| find_key(&path).is_some_and(|key| values.values().is_acting(key));
     let mut active = String::new();
+    let mut section = String::new();
     for line in text.lines() {
+        if let Some(name) = line.strip_prefix('[') {
+            section = format!("{}.", name.trim_end_matches(']'));
+        }
         let key = line.strip_prefix("# ").and_then(|rest| rest.split_once(" = "));
         match key {
-            Some((name, value)) if !name.contains(' ') && !value.starts_with('#') => {
+            Some((name, value))
+                if !name.contains(' ') && !value.starts_with('#') && acts(format!("{section}{name}")) =>
+            {
                 active.push_str(&line[2..]);
             }
             _ => active.push_str(line),
         }
         active.push('\n');
     }
-    let defaults = KEYS.iter().filter(|key| matches!(key.fallback, Fallback::Value(_))).count();
+    let has_default = |key: &&Key| matches!(key.fallback, Fallback::Value(_));
+    let defaults = KEYS.iter().filter(has_default).filter(|key| values.values().is_acting(key)).count();
     assert!(active.lines().filter(|line| !line.starts_with('#') && line.contains(" = ")).count() >= defaults);
     load(active.as_bytes()).expect("every default is allowed");
 }

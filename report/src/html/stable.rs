@@ -6,8 +6,7 @@ use super::digits::Few;
 use super::map::Map;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section};
 use crate::Table;
-use crate::number::significant;
-use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled};
+use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, verdict};
 use crate::switching::{event_table, seconds, switching_lines};
 use trocar_sim::stability::{Analysis, LIMITED, Parameter, PortPoint, StabilityMap, Switching};
 use trocar_sim::stability_check::{Check, StabilityStudy};
@@ -34,7 +33,7 @@ pub struct StabilityPage<'a> {
 /// # Errors
 /// [`HtmlError`].
 pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
-    let StabilityStudy { name, unmodelled, analysis, map, switching, check } = page.study;
+    let StabilityStudy { name, analysis, map, switching, check, .. } = page.study;
     let check = check.as_ref();
     let mut drawn = Drawn::default();
     let (of_map, is_thinned) = Map::of_stability(analysis, map, check);
@@ -66,7 +65,7 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
         Ok(switching) => {
             drawn.charts.insert("switching", vec![growth(switching)]);
             let mut blocks: Vec<Block> =
-                switching_lines(switching).lines().map(|line| Block::text(sentence(line))).collect();
+                switching_lines(page.study, switching).lines().map(|line| Block::text(sentence(line))).collect();
             blocks.push(Block::table("The end of one event, by re-engagement policy", &event_table(&switching.events)));
             blocks.push(Block::Charts { name: "switching", windows: vec![], key: vec![] });
             blocks
@@ -78,18 +77,11 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
     let note = "Save the scenario above under its name, then run this command in the same folder.".to_owned();
     let commands = vec![Block::Command { line: page.line.to_owned(), note }];
     sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
-    let settings = &analysis.settings;
-    let verdict = format!(
-        "{} in permanent contact with a tissue of {} N/m and {} N·s/m.",
-        if analysis.is_stable() { "Stable" } else { "Not stable" },
-        significant(settings.stiffness_n_per_m),
-        significant(settings.damping_n_s_per_m),
-    );
-    let unmodelled = (!unmodelled.is_empty()).then(|| format!("Not in the linear model: {}.", unmodelled.join("; ")));
+    let unmodelled = format!("Not in the linear model: {}.", page.study.unmodelled.join("; "));
     Page {
         command: "trocar stability",
         heading: name.clone(),
-        lead: [verdict].into_iter().chain(unmodelled).collect(),
+        lead: vec![sentence(&verdict(page.study)), unmodelled],
         sections,
         drawn,
     }

@@ -30,6 +30,25 @@ impl Schedule {
         self.delays.is_empty() && self.outages.is_empty()
     }
 
+    /// Whether it has delays of its own.
+    #[must_use]
+    pub fn has_delays(&self) -> bool {
+        !self.delays.is_empty()
+    }
+
+    /// Whether it has outages.
+    #[must_use]
+    pub fn has_outages(&self) -> bool {
+        !self.outages.is_empty()
+    }
+
+    /// The delay in ticks of every sample, if it is the same and no sample is lost by it.
+    #[must_use]
+    pub fn constant(&self) -> Option<u64> {
+        let first = *self.delays.first()?;
+        arriving(first).filter(|_| self.delays.iter().all(|delay| *delay == first))
+    }
+
     /// The longest delay in ticks; `own` without scheduled delays.
     pub(super) fn longest(&self, own: u64) -> u64 {
         self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(own)
@@ -100,5 +119,12 @@ mod tests {
         assert_eq!((schedule.longest(7), delays(schedule, 2)), (7, vec![None; 2]));
         let schedule = Schedule::new(Arc::from([u32::MAX - 1]), Arc::default());
         assert_eq!(schedule.longest(7), MAX_DELAY_TICKS);
+    }
+
+    #[test]
+    fn a_constant_delay_is_recognised() {
+        let constant = |delays: &[u32]| Schedule::new(delays.into(), Arc::default()).constant();
+        assert_eq!((constant(&[3, 3]), constant(&[3, 4]), constant(&[])), (Some(3), None, None));
+        assert_eq!(constant(&[Schedule::LOST; 2]), None);
     }
 }

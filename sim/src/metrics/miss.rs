@@ -88,7 +88,7 @@ impl MissReason {
                 "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
             }
             Self::NoDrop => "set detector.drop_only = false",
-            Self::WrongMotion { .. } => "set detector.motion = \"any\", or change its speed",
+            Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
             Self::BelowThreshold { .. } => "reduce detector.threshold (`trocar calibrate` computes one from the noise)",
             Self::BelowDrift => "reduce detector.drift (`trocar calibrate` computes one from the noise)",

@@ -195,6 +195,9 @@ pub struct Entry {
     pub value_place: Place,
     /// The file that the entry's paths are relative to.
     pub source: Source,
+    /// How far it is from the command line: 0 there and in a single file, 1 in the scenario's file, 2 in its base, and so
+    /// on.
+    pub layer: usize,
 }
 
 /// Every entry of a scenario, its bases and its command-line settings; the first entry of a path takes effect.
@@ -226,7 +229,8 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
             return Err(error.remedy(format!("run it with `trocar sweep {}`", source.display())));
         }
         let (bases, rest): (Vec<_>, Vec<_>) = file.into_iter().partition(|entry| entry.path == "base");
-        entries.extend(rest);
+        let layer = visited.len();
+        entries.extend(rest.into_iter().map(|entry| Entry { layer, ..entry }));
         next = bases.into_iter().next().map(|entry| based_on(&source, entry)).transpose()?;
     }
     Ok(entries)
@@ -292,6 +296,7 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
             key_place: place(key),
             value_place: place(value.span()),
             source: source.clone(),
+            layer: 0,
         });
         Ok(())
     })?;

@@ -236,7 +236,10 @@ pub(super) fn missing_recording(values: &Values) -> ScenarioError {
     ];
     let replaying: Vec<&str> = kinds.iter().filter(|(_, replays, _)| *replays).map(|(key, ..)| *key).collect();
     let default = |key: &str| if values.place(key).is_none() { " (the default)" } else { "" };
-    let stated: Vec<_> = replaying.iter().map(|key| format!("{key} is \"recording\"{}", default(key))).collect();
+    let stated: Vec<_> = replaying
+        .iter()
+        .map(|key| format!("{key} is {:?}{}", values.word(key).unwrap_or_default(), default(key)))
+        .collect();
     let other = |(key, _, word): &(&str, bool, &str)| format!("another {key}, e.g. \"{word}\"");
     let others: Vec<_> = kinds.iter().filter(|(_, replays, _)| *replays).map(other).collect();
     let Some(key) = replaying.first() else {

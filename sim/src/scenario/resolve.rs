@@ -26,7 +26,6 @@ use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameter
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
 use crate::time::{TickGrid, whole_ticks};
-use crate::tissue::{ReplaySettings, TissueSettings};
 
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
@@ -129,7 +128,9 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] with place and remedy, for the scenario or its recording.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
-        Self::resolve(Values::load(source, settings)?)
+        let values = Values::load(source, settings)?;
+        values.check_acting()?;
+        Self::resolve(values)
     }
 
     /// Resolves values.
@@ -255,10 +256,9 @@ impl Scenario {
 
     /// The start and the end of the operator's movement in m, those that its kind has.
     fn operator_ends(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        let kind = self.values.word(MotionSettings::KEY.path).unwrap_or_default();
-        ["operator.start_m", "operator.end_m"].into_iter().filter_map(move |path| {
-            find(path)?.acts_for?.words().contains(&kind).then_some((path, self.values.optional_number(path)?))
-        })
+        let of = |path| Some((path, self.values.optional_number(path)?));
+        let acts = |path: &&str| find(path).is_some_and(|key| self.values.is_acting(key));
+        ["operator.start_m", "operator.end_m"].into_iter().filter(acts).filter_map(of)
     }
 
     /// Checks the range of the operator's positions; beyond it every run would count as diverged.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use trocar_core::settings::{self, Fallback, Key, Kind};
+use trocar_core::settings::{self, Fallback, Key, Kind, Source as _};
 
 use super::document::{Entry, Source, gather};
 use super::error::{Place, ScenarioError};
@@ -12,6 +12,11 @@ use super::keys::{find, is_section, nearest, nearest_of};
 use super::quantity;
 use super::value::Value;
 use crate::error::InvalidValue;
+use crate::operator::MotionSettings;
+use crate::tissue::{ReplaySettings, TissueSettings};
+
+/// The keys of the tissue that the analysis of stability assumes in place of a recorded force.
+const ASSUMED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
 
 /// The key of the tick, the minimum of some times.
 const TICK: &str = "simulation.tick_s";
@@ -24,6 +29,8 @@ struct Given {
     place: Option<Place>,
     /// The file that a path is relative to.
     source: Option<Source>,
+    /// See [`Entry::layer`].
+    layer: usize,
 }
 
 /// The values of a scenario by key. Keys without a value are absent.
@@ -86,15 +93,51 @@ impl Values {
             }
             return Err(error);
         };
-        let given = Given { value, place: Some(entry.value_place), source: Some(entry.source) };
+        let given = Given { value, place: Some(entry.value_place), source: Some(entry.source), layer: entry.layer };
         self.given.entry(key.path).or_insert(given);
         Ok(())
+    }
+
+    /// Checks that every written key acts.
+    ///
+    /// A key may act for some kinds of a choice only. It is then an error with another kind, unless a file nearer to the
+    /// command line has changed the kind.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] at the first such key.
+    pub(super) fn check_acting(&self) -> Result<(), ScenarioError> {
+        let written = |key: &&Key| self.place(key.path).is_some();
+        let inert = KEYS.iter().filter(written).find_map(|key| {
+            let acts = key.acts_for.filter(|_| !self.is_acting(key))?;
+            let layer =
+                |path: &str| self.given.get(path).filter(|given| given.place.is_some()).map(|given| given.layer);
+            let kind_is_nearer = layer(acts.key).is_some_and(|kind| Some(kind) < layer(key.path));
+            (!kind_is_nearer).then_some((key, acts))
+        });
+        let Some((key, acts)) = inert else { return Ok(()) };
+        let word = self.text(acts.key).unwrap_or_default();
+        let words: Vec<String> = acts.words().iter().map(|word| format!("{word:?}")).collect();
+        let message = format!(
+            "{} has no effect: it acts for {} = {}, which is {word:?} here",
+            key.path,
+            acts.key,
+            words.join(" or ")
+        );
+        Err(self.error(key.path, message).remedy(format!("remove it, or change {}", acts.key)))
+    }
+
+    /// Whether a key acts for the present kinds.
+    #[must_use]
+    pub fn is_acting(&self, key: &Key) -> bool {
+        // With a recorded force, which does not react, the analysis of stability assumes a spring and a damper.
+        let is_assumed = ASSUMED.contains(&key.path) && replays_force(self);
+        is_assumed || key.acts_for.is_none_or(|acts| self.text(acts.key).is_ok_and(|word| acts.words().contains(&word)))
     }
 
     pub(super) fn fill_defaults(&mut self) {
         for key in KEYS {
             if let Fallback::Value(value) = key.fallback {
-                let default = || Given { value: value.into(), place: None, source: None };
+                let default = || Given { value: value.into(), place: None, source: None, layer: 0 };
                 self.given.entry(key.path).or_insert_with(default);
             }
         }
@@ -102,7 +145,7 @@ impl Values {
 
     /// Sets a derived value.
     pub(super) fn derive(&mut self, path: &'static str, value: Value) {
-        self.given.insert(path, Given { value, place: None, source: None });
+        self.given.insert(path, Given { value, place: None, source: None, layer: 0 });
     }
 
     /// Sets a derived value, unless the key has one.
@@ -115,12 +158,12 @@ impl Values {
     /// Replaces a value by its resolved form, such as a full path, and keeps its place.
     pub(super) fn derive_keeping_place(&mut self, path: &'static str, value: Value) {
         let place = self.place(path);
-        self.given.insert(path, Given { value, place, source: None });
+        self.given.insert(path, Given { value, place, source: None, layer: 0 });
     }
 
     /// Sets a value that was written at a place.
     pub(super) fn give(&mut self, path: &'static str, value: Value, place: Place) {
-        self.given.insert(path, Given { value, place: Some(place), source: None });
+        self.given.insert(path, Given { value, place: Some(place), source: None, layer: 0 });
     }
 
     /// Replaces the value of a key that has one, and keeps its place.
@@ -235,6 +278,7 @@ impl Values {
         let mut text = String::new();
         for section in sections {
             let lines: Vec<String> = keys_of(section)
+                .filter(|key| self.is_acting(key))
                 .filter_map(|key| {
                     let name = key.path.rsplit('.').next().unwrap_or(key.path);
                     self.get(key.path).map(|value| format!("{name} = {}\n", value.to_toml()))

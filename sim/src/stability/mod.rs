@@ -20,6 +20,7 @@
 mod analysis;
 mod axis_text;
 mod closed_loop;
+mod coverage;
 mod error;
 mod limit;
 mod machines;
@@ -38,6 +39,7 @@ mod winding;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use closed_loop::ClosedLoop;
+pub use coverage::{LeftOut, TissueKind, left_out, unmodelled};
 pub use error::StabilityError;
 pub use limit::{Limit, Search, largest_stable};
 pub use map::{Axis, Spacing, StabilityMap, is_near_boundary, map};

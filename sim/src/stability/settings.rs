@@ -1,10 +1,10 @@
 //! The linearised loop: the parameters of a scenario on which its stability depends.
 
 use super::Parameter;
+use crate::channel::Schedule;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::scenario::{DelayTicks, Scenario, Value, waits_for_tick};
-use crate::teleoperation::{LinkSettings, PassivitySettings, Scheme};
-use crate::tissue::TissueSettings;
+use crate::teleoperation::{LinkSettings, PassivitySettings};
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,13 +37,16 @@ pub struct LoopSettings {
 
 impl LoopSettings {
     /// The loop of a scenario. `K` and `B` are those of its `tissue.stiffness_n_per_m` and `tissue.damping_n_s_per_m`
-    /// (by default 200 N/m and 5 N·s/m), for every kind of tissue.
+    /// (by default 200 N/m and 5 N·s/m), for every kind of tissue. Delays from a file are delays if they are constant.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let values = scenario.values();
         let number = |path| match values.get(path) {
             Some(Value::Number(number)) => *number,
             _ => 0.0,
+        };
+        let delay_s = |schedule: &Schedule, key| {
+            schedule.constant().map_or_else(|| number(key), |ticks| scenario.grid.time_s(ticks))
         };
         Self {
             tick_s: scenario.grid.tick_s(),
@@ -58,40 +61,11 @@ impl LoopSettings {
             },
             link: LinkSettings { passivity: PassivitySettings::DEFAULT, ..scenario.link },
             force_bandwidth_hz: scenario.sensor.force_bandwidth_hz,
-            forward_delay_s: number("channel.forward_delay_s"),
-            backward_delay_s: number("channel.backward_delay_s"),
+            forward_delay_s: delay_s(&scenario.forward_schedule, "channel.forward_delay_s"),
+            backward_delay_s: delay_s(&scenario.backward_schedule, "channel.backward_delay_s"),
             stiffness_n_per_m: number("tissue.stiffness_n_per_m"),
             damping_n_s_per_m: number("tissue.damping_n_s_per_m"),
         }
-    }
-
-    /// The parts of a scenario that the linear loop does not model; empty if it models all.
-    #[must_use]
-    pub fn unmodelled(scenario: &Scenario) -> Vec<&'static str> {
-        let limits = &scenario.actuators;
-        let limited = limits.master_force_n.is_some()
-            || limits.slave_command.is_some()
-            || limits.master_force_rate_n_per_s.is_some()
-            || limits.slave_command_rate_per_s.is_some();
-        let logged = !(scenario.forward_schedule.is_empty() && scenario.backward_schedule.is_empty());
-        [
-            (
-                !matches!(scenario.tissue.settings(), Some(TissueSettings::KelvinVoigt(_))),
-                "the tissue (replaced by a spring and a damper)",
-            ),
-            (scenario.augmentation.enabled, "the augmentation (see the switching analysis below)"),
-            (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme (the loop is analysed without it)"),
-            (limited, "the limits of the motors (their lags are modelled)"),
-            (!scenario.irregularity.is_none() || logged, "jitter, loss, outages and logged delays"),
-            (scenario.reflex.reacts(), "the operator's reflex"),
-            (
-                scenario.sensor.position_resolution_m > 0.0,
-                "the quantisation of the position sensor and the velocity filter",
-            ),
-        ]
-        .into_iter()
-        .filter_map(|(is_there, what)| is_there.then_some(what))
-        .collect()
     }
 
     /// The value of a parameter.

@@ -6,10 +6,12 @@
 //! lost.
 
 mod events;
+mod own_tissue;
 mod run;
 mod study;
 
 pub use events::worst_events;
+pub use own_tissue::TissueRange;
 pub use run::{Verdict, simulate};
 pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 

@@ -2,9 +2,14 @@
 
 use std::sync::atomic::AtomicBool;
 
+use super::own_tissue::TissueRange;
 use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
-use crate::stability::{Analysis, Axis, LoopSettings, StabilityError, StabilityMap, Switching, SwitchingSettings, map};
+use crate::stability::{
+    Analysis, Axis, LeftOut, LoopSettings, Parameter, StabilityMap, Switching, SwitchingSettings, TissueKind, left_out,
+    map, unmodelled,
+};
+use crate::warning::{Code, Warning};
 
 /// Maximum tissue stiffness of the switching analysis, in N/m.
 pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
@@ -14,9 +19,16 @@ pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
 pub struct StabilityStudy {
     /// The scenario's name.
     pub name: String,
-    /// The parts of the scenario that the linear loop does not model.
-    pub unmodelled: Vec<&'static str>,
-    /// The loop.
+    /// The parts of the scenario that the analysis leaves out, besides tissue and augmentation.
+    pub left_out: Vec<LeftOut>,
+    /// The kind of its tissue.
+    pub tissue_kind: TissueKind,
+    /// The stiffness of the tissue in its run.
+    pub tissue: TissueRange,
+    /// Everything that the linear loop leaves out, with tissue and augmentation.
+    pub unmodelled: Vec<String>,
+    /// The loop. Its stiffness is that of the scenario's spring and damper, the largest one of the tissue's own run for
+    /// other tissues, and `tissue.stiffness_n_per_m` for a force recorded over time.
     pub analysis: Analysis,
     /// The map.
     pub map: StabilityMap,
@@ -28,20 +40,74 @@ pub struct StabilityStudy {
 
 impl StabilityStudy {
     /// Analyses a scenario, its map over two axes, and its switching with any tissue stiffness (N/m) in the range
-    /// `tissue`, which must satisfy [`is_tissue`]. Does not run the engine.
+    /// `sector`, which must satisfy [`is_tissue`]. Runs the scenario once, for the stiffness of its tissue.
     ///
     /// # Errors
-    /// [`StabilityError`].
-    pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), tissue: (f64, f64)) -> Result<Self, StabilityError> {
-        let settings = LoopSettings::of(scenario);
+    /// [`CheckError`].
+    pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: (f64, f64)) -> Result<Self, CheckError> {
+        let mut settings = LoopSettings::of(scenario);
+        let (tissue_kind, tissue) = (TissueKind::of(scenario), TissueRange::of(scenario)?);
+        if let (TissueKind::Other, Some((_, stiffest))) = (tissue_kind, tissue.sector()) {
+            (settings.stiffness_n_per_m, settings.damping_n_s_per_m) = (stiffest.max(0.0), 0.0);
+        }
         let analysis = Analysis::of(&settings)?;
         let map = map(&settings, x, y)?;
-        let switching = match SwitchingSettings::with_loop(scenario, settings, tissue) {
+        let switching = match SwitchingSettings::with_loop(scenario, settings, sector) {
             Ok(settings) => Ok(Switching::of(&settings)?),
             Err(reason) => Err(reason),
         };
-        let (name, unmodelled) = (scenario.name.clone(), LoopSettings::unmodelled(scenario));
-        Ok(Self { name, unmodelled, analysis, map, switching, check: None })
+        let (name, left_out, unmodelled) = (scenario.name.clone(), left_out(scenario), unmodelled(scenario));
+        Ok(Self { name, left_out, unmodelled, tissue_kind, tissue, analysis, map, switching, check: None })
+    }
+
+    /// Whether the scenario's loop is stable, in contact with its tissue and out of it; `None` where the analysis leaves
+    /// out a part of the scenario.
+    #[must_use]
+    pub fn is_stable(&self) -> Option<bool> {
+        let stiffness = self.analysis.limits.iter().find(|limit| limit.parameter == Parameter::Stiffness)?;
+        let k = self.analysis.settings.stiffness_n_per_m;
+        let is_stable_out_of_contact = stiffness.stable.iter().any(|&(from, to)| from <= 0.0 && k <= to);
+        self.left_out.is_empty().then(|| self.analysis.is_stable() && is_stable_out_of_contact)
+    }
+
+    /// Whether the certificate's range of stiffness has all that the tissue shows in the scenario's run.
+    #[must_use]
+    pub fn covers_tissue(&self) -> Option<bool> {
+        let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
+        self.tissue.sector().map(|(softest, stiffest)| low <= softest && stiffest <= high)
+    }
+
+    /// Whether the switching between the modes is certified for the scenario; `None` where it is not analysed, where the
+    /// analysis leaves out a part of the scenario, and where the range of stiffness does not cover the scenario's tissue.
+    #[must_use]
+    pub fn is_certified(&self) -> Option<bool> {
+        let switching = self.switching.as_ref().ok()?;
+        (self.left_out.is_empty() && self.covers_tissue() == Some(true)).then(|| switching.is_certified())
+    }
+
+    /// The warnings about the analysis.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let left_out = self.left_out.iter().map(|LeftOut { key, what }| {
+            let message = format!("the analysis leaves out {what} ({key}): stability is unknown");
+            Warning::new(Code::Unmodelled, message)
+                .of(&self.name)
+                .at(*key)
+                .remedy("`trocar run` simulates it and says whether a swing decays")
+        });
+        let sector = self.switching.as_ref().ok().map(|switching| switching.settings.stiffness_n_per_m);
+        let uncovered = (self.covers_tissue() == Some(false)).then(|| self.tissue.sector().zip(sector)).flatten();
+        let uncovered = uncovered.map(|((softest, stiffest), (low, high))| {
+            let message = format!(
+                "the tissue of the run has {softest:.0} to {stiffest:.0} N/m, and the analysis of events covers {low} to {high} N/m"
+            );
+            let warning = Warning::new(Code::TissueNotCovered, message).of(&self.name).at("--tissue");
+            match (softest >= 0.0, stiffest <= MAX_STIFFNESS_N_PER_M) {
+                (true, true) => warning.remedy(format!("analyse --tissue {:.0}:{:.0}", softest.floor(), stiffest.ceil())),
+                _ => warning.remedy("a force that falls while the needle advances is not a spring; the run tells more"),
+            }
+        });
+        left_out.chain(uncovered).collect()
     }
 
     /// Runs the engine at every point of the map; calls `done` after each run; runs not begun when `stop` is set are

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use crate::metrics::catalogue::metrics;
 use crate::scenario::Scenario;
-use crate::stability::{Analysis, ClosedLoop, LoopSettings, Margins, Mode, Switching, SwitchingSettings};
+use crate::stability::{Analysis, ClosedLoop, LoopSettings, Margins, Mode, Switching, SwitchingSettings, left_out};
 use crate::stability_check::{Verdict, simulate};
 
 /// The tissue stiffnesses between which events are certified, in N/m: the default of `trocar stability`.
@@ -54,6 +54,9 @@ impl<'a> LoopOfCase<'a> {
     }
 
     fn certified_dwell_s(&self) -> Option<f64> {
+        if !left_out(self.scenario).is_empty() {
+            return None;
+        }
         let settings = SwitchingSettings::with_loop(self.scenario, self.settings.clone(), TISSUE_N_PER_M).ok()?;
         Some(Switching::certified_dwell(&settings).ok()?? as f64 * self.settings.tick_s)
     }
@@ -68,8 +71,11 @@ metrics! {
     impl Loop for LoopOfCase<'_> {
         /// Magnitude of the largest pole of the loop, per tick; motions decay if it is below 1.
         spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
-        /// Whether the loop is stable in permanent contact, by its matrices: 1 or 0.
-        is_stable = "is stable", Count, Higher => |l| Some(as_number(l.closed()?.is_stable().ok()?));
+        /// Whether the loop is stable in permanent contact, by its matrices: 1 or 0; none if the matrices leave out a part of the scenario.
+        is_stable = "is stable", Count, Higher => |l| {
+            let stable = l.closed()?.is_stable().ok()?;
+            left_out(l.scenario).is_empty().then(|| as_number(stable))
+        };
         /// Whether a small motion decays in a run of the engine: 1 or 0; none if it neither decays nor grows.
         is_stable_simulated = "is stable, simulated", Count, Higher => |l| l.simulated();
         /// Damping ratio of the dominant mode; below 0 it grows.
@@ -88,7 +94,7 @@ metrics! {
         is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(as_number(l.ports()?.0));
         /// Whether the teleoperator is passive: 1 or 0.
         is_passive = "is passive", Count, Higher => |l| Some(as_number(l.ports()?.1));
-        /// Minimum time of teleoperation between events for which the decay of motions is certified.
+        /// Minimum time of teleoperation between events for which the decay of motions is certified; none if the analysis leaves out a part of the scenario.
         certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
     }
 }

@@ -1,0 +1,224 @@
+//! How often a verdict is false: random scenarios of 60 s, each analysed and run.
+//!
+//! ```text
+//! cargo run --release --example verdicts -- 2000
+//! ```
+//! counts the scenarios that `stability` calls stable or certified and whose run swings or diverges, and the runs that
+//! settle and are called oscillating. Whether a run swings or settles is judged here from its last 30 s, with another
+//! rule than the program's, on a copy without noise and tremor.
+
+use std::process::ExitCode;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use trocar::metrics::Outcome;
+use trocar::run::{Run, run};
+use trocar::scenario::{Scenario, Source};
+use trocar::stability::{Axis, left_out};
+use trocar::stability_check::StabilityStudy;
+
+/// What a run does at its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Truth {
+    /// It diverged, or the swing of the last 10 s is above 0.1 mm and not smaller than in the 10 s before.
+    Swings,
+    /// The swing of the last 10 s is below 10 µm, or less than half of that before.
+    Settles,
+    /// Neither.
+    Between,
+}
+
+/// The verdicts on one scenario.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// The settings that were drawn.
+    pub settings: Vec<String>,
+    /// Whether it is called stable.
+    pub is_stable: Option<bool>,
+    /// Whether its events are called certified.
+    pub is_certified: Option<bool>,
+    /// Whether its run is called oscillating or diverged.
+    pub is_called_unstable: bool,
+    /// What it does.
+    pub truth: Truth,
+}
+
+/// Draws the settings of a scenario.
+fn drawn(random: &mut ChaCha8Rng) -> Vec<String> {
+    let mut all = vec!["simulation.duration_s=60".to_owned()];
+    let mut set = |key: &str, value: String| all.push(format!("{key}={value}"));
+    macro_rules! log {
+        ($low:expr, $high:expr) => {{
+            let (low, high): (f64, f64) = ($low, $high);
+            low * (high / low).powf(random.random::<f64>())
+        }};
+    }
+    macro_rules! maybe {
+        ($share:expr) => {
+            random.random::<f64>() < $share
+        };
+    }
+    macro_rules! one {
+        ($words:expr) => {{
+            let words = $words;
+            words[random.random_range(0..words.len())]
+        }};
+    }
+    let architecture = one!(["position-force", "position-force", "position-position", "local-force", "four-channel"]);
+    set("controller.kind", architecture.into());
+    set("simulation.control", one!(["continuous", "sampled"]).into());
+    set("simulation.tick_s", one!(["0.0005", "0.001", "0.001", "0.002"]).into());
+    set("simulation.seed", format!("{}", random.random_range(1..1000)));
+    set("scaling.force", format!("{:.4}", log!(0.2, 6.0)));
+    set("scaling.position", format!("{:.4}", log!(0.4, 2.0)));
+    set("arm.grip", one!(["paper", "relaxed", "firm"]).into());
+    if maybe!(0.4) {
+        set("channel.forward_delay_s", format!("{:.4}", log!(1e-3, 0.2)));
+        set("channel.backward_delay_s", format!("{:.4}", log!(1e-3, 0.2)));
+    }
+    if maybe!(0.1) {
+        set("channel.jitter_s", format!("{:.4}", log!(1e-3, 0.03)));
+    }
+    if maybe!(0.1) {
+        set("channel.loss", format!("{:.3}", random.random::<f64>() * 0.5));
+    }
+    if maybe!(0.15) && architecture == "position-force" {
+        set("passivity.scheme", one!(["wave-variables", "time-domain", "energy-tank"]).into());
+    }
+    let kind = one!(["ramp", "minimum-jerk", "insertion-extraction"]);
+    set("operator.kind", kind.into());
+    set("operator.end_m", format!("{:.4}", log!(0.005, 0.04)));
+    if kind == "ramp" {
+        set("operator.speed_m_per_s", format!("{:.4}", log!(0.002, 0.1)));
+    } else {
+        set("operator.movement_s", format!("{:.2}", log!(0.5, 10.0)));
+    }
+    set("operator.reflex", if maybe!(0.2) { one!(["stop", "withdraw"]) } else { "none" }.into());
+    if maybe!(0.2) {
+        set("operator.tremor_amplitude_m", format!("{:.6}", log!(1e-5, 3e-4)));
+    }
+    let tissue = one!(["kelvin-voigt", "kelvin-voigt", "hunt-crossley", "layers", "layers"]);
+    set("tissue.kind", tissue.into());
+    match tissue {
+        "kelvin-voigt" => {
+            set("tissue.stiffness_n_per_m", format!("{:.2}", log!(20.0, 4000.0)));
+            set("tissue.damping_n_s_per_m", format!("{:.3}", log!(0.1, 20.0)));
+        }
+        "layers" => {
+            set("tissue.skin.rupture_force_n", format!("{:.3}", log!(1.0, 12.0)));
+            set("tissue.skin.stiffening_n_per_m2", format!("{:.0}", log!(5e3, 2e5)));
+        }
+        _ => {}
+    }
+    if maybe!(0.3) {
+        set("sensor.force_noise_std_n", format!("{:.4}", log!(1e-3, 0.1)));
+    }
+    if maybe!(0.1) {
+        set("sensor.position_resolution_m", format!("{:e}", log!(1e-6, 1e-4)));
+    }
+    if maybe!(0.2) {
+        set("sensor.force_bandwidth_hz", format!("{:.1}", log!(10.0, 300.0)));
+    }
+    set("augmentation.enabled", format!("{}", maybe!(0.5)));
+    set("augmentation.reengage", one!(["ramp", "clutch", "snap"]).into());
+    set("detector.threshold", format!("{:e}", log!(2e-3, 0.1)));
+    all
+}
+
+/// What a run does at its end.
+fn truth(run: &Run) -> Truth {
+    if matches!(run.metrics.outcome, Outcome::Diverged { .. }) {
+        return Truth::Swings;
+    }
+    let ticks = run.trace.len();
+    let swing = |from: usize, to: usize| {
+        [&run.trace.slave_position_m, &run.trace.master_position_m]
+            .map(|column| {
+                let part = &column[ticks * from / 60..ticks * to / 60];
+                let (low, high) = part.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+                high - low
+            })
+            .into_iter()
+            .fold(0.0, f64::max)
+    };
+    let (before_m, last_m) = (swing(40, 50), swing(50, 60));
+    if last_m > 1e-4 && last_m >= 0.9 * before_m {
+        Truth::Swings
+    } else if last_m < 1e-5 || last_m < 0.5 * before_m {
+        Truth::Settles
+    } else {
+        Truth::Between
+    }
+}
+
+/// Analyses and runs a random scenario; `None` for settings that are refused.
+fn judged(seed: u64) -> Option<Judged> {
+    let settings = drawn(&mut ChaCha8Rng::seed_from_u64(seed));
+    let load = |settings: &[String]| Scenario::load(&Source::parse("hand/reflex"), settings);
+    let scenario = load(&settings).ok()?;
+    let axes = (Axis::parse("scaling.force=0.5:2:2").ok()?, Axis::parse("scaling.position=0.5:2:2").ok()?);
+    // Both verdicts are unknown where something is left out; the analysis takes most of the time.
+    let study = if left_out(&scenario).is_empty() {
+        Some(StabilityStudy::of(&scenario, axes, (50.0, 600.0)).ok()?)
+    } else {
+        None
+    };
+    let called = run(scenario).ok()?;
+    let quiet =
+        [&settings[..], &["sensor.force_noise_std_n=0".into(), "operator.tremor_amplitude_m=0".into()]].concat();
+    Some(Judged {
+        is_stable: study.as_ref().and_then(StabilityStudy::is_stable),
+        is_certified: study.as_ref().and_then(StabilityStudy::is_certified),
+        is_called_unstable: called.metrics.outcome != Outcome::Completed,
+        truth: truth(&run(load(&quiet).ok()?).ok()?),
+        settings,
+    })
+}
+
+/// The verdicts on `count` scenarios that can be run.
+#[must_use]
+pub fn verdicts(count: usize) -> Vec<Judged> {
+    let mut all = vec![];
+    let mut next = 0;
+    while all.len() < count {
+        let more = (next..next + 64).into_par_iter().filter_map(judged);
+        all.par_extend(more);
+        next += 64;
+    }
+    all.truncate(count);
+    all
+}
+
+fn main() -> ExitCode {
+    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(200);
+    let all = verdicts(count);
+    let of = |is: &dyn Fn(&&Judged) -> bool| all.iter().filter(is).count();
+    let (swinging, settled) = (of(&|one| one.truth == Truth::Swings), of(&|one| one.truth == Truth::Settles));
+    println!("{count} scenarios: {swinging} swing or diverge, {settled} settle");
+    for (what, verdict) in [("stable", false), ("certified", true)] {
+        let says = |one: &Judged| if verdict { one.is_certified } else { one.is_stable };
+        let called = of(&|one| says(one) == Some(true));
+        let wrong: Vec<&Judged> =
+            all.iter().filter(|one| says(one) == Some(true) && one.truth == Truth::Swings).collect();
+        println!("called {what}: {called}, of which {} swing or diverge", wrong.len());
+        for one in wrong {
+            println!("  {}", one.settings.join(" "));
+        }
+        println!("  unknown: {}", of(&|one| says(one).is_none()));
+    }
+    let oscillating = of(&|one| one.is_called_unstable && one.truth == Truth::Settles);
+    let found = of(&|one| one.is_called_unstable && one.truth == Truth::Swings);
+    println!(
+        "called oscillating or diverged: {found} of {swinging} that swing or diverge, {oscillating} of {settled} that settle"
+    );
+    if std::env::var_os("VERBOSE").is_some() {
+        for one in all
+            .iter()
+            .filter(|one| one.is_called_unstable != (one.truth == Truth::Swings) && one.truth != Truth::Between)
+        {
+            println!("{:?} oscillating {}: {}", one.truth, one.is_called_unstable, one.settings.join(" "));
+        }
+    }
+    ExitCode::SUCCESS
+}
