@@ -36,14 +36,14 @@ pub struct ScenarioError {
     /// How to correct it.
     pub remedy: Option<String>,
     /// Further errors of the same scenario.
-    pub others: Vec<ScenarioError>,
+    pub others: Box<[ScenarioError]>,
 }
 
 impl ScenarioError {
     /// An error without a place.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), place: None, remedy: None, others: vec![] }
+        Self { message: message.into(), place: None, remedy: None, others: Box::default() }
     }
 
     /// The same error at a place, if there is one.
