@@ -10,12 +10,42 @@ use super::wrap::wrapped;
 use trocar_sim::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 use trocar_sim::metrics::Unit;
 
+/// Returns the chosen settings as they are printed and written: computed numbers have four significant digits, which is more than a
+/// few seconds of a recording determine. A given contact position stays as it is.
+#[must_use]
+pub fn calibrated_settings(calibration: &Calibration) -> Candidate {
+    let four = |value: &mut f64| *value = rounded(*value, 4);
+    let mut chosen = *calibration.settings();
+    if !matches!(calibration.contact_rule, ContactRule::Given) {
+        four(&mut chosen.contact_m);
+    }
+    let Candidate { estimator, detector, .. } = &mut chosen;
+    let hypotheses = &mut detector.distance.hypotheses;
+    let computed = [
+        &mut estimator.reset_threshold,
+        &mut estimator.dead_zone_n,
+        &mut hypotheses.quiet_std_n,
+        &mut hypotheses.rupture_std_n,
+        &mut detector.cusum.threshold,
+        &mut detector.cusum.drift,
+        &mut detector.cusum.cap,
+    ];
+    computed.into_iter().for_each(four);
+    chosen
+}
+
+/// Returns a number rounded to some significant digits.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}
+
 /// Returns the `[estimator]` and `[detector]` tables of a calibration as TOML.
 #[must_use]
 pub fn calibration_toml(calibration: &Calibration) -> String {
-    let Candidate { contact_m, estimator, detector, .. } = calibration.settings();
+    let Candidate { contact_m, estimator, detector, .. } = calibrated_settings(calibration);
     let (cusum, arming, hypotheses) = (&detector.cusum, &detector.arming, &detector.distance.hypotheses);
-    let number = |value: f64| toml::Value::Float(value).to_string();
+    // Small numbers with a power of ten, as in 2.02e-5.
+    let number = |value: f64| format!("{value:?}");
     let mut text = String::from("[estimator]\n");
     let mut line = |name: &str, value: String| {
         // Writing to a string does not fail.
@@ -25,7 +55,7 @@ pub fn calibration_toml(calibration: &Calibration) -> String {
     line("initial_gain", number(estimator.initial_gain));
     line("reset_threshold", number(estimator.reset_threshold));
     line("dead_zone_n", number(estimator.dead_zone_n));
-    line("contact_m", number(*contact_m));
+    line("contact_m", number(contact_m));
     line("\n[detector]\ndistance", "\"squared-drop\"".into());
     line("quiet_std_n", number(hypotheses.quiet_std_n));
     line("rupture_std_n", number(hypotheses.rupture_std_n));
@@ -41,7 +71,7 @@ pub fn calibration_toml(calibration: &Calibration) -> String {
 /// Returns a calibration as tables: the measured quantities, the candidate memories, and the chosen settings.
 #[must_use]
 pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
-    let settings = calibration.settings();
+    let settings = calibrated_settings(calibration);
     let newton = |value| show(Some(value), Unit::Newton);
     let mut table = Table::new(["measured in the first", &format!("{} s", significant(calibration.looked_at_s))]);
     table.row(["noise of the force, σ_n".to_owned(), newton(calibration.noise_std_n)]);
@@ -78,7 +108,7 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     let threshold = settings.detector.cusum.threshold;
     let reason = match 2.0 * settings.harmless_peak > settings.run_length_threshold {
         true => format!("twice the largest harmless excursion, {} N²", significant(settings.harmless_peak)),
-        false => "from the requested interval".to_owned(),
+        false => "set by --false-alarm-s".to_owned(),
     };
     let mut table = Table::new(["chosen", "value"]);
     table.row(["threshold γ".to_owned(), format!("{} N², {reason}", significant(threshold))]);
@@ -96,14 +126,19 @@ fn or_dash(text: String) -> String {
     if text.is_empty() { "—".into() } else { text }
 }
 
-/// Returns a duration in seconds, in hours, or as "over a year".
+/// Returns an order of magnitude of a duration in seconds, in hours, or as "over a year".
 fn duration(seconds: f64) -> String {
     let hours = seconds / 3600.0;
     match hours {
         _ if hours >= 1e4 => "over a year".into(),
-        _ if hours >= 1.0 => format!("{} h", significant(hours)),
-        _ => format!("{} s", significant(seconds)),
+        _ if hours >= 1.0 => format!("about {} h", two_digits(hours)),
+        _ => format!("about {} s", two_digits(seconds)),
     }
+}
+
+/// Returns a number of at least 0.1 with two significant digits without zeros at its end.
+fn two_digits(value: f64) -> String {
+    rounded(value, 2).to_string()
 }
 
 fn whiteness_rows(table: &mut Table, whiteness: &Whiteness) {
@@ -117,7 +152,14 @@ fn probability(p: f64) -> String {
 }
 
 fn candidates_table(calibration: &Calibration) -> Table {
-    let mut table = Table::new(["memory (updates)", "threshold", "detected", "delay", "harmless alarms", ""]);
+    let mut table = Table::new([
+        "memory (corrections)",
+        "threshold",
+        "slow ruptures detected",
+        "median delay",
+        "alarms on harmless changes",
+        "",
+    ]);
     let share = |share: Option<f64>| {
         share.map_or_else(
             || "—".to_owned(),
@@ -155,7 +197,7 @@ pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
             "harmless_share": candidate.harmless_share,
         })
     };
-    let Candidate { contact_m, estimator, detector, delay_s, .. } = calibration.settings();
+    let Candidate { contact_m, estimator, detector, delay_s, .. } = calibrated_settings(calibration);
     json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "recording": name,

@@ -83,7 +83,7 @@ pub(super) fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> Stri
     }
     let percent = 100.0 * (second / first - 1.0);
     if second == 0.0 {
-        "to 0".into()
+        "-100 %".into()
     } else if percent < -99.9 {
         "below -99.9 %".into()
     } else if percent.abs() < 0.05 {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::Table;
-use super::number::{show, significant};
+use super::number::{counted, plain, show, significant};
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
@@ -28,10 +28,10 @@ pub fn detection_text(name: &str, report: &DetectionReport) -> String {
     if let Some(scores) = &report.scores {
         let _ = writeln!(
             text,
-            "\n{} labelled ruptures: {} missed, {} false alarms\n\n{}",
-            scores.ruptures,
+            "\n{}: {} missed, {}\n\n{}",
+            counted(scores.ruptures as u64, "labelled rupture"),
             scores.missed,
-            scores.false_alarms,
+            counted(scores.false_alarms as u64, "false alarm"),
             scores_table(scores, report.window_s)
         );
         text.truncate(text.trim_end().len());
@@ -47,8 +47,8 @@ pub(super) fn residual_table(report: &DetectionReport) -> Table {
     table.row(["mean".to_owned(), newton(report.residual.mean_n)]);
     table.row(["standard deviation".to_owned(), newton(report.residual.std_n)]);
     table.row(["robust standard deviation".to_owned(), newton(report.residual.robust_std_n)]);
-    table.row(["mean magnitude".to_owned(), newton(report.residual.mean_absolute_n)]);
-    table.row(["maximum magnitude".to_owned(), newton(report.residual.max_absolute_n)]);
+    table.row(["mean |residual|".to_owned(), newton(report.residual.mean_absolute_n)]);
+    table.row(["maximum |residual|".to_owned(), newton(report.residual.max_absolute_n)]);
     table
 }
 
@@ -132,7 +132,8 @@ impl Event {
 
 /// Returns the estimates by phase. A phase without samples has no row.
 pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
-    let mut table = Table::new(["phase", "duration", "mean |e|", "σ of e", "robust σ", "mean K", "mean B"]);
+    let mut table =
+        Table::new(["phase", "duration", "mean |residual|", "σ of residual", "robust σ", "mean K", "mean B"]);
     let newton = |value| show(value, Unit::Newton);
     let with =
         |value: Option<f64>, unit: &str| value.map_or("—".to_owned(), |v| format!("{} {unit}", significant(v)));
@@ -152,8 +153,7 @@ pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
 
 /// Returns the scores of one recording, one per row.
 pub(super) fn scores_table(scores: &Scores, window_s: f64) -> Table {
-    let mut table =
-        Table::new([format!("alarms within {} of a rupture", show(Some(window_s), Unit::Second)), "".into()]);
+    let mut table = Table::new([format!("alarms at most {} after a rupture", window(window_s)), "value".into()]);
     let share = |value| show(value, Unit::Share);
     table.row(["precision".to_owned(), share(scores.precision)]);
     table.row(["recall".to_owned(), share(scores.recall)]);
@@ -162,6 +162,11 @@ pub(super) fn scores_table(scores: &Scores, window_s: f64) -> Table {
     table.row(["false alarms per minute".to_owned(), rate(scores.false_alarms_per_minute)]);
     table.row(["false alarms per minute in contact".to_owned(), rate(scores.false_alarms_per_contact_minute)]);
     table
+}
+
+/// Returns the window of the matching in ms.
+pub(super) fn window(window_s: f64) -> String {
+    format!("{} ms", plain(1e3 * window_s))
 }
 
 /// Returns the median delay and its range in ms.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value as Json, json};
 
 use super::Table;
-use super::detection::{delays, events_table, phases_table, rate};
+use super::detection::{delays, events_table, phases_table, rate, window};
 use super::json::render;
 use super::number::{show, significant};
 use super::wrap::wrapped;
@@ -73,7 +73,8 @@ pub fn detections_text(entries: &[DetectionEntry]) -> String {
 }
 
 pub(super) fn recordings_table(entries: &[DetectionEntry]) -> Table {
-    let heading = ["recording", "samples", "duration", "contact", "mean |e|", "σ of e", "robust σ", "alarms"];
+    let heading =
+        ["recording", "samples", "duration", "contact", "mean |residual|", "σ of residual", "robust σ", "alarms"];
     let mut table = Table::new(heading);
     let newton = |value| show(Some(value), Unit::Newton);
     let seconds = |value| format!("{} s", significant(value));
@@ -118,7 +119,7 @@ pub(super) fn scores_table(entries: &[DetectionEntry]) -> Option<Table> {
     let total = pooled_scores(entries)?;
     let window_s = entries.iter().find_map(DetectionEntry::report).map(|report| report.window_s);
     let heading = [
-        format!("alarms within {}", show(window_s, Unit::Second)),
+        format!("alarms at most {} after a rupture", window_s.map_or("—".into(), window)),
         "ruptures".into(),
         "found".into(),
         "missed".into(),

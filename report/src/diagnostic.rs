@@ -4,9 +4,14 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use trocar_sim::scenario::ScenarioError;
 
-/// Returns a scenario's error with its line underlined, styled for a terminal.
+/// Returns a scenario's error with its line underlined, styled for a terminal. Further errors of the scenario follow.
 #[must_use]
 pub fn scenario_error(error: &ScenarioError) -> String {
+    let all: Vec<String> = std::iter::once(error).chain(&error.others).map(single).collect();
+    all.join("\n")
+}
+
+fn single(error: &ScenarioError) -> String {
     let mut group =
         Level::ERROR.primary_title(error.message.as_str()).elements(Vec::<annotate_snippets::Element<'_>>::new());
     if let Some(place) = &error.place {

@@ -1,6 +1,6 @@
-//! What a comparison shows, as one sentence that is computed from its metrics.
+//! What a comparison shows, in one or two sentences that are computed from its metrics.
 
-use super::number::decimals;
+use super::number::{counted, decimals};
 use trocar_sim::metrics::{Outcome, RuptureMetrics};
 use trocar_sim::run::Run;
 
@@ -8,10 +8,13 @@ use trocar_sim::run::Run;
 /// requires the same limit.
 const HELD_M: f64 = 1e-4;
 
+/// Overshoots that differ by less than this share of the larger one are about the same.
+const SAME_SHARE: f64 = 0.05;
+
 /// Maximum number of listed overshoots. For more ruptures, the maxima are compared.
 const MAX_LISTED: usize = 3;
 
-/// Returns the sentence.
+/// Returns the sentences.
 pub(super) fn finding(runs: &[Run]) -> String {
     let diverged = runs.iter().filter_map(|run| match run.metrics.outcome {
         Outcome::Completed | Outcome::Oscillating { .. } => None,
@@ -31,9 +34,33 @@ pub(super) fn finding(runs: &[Run]) -> String {
             [first, second] => overshoot_of_pair(first, second),
             _ => overshoot_of_many(runs),
         });
-        parts.push(detection(runs));
+        let found = detection(runs);
+        if let Some(sentence) = found.sentence {
+            return [clauses(&parts), sentence]
+                .iter()
+                .filter(|text| !text.is_empty())
+                .cloned()
+                .collect::<Vec<_>>()
+                .join(" ");
+        }
+        parts.extend(found.clauses);
     }
-    format!("{}, {}.", parts.join("; "), false_alarms(runs))
+    format!("{}, {}.", parts_joined(&parts), false_alarms(runs))
+}
+
+/// Joins clauses by semicolons into a sentence; empty without clauses.
+fn clauses(parts: &[String]) -> String {
+    if parts.is_empty() { String::new() } else { format!("{}.", parts_joined(parts)) }
+}
+
+/// Joins clauses by semicolons. A clause that begins with a word of this module is in lower case after a semicolon; a name stays.
+fn parts_joined(parts: &[String]) -> String {
+    let lower = |(index, part): (usize, &String)| match part.strip_prefix("The ").or(part.strip_prefix("Augmentation "))
+    {
+        Some(rest) if index > 0 => format!("{}{rest}", part[..part.len() - rest.len()].to_lowercase()),
+        _ => part.clone(),
+    };
+    parts.iter().enumerate().map(lower).collect::<Vec<_>>().join("; ")
 }
 
 fn name(run: &Run) -> &str {
@@ -70,17 +97,14 @@ fn overshoot_of_pair(first: &Run, second: &Run) -> Vec<String> {
         }
         return parts;
     }
-    let change = Change::of(&before_m, &after_m, Ruptures { total, are_all: counts == [total; 2] });
     let is_due_to_augmentation = !first.scenario.augmentation.enabled
         && second.scenario.augmentation.enabled
         && without_augmentation(first) == without_augmentation(second);
+    let change = Change { before_m, after_m, are_all: counts == [total; 2] };
     parts.push(if is_due_to_augmentation {
-        let (before, after) = (listed(&before_m), listed(&after_m));
-        let verb = change.verb(total == 1 || total > MAX_LISTED);
-        format!("Augmentation {}: {} {before} {verb} {after}", change.by_augmentation(), overshoot(&before_m))
+        format!("Augmentation {}", change.by_augmentation())
     } else {
-        let (of, than) = (name(second), name(first));
-        format!("The overshoot of {of} is {}: {} against {}", change.against(than), listed(&after_m), listed(&before_m))
+        format!("The overshoot of {} is {}", name(second), change.against(name(first)))
     });
     parts
 }
@@ -132,6 +156,7 @@ impl Ruptures {
             (true, true, 2) => "both ruptures".into(),
             (true, true, total) => format!("all {total} ruptures"),
             (true, false, 1) => "rupture 1".into(),
+            (true, false, 2) => "ruptures 1 and 2".into(),
             (true, false, total) => format!("ruptures 1 to {total}"),
             (false, true, total) => format!("{count} of {total} ruptures"),
             (false, false, total) => format!("{count} of ruptures 1 to {total}"),
@@ -139,67 +164,138 @@ impl Ruptures {
     }
 }
 
-/// The number of ruptures after which the overshoot is smaller or larger in the second run, and after which the needle is held.
+/// What happens to the overshoot after one rupture, from the first run to the second.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Effect {
+    /// It is smaller, and the needle is held.
+    Held,
+    Smaller,
+    Larger,
+    Same,
+}
+
+impl Effect {
+    const ALL: [Self; 4] = [Self::Held, Self::Smaller, Self::Larger, Self::Same];
+
+    fn of(before_m: f64, after_m: f64) -> Self {
+        let is_same = (before_m - after_m).abs() < SAME_SHARE * before_m.max(after_m);
+        if is_same || millimetres(before_m) == millimetres(after_m) {
+            Self::Same
+        } else if after_m > before_m {
+            Self::Larger
+        } else if after_m <= HELD_M {
+            Self::Held
+        } else {
+            Self::Smaller
+        }
+    }
+
+    /// Returns the effect of augmentation; the second one in a sentence does not repeat the noun.
+    fn of_augmentation(self, is_repeated: bool, after: &str) -> String {
+        let what = if is_repeated { "it" } else { "the overshoot" };
+        match self {
+            Self::Held => format!("holds the needle {after}"),
+            Self::Smaller => format!("reduces {what} {after}"),
+            Self::Larger => format!("increases {what} {after}"),
+            Self::Same => format!("leaves {what} about the same {after}"),
+        }
+    }
+
+    fn against(self, other: &str, after: &str) -> String {
+        match self {
+            Self::Held | Self::Smaller => format!("smaller than {other} {after}"),
+            Self::Larger => format!("larger than {other} {after}"),
+            Self::Same => format!("about the same as {other} {after}"),
+        }
+    }
+}
+
+/// The overshoots of two runs after the same ruptures.
 struct Change {
-    ruptures: Ruptures,
-    held: usize,
-    smaller: usize,
-    larger: usize,
+    before_m: Vec<f64>,
+    after_m: Vec<f64>,
+    /// Whether the runs have no other ruptures.
+    are_all: bool,
 }
 
 impl Change {
-    /// Overshoots with the same printed value count as equal.
-    fn of(before_m: &[f64], after_m: &[f64], ruptures: Ruptures) -> Self {
-        let count = |is: &dyn Fn(f64, f64) -> bool| {
-            let differs = |before: f64, after: f64| millimetres(before) != millimetres(after);
-            before_m
-                .iter()
-                .zip(after_m)
-                .filter(|(before, after)| differs(**before, **after) && is(**before, **after))
-                .count()
+    /// Returns the effects that occur, each with its ruptures, counted from 0. In a comparison, holding the needle is the same as a
+    /// smaller overshoot.
+    fn groups(&self, with_held: bool) -> Vec<(Effect, Vec<usize>)> {
+        let of = |(before_m, after_m): (&f64, &f64)| match Effect::of(*before_m, *after_m) {
+            Effect::Held if !with_held => Effect::Smaller,
+            effect => effect,
         };
-        Self {
-            ruptures,
-            held: count(&|before, after| after < before && after <= HELD_M),
-            smaller: count(&|before, after| after < before),
-            larger: count(&|before, after| after > before),
+        let effects: Vec<Effect> = self.before_m.iter().zip(&self.after_m).map(of).collect();
+        let with = |effect: Effect| (0..effects.len()).filter(|index| effects[*index] == effect).collect::<Vec<_>>();
+        Effect::ALL
+            .into_iter()
+            .map(|effect| (effect, with(effect)))
+            .filter(|(_, ruptures)| !ruptures.is_empty())
+            .collect()
+    }
+
+    /// Returns ruptures as "after …", each with its overshoots if they are few.
+    fn after(&self, ruptures: &[usize], numbers: impl Fn(f64, f64) -> String) -> String {
+        let all = Ruptures { total: self.before_m.len(), are_all: self.are_all };
+        if all.total > MAX_LISTED {
+            return format!("after {}", all.some(ruptures.len()));
         }
+        let each: Vec<String> = ruptures
+            .iter()
+            .map(|&index| format!("{} ({})", index + 1, numbers(self.before_m[index], self.after_m[index])))
+            .collect();
+        format!("after rupture{} {}", if each.len() == 1 { "" } else { "s" }, joined(&each))
     }
 
     fn by_augmentation(&self) -> String {
-        let larger = self.ruptures.some(self.larger);
-        let benefit = if self.held > 0 {
-            format!("holds the needle after {}", self.ruptures.some(self.held))
-        } else if self.smaller > 0 {
-            format!("reduces the overshoot after {}", self.ruptures.some(self.smaller))
-        } else if self.larger > 0 {
-            return format!("increases the overshoot after {larger}");
-        } else {
-            return "hardly changes the overshoot".into();
-        };
-        if self.larger > 0 { format!("{benefit} and increases the overshoot after {larger}") } else { benefit }
+        let total = self.before_m.len();
+        let (before, after) = (listed(&self.before_m), listed(&self.after_m));
+        let what = overshoot(&self.before_m);
+        let is_singular = total == 1 || total > MAX_LISTED;
+        let groups = self.groups(true);
+        if let [(effect, ruptures)] = &groups[..] {
+            let all = Ruptures { total, are_all: self.are_all }.some(ruptures.len());
+            let sentence = effect.of_augmentation(false, &format!("after {all}"));
+            return match (effect, is_singular) {
+                (Effect::Same, _) => format!("{sentence}: {before} without it, {after} with it"),
+                (Effect::Larger, true) => format!("{sentence}: {what} {before} rises to {after}"),
+                (Effect::Larger, false) => format!("{sentence}: {what} {before} rise to {after}"),
+                (_, true) => format!("{sentence}: {what} {before} falls to {after}"),
+                (_, false) => format!("{sentence}: {what} {before} fall to {after}"),
+            };
+        }
+        let numbers =
+            |before_m: f64, after_m: f64| format!("{} to {}", three_digits(1e3 * before_m), millimetres(after_m));
+        let mut is_repeated = false;
+        let mut parts = vec![];
+        for (effect, ruptures) in &groups {
+            parts.push(effect.of_augmentation(is_repeated, &self.after(ruptures, numbers)));
+            is_repeated |= *effect != Effect::Held;
+        }
+        let sentence = joined(&parts);
+        if total > MAX_LISTED { format!("{sentence}: {what} {before} becomes {after}") } else { sentence }
     }
 
     fn against(&self, other: &str) -> String {
-        let [smaller, larger] = [self.smaller, self.larger].map(|count| self.ruptures.some(count));
-        match (self.smaller > 0, self.larger > 0) {
-            (true, true) => format!("smaller than that of {other} after {smaller} and larger after {larger}"),
-            (true, false) => format!("smaller than that of {other} after {smaller}"),
-            (false, true) => format!("larger than that of {other} after {larger}"),
-            (false, false) => format!("about that of {other} after {}", self.ruptures.some(self.ruptures.total)),
+        let total = self.before_m.len();
+        let groups = self.groups(false);
+        if let [(effect, ruptures)] = &groups[..] {
+            let all = Ruptures { total, are_all: self.are_all }.some(ruptures.len());
+            let sentence = effect.against(&format!("that of {other}"), &format!("after {all}"));
+            return format!("{sentence}: {} against {}", listed(&self.after_m), listed(&self.before_m));
         }
-    }
-
-    fn verb(&self, is_singular: bool) -> &'static str {
-        let total = self.ruptures.total;
-        match (self.smaller == total, self.larger == total, is_singular) {
-            (true, _, true) => "falls to",
-            (true, _, false) => "fall to",
-            (_, true, true) => "rises to",
-            (_, true, false) => "rise to",
-            (_, _, true) => "becomes",
-            (_, _, false) => "become",
+        let numbers =
+            |before_m: f64, after_m: f64| format!("{} against {}", three_digits(1e3 * after_m), millimetres(before_m));
+        let that = format!("that of {other}");
+        let part = |(index, (effect, ruptures)): (usize, &(Effect, Vec<usize>))| {
+            effect.against(if index == 0 { &that } else { "it" }, &self.after(ruptures, numbers))
+        };
+        let sentence = joined(&groups.iter().enumerate().map(part).collect::<Vec<_>>());
+        if total > MAX_LISTED {
+            return format!("{sentence}: {} against {}", listed(&self.after_m), listed(&self.before_m));
         }
+        sentence
     }
 }
 
@@ -215,19 +311,37 @@ fn listed(overshoots_m: &[f64]) -> String {
     }
 }
 
-/// Returns a sentence part about the ruptures that are detected and missed in all runs.
-fn detection(runs: &[Run]) -> String {
+/// What is said about the detection of the ruptures.
+struct Found {
+    /// A sentence, if every run detects all its ruptures.
+    sentence: Option<String>,
+    /// Clauses about missed and undecided ruptures otherwise.
+    clauses: Option<String>,
+}
+
+/// Returns what is said about the ruptures that are detected and missed in all runs.
+fn detection(runs: &[Run]) -> Found {
     let ruptures = || runs.iter().flat_map(|run| &run.metrics.ruptures);
     let delays_s: Vec<f64> = ruptures().filter_map(|rupture: &RuptureMetrics| rupture.detection_delay_s).collect();
     if delays_s.len() == ruptures().count() {
         let max_ms = three_digits(1e3 * delays_s.into_iter().fold(0.0, f64::max));
         let counts: Vec<usize> = runs.iter().map(|run| run.metrics.ruptures.len()).collect();
-        return match (counts.iter().all(|count| *count == counts[0]), counts[0]) {
-            (true, 1) => format!("it is detected within {max_ms} ms"),
-            (true, 2) => format!("both are detected within {max_ms} ms, none is missed"),
-            (true, count) => format!("all {count} are detected within {max_ms} ms, none is missed"),
-            (false, _) => format!("every rupture is detected within {max_ms} ms, none is missed"),
+        let who = match runs.len() {
+            1 => "The run detects",
+            2 => "Both runs detect",
+            _ => "All runs detect",
         };
+        let what = match (counts.iter().all(|count| *count == counts[0]), counts[0]) {
+            (true, 1) => "the rupture".to_owned(),
+            (true, 2) => "both ruptures".to_owned(),
+            (true, count) => format!("all {count} ruptures"),
+            (false, _) => "every rupture".to_owned(),
+        };
+        let alarms = match runs.iter().all(|run| run.metrics.false_alarms == 0) {
+            true => "with no missed rupture and no false alarm".to_owned(),
+            false => format!("with no missed rupture; {}", false_alarms(runs)),
+        };
+        return Found { sentence: Some(format!("{who} {what} within {max_ms} ms, {alarms}.")), clauses: None };
     }
     let mut parts = vec![];
     for run in runs {
@@ -241,7 +355,7 @@ fn detection(runs: &[Run]) -> String {
             parts.push(format!("{name} ends too soon to decide on {}", counted(metrics.undecided_ruptures, "rupture")));
         }
     }
-    parts.join(", ")
+    Found { sentence: None, clauses: Some(parts.join(", ")) }
 }
 
 fn false_alarms(runs: &[Run]) -> String {
@@ -251,10 +365,6 @@ fn false_alarms(runs: &[Run]) -> String {
     });
     let raises: Vec<String> = raises.collect();
     if raises.is_empty() { "no alarm is false".into() } else { raises.join(", ") }
-}
-
-fn counted(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Joins texts with commas and "and".
@@ -305,17 +415,32 @@ mod tests {
         let pair = |a: &Run, b: &Run| finding(&[a.clone(), b.clone()]);
         assert_eq!(
             pair(&classical, &augmented),
-            "Augmentation holds the needle after both ruptures: overshoot 9.31 mm and 6.66 mm fall to 0.016 mm and 0 mm; \
-             both are detected within 8 ms, none is missed, no alarm is false."
+            "Augmentation holds the needle after both ruptures: overshoot 9.31 mm and 6.66 mm fall to 0.016 mm and 0 mm. Both \
+             runs detect both ruptures within 8 ms, with no missed rupture and no false alarm."
         );
         let of = |a: &[f64], b: &[f64]| {
             pair(&with_overshoots(&classical, "classical", a), &with_overshoots(&augmented, "augmented", b))
         };
-        let said = |sentence: String| sentence.split(';').next().unwrap_or_default().to_owned();
+        let said = |sentence: String| sentence.split(". ").next().unwrap_or_default().to_owned();
         assert_eq!(
             said(of(&[9.0, 7.0], &[0.05, 8.0])),
-            "Augmentation holds the needle after 1 of 2 ruptures and increases the overshoot after 1 of 2 ruptures: \
-             overshoot 9 mm and 7 mm become 0.05 mm and 8 mm"
+            "Augmentation holds the needle after rupture 1 (9 to 0.05 mm) and increases the overshoot after rupture 2 (7 to 8 \
+             mm)"
+        );
+        assert_eq!(
+            said(of(&[5.42, 6.12], &[0.135, 8.17])),
+            "Augmentation reduces the overshoot after rupture 1 (5.42 to 0.135 mm) and increases it after rupture 2 (6.12 to \
+             8.17 mm)"
+        );
+        assert_eq!(
+            said(of(&[9.0, 7.0, 6.0], &[4.0, 7.1, 3.0])),
+            "Augmentation reduces the overshoot after ruptures 1 (9 to 4 mm) and 3 (6 to 3 mm) and leaves it about the same \
+             after rupture 2 (7 to 7.1 mm)"
+        );
+        assert_eq!(
+            said(of(&[9.0, 7.0, 6.0, 5.0], &[4.0, 8.0, 3.0, 2.0])),
+            "Augmentation reduces the overshoot after 3 of 4 ruptures and increases it after 1 of 4 ruptures: maximum \
+             overshoot 9 mm becomes 8 mm"
         );
         assert_eq!(
             said(of(&[9.0], &[0.5])),
@@ -325,12 +450,21 @@ mod tests {
             said(of(&[9.0], &[9.5])),
             "Augmentation increases the overshoot after the rupture: overshoot 9 mm rises to 9.5 mm"
         );
-        assert_eq!(said(of(&[9.0], &[9.0])), "Augmentation hardly changes the overshoot: overshoot 9 mm becomes 9 mm");
+        assert_eq!(
+            said(of(&[9.0], &[9.4])),
+            "Augmentation leaves the overshoot about the same after the rupture: 9 mm without it, 9.4 mm with it"
+        );
         assert_eq!(
             said(of(&[4.0, 3.0, 2.0, 1.0], &[0.0, 0.0, 0.0, 0.0])),
             "Augmentation holds the needle after all 4 ruptures: maximum overshoot 4 mm falls to 0 mm"
         );
-        assert!(of(&[9.0, 7.0], &[0.0]).starts_with("classical has 2 ruptures and augmented 1 rupture; "));
+        assert!(of(&[9.0, 7.0], &[0.0]).starts_with(
+            "classical has 2 ruptures and augmented 1 rupture; augmentation holds the needle after rupture 1: overshoot 9 mm"
+        ));
+        assert!(
+            of(&[9.0, 7.0, 1.0], &[0.0, 0.0])
+                .contains("; augmentation holds the needle after ruptures 1 and 2: overshoot")
+        );
         // The order matters: only the second scenario can be the augmented one.
         assert_eq!(
             said(pair(&augmented, &classical)),
@@ -340,14 +474,21 @@ mod tests {
         let (a, b) = (with_overshoots(&classical, "a", &[1.0, 2.0]), with_overshoots(&classical, "b", &[2.0, 1.0]));
         assert_eq!(
             said(pair(&a, &b)),
-            "The overshoot of b is smaller than that of a after 1 of 2 ruptures and larger after 1 of 2 ruptures: 2 mm and \
-             1 mm against 1 mm and 2 mm"
+            "The overshoot of b is smaller than that of a after rupture 2 (1 against 2 mm) and larger than it after rupture 1 \
+             (2 against 1 mm)"
+        );
+        let near = with_overshoots(&classical, "near", &[1.02, 1.99]);
+        assert_eq!(
+            said(pair(&a, &near)),
+            "The overshoot of near is about the same as that of a after both ruptures: 1.02 mm and 1.99 mm against 1 mm and 2 \
+             mm"
         );
         let c = with_overshoots(&classical, "c", &[]);
+        assert!(pair(&a, &with_overshoots(&classical, "d", &[1.0])).contains("; the overshoot of d is about the same"));
         assert_eq!(
             finding(&[a.clone(), b, c.clone()]),
-            "The maximum overshoot is about the same in every run with a rupture: 2 mm; c has no rupture; every rupture is \
-             detected within 3 ms, none is missed, no alarm is false."
+            "The maximum overshoot is about the same in every run with a rupture: 2 mm; c has no rupture. All runs detect \
+             every rupture within 3 ms, with no missed rupture and no false alarm."
         );
         assert_eq!(finding(&[c.clone(), c]), "No layer ruptures, no alarm is false.");
         assert_eq!(said(finding(&[a])), "The overshoot after both ruptures is 1 mm and 2 mm");
@@ -362,6 +503,13 @@ mod tests {
         bad.metrics.ruptures[1].detection_delay_s = None;
         let sentence = finding(&[classical.clone(), bad.clone()]);
         assert!(sentence.ends_with("; bad misses 1 of 2 ruptures, bad raises 2 false alarms."), "{sentence}");
+        let mut alarmed = classical.clone();
+        (alarmed.scenario.name, alarmed.metrics.false_alarms) = ("alarmed".into(), 1);
+        let sentence = finding(&[classical.clone(), alarmed]);
+        assert!(
+            sentence.ends_with(" within 5 ms, with no missed rupture; alarmed raises 1 false alarm."),
+            "{sentence}"
+        );
         bad.metrics.outcome = Outcome::Diverged { time_s: 0.83 };
         let sentence = finding(&[classical.clone(), bad.clone()]);
         assert_eq!(sentence, "bad diverges at 0.83 s: its metrics cover the time before.");

@@ -25,7 +25,7 @@ mod tables;
 mod terminal_chart;
 mod wrap;
 
-pub use calibration::{calibration_object, calibration_text, calibration_toml, run_lengths_text};
+pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
 pub use comparison::{all_metrics_text, comparison_csv, comparison_text, facts_text, finding_text, row_cells};
 pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection_csv};
 pub use detections::{DetectionEntry, detections_json, detections_text};

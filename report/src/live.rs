@@ -14,7 +14,7 @@ pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) 
     let newton = |value| show(value, Unit::Newton);
     let interval = summary.interval_s.map_or(String::new(), |s| format!(" {} apart", show(Some(s), Unit::Second)));
     let text = format!(
-        "{}{interval} over {} ({} in contact), {}; ended by {ended}\nresidual: mean |e| {}, σ {}, maximum {}\n{}: {malformed} \
+        "{}{interval} over {} ({} in contact), {}; ended by {ended}\nmean |residual| {}, σ {}, maximum {}\n{}: {malformed} \
          malformed and {} out of order skipped, {} interpolated, {} uneven, {}",
         plural(summary.samples, "sample"),
         seconds(summary.duration_s),

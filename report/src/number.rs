@@ -43,6 +43,22 @@ pub(super) fn significant(value: f64) -> String {
     }
 }
 
+/// Returns a number with four significant digits without zeros at its end.
+#[must_use]
+pub(super) fn plain(value: f64) -> String {
+    let text = significant(value);
+    if !text.contains('.') || text.contains('e') {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Returns a count with its noun, in the plural if needed.
+#[must_use]
+pub(super) fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Returns the number of decimals, at most four, of a magnitude with so many significant digits.
 pub(super) fn decimals(magnitude: f64, digits: usize) -> usize {
     // The exponent after rounding: 99.996 has three integer digits if four digits are significant.
@@ -59,6 +75,8 @@ mod tests {
     fn four_significant_digits_are_shown() {
         let shown = [9.0, 0.0, 123.456, 0.0123456, -5.6732, 1e-12, 15361.0, 99.995].map(significant);
         assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "100.0"]);
+        assert_eq!([500.0, 0.3, 1.0, 1e-7, 1200.0].map(plain), ["500", "0.3", "1", "1.0e-7", "1200"]);
+        assert_eq!((counted(1, "case"), counted(2, "case")), ("1 case".into(), "2 cases".into()));
         assert_eq!(show(None, Unit::Metre), "—");
         assert_eq!(show(Some(0.009), Unit::Metre), "9.000 mm");
         assert_eq!(show(Some(0.0), Unit::Second), "0 ms");

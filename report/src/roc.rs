@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::figures::{self, CharacteristicView};
-use super::number::{show, significant};
+use super::number::{counted, plain, show, significant};
 use super::pictures::{PictureError, keep};
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
@@ -24,7 +24,8 @@ const STATED_FALSE_ALARMS_PER_HOUR: f64 = 1.0;
 pub fn roc_text(roc: &Characteristics) -> String {
     let mut text = heading(roc);
     text.push_str("\nat the detector's own threshold\n");
-    let mut table = Table::new(["detector", "threshold", "detected in time", "each", "delay", "late", "false alarms"]);
+    let mut table =
+        Table::new(["detector", "threshold", "detected in time", "by rupture", "delay", "late", "false alarms"]);
     for curve in &roc.all {
         let Some(point) = curve.at_own_threshold() else { continue };
         let each: Vec<String> = point.detection_of_each.iter().map(|share| percent(*share)).collect();
@@ -46,7 +47,7 @@ pub fn roc_text(roc: &Characteristics) -> String {
         &format!("delay at {stated} % detected"),
         "detected at 1 false alarm/h",
         "delay at 1 false alarm/h",
-        "maximum detected",
+        "most detected at any threshold",
     ]);
     for curve in &roc.all {
         let at_detection = curve.at_detection(STATED_DETECTION);
@@ -56,12 +57,12 @@ pub fn roc_text(roc: &Characteristics) -> String {
             curve.detector.to_owned(),
             at_detection.map_or("never reached".into(), rate),
             at_detection.map_or("—".into(), delay),
-            at_rate.map_or("—".into(), detected),
-            at_rate.map_or("—".into(), delay),
+            at_rate.map_or("—".into(), |point| unresolved(point).unwrap_or_else(|| detected(point))),
+            at_rate.filter(|point| unresolved(point).is_none()).map_or("—".into(), delay),
             best.and_then(|point| point.detection).map_or("—".into(), percent),
         ]);
     }
-    let _ = write!(text, "{table}");
+    let _ = write!(text, "{table}\n{}", best_thresholds(roc));
     if roc.conditions.len() > 1 {
         let _ = write!(
             text,
@@ -70,6 +71,41 @@ pub fn roc_text(roc: &Characteristics) -> String {
         );
     }
     wrapped(&text, 0)
+}
+
+/// Returns the best threshold of each detector at the stated operating points, next to its own.
+fn best_thresholds(roc: &Characteristics) -> Table {
+    let mut table = Table::new([
+        "threshold".to_owned(),
+        "its own".to_owned(),
+        format!("at {} % detected", 100.0 * STATED_DETECTION),
+        format!("at {STATED_FALSE_ALARMS_PER_HOUR} false alarm/h"),
+    ]);
+    for curve in &roc.all {
+        let threshold = |value: f64| format!("{}{}", significant(value), of_unit(curve.unit));
+        let of = |point: Option<&Point>| point.map_or("—".into(), |point| threshold(point.threshold));
+        table.row([
+            curve.detector.to_owned(),
+            threshold(curve.own_threshold),
+            of(curve.at_detection(STATED_DETECTION)),
+            of(curve
+                .at_false_alarms_per_hour(STATED_FALSE_ALARMS_PER_HOUR)
+                .filter(|point| unresolved(point).is_none())),
+        ]);
+    }
+    table
+}
+
+/// Returns why a point says nothing about the stated rate of false alarms; `None` if it does. Without a false alarm in less than
+/// three hours, the 95 % confidence interval includes a rate of one per hour.
+fn unresolved(point: &Point) -> Option<String> {
+    let is_unresolved = point.false_alarms == 0 && point.hours * STATED_FALSE_ALARMS_PER_HOUR < 3.0;
+    is_unresolved.then(|| format!("not resolvable: {} observed", observed(point.hours)))
+}
+
+/// Returns a duration in minutes, or in hours from one hour on.
+fn observed(hours: f64) -> String {
+    if hours < 1.0 { format!("{:.1} min", 60.0 * hours) } else { format!("{hours:.1} h") }
 }
 
 fn heading(roc: &Characteristics) -> String {
@@ -81,12 +117,15 @@ fn heading(roc: &Characteristics) -> String {
         String::new()
     };
     format!(
-        "{stopped}{} cases in {} condition{}: {ruptures} ruptures, {} h without ruptures; in time: within {} ms\n",
-        roc.cases,
-        roc.conditions.len(),
-        if roc.conditions.len() == 1 { "" } else { "s" },
-        significant(hours),
-        significant(1e3 * roc.within_s),
+        "{stopped}{}{}: {} and {} without a rupture. An alarm within {} ms counts as in time.\n",
+        counted(roc.cases, "run"),
+        match roc.conditions.len() {
+            1 => String::new(),
+            conditions => format!(" in {conditions} conditions"),
+        },
+        counted(ruptures, "rupture"),
+        observed(hours),
+        plain(1e3 * roc.within_s),
     )
 }
 

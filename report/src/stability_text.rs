@@ -6,6 +6,7 @@ use super::Table;
 use super::number::significant;
 use super::stability::{all, word};
 use super::wrap::wrapped;
+use trocar_sim::scenario::unit_of;
 use trocar_sim::stability::{
     Analysis, LeftOut, Limit, Parameter, PortPoint, StabilityMap, TissueKind, is_passive_impedance,
 };
@@ -119,7 +120,7 @@ pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
 }
 
 fn loop_table(analysis: &Analysis) -> Table {
-    let mut table = Table::new(["loop", "", "at"]);
+    let mut table = Table::new(["loop", "value", "at"]);
     for (cells, _) in loop_lines(analysis) {
         table.row(cells);
     }
@@ -141,18 +142,21 @@ pub(super) fn limit_table(analysis: &Analysis) -> Table {
             .take(SHOWN_SENSITIVITIES)
             .map(|(parameter, relative)| format!("{} {relative:+.2}", parameter.key()))
             .collect();
-        table.row([limit.parameter.key().into(), significant(limit.value), largest(limit), strongest.join(", ")]);
+        let key = limit.parameter.key();
+        let unit = unit_of(key).map_or(String::new(), |unit| format!(" {unit}"));
+        let value = format!("{}{unit}", significant(limit.value));
+        table.row([key.into(), value, largest(limit, &unit), strongest.join(", ")]);
     }
     table.flush_left()
 }
 
-fn largest(limit: &Limit) -> String {
+fn largest(limit: &Limit, unit: &str) -> String {
     let value = match limit.largest() {
         None => "none".into(),
-        Some(largest) if largest.is_infinite() => format!("above {}", significant(limit.search.high)),
-        Some(largest) => significant(largest),
+        Some(largest) if largest.is_infinite() => format!("above {}{unit}", significant(limit.search.high)),
+        Some(largest) => format!("{}{unit}", significant(largest)),
     };
-    let ranges = limit.stable.iter().map(|(from, to)| format!("{} to {}", significant(*from), significant(*to)));
+    let ranges = limit.stable.iter().map(|(from, to)| format!("{} to {}{unit}", significant(*from), significant(*to)));
     if limit.is_not_all() { format!("{value} (stable: {})", ranges.collect::<Vec<_>>().join(", ")) } else { value }
 }
 
@@ -227,13 +231,18 @@ pub(super) fn sampled(analysis: &Analysis) -> String {
 
 /// Returns the comparison of the map with simulated runs, with a table of the disagreements.
 pub(super) fn checked(map: &StabilityMap, check: &Check) -> String {
-    let runs = check.simulated.iter().flatten().count();
     let disagreeing = check.disagreements.iter().filter(|d| !d.is_near_boundary).count();
-    let mut text = format!(
-        "simulation: {runs} runs, {} of them farther than 0.5 % from the boundary; {disagreeing} of these disagree{}\n",
-        check.judged,
-        check.agreement().map_or(String::new(), |share| format!(", {:.3} % agree", 100.0 * share)),
-    );
+    let judged = check.judged;
+    let mut text = match check.agreement() {
+        None => "Simulation: no point is more than 0.5 % from the boundary.\n".into(),
+        Some(_) if disagreeing == 0 => {
+            format!("Simulation: all {judged} points more than 0.5 % from the boundary agree.\n")
+        }
+        Some(share) => format!(
+            "Simulation: of {judged} points more than 0.5 % from the boundary, {:.3} % agree and {disagreeing} disagree.\n",
+            100.0 * share
+        ),
+    };
     if check.disagreements.is_empty() {
         return text;
     }

@@ -37,7 +37,7 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
 pub fn switching_text(study: &StabilityStudy) -> String {
     match &study.switching {
         Ok(switching) => format!("{}\n{}", switching_lines(study, switching), event_table(&switching.events)),
-        Err(reason) => format!("switching: {reason}\n"),
+        Err(reason) => format!("Switching: not analysed ({reason}).\n"),
     }
 }
 

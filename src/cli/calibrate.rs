@@ -8,7 +8,8 @@ use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
 use trocar_report::{
-    Folder, calibration_object, calibration_text, calibration_toml, detection_pictures, run_lengths_text, to_json,
+    Folder, calibrated_settings, calibration_object, calibration_text, calibration_toml, detection_pictures,
+    run_lengths_text, to_json,
 };
 use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
 use trocar_sim::detect::{Detection, DetectionReport, detect};
@@ -17,9 +18,10 @@ use trocar_sim::warning::{Code, Warning};
 
 /// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
-#[command(after_long_help = MORE)]
+#[command(after_long_help = MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct CalibrateArgs {
-    /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file with a [recording]
+    /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file with a [recording]; needed unless
+    /// --run-lengths is given
     #[arg(value_name = "RECORDING", required_unless_present = "run_lengths")]
     recording: Option<String>,
     #[command(flatten)]
@@ -65,8 +67,8 @@ Method:
              line through force and position is zero
   quiet      blocks of 0.1 s in contact without a rupture; sigma_0 is the 90 %
              quantile of their RMS values
-  drift      residual at which the likelihood ratio of eq. 23 changes sign, for
-             a variance 100 times larger (--variance-ratio)
+  drift      residual at which the log-likelihood ratio of eq. 23 changes sign,
+             for a variance 100 times larger (--variance-ratio)
   threshold  from the requested average run length to a false alarm (Page's
              integral equation), and at least twice the largest harmless
              excursion in the segment
@@ -74,7 +76,7 @@ Method:
              recording; the memory that separates them best
 
 Files, in a folder with the name of the recording in --out: calibrated.toml, an input of `trocar detect` and of its \
---settings; calibration.json; figures of the whole recording with these settings.
+--settings; calibration.json; in the subfolder calibration, figures of the whole recording with these settings.
 
 Examples:
   trocar calibrate force.csv --time t_s --position x_mm:1e-3 --force f_n
@@ -82,13 +84,17 @@ Examples:
   trocar detect others/ --settings out/force/calibrated.toml --time t_s \\
       --position x_mm:1e-3 --force f_n";
 
+/// The subfolder of the figures: `trocar detect` writes figures of the same names into the folder of the recording.
+const FIGURES: &str = "calibration";
+
 /// The checked run lengths, and the number of runs of each.
 const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 2048), (1e7, 1024)];
 
 fn segment(text: &str) -> Result<(f64, f64), String> {
     let number = quantity("s");
     let (from, to) = text.split_once(',').ok_or("must be two times in s, as in 1.5,4")?;
-    Ok((number(from)?, number(to)?))
+    let (from, to) = (number(from)?, number(to)?);
+    if from < to { Ok((from, to)) } else { Err(format!("{from} s is not before {to} s; write the earlier time first")) }
 }
 
 pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
@@ -112,7 +118,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
         variance_ratio: args.variance_ratio,
     };
     let calibration = calibrate(&spec, &request)?;
-    let chosen = calibration.settings();
+    let chosen = calibrated_settings(&calibration);
     let mut calibrated = spec;
     let settings = &mut calibrated.settings;
     (settings.estimator, settings.detector, settings.contact_m) = (chosen.estimator, chosen.detector, chosen.contact_m);
@@ -158,7 +164,7 @@ fn write(
     folder.write("calibration.json", to_json(&calibration_object(name, calibration)).as_bytes())?;
     let detector = &spec.settings.detector;
     let scale = (detector.cusum.threshold, detector.distance.kind.unit());
-    Ok(detection_pictures(folder, name, detection, report, scale)?)
+    Ok(detection_pictures(&folder.folder(FIGURES), name, detection, report, scale)?)
 }
 
 fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {

@@ -3,23 +3,26 @@
 use clap::Args;
 
 use super::error::CliError;
-use super::{ScenarioArgs, terminal};
+use super::{ScenarioArgs, source_of, terminal};
+use trocar_sim::scenario::Source;
+use trocar_sim::sweep::{Plan, is_sweep};
 
 const EXAMPLES: &str = "\
 Examples:
   trocar check my.toml
+  trocar check sweep.toml
   trocar check my.toml --resolved";
 
-/// Check scenarios.
+/// Check scenarios and sweep files.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct CheckArgs {
-    /// Scenario files
+    /// Scenario or sweep files
     #[arg(required = true, value_name = "FILE")]
-    scenarios: Vec<String>,
+    files: Vec<String>,
     #[command(flatten)]
     changes: ScenarioArgs,
-    /// Print the resolved scenario, including all defaults
+    /// Print the resolved scenario or sweep, including all defaults
     #[arg(long)]
     resolved: bool,
     /// Print errors only
@@ -28,12 +31,23 @@ pub(super) struct CheckArgs {
 }
 
 pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
-    for scenario in args.changes.load(&args.scenarios)? {
+    let (sweeps, scenarios): (Vec<String>, Vec<String>) =
+        args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
+    for scenario in args.changes.load(&scenarios)? {
         if args.resolved {
             terminal::print(&scenario.echo())?;
         } else if !args.quiet {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
             terminal::print(&format!("{}: valid, {ticks} ticks of {tick_s} s\n", scenario.name))?;
+        }
+    }
+    for file in &sweeps {
+        let plan = Plan::load(&source_of(file), &args.changes.settings)?;
+        if args.resolved {
+            terminal::print(plan.canonical())?;
+        } else if !args.quiet {
+            let (name, cases) = (&plan.design.name, plan.design.cases());
+            terminal::print(&format!("{name}: valid sweep, {cases} cases\n"))?;
         }
     }
     Ok(())

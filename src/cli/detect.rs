@@ -32,7 +32,7 @@ const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 
 /// Run the estimator and the detector on recordings or on a live stream.
 #[derive(Debug, Args)]
-#[command(after_long_help = help::MORE)]
+#[command(after_long_help = help::MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct DetectArgs {
     /// CSV recordings, folders with CSV recordings, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files with a
     /// [recording]; or - for a live stream on standard input
@@ -52,7 +52,7 @@ pub(super) struct DetectArgs {
     /// Maximum delay of an alarm that matches a rupture, in s
     #[arg(long, value_name = "S", default_value_t = RUPTURE_WINDOW_S, value_parser = quantity("s"), allow_hyphen_values = true)]
     window_s: f64,
-    /// Draw no figures; with many recordings, they take most of the time
+    /// Draw no figures; with many recordings drawing takes most of the time
     #[arg(long)]
     no_figures: bool,
     /// Live stream: time between two samples, in s [default: the time between the first two samples]

@@ -78,9 +78,9 @@ enum Command {
     Explore(explore::ExploreArgs),
     /// Run the estimator and the detector on recordings or on a live stream
     ///
-    /// A column is given by its name in the header of the file and, after a colon, an optional factor to SI units: xs_rad:0.075
-    /// converts the angle of a lever to metres. A negative factor changes the sign: forces must be positive when they resist
-    /// insertion, and positions must increase into the tissue. Unevenly spaced samples are resampled at their median interval.
+    /// A column is given by its name in the header of the file and, after a colon, a factor or a unit (s, ms, us, min; m, cm, mm, um;
+    /// N, kN, cN, mN, gf, kgf): xs_rad:0.075 converts the angle of a lever to metres. A negative factor or unit, as in force:-cN,
+    /// changes the sign: forces must be positive when they resist insertion, and positions must increase into the tissue. Unevenly spaced samples are resampled at their median interval.
     Detect(Box<detect::DetectArgs>),
     /// Compute settings of estimator and detector from the beginning of a recording
     ///
@@ -92,7 +92,8 @@ enum Command {
     ///
     /// White noise of many seeds is added to the force of a signal. The estimator runs once per seed, and every detector runs on its
     /// residual with many thresholds: the paper's squared residual, eq. 22, 23 and 26, the derivative baseline, a generalised
-    /// likelihood ratio and the Page-Hinkley test, each with the threshold and the drift from the same hypotheses. An alarm soon
+    /// likelihood ratio and the Page-Hinkley test, each with its own threshold and drift, all derived from the same two noise levels (quiet,
+    /// rupture). An alarm soon
     /// enough after a label is a detection; a later alarm within 0.5 s is late; any other alarm is false. Intervals are 95 %
     /// confidence intervals. Ctrl-C ends early and keeps the finished cases.
     Roc(Box<roc::RocArgs>),
@@ -122,7 +123,7 @@ enum Command {
     /// position_m, velocity_m_per_s and force_n, at 1 kHz, forces positive when they resist insertion. The same seed gives the same
     /// bytes; seed 1 is the shipped recording.
     Record(record::RecordArgs),
-    /// Check scenarios without running them
+    /// Check scenarios and sweep files without running them
     Check(check::CheckArgs),
     /// Explain a warning, a key or a metric; without an argument, list all warnings
     Explain(explain::ExplainArgs),
@@ -137,7 +138,8 @@ enum Command {
     },
     /// Write a commented starter scenario
     ///
-    /// A starter is short, and valid as written. A commented line `# key = value` has a default: uncomment it to change the value.
+    /// A starter is short, and valid as written. Uncomment a line `# key = value` to override the default; the value is the default, or
+    /// marked as an example.
     /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
     Init(init::InitArgs),
     /// Print completions for a shell
@@ -145,6 +147,15 @@ enum Command {
     /// Print the manual page, or write the manual pages of all commands
     Man(manual::ManArgs),
 }
+
+/// The help of --out where a folder belongs to a recording.
+const OUT_PER_RECORDING: &str = "Folder for the files; it contains one folder per recording";
+
+/// The help of --out of sweeps.
+const OUT_PER_SWEEP: &str = "Folder for the files; it contains one folder per sweep";
+
+/// The help of --set where there is a single scenario, or none.
+const SET_ONE: &str = "Override a key, as in --set scaling.force=2 (repeatable; the last value applies)";
 
 /// Options for files and printed output.
 #[derive(Debug, Args)]

@@ -8,11 +8,13 @@ pub(super) fn quantity(unit: &'static str) -> impl Fn(&str) -> Result<f64, Strin
     move |text| parse_number(text, unit)
 }
 
-/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, as in `x:mm` where `unit` is `m`.
+/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, as in `x:mm` where `unit` is `m`; `-mm` changes the sign. Any other
+/// text after the colon is part of the name; if the file has no such column, the error says that it is no unit.
 pub(super) fn column(unit: &'static str) -> impl Fn(&str) -> Result<Column, String> + Clone + Send + Sync + 'static {
     move |text| {
         let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
-            let scale = parse_quantity(&format!("1 {written}"), unit).ok()?;
+            let (sign, written) = written.strip_prefix('-').map_or(("", written), |rest| ("-", rest));
+            let scale = parse_quantity(&format!("{sign}1 {written}"), unit).ok()?;
             Some(Column::new(name, scale))
         });
         with_unit.unwrap_or_else(|| text.parse()).map_err(|error| error.to_string())
@@ -33,6 +35,8 @@ mod tests {
             ("t (ms):ms", "s", "t (ms)", 1e-3),
             ("v:mm/s", "m/s", "v", 1e-3),
             ("f:kN", "N", "f", 1e3),
+            ("f:-cN", "N", "f", -1e-2),
+            ("f:kgf", "N", "f", 9.80665),
             ("a:b", "m", "a:b", 1.0),
             ("x:s", "m", "x:s", 1.0),
         ] {

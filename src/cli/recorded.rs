@@ -10,16 +10,17 @@ use trocar_sim::scenario::{ScenarioError, Source, Values};
 /// The columns of a recording.
 #[derive(Debug, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time in s, its factor into s or its unit after a colon, as in t:1e-3 or t:ms [default: time_s]
+    /// Column with the time; converted to s by the factor or unit (s, ms, us, min), as in t:1e-3 or t:ms [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
-    /// Column with the position of the needle in m [default: position_m]
+    /// Column with the position of the needle; converted to m by the factor or unit (m, cm, mm, um) [default: position_m]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m"))]
     position: Option<Column>,
-    /// Column with the velocity of the needle in m/s [default: estimated from the position]
+    /// Column with the velocity of the needle; converted to m/s by the factor or unit (m/s, cm/s, mm/s, um/s) [default: estimated from
+    /// the position]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m/s"))]
     velocity: Option<Column>,
-    /// Column with the force on the needle in N [default: force_n]
+    /// Column with the force on the needle; converted to N by the factor or unit (N, kN, cN, mN, gf, kgf) [default: force_n]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("N"))]
     force: Option<Column>,
 }

@@ -24,7 +24,7 @@ Examples:
 
 /// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help("Folder for the files, which go directly into it")))]
 pub(super) struct RocArgs {
     /// CSV recordings, or scenario files: their [recording], or their closed loop if they have no recording [default: the shipped
     /// in-vivo-like insertion]

@@ -72,7 +72,7 @@ fn list() -> String {
             label = "";
         }
     }
-    text + "\nA folder and a name are a scenario, as in\n\
+    text + "\nWrite a scenario as folder/name, as in\n\
             \x20 trocar run layers/skin-augmented\n\
             \x20 trocar compare paper/classical paper/augmented\n\
             \x20 trocar scenarios show layers/epidural\n"

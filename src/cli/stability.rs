@@ -32,7 +32,7 @@ Examples:
 
 /// Analyse the stability of the loop.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct StabilityArgs {
     /// A scenario file, or a shipped scenario such as paper/classical
     #[arg(value_name = "SCENARIO", default_value = "paper/classical")]

@@ -25,7 +25,7 @@ const MAX_UNASKED_S: f64 = 3600.0;
 
 /// Run a sweep, or join the parts of one.
 #[derive(Debug, Args)]
-#[command(args_conflicts_with_subcommands = true, after_long_help = help::text())]
+#[command(args_conflicts_with_subcommands = true, after_long_help = help::text(), mut_arg("out", |arg| arg.help(super::OUT_PER_SWEEP)))]
 pub(super) struct SweepArgs {
     #[command(subcommand)]
     command: Option<SweepCommand>,

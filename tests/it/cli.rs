@@ -114,9 +114,21 @@ fn a_bad_key_is_underlined_and_named() {
         "\"slave.velocity_gain\" = 3",
         "operator.start_m = 2.0",
         "[a]\nb.c.d = 2",
+        "operator.end_m = 1e6",
+        "channel.forward_delay_s = \"30mm\"",
+        "channel.forward_delay_s = \"300xf\"",
+        "simulation.seed = 12345678901234567890",
+        "[[tissue.layers]]\nname = \"skin\"",
+        "tissue.membrane = 3",
+        "tissue.membrane.thickness_m = 1",
+        "tissue.skn.thickness_m = 1",
+        "tissue.kind = \"layers\"\nsimulation.tick_s = 1",
+        "scaling.position = -1\nslave.velocty_gain = 2\nchannel.forward_delay_s = -1",
     ];
     let message = |lines: &str| {
-        folder.file("bad.toml", format!("{SHORT}\n{lines}\n"));
+        // A key can stand once in a file.
+        let short = if lines.starts_with("tissue.kind") { "operator.kind = \"ramp\"\n" } else { SHORT };
+        folder.file("bad.toml", format!("{short}\n{lines}\n"));
         let message = folder.refusal(&["check", "bad.toml"]);
         for command in ["run", "compare"] {
             assert_eq!(folder.refusal(&[command, "bad.toml"]), message);
@@ -157,10 +169,154 @@ fn settings_are_checked_like_files() {
         run a.toml --set name=../up
         run a.toml a.toml
         run none.toml
+        sweep none.toml
+        run a.toml --set simulation.seed=12345678901234567890
         run builtin:none.toml
         run
         swim";
     assert_snapshot!("bad_settings", folder.refusals(commands));
+}
+
+#[test]
+fn a_file_with_many_errors_shows_ten_and_counts_the_others() {
+    let folder = TestFolder::new();
+    let keys = (0..14).map(|key| format!("key_{key:02} = 1\n")).collect::<String>();
+    let refusal = folder.file("bad.toml", format!("{keys}scaling.force = -1\n")).refusal(&["check", "bad.toml"]);
+    let named = refusal.lines().filter_map(|line| line.strip_prefix("error: there is no key key_"));
+    assert_eq!(named.collect::<Vec<_>>(), ["00", "01", "02", "03", "04", "05", "06", "07", "08", "09"], "{refusal}");
+    assert!(refusal.trim_end().ends_with("error: and 5 more"), "{refusal}");
+}
+
+#[test]
+fn a_scenario_without_a_recording_says_which_part_replays_one() {
+    let folder = TestFolder::new();
+    folder.file("layers.toml", "[tissue]\nkind = \"layers\"\n").file("empty.toml", "name = \"empty\"\n");
+    let phrases = [
+        "layers.toml: operator.kind is \"recording\" (the default), but recording.file is missing",
+        "give recording.file, or another operator.kind, e.g. \"minimum-jerk\"",
+    ];
+    folder.refused(&["check", "layers.toml"], &phrases);
+    folder.refused(&["check", "empty.toml"], &["operator.kind is", "and tissue.kind is", "e.g. \"layers\""]);
+    folder.refused(&["detect", "layers.toml"], &["recording.file is missing", "path of a CSV file"]);
+}
+
+#[test]
+fn a_sweep_file_is_checked_but_is_no_scenario() {
+    let folder = TestFolder::new();
+    folder
+        .file("a.toml", SHORT)
+        .file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.force = [1.0, 2.0]\nslave.velocity_gain = [14.0, 15.0]\n");
+    for command in ["run", "compare"] {
+        folder.refused(&[command, "s.toml"], &["s.toml is a sweep file, not a scenario", "`trocar sweep s.toml`"]);
+    }
+    assert_eq!(
+        folder.good(&["check", "s.toml", "a.toml"]),
+        "short: valid, 500 ticks of 0.001 s\ns: valid sweep, 4 cases\n"
+    );
+    assert!(folder.good(&["check", "s.toml", "--resolved"]).contains("velocity_gain"));
+    folder.file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.forse = [1.0]\n");
+    folder.refused(&["check", "s.toml"], &["there is no key axes.scaling.forse", "did you mean axes.scaling.force?"]);
+    folder.file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.force = { from = 1.0, to = 2.0, step = 0.5 }\n");
+    folder.refused(&["check", "s.toml"], &["a range has no step", "give points instead"]);
+    folder.file("s.toml", "base = \"none.toml\"\n[axes]\nscaling.force = [1.0]\n");
+    folder.refused(&["check", "s.toml"], &["none.toml", "s.toml:1:8", "relative to the file that contains it"]);
+}
+
+#[test]
+fn a_sweep_names_its_figures() {
+    let folder = TestFolder::new();
+    folder.file("a.toml", SHORT).file("s.toml", "base = \"a.toml\"\nmetrics = [\"false_alarms\"]\n[axes]\nscaling.force = [1.0, 2.0]\nslave.velocity_gain = [14.0, 15.0]\n");
+    for end in ["files: out/s", "already complete: out/s"] {
+        let printed = folder.good(&["sweep", "s.toml"]);
+        let last: Vec<&str> = printed.lines().rev().take(2).collect();
+        assert_eq!(last, [end, "figures: heat_false_alarms.png, tornado.png"], "{printed}");
+        assert!(printed.contains("influence of each axis"), "{printed}");
+    }
+    let heat = folder.text("out/s/heat_false_alarms.svg");
+    assert!(heat.contains("false alarms") && !heat.contains("false_alarms"), "the title is the label");
+}
+
+#[test]
+fn a_column_that_does_not_exist_is_named_with_its_flag() {
+    let folder = TestFolder::new();
+    let rig = ["detect", "builtin:own_ctrl_pop.csv", "--time", "t_s", "--position", "xs_rad:0.075"];
+    let refused = |force: &str, phrases: &[&str]| folder.refused(&[&rig[..], &["--force", force]].concat(), phrases);
+    refused("nope", &["no column 'nope' (--force or recording.columns.force_n)", "env_out_Nm_derived"]);
+    refused("env_out_Nm_derived:lbf", &["'lbf' is not a known unit of force; give N, kN, cN, mN, gf or kgf"]);
+    refused("env_out_Nm_derived:mm", &["'mm' is not a known unit of force"]);
+    folder
+        .refused(&["detect", "builtin:own_ctrl_pop.csv"], &["no column 'time_s' (--time or recording.columns.time_s)"]);
+    let live = folder.fed(&["detect", "-", "--force", "f:lbf"], b"time_s,position_m,f\n0,0,1\n");
+    assert!(live.err.contains("'lbf' is not a known unit of force"), "{}", live.err);
+    // A name may contain a colon.
+    folder.file("c.csv", "time_s,position_m,f:lbf\n0,0,1\n0.001,0.0001,1\n0.002,0.0002,1\n");
+    folder.good(&["detect", "c.csv", "--force", "f:lbf", "--no-figures"]);
+    folder.good(&["detect", "c.csv", "--force", "f:lbf:-gf", "--no-figures"]);
+    let csv = folder.text("out/c/detection.csv");
+    assert!(csv.lines().nth(1).is_some_and(|row| row.split(',').nth(3) == Some("-0.00980665")), "{csv}");
+}
+
+#[test]
+fn an_inherited_velocity_column_can_be_removed() {
+    let folder = TestFolder::new();
+    let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
+    folder.file("r.csv", format!("time_s,position_m,force_n\n{}", (0..50).map(row).collect::<String>()));
+    let scenario = |columns: &str| {
+        format!("base = \"paper/augmented\"\n[recording]\nfile = \"r.csv\"\nruptures_s = []\n{columns}")
+    };
+    folder.file("s.toml", scenario(""));
+    let phrase = "no column 'velocity_m_per_s' (--velocity or recording.columns.velocity_m_per_s)";
+    folder.refused(&["check", "s.toml"], &[phrase]);
+    folder.file("s.toml", scenario("columns.velocity_m_per_s = \"\"\n"));
+    let echo = folder.good(&["check", "s.toml", "--resolved"]);
+    folder.file("echo.toml", &echo);
+    assert_eq!(folder.good(&["check", "echo.toml", "--resolved"]), echo);
+    folder.refused(&["check", "s.toml", "--set", "recording.columns.force_n="], &["recording.columns.force_n"]);
+}
+
+#[test]
+fn a_quiet_segment_ends_after_its_start() {
+    let folder = TestFolder::new();
+    let refused = |text: &str, phrase: &str| {
+        folder.refused(&["calibrate", "builtin:in_vivo_like.csv", "--quiet-s", text], &[text, phrase]);
+    };
+    refused("4,1", "4 s is not before 1 s");
+    refused("4", "two times");
+}
+
+#[test]
+fn a_calibration_leaves_the_figures_of_a_detection_alone() {
+    let folder = TestFolder::new();
+    folder.good(&["detect", "builtin:in_vivo_like.csv", "--quiet"]);
+    let before = folder.files("out/in_vivo_like");
+    assert!(before.keys().any(|path| path.extension().is_some_and(|extension| extension == "png")));
+    let printed = folder.good(&["calibrate", "builtin:in_vivo_like.csv", "--first-s", "5"]);
+    let after = folder.files("out/in_vivo_like");
+    assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
+    for name in ["calibrated.toml", "calibration.json", "calibration/estimation.png"] {
+        assert!(after.contains_key(Path::new(name)), "{name}: {:?}", after.keys());
+    }
+    // At most four significant digits, and the same numbers in every file.
+    let toml: toml::Table = folder.text("out/in_vivo_like/calibrated.toml").parse().expect("TOML");
+    let json: serde_json::Value =
+        serde_json::from_str(&folder.text("out/in_vivo_like/calibration.json")).expect("JSON");
+    for (section, key) in [
+        ("estimator", "reset_threshold"),
+        ("estimator", "dead_zone_n"),
+        ("estimator", "contact_m"),
+        ("detector", "quiet_std_n"),
+        ("detector", "threshold"),
+        ("detector", "drift"),
+        ("detector", "cap"),
+    ] {
+        let value = toml[section][key].as_float().expect("a number");
+        assert_eq!(json["settings"][section][key], value, "{key}");
+        assert_eq!(format!("{value:.3e}").parse(), Ok(value), "{key}");
+    }
+    assert!(
+        printed.contains("about 1 h") || printed.contains("about 36") || printed.contains("over a year"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -516,7 +672,7 @@ fn scenarios_that_cannot_be_realised_say_why() {
     for (setting, phrases) in [
         ("tissue.capsule.relaxation_s=-1", ["tissue.capsule.relaxation_s", "0"]),
         ("tissue.capsule.rupture_force_n=0.1", ["tissue.capsule.rupture_force_n", "tissue.capsule.cutting_force_n"]),
-        ("tissue.static_ratio=0.9", ["tissue.static_ratio", "at least 1"]),
+        ("tissue.static_ratio=0.9", ["tissue.static_ratio", "1 to 10 (measured"]),
         ("operator.reflex_reaction_max_s=0.1", ["operator.reflex_reaction_max_s", "operator.reflex_reaction_min_s"]),
         ("operator.reflex_weber_fraction=1.0", ["operator.reflex_weber_fraction", "between 0 and 1"]),
         ("operator.tremor_high_hz=7", ["operator.tremor_high_hz", "operator.tremor_low_hz"]),
@@ -543,6 +699,12 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
     assert_eq!(csv.lines().count(), 1 + 2 * 2 * 4);
     let columns = csv.lines().next().expect("a heading").split(',').count();
     assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
+    let text = folder.good(&few[..few.len() - 1]);
+    assert!(
+        text.starts_with("2 runs: 4 ruptures and 0.5 min without a rupture. An alarm within 10 ms counts"),
+        "{text}"
+    );
+    assert!(text.contains("not resolvable") && text.contains("its own"), "{text}");
     folder.refused(&["roc", "--drop-n", "-1"], &["0.01"]);
     folder.refused(&["roc", "--detectors", "squared"], &["squared-residual"]);
     folder.refused(&["roc", "--drop-n", "1", "builtin:paper/real-classical.toml"], &["synthetic insertion"]);

@@ -186,7 +186,7 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
 }
 
 /// Texts that equal a word of a choice, and their meaning.
-const SPELT_ALIKE: [(&str, &str, &str); 11] = [
+const SPELT_ALIKE: [(&str, &str, &str); 14] = [
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
     ("none", "sim/src/compare/facts.rs", "what was asked of a fact"),
@@ -198,6 +198,9 @@ const SPELT_ALIKE: [(&str, &str, &str); 11] = [
     ("layers", "sim/src/scenario/starter.rs", "a value of a starter"),
     ("insertion-extraction", "sim/src/scenario/starter.rs", "a value of a starter"),
     ("stop", "sim/src/scenario/starter.rs", "a value of a starter"),
+    ("stiffness", "sim/src/scenario/quantity.rs", "the name of a quantity"),
+    ("minimum-jerk", "sim/src/scenario/replay.rs", "the remedy of an error"),
+    ("layers", "sim/src/scenario/replay.rs", "the remedy of an error"),
 ];
 
 #[test]

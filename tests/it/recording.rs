@@ -55,7 +55,7 @@ fn the_pop_is_where_its_label_says() {
 fn a_misspelt_column_is_answered_with_the_near_one() {
     let error = open("scenarios/recordings/own_ctrl_pop.csv", "env_out_Nm").expect_err("misspelt");
     let message = error.to_string();
-    let expected = "own_ctrl_pop.csv: no column 'env_out_Nm'; the file has t_s, xm_rad, xs_rad, vs_rad_s, \
-                    env_out_Nm_derived; did you mean 'env_out_Nm_derived'?";
+    let expected = "own_ctrl_pop.csv: no column 'env_out_Nm' (--force or recording.columns.force_n); the file has \
+                    t_s, xm_rad, xs_rad, vs_rad_s, env_out_Nm_derived; did you mean 'env_out_Nm_derived'?";
     assert!(message.ends_with(expected), "{message}");
 }

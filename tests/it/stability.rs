@@ -377,7 +377,7 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
     let small = ["--x", "channel.delay_s=0:0.1:12", "--y", "scaling.force=0.1:10:10:log"];
     let printed =
         folder.good(&[&["stability", "builtin:passivity/late-wall.toml"][..], &small, &["--simulate"]].concat());
-    for phrase in ["late-wall: not stable", "spectral radius", "907.5", "delay_s by scaling.force", "120 runs"] {
+    for phrase in ["late-wall: not stable", "spectral radius", "907.5", "delay_s by scaling.force", "all 120 points"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
     }
     let names = ["stability.json", "stability_map.csv", "stability_boundary.csv", "sensitivities.csv", "ports.csv"];

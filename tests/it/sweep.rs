@@ -408,7 +408,7 @@ fn what_is_wrong_with_a_file_is_underlined() {
         ("seeds = 0", &["seeds is 0, must be a whole number from 1", "^"]),
         ("metrics = [\"false_alarm\"]", &["no metric false_alarm", "did you mean false_alarms?"]),
         ("metrics = [\"events\"]\nfocus = [\"ruptures\"]", &["not among the kept metrics", "add \"ruptures\""]),
-        ("axes.scaling.froce = [1.0]", &["no key scaling.froce", "did you mean axes.scaling.force?"]),
+        ("axes.scaling.froce = [1.0]", &["no key axes.scaling.froce", "did you mean axes.scaling.force?"]),
         ("axes.scaling.froce = { from = 1, to = 2, points = 3 }", &["did you mean axes.scaling.force?"]),
         ("axes.scaling.force = [1.0, -1.0]", &["has -1.0, each must be a number, at least 0"]),
         ("axes.scaling.force = 1.0", &["must be a list"]),

@@ -57,9 +57,9 @@ pub fn comparison(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Fi
 
 fn force_lines<'a>(run: &RunView<'a>) -> [Line<'a>; 3] {
     [
-        (run.tissue_force_n, UNDERLAY, "tissue"),
-        (run.feedback_force_n, MAIN, "feedback"),
-        (run.operator_force_n, HUMAN, "operator"),
+        (run.tissue_force_n, UNDERLAY, "tissue force"),
+        (run.feedback_force_n, MAIN, "feedback force"),
+        (run.operator_force_n, HUMAN, "felt force"),
     ]
 }
 

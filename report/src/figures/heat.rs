@@ -6,7 +6,7 @@ use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
 use super::grid::{Entry, Grid, Row, Sample};
 use super::panel::Panel;
 use super::{Figure, FigureError};
-use crate::number::significant;
+use crate::number::{decimals, significant};
 
 /// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. Their lightness rises evenly, so
 /// they differ in grey and for the common forms of colour blindness.
@@ -66,11 +66,10 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure, FigureError> {
         fills,
         ..Panel::over_time(axis(&x_edges, x_axis.log, X_TICKS), axis(&y_edges, y_axis.log, Y_TICKS), y_axis.name)
     };
-    let step = |k: usize| {
-        let value = min + (max - min) * k as f64 / (STEPS - 1) as f64;
-        (Sample::Shade(color(value)), distinct(value, (max - min) / (STEPS - 1) as f64))
-    };
-    let steps: Vec<Entry> = if max > min { (0..STEPS).map(step).collect() } else { vec![step(0)] };
+    let steps = if max > min { STEPS } else { 1 };
+    let values: Vec<f64> = (0..steps).map(|k| min + (max - min) * k as f64 / (STEPS - 1) as f64).collect();
+    let steps: Vec<Entry> =
+        values.iter().zip(alike(&values)).map(|(value, number)| (Sample::Shade(color(*value)), number)).collect();
     let rows = vec![Row { title: Some(view.caption), height: 760.0, panels: vec![panel] }];
     Grid { legends: vec![steps], common: vec![], rows }.draw()
 }
@@ -91,16 +90,18 @@ fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     edges
 }
 
-/// Returns a number with four significant digits, or with enough decimals to differ from a number one `step` away.
-fn distinct(value: f64, step: f64) -> String {
-    let decimals = -step.log10().floor();
-    let plain = significant(value);
-    let shown = plain.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-    if step > 0.0 && decimals > shown as f64 && decimals <= 12.0 && !plain.contains('e') {
-        format!("{value:.*}", decimals as usize)
-    } else {
-        plain
+/// Returns evenly spaced numbers with the same number of decimals, enough to tell them apart and to show three digits of the
+/// largest. Very small and very large numbers have a power of ten.
+fn alike(values: &[f64]) -> Vec<String> {
+    let (first, last) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
+    let largest = first.abs().max(last.abs());
+    let step = (last - first).abs() / values.len().saturating_sub(1).max(1) as f64;
+    if largest > 0.0 && !(1e-4..1e6).contains(&largest) {
+        return values.iter().map(|value| significant(*value)).collect();
     }
+    let of_step = if step > 0.0 { (1.0 - step.log10().floor()).clamp(0.0, 12.0) as usize } else { 0 };
+    let count = of_step.max(decimals(largest, 3));
+    values.iter().map(|value| format!("{value:.count$}")).collect()
 }
 
 /// Returns the colour at a share of the scale, 0 to 1.
@@ -135,9 +136,11 @@ mod tests {
 
     #[test]
     fn numbers_of_the_legend_differ() {
-        assert_eq!([101.20, 101.22, 101.24].map(|value| distinct(value, 0.02)), ["101.20", "101.22", "101.24"]);
-        assert_eq!(distinct(2.85, 0.85), "2.850");
-        assert_eq!(distinct(1.0, 0.0), "1.000");
+        assert_eq!(alike(&[101.20, 101.22, 101.24]), ["101.200", "101.220", "101.240"]);
+        assert_eq!(alike(&[0.0, 0.85, 1.7, 2.55]), ["0.00", "0.85", "1.70", "2.55"]);
+        assert_eq!(alike(&[9.0, 10.0, 11.0]), ["9.0", "10.0", "11.0"]);
+        assert_eq!(alike(&[1.0]), ["1.00"]);
+        assert_eq!(alike(&[0.0, 2e-7]), ["0", "2.0e-7"]);
     }
 
     #[test]

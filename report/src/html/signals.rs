@@ -36,9 +36,9 @@ pub(super) fn charts(runs: &[&Run]) -> Vec<Chart> {
     let master: Quantity<'_> = ("master", |run| &run.trace.master_position_m);
     let positions = chart("Positions", ("position", "mm"));
     charts.push(Chart { mark_labels: true, height: 280, ..drawn(positions, runs, &[slave, master], 1e3) });
-    let feedback: Quantity<'_> = ("feedback", |run| &run.trace.feedback_force_n);
-    let operator: Quantity<'_> = ("operator", |run| &run.trace.operator_force_n);
-    let tissue: Quantity<'_> = ("tissue", |run| &run.trace.tissue_force_n);
+    let feedback: Quantity<'_> = ("feedback force", |run| &run.trace.feedback_force_n);
+    let operator: Quantity<'_> = ("felt force", |run| &run.trace.operator_force_n);
+    let tissue: Quantity<'_> = ("tissue force", |run| &run.trace.tissue_force_n);
     if let [_] = runs {
         charts.push(drawn(chart("Forces", ("force", "N")), runs, &[feedback, operator, tissue], 1.0));
     } else {
@@ -151,8 +151,8 @@ fn drawn(mut chart: Chart, runs: &[&Run], quantities: &[Quantity<'_>], factor: f
 /// Returns the line of a quantity of a single run.
 fn of_single_run(name: &str) -> Series {
     match name {
-        "slave" | "feedback" => Series::line(name, "vermilion"),
-        "tissue" => Series { width: 4.0, ..Series::line(name, "sky") },
+        "slave" | "feedback force" => Series::line(name, "vermilion"),
+        "tissue force" => Series { width: 4.0, ..Series::line(name, "sky") },
         _ => Series::line(name, "blue").dashed(),
     }
 }

@@ -5,6 +5,7 @@ use crate::figures::{self, AxisView, HeatView, TornadoView};
 use crate::number::readable;
 use crate::pictures::keep;
 use crate::{Folder, PictureError};
+use trocar_sim::scenario::unit_of;
 use trocar_sim::sweep::{Design, Findings};
 
 /// Writes `tornado.svg`, `.png` and `.csv`, and the same three files of a heat map `heat_METRIC` for each metric in focus.
@@ -15,12 +16,22 @@ pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> 
     for map in &findings.heat_maps {
         let column = &design.columns[map.column];
         let (factor, unit) = readable(column.unit);
-        let caption = if unit.is_empty() { column.name.clone() } else { format!("{} in{unit}", column.name) };
-        let axis = |axis: usize| AxisView { name: design.axes[axis].key.path, log: design.axes[axis].is_log() };
+        let over = match design.seeds {
+            1 => String::new(),
+            seeds => format!(" (mean over {seeds} seeds)"),
+        };
+        let label = &column.label;
+        let caption = if unit.is_empty() { format!("{label}{over}") } else { format!("{label} in{unit}{over}") };
+        let named = [map.x_axis, map.y_axis].map(|axis| {
+            let path = design.axes[axis].key.path;
+            unit_of(path).map_or_else(|| path.to_owned(), |unit| format!("{path} ({unit})"))
+        });
+        let axis = |name, axis: usize| AxisView { name, log: design.axes[axis].is_log() };
         let means: Vec<f64> = map.cells.iter().map(|cell| factor * cell.mean.unwrap_or(f64::NAN)).collect();
         let x: Vec<f64> = map.cells.iter().take(map.x_count).map(|cell| cell.x).collect();
         let y: Vec<f64> = map.cells.iter().step_by(map.x_count.max(1)).map(|cell| cell.y).collect();
-        let view = HeatView { caption: &caption, axes: [axis(map.x_axis), axis(map.y_axis)], x, y, means: &means };
+        let axes = [axis(&named[0], map.x_axis), axis(&named[1], map.y_axis)];
+        let view = HeatView { caption: &caption, axes, x, y, means: &means };
         let figure = figures::heat_map(&view)?;
         let name = format!("heat_{}", column.name);
         folder.write(&format!("{name}.csv"), heat_map_csv(design, map).as_bytes())?;

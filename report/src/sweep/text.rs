@@ -13,7 +13,7 @@ use trocar_sim::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
 /// The heading of the table of metrics.
 pub(crate) const SUMMARY_HEADING: [&str; 6] =
-    ["metric", "defined", "median [95 %]", "5 % to 95 %", "min to max", "mean ± 95 %"];
+    ["metric", "cases with value", "median [95 %]", "5 % to 95 %", "min to max", "mean ± 95 %"];
 
 /// Returns the tables: the distribution of each metric, and the influence of each axis on the metrics in focus.
 #[must_use]

@@ -129,7 +129,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: (max_n - 5.7).abs() <= 0.15 && (min_n + 2.5).abs() <= 0.15,
         },
         Fact {
-            what: "mean absolute prediction error",
+            what: "mean |residual|",
             paper: "0.0486 N (3.2.2)",
             asked: "below 0.05 N",
             ours: format!("{error:.4} N"),

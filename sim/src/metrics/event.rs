@@ -25,7 +25,7 @@ metrics! {
         /// Maximum distance of the frozen slave from its position at the freeze.
         frozen_motion_m: f64 = "motion while frozen", Metre, Lower [Never];
         /// Maximum speed of the slave while re-engaging; undefined if it did not re-engage.
-        peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed re-engaging", MetrePerSecond, Lower [Never];
+        peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed while re-engaging", MetrePerSecond, Lower [Never];
         /// Change of the feedback force in the first tick of the event.
         entry_step_n: f64 = "force step at the start", Newton, Lower [Never];
         /// Change of the feedback force that its law allows in the first tick of the event.

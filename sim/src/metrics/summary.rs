@@ -118,7 +118,7 @@ metrics! {
         /// Alarms without a rupture, or for a rupture that already had an alarm.
         false_alarms: u64 = "false alarms", Count, Lower [Main];
         /// Alarms ignored because an event was in progress or had just ended.
-        ignored_alarms: u64 = "alarms ignored during events", Count, Neither;
+        ignored_alarms: u64 = "alarms ignored during or just after events", Count, Neither;
         /// Maximum detection delay of the run's ruptures.
         max_detection_delay_s = "maximum detection delay", Second, Lower [Never] was "most_detection_delay_s" => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.detection_delay_s).reduce(f64::max)
@@ -137,8 +137,8 @@ metrics! {
         };
         /// Number of augmented events.
         events = "events", Count, Neither [Never] => |m| count(m.events.len());
-        /// Mean of the absolute prediction error of the estimator, over the run.
-        mean_absolute_residual_n: Option<f64> = "mean |prediction error|", Newton, Lower;
+        /// Mean of the absolute residual of the estimator, over the run.
+        mean_absolute_residual_n: Option<f64> = "mean |residual|", Newton, Lower;
         /// Minimum tissue force on the needle; negative where it resists withdrawal.
         min_tissue_force_n: Option<f64> = "minimum tissue force", Newton signed, Neither was "least_tissue_force_n";
         /// Maximum tissue force on the needle, positive where it resists insertion.
@@ -154,9 +154,9 @@ metrics! {
             m.events.iter().map(|event| event.frozen_motion_m).reduce(f64::max)
         };
         /// Maximum speed of the slave while re-engaging, over all events.
-        peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed re-engaging", MetrePerSecond, Lower;
+        peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed while re-engaging", MetrePerSecond, Lower;
         /// Maximum change of the feedback force in one tick of an event beyond what its law allows; 0 apart from rounding.
-        feedback_step_excess_n: f64 = "force step beyond its law", Newton signed, Lower;
+        feedback_step_excess_n: f64 = "feedback force step beyond the allowed step", Newton signed, Lower;
         /// Time per mode.
         mode_times: ModeTimes;
         /// Time in teleoperation.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io;
 
-use super::Limits;
+use super::{Limits, Quantity};
 
 /// A recording that cannot be used: `pop.csv line 812, column 'xs_rad': 'abc' is not a number; …`.
 #[derive(Debug, thiserror::Error)]
@@ -113,7 +113,13 @@ pub enum Problem {
     )]
     NoHeader,
     /// The header does not have a requested column.
-    #[error("no column '{}'; the file has {}{}", excerpt(.name), listing(.available), suggestion(.nearest.as_deref()))]
+    #[error(
+        "no column '{}'{}; the file has {}{}",
+        excerpt(.name),
+        asked_by(*.quantity),
+        listing(.available),
+        suggestion(.nearest.as_deref())
+    )]
     MissingColumn {
         /// The requested name.
         name: Box<str>,
@@ -121,6 +127,22 @@ pub enum Problem {
         available: Vec<String>,
         /// The most similar of them, if one is similar enough.
         nearest: Option<Box<str>>,
+        /// The quantity that it should hold, in a recording.
+        quantity: Option<Quantity>,
+    },
+    /// The text after the name of a column is no unit of its quantity.
+    #[error(
+        "'{}' is not a known unit of {}; give {} or a factor into {}",
+        excerpt(.unit),
+        .quantity.name(),
+        .quantity.units(),
+        .quantity.unit()
+    )]
+    UnknownUnit {
+        /// The text.
+        unit: Box<str>,
+        /// The quantity.
+        quantity: Quantity,
     },
     /// The header has a requested name more than once.
     #[error("{count} columns are named '{}'; rename all but one", excerpt(.name))]
@@ -241,6 +263,11 @@ fn listing(names: &[String]) -> String {
         shown.push(format!("and {} more", names.len() - MAX_NAMES));
     }
     shown.join(", ")
+}
+
+/// The flag and the key that ask for the column of a quantity.
+fn asked_by(quantity: Option<Quantity>) -> String {
+    quantity.map_or_else(String::new, |quantity| format!(" (--{} or {})", quantity.name(), quantity.key()))
 }
 
 fn suggestion(nearest: Option<&str>) -> String {

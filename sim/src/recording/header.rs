@@ -2,7 +2,7 @@
 
 use super::error::Problem;
 use super::number::trimmed;
-use super::{Column, Columns};
+use super::{Column, Columns, Quantity};
 
 /// The separator of a header line: the most frequent of `,`, `;` and tab outside quotes; `,` if there is none.
 pub(super) fn separator(header: &[u8]) -> u8 {
@@ -33,14 +33,26 @@ impl Layout {
     /// Finds the requested columns among the header's fields.
     pub(super) fn locate<'a>(fields: impl Iterator<Item = &'a [u8]>, columns: &Columns) -> Result<Self, Problem> {
         let names = names(fields)?;
+        let find = |column, quantity| find(&names, column).map_err(|problem| of_quantity(problem, quantity));
         Ok(Self {
-            time: find(&names, &columns.time)?,
-            position: find(&names, &columns.position)?,
-            velocity: columns.velocity.as_ref().map(|column| find(&names, column)).transpose()?,
-            force: find(&names, &columns.force)?,
+            time: find(&columns.time, Quantity::Time)?,
+            position: find(&columns.position, Quantity::Position)?,
+            velocity: columns.velocity.as_ref().map(|column| find(column, Quantity::Velocity)).transpose()?,
+            force: find(&columns.force, Quantity::Force)?,
             width: names.len(),
         })
     }
+}
+
+/// The same problem with the quantity of the missing column. If the file has the name before the last `:`, the text after it was
+/// meant as a unit.
+fn of_quantity(problem: Problem, quantity: Quantity) -> Problem {
+    let Problem::MissingColumn { name, available, nearest, .. } = problem else { return problem };
+    let with_unit = name.rsplit_once(':').filter(|(column, _)| available.iter().any(|known| known == column.trim()));
+    if let Some((_, unit)) = with_unit {
+        return Problem::UnknownUnit { unit: unit.trim().into(), quantity };
+    }
+    Problem::MissingColumn { name, available, nearest, quantity: Some(quantity) }
 }
 
 /// The header's names.
@@ -63,6 +75,7 @@ pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> 
             name: wanted.into(),
             available: names.to_vec(),
             nearest: nearest(names, wanted),
+            quantity: None,
         }),
     }
 }

@@ -37,6 +37,7 @@ mod labels;
 mod limits;
 mod live;
 mod number;
+mod quantity;
 mod read;
 mod resample;
 mod samples;
@@ -52,6 +53,7 @@ pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_
 pub use labels::{LabelRow, read_labels};
 pub use limits::Limits;
 pub use live::{LiveLine, LiveSample, LiveTable};
+pub use quantity::Quantity;
 pub use read::read_csv;
 pub use resample::{ResampleError, Resampled};
 pub use samples::Recording;

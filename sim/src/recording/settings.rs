@@ -34,7 +34,7 @@ trocar_core::settings! {
         time_s: String = "time_s",
         /// Position of the needle.
         position_m: String = "position_m",
-        /// Velocity of the needle; estimated from the position when not given.
+        /// Velocity of the needle; estimated from the position when not given or "", which removes an inherited column.
         velocity_m_per_s: Option<String>,
         /// Force on the needle.
         force_n: String = "force_n",

@@ -119,6 +119,18 @@ impl Source {
     /// # Errors
     /// A file that does not exist, cannot be read, is too large, or is not UTF-8.
     pub fn read(&self) -> Result<String, ScenarioError> {
+        self.read_relative_to("the file that contains it")
+    }
+
+    /// The text of the file that a command-line argument names.
+    ///
+    /// # Errors
+    /// As [`Source::read`].
+    pub(crate) fn read_argument(&self) -> Result<String, ScenarioError> {
+        self.read_relative_to("the current folder")
+    }
+
+    fn read_relative_to(&self, here: &str) -> Result<String, ScenarioError> {
         let refuse = |reason: String| ScenarioError::new(format!("{}: {reason}", self.display()));
         let bytes = match self {
             Self::Text { text, .. } => text.as_bytes().to_vec(),
@@ -132,7 +144,7 @@ impl Source {
                     let near =
                         builtin::nearest(&path.to_string_lossy()).filter(|_| error.kind() == ErrorKind::NotFound);
                     let first = near.map_or_else(
-                        || "a path is relative to the file that contains it; ".into(),
+                        || format!("a path is relative to {here}; "),
                         |near| format!("did you mean {near}? "),
                     );
                     refuse(format!("cannot be read: {error}")).remedy(format!("{first}{LISTED}"))
@@ -208,8 +220,14 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
             let message = format!("the chain of bases is longer than {MAX_BASES}");
             return Err(ScenarioError::new(message).at(place).remedy("use fewer bases"));
         }
-        let text = source.read().map_err(|error| error.at(place))?;
+        let text = if place.is_some() { source.read() } else { source.read_argument() };
+        let text = text.map_err(|error| error.at(place))?;
         let file = parse(&source.display(), &text, &source)?;
+        if let Some(axis) = file.iter().find(|entry| is_axis(entry)) {
+            let message = format!("{} is a sweep file, not a scenario", source.display());
+            let error = ScenarioError::new(message).at(Some(axis.key_place.clone()));
+            return Err(error.remedy(format!("run it with `trocar sweep {}`", source.display())));
+        }
         let (bases, rest): (Vec<_>, Vec<_>) = file.into_iter().partition(|entry| entry.path == "base");
         let layer = visited.len();
         entries.extend(rest.into_iter().map(|entry| Entry { layer, ..entry }));
@@ -218,12 +236,18 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
     Ok(entries)
 }
 
+/// Whether an entry is in the section of a sweep's axes.
+#[must_use]
+pub fn is_axis(entry: &Entry) -> bool {
+    entry.path.split('.').next() == Some("axes")
+}
+
 /// Every entry of a file in the syntax of a scenario, in the order of their paths.
 ///
 /// # Errors
 /// A file that cannot be read, or is not TOML.
 pub fn entries(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
-    parse(&source.display(), &source.read()?, source)
+    parse(&source.display(), &source.read_argument()?, source)
 }
 
 fn based_on(source: &Source, entry: Entry) -> Result<(Source, Option<Place>), ScenarioError> {
@@ -244,16 +268,26 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     let mut entries = Vec::new();
     flatten("", table.get_ref(), &mut |path, key: Range<usize>, value: &Spanned<DeValue<'_>>| {
         let raw = text.get(value.span()).unwrap_or_default();
+        if let DeValue::Array(items) = value.get_ref()
+            && raw.starts_with("[[")
+            && items.iter().all(|item| matches!(item.get_ref(), DeValue::Table(_)))
+        {
+            return Err(list_of_tables(&path).at(Some(place(key))));
+        }
         let read = || match value.get_ref() {
             // A section's header is not the text of a value.
             DeValue::Table(_) => Ok(toml::Value::Table(toml::Table::new())),
             _ => ValueDeserializer::parse(raw).and_then(toml::Value::deserialize),
         };
         let parsed = read().map_err(|error| {
-            let message = format!("{path} cannot be read: {}", error.message());
-            ScenarioError::new(message)
-                .at(Some(place(key.clone())))
-                .remedy("write a section as [name], a value as name = value")
+            let error = if is_digits(raw) {
+                let max = i64::MAX;
+                ScenarioError::new(format!("{path} is {raw}, must be at most {max}, the maximum of whole numbers"))
+            } else {
+                ScenarioError::new(format!("{path} cannot be read: {}", error.message()))
+                    .remedy("write a section as [name], a value as name = value")
+            };
+            error.at(Some(place(key.clone())))
         })?;
         entries.push(Entry {
             path,
@@ -267,6 +301,21 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
         Ok(())
     })?;
     Ok(entries)
+}
+
+/// The error of `[[path]]`, which begins an item of a list.
+fn list_of_tables(path: &str) -> ScenarioError {
+    let error = ScenarioError::new(format!("{path} is a list of tables, [[{path}]]"));
+    if path.starts_with("tissue.") {
+        return error.remedy("each layer has its own section, as [tissue.skin]");
+    }
+    error.remedy(format!("write a section once, as [{path}]"))
+}
+
+/// Whether a text is a whole number, however large.
+fn is_digits(text: &str) -> bool {
+    let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
+    !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit() || byte == b'_')
 }
 
 /// A value's text on one line, shortened for a message.
@@ -302,7 +351,8 @@ pub(super) fn parse_setting(setting: &str) -> Result<Vec<Entry>, ScenarioError> 
         return Err(ScenarioError::new(format!("--set {setting}: there is no '='")).remedy(remedy));
     };
     let (key, value) = (key.trim(), value.trim());
-    let is_toml = ValueDeserializer::parse(value).and_then(toml::Value::deserialize).is_ok();
+    // A whole number that is too large is an error, not a text.
+    let is_toml = is_digits(value) || ValueDeserializer::parse(value).and_then(toml::Value::deserialize).is_ok();
     let value = if is_toml { value.to_owned() } else { toml::Value::String(value.to_owned()).to_string() };
     // Paths on the command line are relative to the working directory.
     let here = Source::Disk(PathBuf::new());

@@ -35,13 +35,15 @@ pub struct ScenarioError {
     pub place: Option<Place>,
     /// How to correct it.
     pub remedy: Option<String>,
+    /// Further errors of the same scenario.
+    pub others: Box<[ScenarioError]>,
 }
 
 impl ScenarioError {
     /// An error without a place.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), place: None, remedy: None }
+        Self { message: message.into(), place: None, remedy: None, others: Box::default() }
     }
 
     /// The same error at a place, if there is one.
@@ -49,6 +51,26 @@ impl ScenarioError {
     pub fn at(mut self, place: Option<Place>) -> Self {
         self.place = place;
         self
+    }
+
+    /// Several errors as one, in the order of their places in a file. At most ten are kept: one mistake can cause many.
+    ///
+    /// # Errors
+    /// This error, unless the list is empty.
+    pub(super) fn all(mut errors: Vec<Self>) -> Result<(), Self> {
+        const MAX_ERRORS: usize = 10;
+        let file = |error: &Self| error.place.as_ref().map(|place| place.file.clone());
+        for of_file in errors.chunk_by_mut(|a, b| file(a) == file(b)) {
+            of_file.sort_by_key(|error| error.place.as_ref().map(|place| place.span.start));
+        }
+        let omitted = errors.len().saturating_sub(MAX_ERRORS);
+        errors.truncate(MAX_ERRORS);
+        if omitted > 0 {
+            errors.push(Self::new(format!("and {omitted} more")));
+        }
+        let mut errors = errors.into_iter();
+        let Some(first) = errors.next() else { return Ok(()) };
+        Err(Self { others: errors.collect(), ..first })
     }
 
     /// The same error with a remedy.
@@ -69,7 +91,7 @@ impl fmt::Display for ScenarioError {
         if let Some(remedy) = &self.remedy {
             write!(f, "; {remedy}")?;
         }
-        Ok(())
+        self.others.iter().try_for_each(|other| write!(f, "\n{other}"))
     }
 }
 

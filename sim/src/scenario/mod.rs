@@ -27,7 +27,7 @@ mod values;
 
 pub use build::ScenarioEngine;
 pub use builtin::questions as shipped_questions;
-pub use document::{Entry, Source, entries};
+pub use document::{Entry, Source, entries, is_axis};
 pub use engine_kind::EngineKind;
 pub use error::{Place, ScenarioError};
 pub use key_table::{KEYS, SECTIONS};

@@ -1,17 +1,23 @@
 //! Quantities with their unit, as people write them: "30ms", "3 mm", "0.5 N/mm".
 
-/// A unit: its dimensions, and its size in SI units as `10^decade · 60^sixties`.
+use crate::recording::Quantity;
+
+/// Standard gravity in m/s²: 1 kgf is 9.80665 N.
+const GRAVITY: f64 = 9.80665;
+
+/// A unit: its dimensions, and its size in SI units as `10^decade · 60^sixties · 9.80665^gravities`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Unit {
     /// Exponents of kilogram, metre and second.
     dimensions: [i32; 3],
     decade: i32,
     sixties: i32,
+    gravities: i32,
 }
 
 impl Unit {
     const fn new(dimensions: [i32; 3], decade: i32, sixties: i32) -> Self {
-        Self { dimensions, decade, sixties }
+        Self { dimensions, decade, sixties, gravities: 0 }
     }
 
     fn times(self, other: Self, power: i32) -> Self {
@@ -19,6 +25,7 @@ impl Unit {
             dimensions: std::array::from_fn(|i| self.dimensions[i] + power * other.dimensions[i]),
             decade: self.decade + power * other.decade,
             sixties: self.sixties + power * other.sixties,
+            gravities: self.gravities + power * other.gravities,
         }
     }
 
@@ -50,12 +57,13 @@ impl Unit {
     }
 }
 
-const SYMBOLS: [(&str, Unit); 8] = [
+const SYMBOLS: [(&str, Unit); 9] = [
     ("m", Unit::new([0, 1, 0], 0, 0)),
     ("s", Unit::new([0, 0, 1], 0, 0)),
     ("min", Unit::new([0, 0, 1], 0, 1)),
     ("g", Unit::new([1, 0, 0], -3, 0)),
     ("N", Unit::new([1, 1, -2], 0, 0)),
+    ("gf", Unit { gravities: 1, ..Unit::new([1, 1, -2], -3, 0) }),
     ("J", Unit::new([1, 2, -2], 0, 0)),
     ("W", Unit::new([1, 2, -3], 0, 0)),
     ("Hz", Unit::new([0, 0, -1], 0, 0)),
@@ -114,15 +122,35 @@ pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     if written.is_empty() {
         return Err(format!("write {number} without quotes, or \"{number} {unit}\""));
     }
-    let given = Unit::parse(written).ok_or_else(|| format!("{written} is not a known unit; give it in {unit}"))?;
+    let (quantity, units) = units_of(unit);
+    let given =
+        Unit::parse(written).ok_or_else(|| format!("{written} is not a known unit of {quantity}; use {units}"))?;
     let si = Unit::parse(unit).unwrap_or_default();
     if given.dimensions != si.dimensions {
-        return Err(format!("{written} is not a unit of this quantity; give it in {unit} or a multiple of it"));
+        return Err(format!("{written} is not a unit of {quantity}; use {units}"));
     }
-    let (decade, sixties) = (given.decade - si.decade, given.sixties - si.sixties);
+    let (decade, sixties, gravities) =
+        (given.decade - si.decade, given.sixties - si.sixties, given.gravities - si.gravities);
+    let number = if gravities == 0 { number } else { number * GRAVITY.powi(gravities) };
     // Dividing by a power of ten is exact to the last bit where multiplying by its inverse is not.
     let scaled = if decade < 0 { number / 10f64.powi(-decade) } else { number * 10f64.powi(decade) };
     Ok(scaled * 60f64.powi(sixties))
+}
+
+/// The name of a quantity with an SI unit, and its usual units.
+fn units_of(unit: &str) -> (&str, String) {
+    if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.unit() == unit) {
+        let name = if quantity == Quantity::Position { "length" } else { quantity.name() };
+        return (name, quantity.units().to_owned());
+    }
+    match unit {
+        "kg" => ("mass", "kg or g".into()),
+        "N/m" => ("stiffness", "N/m, N/mm or mN/mm".into()),
+        "N·s/m" => ("damping", "N·s/m or N·s/mm".into()),
+        "Hz" => ("frequency", "Hz, kHz or 1/s".into()),
+        "J" => ("energy", "J or mJ".into()),
+        _ => ("this quantity", format!("{unit} or a multiple of it")),
+    }
 }
 
 /// The number in `unit` that a text means, with a unit or without.
@@ -154,6 +182,9 @@ mod tests {
             ("1 min", "s", 60.0),
             ("12 µm", "m", 12e-6),
             ("3 mN/mm²", "N/m²", 3000.0),
+            ("1 kgf", "N", 9.80665),
+            ("100 gf", "N", 0.980665),
+            ("2 gf/mm", "N/m", 19.6133),
             ("10 1/s", "1/s", 10.0),
         ] {
             assert_eq!(parse(text, unit), Ok(value), "{text}");
@@ -165,8 +196,8 @@ mod tests {
         for (text, phrase) in [
             ("30", "write 30 without quotes"),
             ("ms", "write a number"),
-            ("3 mm", "give it in s"),
-            ("3 parsec", "not a known unit"),
+            ("3 mm", "mm is not a unit of time; use s, ms, us or min"),
+            ("3 parsec", "parsec is not a known unit of time; use s, ms, us or min"),
             ("inf s", "write a number"),
             ("nan", "write a number"),
             ("3 s/", "not a known unit"),
@@ -175,6 +206,16 @@ mod tests {
         ] {
             let error = parse(text, "s").expect_err(text);
             assert!(error.contains(phrase), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn every_listed_unit_is_known() {
+        for unit in ["s", "m", "m/s", "N", "kg", "N/m", "N·s/m", "Hz", "J"] {
+            let (_, units) = units_of(unit);
+            for listed in units.replace(" or ", ", ").split(", ") {
+                assert!(parse(&format!("1 {listed}"), unit).is_ok(), "{listed}");
+            }
         }
     }
 

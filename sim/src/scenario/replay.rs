@@ -8,15 +8,17 @@ use super::builtin;
 use super::document::Source;
 use super::error::ScenarioError;
 use super::value::Value;
-use super::values::Values;
+use super::values::{Values, replays_force, replays_position};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
+use crate::operator::MotionSettings;
 use crate::recording::{
     Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
     SignSettings, open_csv, read_csv,
 };
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
+use crate::tissue::TissueSettings;
 
 const FILE: &str = FileSettings::KEYS[0].path;
 
@@ -85,6 +87,9 @@ impl DetectionSpec {
     /// As [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
+        if !values.is_given(FILE) {
+            return Err(no_recording(values));
+        }
         let recording = load_recording(values)?;
         Self::new(values, settings, recording)
     }
@@ -218,11 +223,31 @@ pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> 
     })
 }
 
+/// The error that there is no recording.
+fn no_recording(values: &Values) -> ScenarioError {
+    values.error(FILE, "recording.file is missing").remedy("give the path of a CSV file as recording.file")
+}
+
 /// The error that the recording to replay is missing.
 pub(super) fn missing_recording(values: &Values) -> ScenarioError {
+    let kinds = [
+        (MotionSettings::KEY.path, replays_position(values), "minimum-jerk"),
+        (TissueSettings::KEY.path, replays_force(values), "layers"),
+    ];
+    let replaying: Vec<&str> = kinds.iter().filter(|(_, replays, _)| *replays).map(|(key, ..)| *key).collect();
+    let default = |key: &str| if values.place(key).is_none() { " (the default)" } else { "" };
+    let stated: Vec<_> = replaying
+        .iter()
+        .map(|key| format!("{key} is {:?}{}", values.word(key).unwrap_or_default(), default(key)))
+        .collect();
+    let other = |(key, _, word): &(&str, bool, &str)| format!("another {key}, e.g. \"{word}\"");
+    let others: Vec<_> = kinds.iter().filter(|(_, replays, _)| *replays).map(other).collect();
+    let Some(key) = replaying.first() else {
+        return no_recording(values);
+    };
     values
-        .error(FILE, "recording.file is missing, but the operator or the tissue replays a recording")
-        .remedy("give recording.file, or change operator.kind and tissue.kind")
+        .error(key, format!("{}, but recording.file is missing", stated.join(" and ")))
+        .remedy(format!("give recording.file, or {}", others.join(" and ")))
 }
 
 /// Reads the recording that values describe.

@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use trocar_core::settings::Key;
+use trocar_core::settings::{Key, Source as _};
 
 use super::document::Source;
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
+use super::keys::find;
 use super::link::link_settings;
 use super::replay::{RecordingSpec, load_recording};
 use super::run_settings::RunSettings;
@@ -253,10 +254,32 @@ impl Scenario {
         }
     }
 
+    /// The start and the end of the operator's movement in m, those that its kind has.
+    fn operator_ends(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let of = |path| Some((path, self.values.optional_number(path)?));
+        let acts = |path: &&str| find(path).is_some_and(|key| self.values.is_acting(key));
+        ["operator.start_m", "operator.end_m"].into_iter().filter(acts).filter_map(of)
+    }
+
     /// Checks the range of the operator's positions; beyond it every run would count as diverged.
     pub(super) fn check_reach(&self) -> Result<(), ScenarioError> {
         let max_m = MAX_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= max_m;
+        if !replays_position(&self.values) {
+            // A movement is checked by its ends as they are written, not by its first sample out of reach.
+            for (key, end_m) in self.operator_ends() {
+                if beyond(&end_m) {
+                    let place = self.values.place(key);
+                    let written = place.as_ref().and_then(|place| place.text.get(place.span.clone()));
+                    let written = written.map_or_else(|| end_m.to_string(), str::to_owned);
+                    let message = format!("{key} is {written}, must stay within {max_m} m of 0, on either side");
+                    return Err(self
+                        .values
+                        .error(key, message)
+                        .remedy("write millimetres with their unit, as in \"60mm\""));
+                }
+            }
+        }
         let (key, position) = match &self.operator {
             OperatorSpec::Recording(positions) => {
                 let key = if replays_position(&self.values) { "recording.file" } else { MotionSettings::KEY.path };

@@ -193,7 +193,7 @@ mod tests {
         let ticks = of("[0.1, 0.3, 0.3, 0.3004, 0.69, 0.7001]").expect("good");
         assert_eq!(*ticks, [100..300, 300..301, 690..701]);
         for (list, reason) in [
-            ("[0.1]", "has 1 numbers, and the outage at 0.1 s no end"),
+            ("[0.1]", "has 1 numbers, and the outage at 0.1 s has no end"),
             ("[-0.1, 0.3]", "has -0.1, must be at least 0"),
             ("[0.3, 0.3]", "from 0.3 to 0.3 s, must end after its start"),
             ("[0.3, 0.4, 0.1, 0.2]", "an outage from 0.1 s after one to 0.4 s, must ascend"),

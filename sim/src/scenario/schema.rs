@@ -69,7 +69,8 @@ fn property(key: &Key) -> Json {
         }
         Kind::Text | Kind::File => {
             put("type", json!("string"));
-            put("minLength", json!(1));
+            let may_be_empty = matches!((key.kind, key.fallback), (Kind::Text, Fallback::Unset));
+            put("minLength", json!(u8::from(!may_be_empty)));
         }
     }
     let mut meaning = key.meaning.to_owned();

@@ -123,7 +123,7 @@ impl Line {
         Some(match self {
             Set(_, value) => format!("{name} = {value} # {about}{remark}\n"),
             Default(_) => format!("# {name} = {} # {about}\n", default?),
-            Example(_, value) => format!("# {name} = {value} # {about}{remark}\n"),
+            Example(_, value) => format!("# {name} = {value} # {about} Example value.{remark}\n"),
         })
     }
 }
@@ -140,7 +140,7 @@ impl Starter {
         };
         let mut text = format!(
             "# {subject}\n\
-             # Check it with `trocar check`, run it with `trocar run`. Uncomment a line `# key = value` to change its default.\n\
+             # Check it with `trocar check`, run it with `trocar run`. Uncomment a line to override the default.\n\
              {UNITS}\
              # Every key: docs/src/reference/keys.md, or `trocar init --all`.\n\
              \n\
@@ -175,7 +175,8 @@ fn subject_of(section: &str) -> &'static str {
 fn every_key(name: &str) -> String {
     let mut text = format!(
         "# A trocar scenario. Check it with `trocar check`, run it with `trocar run`.\n\
-         # Every key is here with its default, commented out: uncomment what you change. The base overrides defaults.\n\
+         # Every key is here with its default, commented out. Uncomment a line to override the default. The base\n\
+         # overrides defaults too.\n\
          {UNITS}\n{}{BASE}",
         name_line(name)
     );
@@ -221,6 +222,13 @@ mod tests {
             let text = starter.text("mine");
             assert!(text.lines().count() <= 60, "{text}");
             assert!(text.contains("docs/src/reference/keys.md"));
+            assert!(text.contains("Uncomment a line to override the default."), "{text}");
+            // A commented value that is not the default says so.
+            for line in listed.iter().filter(|line| matches!(line, Example(..))) {
+                let name = find(line.path()).map(last_name).expect("a key");
+                let example = text.lines().find(|text| text.starts_with(&format!("# {name} = "))).expect("a line");
+                assert!(example.contains(" Example value."), "{example}");
+            }
             assert_eq!(load(&text).name, "mine");
             let is_key = |line: &str| line.strip_prefix("# ").is_some_and(|line| line.split(' ').nth(1) == Some("="));
             let mut uncommented = 0;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use toml::Value as Toml;
-use trocar_core::settings::{Constant, Key, Kind, Range};
+use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
 
 use super::quantity;
 
@@ -54,9 +54,14 @@ fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
 }
 
 impl Value {
-    /// The TOML value as a value of this key, a number with or without a unit; `None` if it is not one.
+    /// The TOML value as a value of this key, a number with or without a unit; `None` if it is not one. An empty text is a value of
+    /// a text without a default, and means none.
     #[must_use]
     pub fn of_key(key: &Key, toml: &Toml) -> Option<Self> {
+        // An empty text removes the value that a base gives to a key without a default.
+        if matches!((key.kind, key.fallback), (Kind::Text, Fallback::Unset)) && toml.as_str() == Some("") {
+            return Some(Self::Text(String::new()));
+        }
         Self::accept(&key.kind, &without_unit(key, toml))
     }
 

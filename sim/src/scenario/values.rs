@@ -8,7 +8,7 @@ use trocar_core::settings::{self, Fallback, Key, Kind, Source as _};
 use super::document::{Entry, Source, gather};
 use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
-use super::keys::{find, is_section, nearest};
+use super::keys::{find, is_section, nearest, nearest_of};
 use super::quantity;
 use super::value::Value;
 use crate::error::InvalidValue;
@@ -17,6 +17,9 @@ use crate::tissue::{ReplaySettings, TissueSettings};
 
 /// The keys of the tissue that the analysis of stability assumes in place of a recorded force.
 const ASSUMED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
+
+/// The key of the tick, the minimum of some times.
+const TICK: &str = "simulation.tick_s";
 
 /// A value and its origin.
 #[derive(Debug, Clone)]
@@ -43,9 +46,8 @@ impl Values {
     /// A file that cannot be read or parsed, an unknown key, or a value that its key does not allow.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
-        for entry in gather(source, settings)? {
-            values.take(entry)?;
-        }
+        let refused = gather(source, settings)?.into_iter().filter_map(|entry| values.take(entry).err());
+        ScenarioError::all(refused.collect())?;
         if !values.is_given("name") {
             values.derive("name", Value::Text(harmless_name(&source.stem())));
         }
@@ -212,6 +214,11 @@ impl Values {
         // If only the other key of a relation was written, the error is at that key.
         let related = || KEYS.iter().filter(|key| error.requirement.contains(key.path));
         let place = self.place(error.name).or_else(|| related().find_map(|key| self.place(key.path)));
+        if self.place(error.name).is_none() && related().any(|key| key.path == TICK && self.place(TICK).is_some()) {
+            let tick_s = settings::Source::optional_number(self, TICK).unwrap_or_default();
+            let message = format!("{TICK} is {tick_s}, too long: {error}");
+            return ScenarioError::new(message).at(place).remedy(format!("shorten the tick, or give {}", error.name));
+        }
         ScenarioError::new(error.to_string()).at(place)
     }
 
@@ -340,7 +347,7 @@ impl settings::Source for Values {
 
     fn optional_word(&self, path: &str) -> Option<&str> {
         match self.get(path) {
-            Some(Value::Text(value)) => Some(value),
+            Some(Value::Text(value)) if !value.is_empty() => Some(value),
             _ => None,
         }
     }
@@ -386,6 +393,23 @@ fn similarity(a: &str, b: &str) -> f64 {
     strsim::jaro_winkler(a, b)
 }
 
+/// The remedy for a layer of the tissue that does not exist.
+fn layer(path: &str) -> Option<String> {
+    let (name, rest) = path.strip_prefix("tissue.")?.split_once('.').unwrap_or((&path["tissue.".len()..], ""));
+    let layers = || SECTIONS.iter().filter_map(|(section, _)| section.strip_prefix("tissue."));
+    if let Some(meant) = nearest_of(name, layers()) {
+        let key = format!("tissue.{meant}.{rest}");
+        // A known layer has a misspelt key, which is another error.
+        return (meant != name && find(&key).is_some()).then(|| format!("did you mean {key}?"));
+    }
+    let keys = keys_of("tissue").filter_map(|key| key.path.strip_prefix("tissue."));
+    if rest.is_empty() && nearest_of(name, keys).is_some() {
+        return None;
+    }
+    let layers: Vec<_> = layers().map(|name| format!("tissue.{name}")).collect();
+    Some(format!("the layers are {}", layers.join(", ")))
+}
+
 fn unknown(entry: &Entry) -> ScenarioError {
     let path = &entry.path;
     let place = Some(entry.key_place.clone());
@@ -394,6 +418,9 @@ fn unknown(entry: &Entry) -> ScenarioError {
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
     let error = ScenarioError::new(format!("there is no key {path}")).at(place);
+    if let Some(remedy) = layer(path) {
+        return error.remedy(remedy);
+    }
     let section = SECTIONS.iter().map(|(section, _)| *section).find(|section| similarity(path, section) > 0.85);
     match nearest(path).or(section) {
         Some(known) => error.remedy(format!("did you mean {known}?")),

@@ -231,7 +231,7 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
         }
         let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
         let Some((parent, word)) = of_range else {
-            let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
+            let error = ScenarioError::new(format!("there is no key {}", entry.path)).at(Some(entry.key_place.clone()));
             // The suggestion for a misspelt key of a range needs the path without the word of the range.
             let stem = path.rsplit_once('.').filter(|(_, word)| matches!(*word, "from" | "to" | "points" | "log"));
             let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
@@ -252,7 +252,10 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
             "log" => range.log = Some(entry),
             _ => {
                 let error = ScenarioError::new(format!("a range has no {word}")).at(Some(entry.key_place.clone()));
-                return Err(error.remedy("it has from, to, points and log"));
+                return Err(error.remedy(match word {
+                    "step" => "give points instead: the number of values, including both ends",
+                    _ => "it has from, to, points and log",
+                }));
             }
         }
     }

@@ -14,7 +14,7 @@ use super::shard::Shard;
 use crate::run::RunError;
 use crate::scenario::{
     CaseFactory, Kind, OperatorSpec, Place, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries,
-    harmless_name,
+    harmless_name, is_axis,
 };
 use crate::stability::{LoopSettings, Parameter};
 
@@ -33,6 +33,12 @@ pub struct Plan {
 /// one.
 const MAX_CORNER_AXES: usize = 7;
 
+/// Returns whether a file is a sweep file: a table with axes.
+#[must_use]
+pub fn is_sweep(source: &Source) -> bool {
+    entries(source).is_ok_and(|entries| entries.iter().any(is_axis))
+}
+
 impl Plan {
     /// Loads a sweep file and its scenario, overridden by `section.key=value` settings, and checks the corners of its
     /// axes.
@@ -50,6 +56,7 @@ impl Plan {
             return Err(ScenarioError::new(message).at(Some(base.value_place.clone())));
         };
         let (varied, place) = (source.relative(path), base.value_place.clone());
+        varied.read().map_err(|error| error.at(Some(place.clone())))?;
         Self::of(file, source, (&varied, Some(place)), settings)
     }
 

@@ -47,65 +47,65 @@ impl Bounds {
 }
 
 macro_rules! bounds {
-    ($low:literal to $high:literal, $reason:literal) => {
+    ($low:literal to $high:literal $unit:literal, $reason:literal) => {
         Bounds {
             low: $low as f64,
             high: $high as f64,
-            requirement: concat!("at least ", $low, " and at most ", $high, ": ", $reason),
+            requirement: concat!($low, " to ", $high, $unit, " (", $reason, ")"),
         }
     };
 }
 
 /// Thickness of a layer in m.
-pub const THICKNESS_M: Bounds = bounds!(0 to 0.3, "0 is an absent layer, and no needle is longer than 0.3");
+pub const THICKNESS_M: Bounds = bounds!(0 to 0.3 " m", "0: the layer is absent");
 
 /// Deflection in m at which a layer gives way.
-pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1, "no membrane bulges more");
+pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1 " m", "no membrane bulges more");
 
 /// `a₁` of a layer's loading law in N/m.
 pub const STIFFNESS_N_PER_M: Bounds =
-    bounds!(0 to 20000, "bovine liver has 2 to 48 (Okamura et al. 2004), and 20000 reaches any rupture within 1 mm");
+    bounds!(0 to 20000 " N/m", "measured in bovine liver: 2 to 48 N/m, Okamura et al. 2004");
 
 /// `a₂` of a layer's loading law in N/m².
 pub const STIFFENING_N_PER_M2: Bounds =
-    bounds!(0 to 2e7, "bovine liver has 2300 to 5200 (Okamura et al. 2004), and 2e7 reaches any rupture within 1 mm");
+    bounds!(0 to 2e7 " N/m²", "measured in bovine liver: 2300 to 5200 N/m², Okamura et al. 2004");
 
 /// Force in N at which a layer gives way.
-pub const RUPTURE_FORCE_N: Bounds = bounds!(0.0005 to 19.2, "the range measured in 24 works (van Gerwen et al. 2012)");
+pub const RUPTURE_FORCE_N: Bounds =
+    bounds!(0.0005 to 19.2 " N", "the range measured in 24 works, van Gerwen et al. 2012");
 
 /// Force in N at which the needle continues to cut.
-pub const CUTTING_FORCE_N: Bounds =
-    bounds!(0.0005 to 19.2, "0.05 to 1.3 were measured (van Gerwen et al. 2012), and no rupture takes more than 19.2");
+pub const CUTTING_FORCE_N: Bounds = bounds!(0.0005 to 19.2 " N", "measured: 0.05 to 1.3 N, van Gerwen et al. 2012");
 
 /// `c` of a layer's loading law in s/m.
-pub const DAMPING_S_PER_M: Bounds = bounds!(0 to 100, "chosen here; 100 doubles the force at 10 mm/s");
+pub const DAMPING_S_PER_M: Bounds = bounds!(0 to 100 " s/m", "chosen here; 100 s/m doubles the force at 10 mm/s");
 
 /// Friction on the shaft per length in N/m.
 pub const FRICTION_N_PER_M: Bounds = bounds!(
-    0 to 800,
-    "10.6 in bovine liver to 80 in PVC were measured (Okamura et al. 2004, DiMaio and Salcudean 2003), and ten times that is allowed"
+    0 to 800 " N/m",
+    "measured: 10.6 N/m in bovine liver to 80 N/m in PVC, Okamura et al. 2004, DiMaio and Salcudean 2003"
 );
 
 /// Friction on the shaft, independent of the length, in N.
 pub const GRIP_N: Bounds = bounds!(
-    0 to 7,
-    "0.15 to 2.8 were measured on whole shafts, and up to 150 % more on one that was turned (van Gerwen et al. 2012)"
+    0 to 7 " N",
+    "measured on whole shafts: 0.15 to 2.8 N, up to 150 % more on one that was turned, van Gerwen et al. 2012"
 );
 
 /// `σ` of the shaft's drag in N/m.
-pub const SHAFT_STIFFNESS_N_PER_M: Bounds =
-    bounds!(10 to 1e5, "chosen here; the largest measured friction, 2.8 N, then drags tissue by 0.28 m to 0.03 mm");
+pub const SHAFT_STIFFNESS_N_PER_M: Bounds = bounds!(10 to 1e5 " N/m", "chosen here; the largest measured friction, 2.8 N, then drags tissue by 0.28 m to 0.03 mm");
 
 /// Ratio of static to kinetic friction.
-pub const STATIC_RATIO: Bounds = bounds!(1 to 10, "bovine liver has 1.5 to 1.7 (Okamura et al. 2004)");
+pub const STATIC_RATIO: Bounds = bounds!(1 to 10 "", "measured in bovine liver: 1.5 to 1.7, Okamura et al. 2004");
 
 /// Speed in m/s below which a sliding shaft sticks.
-pub const STICK_SPEED_M_PER_S: Bounds = bounds!(0 to 0.01, "insertions go at 0.4 to 10 mm/s (van Gerwen et al. 2012), and the shaft must slide in part of them");
+pub const STICK_SPEED_M_PER_S: Bounds =
+    bounds!(0 to 0.01 " m/s", "insertions go at 0.4 to 10 mm/s, van Gerwen et al. 2012");
 
 /// Viscous friction on the shaft per length in N·s/m².
 pub const SHAFT_DAMPING_N_S_PER_M2: Bounds = bounds!(
-    0 to 2000,
-    "bovine liver has 212 to 293 (Okamura et al. 2004), or up to 1327 by another method (Simone and Okamura 2002)"
+    0 to 2000 " N·s/m²",
+    "measured in bovine liver: 212 to 293 N·s/m², Okamura et al. 2004; up to 1327 N·s/m² by another method, Simone and Okamura 2002"
 );
 
 /// A measurement.
@@ -202,7 +202,7 @@ mod tests {
     fn nothing_outside_passes_and_the_reason_is_said() {
         for value in [4e-4, 19.3, f64::NAN, f64::INFINITY, -1.0] {
             let error = RUPTURE_FORCE_N.check("tissue.skin.rupture_force_n", value).expect_err("outside");
-            assert!(error.to_string().contains("at least 0.0005 and at most 19.2: "), "{error}");
+            assert!(error.to_string().contains("must be 0.0005 to 19.2 N (the range measured"), "{error}");
         }
     }
 }

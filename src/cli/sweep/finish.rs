@@ -8,8 +8,8 @@ use crate::cli::error::CliError;
 use crate::cli::report as page;
 use trocar_report::html::{DrawnCases, SweepPage, sweep_html};
 use trocar_report::{
-    Folder, OutputError, PictureError, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv,
-    write_sweep_parquet,
+    Folder, OutputError, PictureError, WIDTH, filled, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text,
+    write_sweep_csv, write_sweep_parquet,
 };
 use trocar_sim::sweep::{Design, Rows, SweepError, findings};
 
@@ -68,8 +68,23 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
     }
     let path = folder.path().join(if output.json { "summary.json" } else { "summary.txt" });
     let text = std::fs::read_to_string(&path).map_err(|source| SweepError::Io { path, source })?;
-    let end = if output.json { String::new() } else { format!("{files}: {}\n", folder.path().display()) };
+    let end = match (output.json, figures(folder)) {
+        (true, _) => String::new(),
+        (false, figures) => format!("{figures}{files}: {}\n", folder.path().display()),
+    };
     terminal::print(&format!("{text}{end}"))
+}
+
+/// Returns the lines that name the figures in a folder.
+fn figures(folder: &Folder) -> String {
+    let entries = std::fs::read_dir(folder.path()).into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(".png")).collect();
+    names.sort();
+    if names.is_empty() {
+        return String::new();
+    }
+    filled(&format!("figures: {}", names.join(", ")), WIDTH, 2).iter().map(|line| format!("{line}\n")).collect()
 }
 
 /// Converts an output error to a sweep error, whose message says that all cases are kept.

@@ -18,7 +18,7 @@ Example:
 
 /// Join the parts of a sweep.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help(crate::cli::OUT_PER_SWEEP)))]
 pub(super) struct MergeArgs {
     /// Folders of shards, or folders that contain them
     #[arg(required = true, value_name = "DIR")]

@@ -27,7 +27,12 @@ fn cell(text: &str) -> String {
 /// What a key's value must be, with its unit.
 fn requirement(key: &Key) -> String {
     let unit = unit_of(key.path).filter(|_| matches!(key.kind, Kind::Number(_) | Kind::Numbers));
-    unit.map_or(key.kind.to_string(), |unit| format!("{}, in {unit}", key.kind))
+    let must = key.kind.to_string();
+    match unit {
+        // A range with its reason has the unit.
+        Some(unit) if !must.contains(&format!(" {unit} (")) => format!("{must}, in {unit}"),
+        _ => must,
+    }
 }
 
 #[test]

@@ -50,8 +50,14 @@ fn scales_turn_units_and_signs() {
 
 #[test]
 fn headers_that_do_not_serve_are_refused() {
-    assert_eq!(refusal("t,x,F,raw\n"), "pop.csv: no column 'f'; the file has t, x, F, raw; did you mean 'F'?");
-    assert_eq!(refusal("t,y,f\n"), "pop.csv: no column 'x'; the file has t, y, f");
+    assert_eq!(
+        refusal("t,x,F,raw\n"),
+        "pop.csv: no column 'f' (--force or recording.columns.force_n); the file has t, x, F, raw; did you mean 'F'?"
+    );
+    assert_eq!(
+        refusal("t,y,f\n"),
+        "pop.csv: no column 'x' (--position or recording.columns.position_m); the file has t, y, f"
+    );
     assert_eq!(refusal("t,x,f,x,x\n"), "pop.csv: 3 columns are named 'x'; rename all but one");
     assert_eq!(
         refusal("# t,x,f\n0,1,2\n"),

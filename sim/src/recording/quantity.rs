@@ -1,0 +1,69 @@
+//! The quantities of a recording.
+
+use super::ColumnSettings;
+
+/// A quantity that a column of a recording holds, in the order of [`ColumnSettings::KEYS`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Time, in s.
+    Time,
+    /// Position of the needle, in m.
+    Position,
+    /// Velocity of the needle, in m/s.
+    Velocity,
+    /// Force on the needle, in N.
+    Force,
+}
+
+impl Quantity {
+    /// All quantities.
+    pub const ALL: [Self; 4] = [Self::Time, Self::Position, Self::Velocity, Self::Force];
+
+    /// Its name, which is also the name of its flag on the command line without `--`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let column = self.key().rsplit('.').next().unwrap_or_default();
+        column.split('_').next().unwrap_or_default()
+    }
+
+    /// Its SI unit.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Time => "s",
+            Self::Position => "m",
+            Self::Velocity => "m/s",
+            Self::Force => "N",
+        }
+    }
+
+    /// The units that people write it in.
+    #[must_use]
+    pub const fn units(self) -> &'static str {
+        match self {
+            Self::Time => "s, ms, us or min",
+            Self::Position => "m, cm, mm or um",
+            Self::Velocity => "m/s, cm/s, mm/s or um/s",
+            Self::Force => "N, kN, cN, mN, gf or kgf",
+        }
+    }
+
+    /// The key of a scenario that names its column.
+    #[must_use]
+    pub(super) fn key(self) -> &'static str {
+        ColumnSettings::KEYS[self as usize].path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantity_is_in_the_unit_of_its_column() {
+        for quantity in Quantity::ALL {
+            let unit = quantity.unit().to_lowercase().replace('/', "_per_");
+            assert_eq!(quantity.key(), format!("recording.columns.{}_{unit}", quantity.name()));
+        }
+    }
+}
