@@ -156,7 +156,7 @@ metrics! {
         /// Maximum speed of the slave while re-engaging, over all events.
         peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed while re-engaging", MetrePerSecond, Lower;
         /// Maximum change of the feedback force in one tick of an event beyond what its law allows; 0 apart from rounding.
-        feedback_step_excess_n: f64 = "feedback force step beyond the allowed step", Newton signed, Lower;
+        feedback_step_excess_n: f64 = "feedback force step beyond its limit", Newton signed, Lower;
         /// Time per mode.
         mode_times: ModeTimes;
         /// Time in teleoperation.

@@ -167,6 +167,7 @@ const EVERYDAY: [&str; 42] = [
     "ratio",
     "release",
     "samples",
+    "limit",
     "simulated",
     "speed",
     "stability",
