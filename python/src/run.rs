@@ -100,7 +100,8 @@ pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, B
         return Err(signal);
     }
     let metrics = outcome.map_err(|error| error::run(py, &error))?;
-    hand_over(py, trocar_sim::run::Run { scenario: scenario.clone(), metrics, trace })
+    let run = py.detach(|| trocar_sim::run::Run::concluded(scenario.clone(), metrics, trace));
+    hand_over(py, run.map_err(|error| error::run(py, &error))?)
 }
 
 /// Returns a run and its trace as arrays, without a copy.

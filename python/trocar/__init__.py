@@ -12,6 +12,28 @@ they resist insertion. Computations release the global interpreter lock, and Ctr
 from . import _core
 from ._core import Step, __version__
 from ._errors import ScenarioError
+from ._warnings import (
+    ActiveLoopWarning,
+    DelayBeyondRunWarning,
+    ForceMagnitudeWarning,
+    ForceSignWarning,
+    HandEnergyImpossibleWarning,
+    HarmlessAlarmsWarning,
+    HighSamplingRateWarning,
+    LowSamplingRateWarning,
+    MissedRuptureWarning,
+    MissingSectionWarning,
+    NoContactWarning,
+    OscillatingWarning,
+    PositionMagnitudeWarning,
+    SeedsWithoutEffectWarning,
+    SeldomArmedWarning,
+    SlowRupturesMissedWarning,
+    TissueNotCoveredWarning,
+    TrocarWarning,
+    UnmodelledWarning,
+    VelocityMagnitudeWarning,
+)
 from .comparing import Comparison, compare
 from .detection import Calibration, Detection, Detector, calibrate, detect, record
 from .linear import Stability, StateSpace, stability, state_space
@@ -20,18 +42,38 @@ from .scenario import Scenario
 from .sweeping import Range, Sweep, sweep
 
 __all__ = [
+    "ActiveLoopWarning",
     "Calibration",
     "Comparison",
+    "DelayBeyondRunWarning",
     "Detection",
     "Detector",
+    "ForceMagnitudeWarning",
+    "ForceSignWarning",
+    "HandEnergyImpossibleWarning",
+    "HarmlessAlarmsWarning",
+    "HighSamplingRateWarning",
+    "LowSamplingRateWarning",
+    "MissedRuptureWarning",
+    "MissingSectionWarning",
+    "NoContactWarning",
+    "OscillatingWarning",
+    "PositionMagnitudeWarning",
     "Range",
     "Run",
     "Scenario",
     "ScenarioError",
+    "SeedsWithoutEffectWarning",
+    "SeldomArmedWarning",
+    "SlowRupturesMissedWarning",
     "Stability",
     "StateSpace",
     "Step",
     "Sweep",
+    "TissueNotCoveredWarning",
+    "TrocarWarning",
+    "UnmodelledWarning",
+    "VelocityMagnitudeWarning",
     "__version__",
     "calibrate",
     "compare",

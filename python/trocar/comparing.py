@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._html import quantity, table
+from ._warnings import warn
 from .running import Run
 from .scenario import Scenario, scenario_of
 
@@ -78,6 +79,7 @@ def compare(*scenarios: Scenario | str | os.PathLike[str], seeds: int | None = N
     """
     all_of_them = [scenario_of(scenario) for scenario in scenarios or _PAPER_PAIR]
     report, text, rows, runs = _core.compare([scenario._core for scenario in all_of_them], seeds, not scenarios)
+    warn(report["warnings"])
     return Comparison(
         report, text, rows, [Run(scenario, core, traces) for scenario, (core, traces) in zip(all_of_them, runs)]
     )

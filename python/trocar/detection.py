@@ -13,6 +13,7 @@ from . import _core
 from ._arrays import number, samples, velocities
 from ._html import quantity, table
 from ._settings import settings as lines
+from ._warnings import warn
 
 if TYPE_CHECKING:
     import pandas
@@ -138,6 +139,7 @@ def detect(
         changes,
         None if settings_file is None else os.fspath(settings_file),
     )
+    warn(report["warnings"])
     return Detection(name, columns, alarms, report, text)
 
 
@@ -318,4 +320,5 @@ def calibrate(
         fastest_harmless_s=fastest_harmless_s,
         variance_ratio=variance_ratio,
     )
+    warn(report["warnings"])
     return Calibration(report, text, toml)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._html import table
+from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -46,9 +47,9 @@ class Stability:
         self.simulated: NDArray[np.int8] | None = None if simulated is None else simulated.reshape(shape)
 
     @property
-    def is_stable(self) -> bool:
-        """Whether the loop of the scenario is stable."""
-        return bool(self.report["is_stable"])
+    def is_stable(self) -> bool | None:
+        """Whether the loop of the scenario is stable; ``None`` if the analysis leaves out a part of the scenario."""
+        return None if self.report["is_stable"] is None else bool(self.report["is_stable"])
 
     @property
     def largest_stable(self) -> dict[str, float | None]:
@@ -65,7 +66,8 @@ class Stability:
         return self._text
 
     def __repr__(self) -> str:
-        return f"Stability({self.report['scenario']!r}, {'stable' if self.is_stable else 'unstable'})"
+        verdict = {True: "stable", False: "unstable", None: "unknown"}[self.is_stable]
+        return f"Stability({self.report['scenario']!r}, {verdict})"
 
     def _repr_html_(self) -> str:
         def cell(value: float | None) -> str:
@@ -97,6 +99,7 @@ def stability(
         Whether to simulate every point of the map too.
     """
     report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate)
+    warn(report["warnings"])
     return Stability(report, text, columns)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._html import quantity, table
+from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -96,4 +97,6 @@ def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
     """
     scenario = scenario_of(scenario)
     core, traces = _core.run(scenario._core)
-    return Run(scenario, core, traces)
+    done = Run(scenario, core, traces)
+    warn(done.summary["warnings"])
+    return done

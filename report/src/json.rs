@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 
 use trocar_sim::compare::{Comparison, Fact, SeedStudy};
 use trocar_sim::detect::{DetectionReport, ExtraParameterEstimate};
-use trocar_sim::run::Run;
+use trocar_sim::run::{Run, seeds_without_effect};
 use trocar_sim::scenario::Values;
 
 /// Returns `summary.json` of a run: every metric, the events, the seed and the version.
@@ -35,10 +35,13 @@ pub fn run_object(run: &Run) -> Json {
 /// the study over seeds, if any.
 #[must_use]
 pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
+    let scenarios = comparison.runs.iter().map(|run| &run.scenario);
+    let of_seeds = seeds_without_effect(scenarios, study.map_or(1, |study| study.seeds));
+    let warnings: Vec<_> = of_seeds.into_iter().chain(comparison.warnings()).collect();
     let mut all = json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "runs": comparison.runs.iter().map(run_object).collect::<Vec<_>>(),
-        "warnings": comparison.warnings(),
+        "warnings": warnings,
         "table": comparison.table(),
         "noise": comparison.noise,
         "paper_facts": facts,

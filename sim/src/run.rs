@@ -52,10 +52,21 @@ pub enum RunError {
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
     let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
-    let mut metrics = observe(&scenario, &mut trace)?;
-    metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
-    misses::explain_misses(&scenario, &mut metrics)?;
-    Ok(Run { scenario, metrics, trace })
+    let metrics = observe(&scenario, &mut trace)?;
+    Run::concluded(scenario, metrics, trace)
+}
+
+impl Run {
+    /// A scenario with the metrics and the trace of its run, completed by what needs further runs: whether a swing lasts,
+    /// and why ruptures were missed.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn concluded(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Result<Self, RunError> {
+        metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
+        misses::explain_misses(&scenario, &mut metrics)?;
+        Ok(Self { scenario, metrics, trace })
+    }
 }
 
 /// [`run`] with some of the user's own parts in place of the scenario's.

@@ -1,0 +1,154 @@
+"""Warnings: a class for each code, as ``warnings.filterwarnings`` and ``pytest.warns`` take them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from typing import Any
+
+
+class TrocarWarning(UserWarning):
+    """A warning about a scenario, a recording or a result.
+
+    Attributes
+    ----------
+    code : str
+        The code, which ``trocar explain`` explains.
+    place : str or None
+        The key or column that it concerns.
+    remedy : str or None
+        What to do.
+    """
+
+    code = ""
+
+    def __init__(self, message: str, place: str | None = None, remedy: str | None = None) -> None:
+        super().__init__(message)
+        self.place = place
+        self.remedy = remedy
+
+
+class MissedRuptureWarning(TrocarWarning):
+    """A layer ruptured, and no alarm followed within 0.5 s."""
+
+    code = "missed-rupture"
+
+
+class OscillatingWarning(TrocarWarning):
+    """The needle or the master swings, and the swing does not decay."""
+
+    code = "oscillating"
+
+
+class HandEnergyImpossibleWarning(TrocarWarning):
+    """The hand exchanges more energy with the master than a person can."""
+
+    code = "hand-energy-impossible"
+
+
+class ActiveLoopWarning(TrocarWarning):
+    """The master gives the hand energy that neither the hand nor the tissue has put in."""
+
+    code = "active-loop"
+
+
+class DelayBeyondRunWarning(TrocarWarning):
+    """A delay of the link is longer than the run."""
+
+    code = "delay-beyond-run"
+
+
+class SeedsWithoutEffectWarning(TrocarWarning):
+    """The scenario has no random numbers, so that every seed gives the same run."""
+
+    code = "seeds-without-effect"
+
+
+class UnmodelledWarning(TrocarWarning):
+    """The analysis of stability leaves out a part of the scenario."""
+
+    code = "unmodelled"
+
+
+class TissueNotCoveredWarning(TrocarWarning):
+    """The tissue of the scenario is outside the range of stiffness of the certificate."""
+
+    code = "tissue-not-covered"
+
+
+class LowSamplingRateWarning(TrocarWarning):
+    """The samples are too far apart to show a rupture."""
+
+    code = "low-sampling-rate"
+
+
+class HighSamplingRateWarning(TrocarWarning):
+    """The samples are closer together than any force sensor's."""
+
+    code = "high-sampling-rate"
+
+
+class ForceSignWarning(TrocarWarning):
+    """The force does not resist the insertion."""
+
+    code = "force-sign"
+
+
+class ForceMagnitudeWarning(TrocarWarning):
+    """The forces are not those of a needle in tissue."""
+
+    code = "force-magnitude"
+
+
+class PositionMagnitudeWarning(TrocarWarning):
+    """The positions are not those of a needle insertion."""
+
+    code = "position-magnitude"
+
+
+class VelocityMagnitudeWarning(TrocarWarning):
+    """The recorded velocity is not the derivative of the recorded position."""
+
+    code = "velocity-magnitude"
+
+
+class NoContactWarning(TrocarWarning):
+    """The needle never reaches the contact position."""
+
+    code = "no-contact"
+
+
+class SeldomArmedWarning(TrocarWarning):
+    """The detector was armed for less than a tenth of the time in contact."""
+
+    code = "seldom-armed"
+
+
+class SlowRupturesMissedWarning(TrocarWarning):
+    """The calibrated settings detect less than half of the slowest inserted ruptures."""
+
+    code = "slow-ruptures-missed"
+
+
+class HarmlessAlarmsWarning(TrocarWarning):
+    """The calibrated settings raise alarms at more than a fifth of the inserted harmless changes."""
+
+    code = "harmless-alarms"
+
+
+class MissingSectionWarning(TrocarWarning):
+    """A file with settings lacks a section."""
+
+    code = "missing-section"
+
+
+BY_CODE: dict[str, type[TrocarWarning]] = {kind.code: kind for kind in TrocarWarning.__subclasses__()}
+
+
+def warn(found: Iterable[dict[str, Any]]) -> None:
+    """Issues the warnings of an answer, for the caller of the function that calls this one."""
+    for one in found:
+        remedy = f" ({one['remedy']})" if one["remedy"] else ""
+        source = f"{one['source']}: " if one.get("source") else ""
+        kind = BY_CODE[one["code"]]
+        warnings.warn(kind(f"{source}{one['message']}{remedy}", one["place"], one["remedy"]), stacklevel=3)
