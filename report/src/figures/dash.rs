@@ -4,15 +4,18 @@ use tiny_skia::{Path, PathBuilder, PathSegment, StrokeDash};
 
 use super::thin::Point;
 
-/// Maximum number of dashes of a line. A noisy line is much longer than its axes are wide; it has longer dashes, not more.
-const MAX_DASHES: f32 = 64.0;
+/// Maximum number of dashes of a line. A noisy or swinging line is much longer than its axes are wide. It is solid: with longer
+/// dashes, gaps would hide some swings and not others, so that a steady swing would appear to beat.
+const MAX_DASHES: f32 = 256.0;
 
-/// Cuts `lines` into the dashes of `pattern` (`on, off, …`). An empty pattern gives solid lines.
+/// Cuts `lines` into the dashes of `pattern` (`on, off, …`). An empty pattern, and lines of more than [`MAX_DASHES`], are solid.
 pub(super) fn dashed(lines: Vec<Vec<Point>>, pattern: &[f32]) -> Vec<Vec<Point>> {
     let length: f64 = lines.iter().flat_map(|line| line.windows(2)).map(|p| span(p[0], p[1])).sum();
     let period: f32 = pattern.iter().sum();
-    let factor = (length as f32 / period * (pattern.len() as f32 / 2.0) / MAX_DASHES).max(1.0);
-    let Some(dash) = StrokeDash::new(pattern.iter().map(|part| part * factor).collect(), 0.0) else { return lines };
+    if length as f32 / period * (pattern.len() as f32 / 2.0) > MAX_DASHES {
+        return lines;
+    }
+    let Some(dash) = StrokeDash::new(pattern.to_vec(), 0.0) else { return lines };
     let mut dashes = Vec::new();
     for line in lines {
         match path(&line).and_then(|path| path.dash(&dash, 1.0)) {
@@ -57,8 +60,18 @@ mod tests {
     }
 
     #[test]
-    fn a_noisy_line_has_a_bounded_number_of_dashes() {
-        let noisy = (0..2000).map(|k| (f64::from(k), f64::from(k % 2) * 300.0)).collect();
-        assert!(dashed(vec![noisy], &[5.0, 5.0]).len() < 200);
+    fn every_drawn_point_is_on_the_line_and_a_steady_swing_keeps_its_height() {
+        for swings in [2.0, 20.0, 200.0] {
+            let height = |x: f64| 100.0 * (x * swings * std::f64::consts::TAU / 800.0).sin();
+            let line: Vec<Point> = (0..8000).map(|k| 0.1 * f64::from(k)).map(|x| (x, height(x))).collect();
+            let dashes = dashed(vec![line], &[6.0, 4.0]);
+            assert!(dashes.iter().flatten().all(|(x, y)| (y - height(*x)).abs() < 1.0), "{swings}");
+            // In each tenth of the axis the peaks of a fast swing are there.
+            let reaches = |tenth: usize| {
+                let part = |at: &&Point| (at.0 / 80.0) as usize == tenth;
+                dashes.iter().flatten().filter(part).any(|(_, y)| y.abs() > 95.0)
+            };
+            assert!(swings < 20.0 || (0..10).all(reaches), "{swings}");
+        }
     }
 }

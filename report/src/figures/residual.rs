@@ -26,7 +26,12 @@ pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureErr
     let y = Axis::log10((0.5 * single, 3.0 * peak));
 
     let shade: RGBAColor = SKY.mix(0.75);
-    let mut legend = vec![(Sample::Shade(shade), format!("e, {} samples", residuals.len()))];
+    let outside = residuals.iter().filter(|e| e.abs() >= half).count();
+    let omitted = match outside {
+        0 => String::new(),
+        count => format!(", {count} of them beyond ±{} N, not drawn", super::decision::short(half)),
+    };
+    let mut legend = vec![(Sample::Shade(shade), format!("e, {} samples{omitted}", residuals.len()))];
     let curve_x: Vec<f64> = (0..=400).map(|k| -half + 2.0 * half * f64::from(k) / 400.0).collect();
     let curve_y: Vec<f64> = curve_x.iter().map(|&e| sigma.map_or(f64::NAN, |s| gaussian(e, s))).collect();
     if let Some(sigma) = sigma {

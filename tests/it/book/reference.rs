@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use trocar::report::{metrics_markdown, trace_columns_markdown};
 use trocar::scenario::{Constant, Fallback, KEYS, Key, Kind, SECTIONS, Value, shipped_questions, unit_of};
 
+use trocar::warning::Code;
+
 use super::GENERATED;
 use crate::support::file;
 use crate::support::test_folder::TestFolder;
@@ -84,6 +86,19 @@ fn the_page_of_the_columns_is_that_of_the_trace() {
     let text =
         format!("# Trace columns\n\nThe columns of `trace.csv`, one row per tick.\n\n{}", trace_columns_markdown());
     assert_page("columns.md", &text);
+}
+
+#[test]
+fn the_page_of_the_warnings_is_their_declarations() {
+    let mut text = String::from(
+        "# Warnings\n\nA warning has a code, a message, the key, column or flag that it concerns, and a remedy. Terminal, JSON \
+         (`warnings`), reports and Python (`warnings.warn`, with a class for each code) show the same ones. `trocar explain CODE` \
+         prints the entry of this page. `--deny-warnings` makes a command with a warning exit with code 1.\n",
+    );
+    for code in Code::ALL {
+        write!(text, "\n## {}\n\n{}\n\n{}\n", code.word(), code.meaning(), code.explanation()).expect("text");
+    }
+    assert_page("warnings.md", &text);
 }
 
 #[test]

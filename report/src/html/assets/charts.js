@@ -231,6 +231,11 @@ const trocarCharts = (() => {
     if (spec.group) groups.set(spec.group, group);
     const state = { spec, group, zoomed: null, pending: null, shades: [], marks: [], thresholds: [], ...extras };
     const range = spec.y.range && ((_, low, high) => spec.y.range(low, high));
+    // uPlot draws up to the first of several points at the end of its range. A range a little wider than the points has them all.
+    const isScattered = spec.series.some((one) => one.scatter);
+    const widened = (low, high) =>
+      spec.x.log ? [low / 1.001, high * 1.001] : [low - 1e-3 * (high - low || 1), high + 1e-3 * (high - low || 1)];
+    const xRange = isScattered ? (_, low, high) => widened(low, high) : spec.x.log ? (_, low, high) => [low, high] : null;
     const hooks = decorations(state);
     state.plot = new uPlot(
       {
@@ -238,7 +243,7 @@ const trocarCharts = (() => {
         height: spec.height || 240,
         scales: {
           // A logarithmic axis has these limits too, and not the next powers of ten.
-          x: { time: false, distr: spec.x.log ? 3 : 1, ...(spec.x.log ? { range: (_, low, high) => [low, high] } : {}) },
+          x: { time: false, distr: spec.x.log ? 3 : 1, ...(xRange ? { range: xRange } : {}) },
           y: { distr: spec.y.log ? 3 : 1, ...(range ? { range } : {}) },
         },
         axes: axes(spec),
