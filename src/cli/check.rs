@@ -1,6 +1,7 @@
 //! `trocar check`.
 
 use clap::Args;
+use serde_json::json;
 
 use super::error::CliError;
 use super::{ScenarioArgs, source_of, terminal};
@@ -28,13 +29,20 @@ pub(super) struct CheckArgs {
     /// Print errors only
     #[arg(long, short)]
     quiet: bool,
+    /// Print a list of the files as JSON, each with its name, and its ticks or cases
+    #[arg(long, conflicts_with = "resolved")]
+    json: bool,
 }
 
 pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     let (sweeps, scenarios): (Vec<String>, Vec<String>) =
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
+    let mut list: Vec<serde_json::Value> = vec![];
     for scenario in args.changes.load(&scenarios)? {
-        if args.resolved {
+        if args.json {
+            let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
+            list.push(json!({ "name": scenario.name, "kind": "scenario", "ticks": ticks, "tick_s": tick_s }));
+        } else if args.resolved {
             terminal::print(&scenario.echo())?;
         } else if !args.quiet {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
@@ -43,12 +51,14 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     }
     for file in &sweeps {
         let plan = Plan::load(&source_of(file), &args.changes.settings)?;
-        if args.resolved {
+        if args.json {
+            list.push(json!({ "name": plan.design.name, "kind": "sweep", "cases": plan.design.cases() }));
+        } else if args.resolved {
             terminal::print(plan.canonical())?;
         } else if !args.quiet {
             let (name, cases) = (&plan.design.name, plan.design.cases());
             terminal::print(&format!("{name}: valid sweep, {cases} cases\n"))?;
         }
     }
-    Ok(())
+    if args.json { terminal::print(&format!("{:#}\n", serde_json::Value::from(list))) } else { Ok(()) }
 }

@@ -13,8 +13,9 @@ use crate::page::{Body, Page};
 use crate::test_folder::TestFolder;
 
 /// All trials.
-pub const ALL: [(&str, Body); 7] = [
+pub const ALL: [(&str, Body); 8] = [
     ("a_slider_moves_the_metrics_to_what_compare_prints", |page| Box::pin(slider(page))),
+    ("what_is_no_number_is_wrong_and_a_refused_value_dims_the_curves", |page| Box::pin(refused(page))),
     ("from_input_to_picture", |page| Box::pin(timing(page))),
     ("a_click_on_the_map_moves_the_controls_and_the_address_holds_it", |page| Box::pin(map(page))),
     ("the_pointer_pushes_through_a_rupture_and_the_slave_freezes", |page| Box::pin(push(page))),
@@ -57,6 +58,30 @@ async fn slider(page: Page) -> Page {
     let moved = compared(&[&format!("scaling.force={force}")]);
     assert_ne!(moved, printed);
     assert_eq!(lines(&page).await, moved);
+    page
+}
+
+/// What is no number, and what is refused, changes nothing and is shown as wrong.
+async fn refused(page: Page) -> Page {
+    page.open("").await;
+    let number = page.element("key-scaling-force-number").await;
+    let wrong =
+        "return document.getElementById('key-scaling-force-number').closest('.control').classList.contains('wrong')";
+    for text in ["1e999", "--"] {
+        number.clear().await.expect("cleared");
+        number.send_keys(&format!("{text}{}", char::from(Key::Tab))).await.expect("typed");
+        page.wait(wrong).await;
+        let outdated = page.evaluate("return trocar.state.set['scaling.force'] === undefined").await;
+        assert_eq!(outdated, Json::Bool(true), "{text}");
+    }
+    // The browser takes it for a number, the scenario does not.
+    number.clear().await.expect("cleared");
+    number.send_keys(&format!("-3{}", char::from(Key::Tab))).await.expect("typed");
+    page.wait("return document.getElementById('main').classList.contains('outdated')").await;
+    assert!(page.text("status").await.contains("last valid values"));
+    number.clear().await.expect("cleared");
+    number.send_keys(&format!("2{}", char::from(Key::Tab))).await.expect("typed");
+    page.wait("return !trocar.busy() && !document.getElementById('main').classList.contains('outdated')").await;
     page
 }
 

@@ -15,6 +15,9 @@ use crate::error::InvalidValue;
 use crate::operator::MotionSettings;
 use crate::tissue::{ReplaySettings, TissueSettings};
 
+/// The parameter of the linear analysis that sets both delays.
+const BOTH_DELAYS: &str = "channel.delay_s";
+
 /// The keys of the tissue that the analysis of stability assumes in place of a recorded force.
 const ASSUMED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
 
@@ -418,6 +421,10 @@ fn unknown(entry: &Entry) -> ScenarioError {
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
     let error = ScenarioError::new(format!("there is no key {path}")).at(place);
+    if path == BOTH_DELAYS {
+        return error
+            .remedy("it is an axis of `trocar stability`: give channel.forward_delay_s and channel.backward_delay_s");
+    }
     if let Some(remedy) = layer(path) {
         return error.remedy(remedy);
     }

@@ -128,6 +128,14 @@ const trocarControls = (() => {
       }
       number.addEventListener("change", () => {
         const given = Number(number.value);
+        // A browser empties what is no number: it is wrong, and not the default.
+        const isWrong = number.validity.badInput || !Number.isFinite(given);
+        box.classList.toggle("wrong", isWrong);
+        number.setCustomValidity(isWrong ? "not a number" : "");
+        if (isWrong) {
+          number.reportValidity();
+          return;
+        }
         const value = number.value === "" ? made.base : whole ? Math.round(given) : given;
         made.show(value);
         give(value, performance.now());

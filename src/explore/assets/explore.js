@@ -108,6 +108,8 @@ const trocar = (() => {
   function trouble(text) {
     part("trouble").hidden = text === "";
     part("trouble").textContent = text;
+    // What is shown beside a refused value belongs to earlier ones.
+    part("main").classList.toggle("outdated", text !== "");
   }
 
   function timed(frame) {
@@ -198,7 +200,7 @@ const trocar = (() => {
       trocarControls.blame(reason);
       trocarPush.refused(message.id);
       if (message.id === request.id) {
-        part("status").textContent = "refused";
+        part("status").textContent = "refused; the curves are those of the last valid values";
         next();
       }
     },
