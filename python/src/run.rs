@@ -30,6 +30,12 @@ impl Run {
         convert::parsed(py, &summary_json(&self.run))
     }
 
+    /// Returns the warnings of `summary.json`, alone.
+    fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let all = serde_json::to_value(self.run.warnings()).map_err(error::value)?;
+        convert::python(py, &all)
+    }
+
     /// Returns `summary.json` as text.
     fn summary_json(&self) -> String {
         summary_json(&self.run)

@@ -97,6 +97,5 @@ def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
     """
     scenario = scenario_of(scenario)
     core, traces = _core.run(scenario._core)
-    done = Run(scenario, core, traces)
-    warn(done.summary["warnings"])
-    return done
+    warn(core.warnings())
+    return Run(scenario, core, traces)
