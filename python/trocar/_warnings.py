@@ -118,6 +118,12 @@ class NoContactWarning(TrocarWarning):
     code = "no-contact"
 
 
+class ForceOutOfContactWarning(TrocarWarning):
+    """The largest force of a recording acts above the contact position."""
+
+    code = "force-out-of-contact"
+
+
 class SeldomArmedWarning(TrocarWarning):
     """The detector was armed for less than a tenth of the time in contact."""
 

@@ -92,14 +92,14 @@ codes! {
     ForceSign "force-sign":
         "The force does not resist the insertion.",
         "Forces are positive when they resist insertion. Loading the tissue then takes work: the force rises while the needle \
-         advances. In the recording it falls. A negative factor changes the sign, as in --force COLUMN:-1.";
+         advances. In the recording it falls. A negative unit or factor changes the sign, as in --force COLUMN:-N.";
     ForceMagnitude "force-magnitude":
         "The forces are not those of a needle in tissue.",
-        "Needle insertions have peak forces of 0.05 to 50 N. Outside this range the unit is probably wrong: write it after the \
-         column, as in --force COLUMN:mN.";
+        "The largest force is above 60 N, or below the drop that the detector expects (detector.rupture_std_n), or it rises by more \
+         than 20 kN/m. The unit is probably wrong: write it after the column, as in --force COLUMN:mN.";
     PositionMagnitude "position-magnitude":
         "The positions are not those of a needle insertion.",
-        "Insertions span 0.5 mm to 0.3 m. Outside this range the unit is probably wrong: write it after the column, as in \
+        "Insertions span 0.3 mm to 0.5 m. Outside this range the unit is probably wrong: write it after the column, as in \
          --position COLUMN:mm.";
     VelocityMagnitude "velocity-magnitude":
         "The recorded velocity is not the derivative of the recorded position.",
@@ -108,6 +108,11 @@ codes! {
     NoContact "no-contact":
         "The needle never reaches the contact position.",
         "Estimator and detector work below estimator.contact_m only. Give --contact-m at the surface of the tissue.";
+    ForceOutOfContact "force-out-of-contact":
+        "The largest force of a recording acts above the contact position.",
+        "Estimator and detector ignore the samples above estimator.contact_m. If the largest force, of at least 1 N, is there, the \
+         contact position is too deep, or the positions decrease into the tissue: give a smaller --contact-m, or change the sign of \
+         --position.";
     SeldomArmed "seldom-armed":
         "The detector was armed for less than a tenth of the time in contact.",
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \

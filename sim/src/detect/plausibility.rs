@@ -79,7 +79,7 @@ fn force(detection: &Detection, detector: &DetectorSettings) -> Option<Warning> 
     let (low_n, high_n) = range(&detection.measured_force_n)?;
     let peak_n = low_n.abs().max(high_n.abs());
     let drop_n = detector.distance.hypotheses.rupture_std_n;
-    let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:0.00981 for gram-force";
+    let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
     if peak_n > MAX_FORCE_N {
         let message = format!("the force reaches {peak_n:.3} N; needle insertions stay below {MAX_FORCE_N} N");
         return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
@@ -96,7 +96,7 @@ fn force(detection: &Detection, detector: &DetectorSettings) -> Option<Warning> 
             "the force falls by {:.0} N/m while the needle advances: it does not resist the insertion",
             -slope.n_per_m
         );
-        let remedy = "change the sign of --force, as in --force COLUMN:-1, or of --position";
+        let remedy = "change the sign of the unit or factor, as in --force COLUMN:-N; or that of --position";
         return Some(Warning::new(Code::ForceSign, message).at("--force or --position").remedy(remedy));
     }
     if peak_n >= MIN_RESISTING_N && slope.correlation > -FALLING && slope.n_per_m > MAX_STIFFNESS_N_PER_M {
@@ -152,8 +152,8 @@ fn travel(detection: &Detection) -> Option<Warning> {
     let (travel_m, (min_m, max_m)) = (high_m - low_m, TRAVEL_M);
     (travel_m > max_m || travel_m < min_m).then(|| {
         let message = format!(
-            "the positions span {:.3e} m; needle insertions span {} to {} mm",
-            travel_m,
+            "the positions span {:.4} mm; needle insertions span {} to {} mm",
+            1e3 * travel_m,
             1e3 * min_m,
             1e3 * max_m
         );
@@ -202,12 +202,26 @@ fn contact(detection: &Detection) -> Option<Warning> {
         let remedy = "set --contact-m to the surface of the tissue, or change the unit or the sign of --position";
         return Some(Warning::new(Code::NoContact, message).at("--contact-m or --position").remedy(remedy));
     }
+    let force = &detection.measured_force_n;
+    let peak = (0..force.len()).max_by(|a, b| force[*a].abs().total_cmp(&force[*b].abs()));
+    let is_out = |peak: &usize| force[*peak].abs() >= MIN_RESISTING_N && detection.position_m[*peak] <= contact_m;
+    if let Some(peak) = peak.filter(is_out) {
+        let message = format!(
+            "the largest force, {:.3} N at {:.3} s, acts out of contact: the needle is at {:.3} mm, the contact at {:.3} mm",
+            force[peak],
+            detection.time_s[peak],
+            1e3 * detection.position_m[peak],
+            1e3 * contact_m
+        );
+        let remedy = "give a smaller --contact-m, or change the sign of --position, as in --position COLUMN:-mm";
+        return Some(Warning::new(Code::ForceOutOfContact, message).at("--contact-m or --position").remedy(remedy));
+    }
     let in_contact = detection.position_m.iter().filter(|&&position| position > contact_m).count();
     let armed = detection.conditions.iter().filter(|conditions| conditions.in_contact() && conditions.armed()).count();
     let share = armed as f64 / in_contact as f64;
     (in_contact as f64 * detection.interval_s >= MIN_CONTACT_S && share < MIN_ARMED).then(|| {
         let message = format!(
-            "the detector was armed in {:.0} % of the time in contact only: g keeps exceeding the threshold",
+            "the detector was armed in only {:.0} % of the time in contact: g keeps exceeding the threshold",
             100.0 * share
         );
         let remedy = "the noise or the model's error is too large for the settings: `trocar calibrate` computes others";

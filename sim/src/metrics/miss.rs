@@ -1,5 +1,6 @@
 //! Why a rupture has no alarm.
 
+use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
 
@@ -90,8 +91,15 @@ impl MissReason {
 
     /// What can be done about it.
     #[must_use]
-    pub fn remedy(&self) -> &'static str {
-        match self {
+    pub fn remedy(&self) -> Cow<'static, str> {
+        if let Self::BelowThreshold { reached } = self {
+            let share = (1e3 * reached).floor() / 10.0;
+            return format!(
+                "set detector.threshold below {share} % of its value, and count the false alarms with `trocar roc`"
+            )
+            .into();
+        }
+        Cow::Borrowed(match self {
             Self::NotInContact { .. } => "set estimator.contact_m to the position of the surface",
             Self::NotArmed { .. } => {
                 "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
@@ -99,7 +107,7 @@ impl MissReason {
             Self::NoDrop => "set detector.drop_only = false",
             Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
-            Self::BelowThreshold { .. } => "reduce detector.threshold (`trocar calibrate` computes one from the noise)",
+            Self::BelowThreshold { .. } => "reduce detector.threshold",
             Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
             Self::EventUnderWay { .. } => {
                 "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (operator.reflex)"
@@ -109,7 +117,7 @@ impl MissReason {
                 "reduce augmentation.refractory_s, or let the hand stop at the event (operator.reflex)"
             }
             Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
-        }
+        })
     }
 }
 

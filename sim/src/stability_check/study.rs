@@ -93,7 +93,7 @@ impl StabilityStudy {
             Warning::new(Code::Unmodelled, message)
                 .of(&self.name)
                 .at(*key)
-                .remedy("`trocar run` simulates it and says whether a swing decays")
+                .remedy("`trocar run` simulates it and warns of a swing that does not decay; no warning is no proof")
         });
         let sector = self.switching.as_ref().ok().map(|switching| switching.settings.stiffness_n_per_m);
         let uncovered = (self.covers_tissue() == Some(false)).then(|| self.tissue.sector().zip(sector)).flatten();
