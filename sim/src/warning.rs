@@ -1,6 +1,6 @@
 //! Warnings: each has a stable code, a sentence, the key or column that it concerns, and a remedy.
 //!
-//! Every surface (terminal, JSON files, reports, the page, Python) shows the same warnings.
+//! Terminal, JSON files, reports and Python show the same warnings.
 
 use std::fmt::{self, Display, Formatter};
 

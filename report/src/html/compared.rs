@@ -2,7 +2,7 @@
 
 use super::command::command_line;
 use super::events::{self, Timeline};
-use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window};
+use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use super::signals;
 use crate::Table;
 use crate::comparison::{facts_table, row_cells};
@@ -40,7 +40,7 @@ pub fn run_html(run: &Run) -> Result<String, HtmlError> {
     let page = Page {
         command: "trocar run",
         heading: name.to_owned(),
-        lead: vec![about(run)],
+        lead: std::iter::once(about(run)).chain(warned(&run.warnings())).collect(),
         sections,
         drawn: drawn(&[run]),
     };
@@ -94,7 +94,7 @@ pub fn comparison_html(
     let page = Page {
         command: "trocar compare",
         heading,
-        lead: runs.iter().map(|run| about(run)).collect(),
+        lead: runs.iter().flat_map(|run| std::iter::once(about(run)).chain(warned(&run.warnings()))).collect(),
         sections,
         drawn: drawn(&runs),
     };

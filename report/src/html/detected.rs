@@ -4,7 +4,7 @@ use super::chart::{Chart, ChartAxis, ChartShade, Columns, Extras, Mark, Series};
 use super::compared::without_paths;
 use super::digits::Fine;
 use super::events::{self, LaneEvents, Timeline};
-use super::page::{Block, Drawn, HtmlError, Page, Section, Window};
+use super::page::{Block, Drawn, HtmlError, Page, Section, Window, warned};
 use super::signals::{bounded, decision_unit, extra_parameter_axis, intervals_per_run, thresholded};
 use super::thin::kept;
 use crate::DetectionEntry;
@@ -99,7 +99,7 @@ pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
     Page {
         command: "trocar detect",
         heading: page.name.to_owned(),
-        lead: [samples].into_iter().chain(touched).collect(),
+        lead: [samples].into_iter().chain(touched).chain(warned(&page.report.warnings)).collect(),
         sections: vec![
             Section { id: "metrics", title: "Results", blocks: numbers },
             Section { id: "events", title: "Events", blocks: events },

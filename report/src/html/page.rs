@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use trocar_sim::warning::Warning;
 
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment};
@@ -80,6 +81,15 @@ pub(super) enum Block {
     Influences { caption: String, rows: Vec<Influence> },
     File { name: String, text: String },
     Command { line: String, note: String },
+}
+
+/// Returns warnings as sentences for the head of a page.
+pub(super) fn warned(warnings: &[Warning]) -> Vec<String> {
+    let sentences = |warning: &Warning| {
+        let remedy = warning.remedy.as_ref().map_or(String::new(), |remedy| format!(" Help: {remedy}."));
+        format!("Warning ({}): {warning}.{remedy}", warning.code.word())
+    };
+    warnings.iter().map(sentences).collect()
 }
 
 impl Block {

@@ -4,7 +4,7 @@ use super::chart::{Chart, ChartAxis, Columns, Level, Series};
 use super::compared::without_paths;
 use super::digits::Few;
 use super::map::Map;
-use super::page::{Block, Drawn, HtmlError, Page, Row, Section};
+use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::Table;
 use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, verdict};
 use crate::switching::{event_table, seconds, switching_lines};
@@ -81,7 +81,7 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
     Page {
         command: "trocar stability",
         heading: name.clone(),
-        lead: vec![sentence(&verdict(page.study)), unmodelled],
+        lead: [sentence(&verdict(page.study)), unmodelled].into_iter().chain(warned(&page.study.warnings())).collect(),
         sections,
         drawn,
     }

@@ -91,8 +91,9 @@ fn the_page_of_the_columns_is_that_of_the_trace() {
 #[test]
 fn the_page_of_the_warnings_is_their_declarations() {
     let mut text = String::from(
-        "# Warnings\n\nA warning has a code, a message, the key, column or flag that it concerns, and a remedy. Terminal, JSON \
-         (`warnings`), reports and Python (`warnings.warn`, with a class for each code) show the same ones. `trocar explain CODE` \
+        "# Warnings\n\nA warning has a code, a message, the key, column or flag that it concerns, and a remedy. The \
+         terminal, the JSON and the reports of runs, comparisons, recordings and stability, and Python (`warnings.warn`, with a \
+         class for each code) show the same ones. `trocar explain CODE` \
          prints the entry of this page. `--deny-warnings` makes a command with a warning exit with code 1.\n",
     );
     for code in Code::ALL {
