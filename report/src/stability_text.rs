@@ -62,8 +62,7 @@ pub(super) fn verdict(study: &StabilityStudy) -> String {
         Some(false) if study.analysis.is_stable() => format!("stable {tissue}, but not at every smaller stiffness"),
         Some(false) => format!("not stable {tissue}"),
         None => {
-            let parts: Vec<String> =
-                study.left_out.iter().map(|LeftOut { key, what }| format!("{what} ({key})")).collect();
+            let parts: Vec<String> = study.left_out.iter().map(LeftOut::to_string).collect();
             format!(
                 "stability unknown: the analysis leaves out {}; without that, {} {tissue}",
                 parts.join(", "),

@@ -7,6 +7,7 @@ use trocar::engine::{Observer, Signals};
 use trocar::metrics::{MissReason, Outcome};
 use trocar::run::{Run, observe, run};
 use trocar::scenario::{Scenario, Source, shipped_questions};
+use trocar::stability::left_out;
 use trocar::warning::Code;
 
 use crate::support::test_folder::TestFolder;
@@ -211,6 +212,30 @@ fn a_verdict_is_unknown_where_something_is_left_out() {
     assert!(said.contains("warning[tissue-not-covered]"), "{said}");
     let spring = ["tissue.kind=kelvin-voigt", "tissue.stiffness_n_per_m=300", "operator.kind=minimum-jerk"];
     assert_eq!(verdict("paper/augmented", &spring), (Json::Bool(true), Json::Bool(true), String::new()));
+}
+
+#[test]
+fn what_a_verdict_leaves_out_is_named_by_its_key() {
+    let settings = [
+        "simulation.control=sampled",
+        "actuator.master_force_limit_n=5",
+        "actuator.master_force_rate_limit_n_per_s=50",
+        "actuator.slave_command_limit=5",
+        "actuator.slave_command_rate_limit_per_s=50",
+        "channel.jitter_s=0.01",
+        "channel.loss=0.1",
+        "channel.outages_s=[1.0, 1.5]",
+        "operator.reflex=stop",
+        "passivity.scheme=energy-tank",
+        "sensor.force_range_n=20",
+        "sensor.force_resolution_n=0.01",
+        "sensor.position_resolution_m=1e-5",
+    ];
+    let mut named: Vec<&str> = left_out(&load("paper/classical", &settings)).iter().map(|part| part.key).collect();
+    named.sort_unstable();
+    let mut given: Vec<&str> = settings[1..].iter().map(|setting| setting.split('=').next().expect("a key")).collect();
+    given.sort_unstable();
+    assert_eq!(named, given);
 }
 
 #[test]

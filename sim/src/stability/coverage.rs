@@ -1,5 +1,7 @@
 //! What the linear loop leaves out of a scenario.
 
+use std::fmt::{self, Display, Formatter};
+
 use crate::plant::ActuatorLimits;
 use crate::scenario::{Scenario, TissueSpec};
 use crate::teleoperation::Scheme;
@@ -26,10 +28,18 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
     let sensor = &scenario.sensor;
     let parts = [
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
-        (master_force_n.is_some(), "actuator.master_force_n", "the limit of the master's force"),
-        (master_force_rate_n_per_s.is_some(), "actuator.master_force_rate_n_per_s", "the rate limit of its force"),
-        (slave_command.is_some(), "actuator.slave_command", "the limit of the slave's command"),
-        (slave_command_rate_per_s.is_some(), "actuator.slave_command_rate_per_s", "the rate limit of its command"),
+        (master_force_n.is_some(), "actuator.master_force_limit_n", "the limit of the master's force"),
+        (
+            master_force_rate_n_per_s.is_some(),
+            "actuator.master_force_rate_limit_n_per_s",
+            "the rate limit of its force",
+        ),
+        (slave_command.is_some(), "actuator.slave_command_limit", "the limit of the slave's command"),
+        (
+            slave_command_rate_per_s.is_some(),
+            "actuator.slave_command_rate_limit_per_s",
+            "the rate limit of its command",
+        ),
         (irregularity.jitter_s > 0.0, "channel.jitter_s", "jitter"),
         (irregularity.loss > 0.0, "channel.loss", "lost samples"),
         (forward.has_outages() || backward.has_outages(), "channel.outages_s", "outages"),
@@ -51,6 +61,12 @@ pub enum TissueKind {
     Other,
     /// A force recorded over time, which does not depend on the needle.
     RecordedForce,
+}
+
+impl Display for LeftOut {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.what, self.key)
+    }
 }
 
 impl TissueKind {
@@ -75,6 +91,6 @@ pub fn unmodelled(scenario: &Scenario) -> Vec<String> {
     };
     let augmentation =
         scenario.augmentation.enabled.then(|| "the augmentation (see the switching analysis)".to_owned());
-    let others = left_out(scenario).into_iter().map(|LeftOut { key, what }| format!("{what} ({key})"));
+    let others = left_out(scenario).into_iter().map(|part| part.to_string());
     std::iter::once(tissue.to_owned()).chain(augmentation).chain(others).collect()
 }

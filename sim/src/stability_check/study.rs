@@ -88,11 +88,11 @@ impl StabilityStudy {
     /// The warnings about the analysis.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
-        let left_out = self.left_out.iter().map(|LeftOut { key, what }| {
-            let message = format!("the analysis leaves out {what} ({key}): stability is unknown");
+        let left_out = self.left_out.iter().map(|part| {
+            let message = format!("the analysis leaves out {part}: stability is unknown");
             Warning::new(Code::Unmodelled, message)
                 .of(&self.name)
-                .at(*key)
+                .at(part.key)
                 .remedy("`trocar run` simulates it and warns of a swing that does not decay; no warning is no proof")
         });
         let sector = self.switching.as_ref().ok().map(|switching| switching.settings.stiffness_n_per_m);
