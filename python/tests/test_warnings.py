@@ -11,8 +11,14 @@ from trocar import _warnings
 
 def test_a_class_for_each_code(binary):
     listed = subprocess.run([binary, "explain"], capture_output=True, text=True, check=True).stdout
-    codes = {line for line in listed.splitlines() if line and not line.startswith(" ")}
-    assert codes == set(_warnings.BY_CODE)
+    meanings: dict[str, list[str]] = {}
+    for line in listed.splitlines():
+        if line.startswith(" "):
+            meanings[list(meanings)[-1]].append(line.strip())
+        elif line:
+            meanings[line] = []
+    classes = {code: kind.__doc__ for code, kind in _warnings.BY_CODE.items()}
+    assert classes == {code: " ".join(lines) for code, lines in meanings.items()}
 
 
 def test_a_missed_rupture_is_told_with_key_and_remedy():

@@ -124,10 +124,10 @@ class ForceOutOfContactWarning(TrocarWarning):
     code = "force-out-of-contact"
 
 
-class SeldomArmedWarning(TrocarWarning):
+class RarelyArmedWarning(TrocarWarning):
     """The detector was armed for less than a tenth of the time in contact."""
 
-    code = "seldom-armed"
+    code = "rarely-armed"
 
 
 class SlowRupturesMissedWarning(TrocarWarning):

@@ -34,23 +34,13 @@ pub(super) fn finding(runs: &[Run]) -> String {
             [first, second] => overshoot_of_pair(first, second),
             _ => overshoot_of_many(runs),
         });
-        let found = detection(runs);
-        if let Some(sentence) = found.sentence {
-            return [clauses(&parts), sentence]
-                .iter()
-                .filter(|text| !text.is_empty())
-                .cloned()
-                .collect::<Vec<_>>()
-                .join(" ");
+        match detection(runs) {
+            Found::All(sentence) if parts.is_empty() => return sentence,
+            Found::All(sentence) => return format!("{}. {sentence}", parts_joined(&parts)),
+            Found::Some(clause) => parts.push(clause),
         }
-        parts.extend(found.clauses);
     }
     format!("{}, {}.", parts_joined(&parts), false_alarms(runs))
-}
-
-/// Joins clauses by semicolons into a sentence; empty without clauses.
-fn clauses(parts: &[String]) -> String {
-    if parts.is_empty() { String::new() } else { format!("{}.", parts_joined(parts)) }
 }
 
 /// Joins clauses by semicolons. A clause that begins with a word of this module is in lower case after a semicolon; a name stays.
@@ -312,11 +302,11 @@ fn listed(overshoots_m: &[f64]) -> String {
 }
 
 /// What is said about the detection of the ruptures.
-struct Found {
-    /// A sentence, if every run detects all its ruptures.
-    sentence: Option<String>,
-    /// Clauses about missed and undecided ruptures otherwise.
-    clauses: Option<String>,
+enum Found {
+    /// Every run detects all its ruptures: a sentence, which also covers the false alarms.
+    All(String),
+    /// A clause about the missed and the undecided ruptures.
+    Some(String),
 }
 
 /// Returns what is said about the ruptures that are detected and missed in all runs.
@@ -341,7 +331,7 @@ fn detection(runs: &[Run]) -> Found {
             true => "with no missed rupture and no false alarm".to_owned(),
             false => format!("with no missed rupture; {}", false_alarms(runs)),
         };
-        return Found { sentence: Some(format!("{who} {what} within {max_ms} ms, {alarms}.")), clauses: None };
+        return Found::All(format!("{who} {what} within {max_ms} ms, {alarms}."));
     }
     let mut parts = vec![];
     for run in runs {
@@ -355,7 +345,7 @@ fn detection(runs: &[Run]) -> Found {
             parts.push(format!("{name} ends too soon to decide on {}", counted(metrics.undecided_ruptures, "rupture")));
         }
     }
-    Found { sentence: None, clauses: Some(parts.join(", ")) }
+    Found::Some(parts.join(", "))
 }
 
 fn false_alarms(runs: &[Run]) -> String {

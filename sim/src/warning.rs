@@ -113,7 +113,7 @@ codes! {
         "Estimator and detector ignore the samples above estimator.contact_m. If the largest force, of at least 1 N, is there, the \
          contact position is too deep, or the positions decrease into the tissue: give a smaller --contact-m, or change the sign of \
          --position.";
-    SeldomArmed "seldom-armed":
+    RarelyArmed "rarely-armed":
         "The detector was armed for less than a tenth of the time in contact.",
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \
          g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";

@@ -106,10 +106,8 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         part: (first, first + layout.part_cases()),
         is_complete: false,
     };
-    if args.overwrite && is_another(&folder, plan.canonical()) {
-        for file in [MANIFEST, CASES, SWEEP] {
-            let _ = std::fs::remove_file(folder.path().join(file));
-        }
+    if args.overwrite {
+        remove_another(&folder, plan.canonical());
     }
     // The data of the charts are not kept, so a complete sweep without a report runs again, with identical results.
     let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
@@ -154,13 +152,13 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
 /// Prints the number of cases and an estimate of the time; a sweep of more than an hour needs --yes.
 fn announce(args: &SweepArgs, ends: &[Scenario], cases: u64) -> Result<(), CliError> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
-    let mut fastest_s = f64::INFINITY;
-    for scenario in ends.iter().chain(ends) {
+    let time_s = |scenario: &Scenario| {
         let begin = std::time::Instant::now();
         // A case that fails is reported by the sweep, with its number.
         let _ = trocar_sim::run::measure(scenario);
-        fastest_s = fastest_s.min(begin.elapsed().as_secs_f64());
-    }
+        begin.elapsed().as_secs_f64()
+    };
+    let fastest_s = ends.iter().map(time_s).fold(f64::INFINITY, f64::min);
     // Cases side by side take less; this is a bound.
     let estimate_s = fastest_s * cases as f64 / threads as f64;
     let about = match estimate_s {
@@ -175,11 +173,6 @@ fn announce(args: &SweepArgs, ends: &[Scenario], cases: u64) -> Result<(), CliEr
         anstream::eprintln!("{cases} cases, at most about {about}");
     }
     Ok(())
-}
-
-/// Whether a folder has the results of another sweep.
-fn is_another(folder: &Folder, canonical: &str) -> bool {
-    std::fs::read_to_string(folder.path().join(SWEEP)).is_ok_and(|existing| existing != canonical)
 }
 
 /// Removes the file of the packs, which the tables replace. A failure does no harm.
@@ -201,6 +194,16 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
     let done = execute(plan, part, Execution { threads, shares_runs: !args.no_sharing }, &watch);
     bar.finish_and_clear();
     Ok(done?)
+}
+
+/// Removes the results of another sweep.
+fn remove_another(folder: &Folder, canonical: &str) {
+    if std::fs::read_to_string(folder.path().join(SWEEP)).is_ok_and(|existing| existing != canonical) {
+        for file in [MANIFEST, CASES, SWEEP] {
+            // A file that is missing already is as good as removed. The sweep itself goes last, so that an interruption does no harm.
+            let _ = std::fs::remove_file(folder.path().join(file));
+        }
+    }
 }
 
 /// Returns whether a folder has this sweep and it is complete. Another sweep in the folder is an error.

@@ -45,7 +45,7 @@ impl Warnings {
 
 /// Returns a warning as lines that fit the terminal.
 pub(super) fn text(warning: &Warning) -> String {
-    let style = anstyle_yellow();
+    let style = emphasis();
     let head = format!("warning[{}]: {warning}", warning.code.word());
     let mut lines = filled(&head, WIDTH, 2);
     if let Some(first) = lines.first_mut() {
@@ -63,7 +63,7 @@ pub(super) fn text(warning: &Warning) -> String {
 }
 
 /// Returns the style of the word "warning".
-fn anstyle_yellow() -> clap::builder::styling::Style {
+fn emphasis() -> clap::builder::styling::Style {
     use clap::builder::styling::{AnsiColor, Style};
     Style::new().bold().fg_color(Some(AnsiColor::Yellow.into()))
 }

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::{Detection, Match};
-use crate::augmentation::AugmentationSettings;
+use crate::augmentation::{AugmentationSettings, Mode};
 use crate::metrics::{DetectorSample, Miss, MissRule, SupervisorHistory};
 use crate::time::nearest_ticks;
-use crate::warning::{Code, Warning};
+use crate::warning::Warning;
 
 /// Why a labelled rupture was missed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,9 +23,7 @@ pub struct LabelMiss {
 impl LabelMiss {
     /// The warning about it.
     pub(super) fn warning(&self) -> Warning {
-        let message = format!("rupture {} at {:.3} s missed: {}", self.label + 1, self.time_s, self.miss);
-        let reason = &self.miss.reason;
-        Warning::new(Code::MissedRupture, message).at(reason.key()).remedy(reason.remedy())
+        self.miss.warning(self.label + 1, self.time_s)
     }
 }
 
@@ -42,7 +40,7 @@ pub(super) fn misses(detection: &Detection, labels_s: &[f64], matches: &[Match],
     };
     let mut supervisor = SupervisorHistory::default();
     for &alarm in &detection.alarms {
-        supervisor.push(alarm as u64, 0.0, true, true);
+        supervisor.push(alarm as u64, Mode::Teleoperation.code(), true, true);
     }
     let missed = (0..labels_s.len()).filter(|label| matches.iter().all(|matched| matched.label != *label));
     let explain = |label: usize| {

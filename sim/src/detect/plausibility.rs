@@ -74,10 +74,14 @@ fn range(values: &[f64]) -> Option<(f64, f64)> {
     Some((low, values.iter().copied().fold(low, f64::max)))
 }
 
+/// The sample of the largest magnitude.
+fn peak(values: &[f64]) -> Option<usize> {
+    (0..values.len()).max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()))
+}
+
 /// The sign and the magnitude of the force.
 fn force(detection: &Detection, detector: &DetectorSettings) -> Option<Warning> {
-    let (low_n, high_n) = range(&detection.measured_force_n)?;
-    let peak_n = low_n.abs().max(high_n.abs());
+    let peak_n = detection.measured_force_n[peak(&detection.measured_force_n)?].abs();
     let drop_n = detector.distance.hypotheses.rupture_std_n;
     let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
     if peak_n > MAX_FORCE_N {
@@ -120,8 +124,7 @@ struct Slope {
 impl Slope {
     fn of(detection: &Detection) -> Option<Self> {
         // Up to the largest force: after it the needle goes on in a tissue that gave way.
-        let peak = (0..detection.measured_force_n.len())
-            .max_by(|a, b| detection.measured_force_n[*a].abs().total_cmp(&detection.measured_force_n[*b].abs()))?;
+        let peak = peak(&detection.measured_force_n)?;
         let pairs = || detection.position_m[..=peak].iter().zip(&detection.measured_force_n[..=peak]);
         let advancing = || {
             pairs()
@@ -203,9 +206,8 @@ fn contact(detection: &Detection) -> Option<Warning> {
         return Some(Warning::new(Code::NoContact, message).at("--contact-m or --position").remedy(remedy));
     }
     let force = &detection.measured_force_n;
-    let peak = (0..force.len()).max_by(|a, b| force[*a].abs().total_cmp(&force[*b].abs()));
     let is_out = |peak: &usize| force[*peak].abs() >= MIN_RESISTING_N && detection.position_m[*peak] <= contact_m;
-    if let Some(peak) = peak.filter(is_out) {
+    if let Some(peak) = peak(force).filter(is_out) {
         let message = format!(
             "the largest force, {:.3} N at {:.3} s, acts out of contact: the needle is at {:.3} mm, the contact at {:.3} mm",
             force[peak],
@@ -225,6 +227,6 @@ fn contact(detection: &Detection) -> Option<Warning> {
             100.0 * share
         );
         let remedy = "the noise or the model's error is too large for the settings: `trocar calibrate` computes others";
-        Warning::new(Code::SeldomArmed, message).at("detector.drift").remedy(remedy)
+        Warning::new(Code::RarelyArmed, message).at("detector.drift").remedy(remedy)
     })
 }

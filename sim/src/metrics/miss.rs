@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::augmentation::{AugmentationSettings, Mode};
 use crate::detection::{AlarmConditions, DetectorSettings, Motion};
 use crate::time::nearest_ticks;
+use crate::warning::{Code, Warning};
 
 /// A contact position in m above which no needle is.
 const FAR_M: f64 = 1e3;
@@ -92,14 +93,13 @@ impl MissReason {
     /// What can be done about it.
     #[must_use]
     pub fn remedy(&self) -> Cow<'static, str> {
-        if let Self::BelowThreshold { reached } = self {
-            let share = (1e3 * reached).floor() / 10.0;
-            return format!(
-                "set detector.threshold below {share} % of its value, and count the false alarms with `trocar roc`"
-            )
-            .into();
-        }
         Cow::Borrowed(match self {
+            Self::BelowThreshold { reached } => {
+                let share = (1e3 * reached).floor() / 10.0;
+                return Cow::Owned(format!(
+                    "set detector.threshold below {share} % of its value, and count the false alarms with `trocar roc`"
+                ));
+            }
             Self::NotInContact { .. } => "set estimator.contact_m to the position of the surface",
             Self::NotArmed { .. } => {
                 "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
@@ -107,7 +107,6 @@ impl MissReason {
             Self::NoDrop => "set detector.drop_only = false",
             Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
-            Self::BelowThreshold { .. } => "reduce detector.threshold",
             Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
             Self::EventUnderWay { .. } => {
                 "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (operator.reflex)"
@@ -119,9 +118,7 @@ impl MissReason {
             Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
         })
     }
-}
 
-impl MissReason {
     /// Changes a scenario's settings so that the reason is gone: estimator's contact (m), detector, augmentation.
     pub(crate) fn remove(
         &self,
@@ -198,6 +195,12 @@ impl Miss {
     /// All reasons, the main one first.
     pub fn reasons(&self) -> impl Iterator<Item = &MissReason> {
         std::iter::once(&self.reason).chain(&self.also)
+    }
+
+    /// The warning about rupture `number`, from 1, at a time in s.
+    pub(crate) fn warning(&self, number: usize, time_s: f64) -> Warning {
+        let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
+        Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
     }
 }
 

@@ -117,7 +117,7 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
         other
     };
     for reason in first.reasons() {
-        if alarm(&without(scenario, &[*reason]), index)?.is_ok() {
+        if still_missed(&without(scenario, &[*reason]), index)?.is_none() {
             return Ok(Miss { reason: *reason, also: vec![] });
         }
     }
@@ -126,28 +126,30 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
     while reasons.len() < MAX_REASONS {
         reasons.extend(next.reasons());
         let other = without(scenario, &reasons);
-        match alarm(&other, index)? {
-            Ok(()) => return Ok(Miss { reason: reasons[0], also: reasons[1..].to_vec() }),
-            Err(metrics) => match observed(&other, &metrics)?.into_iter().nth(index).flatten() {
-                Some(more) => next = more,
-                None => break,
-            },
+        let Some(metrics) = still_missed(&other, index)? else {
+            return Ok(Miss { reason: reasons[0], also: reasons[1..].to_vec() });
+        };
+        match observed(&other, &metrics)?.into_iter().nth(index).flatten() {
+            Some(more) => next = more,
+            None => break,
         }
     }
     let reasons: Vec<MissReason> = first.reasons().copied().chain([MissReason::EarlierEvent]).collect();
-    Ok(match alarm(&without(scenario, &reasons), index)? {
-        Ok(()) => Miss { reason: reasons[0], also: reasons[1..].to_vec() },
-        Err(_) => first,
+    Ok(match still_missed(&without(scenario, &reasons), index)? {
+        None => Miss { reason: reasons[0], also: reasons[1..].to_vec() },
+        Some(_) => first,
     })
 }
 
-/// Whether the detector raises an alarm in the window of a rupture, accepted or not; otherwise the run's metrics.
-fn alarm(scenario: &Scenario, index: usize) -> Result<Result<(), Metrics>, RunError> {
+/// The metrics of a run in which the detector raises no alarm in the window of a rupture; `None` if it raises one, accepted
+/// or not.
+fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
     let mut supervisor = SupervisorHistory::default();
     let metrics = observe(scenario, &mut supervisor)?;
-    let Some(rupture) = metrics.ruptures.get(index) else { return Ok(Err(metrics)) };
     let tick_s = scenario.grid.tick_s();
-    let first = nearest_ticks(rupture.time_s, tick_s);
-    let has_alarm = supervisor.has_alarm(first..=first + nearest_ticks(RUPTURE_WINDOW_S, tick_s));
-    Ok(if has_alarm { Ok(()) } else { Err(metrics) })
+    let has_alarm = metrics.ruptures.get(index).is_some_and(|rupture| {
+        let first = nearest_ticks(rupture.time_s, tick_s);
+        supervisor.has_alarm(first..=first + nearest_ticks(RUPTURE_WINDOW_S, tick_s))
+    });
+    Ok((!has_alarm).then_some(metrics))
 }

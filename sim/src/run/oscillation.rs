@@ -35,20 +35,20 @@ const DECAYED: f64 = 1e-6;
 /// # Errors
 /// As [`run`](super::run()).
 pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> Result<Outcome, RunError> {
-    let candidate = |signals: &Signals| signals.lasting(scenario.sensor.position_resolution_m, trace);
-    let signals = Signals::of(scenario, trace);
-    let Some(swing) = (outcome == Outcome::Completed).then(|| candidate(&signals)).flatten() else {
+    if outcome != Outcome::Completed {
         return Ok(outcome);
-    };
-    Ok(if is_sustained(scenario, trace, &swing)? {
-        Outcome::Oscillating { frequency_hz: swing.frequency_hz, swing_m: swing.swing_m }
-    } else {
-        outcome
+    }
+    let swing = RelativePositions::of(scenario, trace).lasting(scenario);
+    Ok(match swing {
+        Some(swing) if is_sustained(scenario, trace, &swing)? => {
+            Outcome::Oscillating { frequency_hz: swing.frequency_hz, swing_m: swing.swing_m }
+        }
+        _ => outcome,
     })
 }
 
 /// Positions relative to the desired position, in the tail of a run.
-struct Signals {
+struct RelativePositions {
     all: [Vec<f64>; 2],
 }
 
@@ -58,7 +58,7 @@ struct Swing {
     frequency_hz: f64,
 }
 
-impl Signals {
+impl RelativePositions {
     fn of(scenario: &Scenario, trace: &Trace) -> Self {
         let begin = tail_begin(trace.len());
         let relative = |positions: &[f64], scale: f64| -> Vec<f64> {
@@ -74,17 +74,19 @@ impl Signals {
     }
 
     /// The largest swing that does not become clearly smaller.
-    fn lasting(&self, resolution_m: f64, trace: &Trace) -> Option<Swing> {
-        let min_m = MIN_SWING_M.max(MIN_SWING_STEPS * resolution_m);
-        let tick_s = trace.time_s.get(1)? - trace.time_s.first()?;
+    fn lasting(&self, scenario: &Scenario) -> Option<Swing> {
+        let min_m = MIN_SWING_M.max(MIN_SWING_STEPS * scenario.sensor.position_resolution_m);
+        let tick_s = scenario.grid.tick_s();
         let lasting = self.all.iter().filter_map(|positions| {
             let (early, late) = positions.split_at(positions.len() / 2);
-            let (early, late_swings) = (swings(early, min_m), swings(late, min_m));
-            let are_enough = early.len() >= MIN_SWINGS && late_swings.len() >= MIN_SWINGS;
-            let (before_m, after_m) = (median(early)?, median(late_swings.clone())?);
-            let late_s = late.len() as f64 * tick_s;
-            (are_enough && after_m >= LASTING * before_m)
-                .then(|| Swing { swing_m: after_m, frequency_hz: late_swings.len() as f64 / (2.0 * late_s) })
+            let frequency_hz = |swings: usize| swings as f64 / (2.0 * late.len() as f64 * tick_s);
+            let (early, late) = (swings(early, min_m), swings(late, min_m));
+            if early.len().min(late.len()) < MIN_SWINGS {
+                return None;
+            }
+            let frequency_hz = frequency_hz(late.len());
+            let (before_m, swing_m) = (median(early)?, median(late)?);
+            (swing_m >= LASTING * before_m).then_some(Swing { swing_m, frequency_hz })
         });
         lasting.max_by(|a, b| a.swing_m.total_cmp(&b.swing_m))
     }

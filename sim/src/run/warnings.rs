@@ -1,7 +1,7 @@
 //! The warnings about a run.
 
 use super::Run;
-use crate::metrics::Outcome;
+use crate::metrics::{Outcome, RuptureMetrics};
 use crate::scenario::{Scenario, TissueSpec};
 use crate::warning::{Code, Warning};
 
@@ -27,11 +27,10 @@ impl Run {
     }
 
     fn missed_ruptures(&self) -> impl Iterator<Item = Warning> + '_ {
-        self.metrics.ruptures.iter().enumerate().filter_map(|(index, rupture)| {
-            let miss = rupture.miss.as_ref()?;
-            let message = format!("rupture {} at {:.3} s missed: {miss}", index + 1, rupture.time_s);
-            Some(Warning::new(Code::MissedRupture, message).at(miss.reason.key()).remedy(miss.reason.remedy()))
-        })
+        let of = |(index, rupture): (usize, &RuptureMetrics)| {
+            Some(rupture.miss.as_ref()?.warning(index + 1, rupture.time_s))
+        };
+        self.metrics.ruptures.iter().enumerate().filter_map(of)
     }
 
     fn oscillation(&self) -> Option<Warning> {
@@ -74,7 +73,7 @@ impl Run {
 }
 
 /// A delay that is longer than the run.
-pub(super) fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
+fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let ticks = scenario.grid.ticks();
     let beyond = [("channel.forward_delay_s", scenario.forward), ("channel.backward_delay_s", scenario.backward)];
     let (key, delay) = beyond.into_iter().find(|(_, delay)| delay.whole >= ticks)?;

@@ -1,5 +1,7 @@
 //! The stiffness of the tissue in a scenario's own run.
 
+use trocar_core::settings::Source as _;
+
 use crate::engine::{Observer, Signals};
 use crate::run::{RunError, observe};
 use crate::scenario::Scenario;
@@ -53,13 +55,10 @@ impl TissueRange {
     }
 }
 
-/// Position of the tissue's surface in m.
+/// Position of the tissue's surface in m: that of a model, or for a recording that of the estimator.
 fn surface_m(scenario: &Scenario) -> f64 {
-    match (TissueKind::of(scenario), scenario.values().get("tissue.contact_m")) {
-        (TissueKind::RecordedForce, _) => scenario.contact_m,
-        (_, Some(crate::scenario::Value::Number(contact_m))) => *contact_m,
-        _ => scenario.contact_m,
-    }
+    let of_model = scenario.tissue.settings().and_then(|_| scenario.values().optional_number("tissue.contact_m"));
+    of_model.unwrap_or(scenario.contact_m)
 }
 
 struct TissueObserver {
