@@ -32,6 +32,7 @@ from ._warnings import (
     SlowRupturesMissedWarning,
     TissueNotCoveredWarning,
     TrocarWarning,
+    UnchangedMetricsWarning,
     UnmodelledWarning,
     VelocityMagnitudeWarning,
 )
@@ -74,6 +75,7 @@ __all__ = [
     "Sweep",
     "TissueNotCoveredWarning",
     "TrocarWarning",
+    "UnchangedMetricsWarning",
     "UnmodelledWarning",
     "VelocityMagnitudeWarning",
     "__version__",

@@ -64,6 +64,12 @@ class SeedsWithoutEffectWarning(TrocarWarning):
     code = "seeds-without-effect"
 
 
+class UnchangedMetricsWarning(TrocarWarning):
+    """No metric differs between the cases of a sweep."""
+
+    code = "unchanged-metrics"
+
+
 class UnmodelledWarning(TrocarWarning):
     """The analysis of stability leaves out a part of the scenario."""
 

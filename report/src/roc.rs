@@ -1,5 +1,6 @@
 //! Operating characteristics as text, CSV, JSON and a figure.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use serde_json::json;
@@ -39,7 +40,9 @@ pub fn roc_text(roc: &Characteristics) -> String {
             rate(point),
         ]);
     }
-    let _ = write!(text, "{table}\nat the best threshold\n");
+    let _ = writeln!(text, "{table}");
+    text.push_str(&misses(roc));
+    text.push_str("at the best threshold\n");
     let stated = 100.0 * STATED_DETECTION;
     let mut table = Table::new([
         "detector",
@@ -71,6 +74,22 @@ pub fn roc_text(roc: &Characteristics) -> String {
         );
     }
     wrapped(&text, 0)
+}
+
+/// Returns why each detector at its own threshold misses ruptures; empty without a missed one.
+fn misses(roc: &Characteristics) -> String {
+    let own = || roc.all.iter().filter_map(|curve| Some((curve, curve.at_own_threshold()?)));
+    let reasons: BTreeSet<&String> = own().flat_map(|(_, point)| point.missed.keys()).collect();
+    if reasons.is_empty() {
+        return String::new();
+    }
+    let header = reasons.iter().map(|reason| reason.replace('-', " "));
+    let mut table = Table::new(["missed".to_owned()].into_iter().chain(header));
+    for (curve, point) in own() {
+        let counts = reasons.iter().map(|reason| point.missed.get(*reason).unwrap_or(&0).to_string());
+        table.row([curve.detector.to_owned()].into_iter().chain(counts));
+    }
+    format!("why ruptures have no alarm, at the detector's own threshold\n{table}\n")
 }
 
 /// Returns the best threshold of each detector at the stated operating points, next to its own.

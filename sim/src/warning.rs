@@ -73,6 +73,9 @@ codes! {
         "The scenario has no random numbers, so that every seed gives the same run.",
         "Seeds vary the noise of the sensors, the tremor, the reaction times, jitter and loss. None of them is on, so that repeated \
          runs are copies, and intervals over seeds have no width.";
+    UnchangedMetrics "unchanged-metrics":
+        "No metric differs between the cases of a sweep.",
+        "The axes change nothing that the sweep records. Every summary also lists the metrics that are the same in every case.";
     Unmodelled "unmodelled":
         "The analysis of stability leaves out a part of the scenario.",
         "The linear analysis has no model of the listed parts. Its verdict covers the loop without them; with them the loop may be \

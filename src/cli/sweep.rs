@@ -144,7 +144,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         command_line(words.chain(["--report".to_owned()]))
     });
     let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]), report: line };
-    finish(&folder, whole, &args.output)?;
+    finish(&folder, whole, &args.output, &warnings)?;
     drop_packs(&folder);
     warnings.finish()
 }

@@ -215,7 +215,7 @@ fn a_sweep_file_is_checked_but_is_no_scenario() {
     );
     assert!(folder.good(&["check", "s.toml", "--resolved"]).contains("velocity_gain"));
     folder.file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.forse = [1.0]\n");
-    folder.refused(&["check", "s.toml"], &["there is no key axes.scaling.forse", "did you mean axes.scaling.force?"]);
+    folder.refused(&["check", "s.toml"], &["there is no key scaling.forse", "did you mean scaling.force?"]);
     folder.file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.force = { from = 1.0, to = 2.0, step = 0.5 }\n");
     folder.refused(&["check", "s.toml"], &["a range has no step", "give points instead"]);
     folder.file("s.toml", "base = \"none.toml\"\n[axes]\nscaling.force = [1.0]\n");

@@ -166,7 +166,7 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
     assert_eq!(outcome.code, 0, "{}", outcome.err);
     folder.file(
         "sweep.toml",
-        "base = \"hand/reflex\"\nmetrics = [\"tissue_energy_j\"]\n[axes]\ntissue.stiffness_n_per_m = [100.0, 200.0]\n",
+        "base = \"hand/reflex\"\nmetrics = [\"operator_energy_j\"]\n[axes]\ntissue.stiffness_n_per_m = [100.0, 200.0]\n",
     );
     folder.refused(&["sweep", "sweep.toml"], &["axes.tissue.stiffness_n_per_m has no effect", "sweep.toml:4"]);
 }
@@ -283,9 +283,46 @@ fn seeds_without_noise_are_told() {
     };
     folder.file("quiet.toml", sweep("0.0")).file("noisy.toml", sweep("0.02"));
     let quiet = said(&["sweep", "quiet.toml"]);
+    assert!(quiet.contains("warning[unchanged-metrics]"), "{quiet}");
     assert!(quiet.contains("warning[seeds-without-effect]") && quiet.contains("6 cases"), "{quiet}");
     assert!(!said(&["sweep", "noisy.toml"]).contains("seeds-without-effect"));
     folder.file("quiet.toml", sweep("0.01"));
     folder.refused(&["sweep", "quiet.toml"], &["force_noise_std_n"]);
     said(&["sweep", "quiet.toml", "--overwrite"]);
+}
+
+#[test]
+fn metrics_that_no_case_changes_are_told() {
+    let folder = TestFolder::new();
+    let sweep = "base = \"paper/classical\"\nmetrics = [\"false_alarms\", \"operator_energy_j\"]\n[axes]\n\"scaling.force\" = [1.0, 1.1]\n";
+    let outcome = folder.file("two.toml", sweep).trocar(&["sweep", "two.toml", "--deny-warnings"]);
+    assert_eq!(outcome.code, 0, "{}", outcome.err);
+    assert!(outcome.out.contains("the same in every case: false alarms\n"), "{}", outcome.out);
+    folder.file("none.toml", sweep.replace(", \"operator_energy_j\"", ""));
+    let outcome = folder.trocar(&["sweep", "none.toml", "--json", "--deny-warnings"]);
+    let answer: serde_json::Value = serde_json::from_str(&outcome.out).expect("JSON");
+    assert_eq!((outcome.code, answer["warnings"][0]["code"].as_str()), (1, Some("unchanged-metrics")));
+}
+
+#[test]
+fn a_delay_each_way_is_the_two_delays() {
+    let of = |settings: &[&str]| {
+        let scenario = load("link/long-delay", settings);
+        (scenario.forward, scenario.backward)
+    };
+    let two = of(&["channel.forward_delay_s=0.02", "channel.backward_delay_s=0.02"]);
+    assert_eq!(of(&["channel.delay_s=0.02"]), two, "it replaces those of the file");
+    let uneven = of(&["channel.delay_s=0.02", "channel.forward_delay_s=0.03"]);
+    assert_eq!(uneven, of(&["channel.forward_delay_s=0.03", "channel.backward_delay_s=0.02"]));
+    let folder = TestFolder::new();
+    folder.file(
+        "s.toml",
+        "base = \"link/long-delay\"\nmetrics = [\"operator_energy_j\"]\n[axes]\nchannel.delay_s = [0.0, 0.02]\n",
+    );
+    let case = |number| folder.trocar(&["sweep", "s.toml", "--case", number]).out;
+    let echoed = folder.file("case.toml", case("1")).path("case.toml");
+    let echoed = load(&echoed.to_string_lossy(), &[]);
+    assert_eq!((echoed.forward, echoed.backward), two);
+    let outcome = folder.trocar(&["sweep", "s.toml"]);
+    assert!(outcome.code == 0 && !outcome.out.contains("same in every case"), "{}{}", outcome.out, outcome.err);
 }

@@ -69,6 +69,9 @@ pub(super) struct Mark {
     /// `rupture` or `alarm`.
     pub(super) kind: &'static str,
     pub(super) label: String,
+    /// What became of it, for the timeline.
+    #[serde(skip)]
+    pub(super) fate: String,
 }
 
 /// A shaded interval.

@@ -181,8 +181,18 @@ fn lane_events(name: &str, report: &DetectionReport, start_s: f64) -> LaneEvents
         at: at(*time_s),
         kind: "rupture",
         label: report.labelled_kinds[index].clone().unwrap_or_else(|| format!("rupture {}", index + 1)),
+        fate: report
+            .misses
+            .iter()
+            .find(|missed| missed.label == index)
+            .map_or("detected".to_owned(), |missed| format!("missed: {}", missed.miss)),
     });
-    let alarms = report.alarms.iter().map(|alarm| Mark { at: at(alarm.time_s), kind: "alarm", label: "alarm".into() });
+    let alarms = report.alarms.iter().map(|alarm| Mark {
+        at: at(alarm.time_s),
+        kind: "alarm",
+        label: "alarm".into(),
+        fate: String::new(),
+    });
     let shade = |interval: &trocar_sim::detect::PhaseInterval| {
         let name = match interval.phase {
             Phase::Free => return None,

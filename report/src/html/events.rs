@@ -7,7 +7,7 @@ use super::digits::Fine;
 use crate::Table;
 use crate::number::{show, significant};
 use trocar_sim::engine::Trace;
-use trocar_sim::metrics::Unit;
+use trocar_sim::metrics::{RuptureMetrics, Unit};
 use trocar_sim::run::Run;
 
 /// Maximum number of marks and of shades on the timeline.
@@ -91,7 +91,8 @@ impl Timeline {
                 .map(|mark| Point {
                     at: share(mark.at.0),
                     kind: mark.kind,
-                    title: format!("{}, {}", mark.label, at_s(mark.at.0)),
+                    title: [format!("{}, {}", mark.label, at_s(mark.at.0)), mark.fate.clone()]
+                        .join(if mark.fate.is_empty() { "" } else { ": " }),
                 })
                 .collect(),
         };
@@ -149,17 +150,28 @@ pub(super) fn modes(trace: &Trace) -> Vec<ChartShade> {
     shades
 }
 
+/// Returns what became of a rupture: its delay, or why it was missed.
+fn fate(rupture: &RuptureMetrics) -> String {
+    match (rupture.detection_delay_s, &rupture.miss) {
+        (Some(delay_s), _) => format!("detected after {}", show(Some(delay_s), Unit::Second)),
+        (None, Some(miss)) => format!("missed: {miss}"),
+        (None, None) => "the run ends too soon to decide".into(),
+    }
+}
+
 /// Returns the events of a run, in order of time.
 pub(super) fn of_run(run: &Run) -> LaneEvents {
     let ruptures = run.metrics.ruptures.iter().enumerate().map(|(index, rupture)| Mark {
         at: Fine(rupture.time_s),
         kind: "rupture",
         label: format!("rupture {}", index + 1),
+        fate: fate(rupture),
     });
     let alarms = run.metrics.alarms.iter().map(|alarm| Mark {
         at: Fine(alarm.time_s),
         kind: "alarm",
         label: if alarm.matched { "alarm".into() } else { "false alarm".into() },
+        fate: String::new(),
     });
     let mut marks: Vec<Mark> = ruptures.chain(alarms).collect();
     marks.sort_by(|a, b| a.at.0.total_cmp(&b.at.0));
@@ -181,9 +193,8 @@ pub(super) fn events_table(runs: &[&Run]) -> Table {
         let ms = |seconds| show(Some(seconds), Unit::Second);
         let mm = |metres| show(Some(metres), Unit::Metre);
         for (index, rupture) in run.metrics.ruptures.iter().enumerate() {
-            let detected = rupture.detection_delay_s.map_or("missed".into(), |s| format!("detected after {}", ms(s)));
             let overshoot = rupture.slave_overshoot_m.map_or(String::new(), |m| format!(", slave overshoot {}", mm(m)));
-            add(rupture.time_s, format!("rupture {}", index + 1), format!("{detected}{overshoot}"));
+            add(rupture.time_s, format!("rupture {}", index + 1), format!("{}{overshoot}", fate(rupture)));
         }
         for alarm in &run.metrics.alarms {
             let outcome = if alarm.matched { "matches a rupture" } else { "false alarm" };
@@ -232,13 +243,13 @@ mod tests {
 
     #[test]
     fn events_lie_at_their_times() {
-        let marks = vec![Mark { at: Fine(2.5), kind: "alarm", label: "alarm".into() }];
+        let marks = vec![Mark { at: Fine(2.5), kind: "alarm", label: "alarm".into(), fate: "late".into() }];
         let shades = vec![ChartShade { from: Fine(2.5), to: Fine(3.0), name: "augmented" }];
         let lane = LaneEvents { name: "a".into(), shades, marks };
         let timeline = Timeline::of(&[lane], (0.0, 10.0), RUN_KEY.to_vec());
         let drawn = &timeline.lanes[0];
         assert_eq!((drawn.shades[0].at.as_str(), drawn.shades[0].width.as_str()), ("25.000", "5.000"));
-        assert_eq!(drawn.marks[0].at, "25.000");
+        assert_eq!((drawn.marks[0].at.as_str(), drawn.marks[0].title.as_str()), ("25.000", "alarm, 2.500 s: late"));
         assert!(timeline.alt.starts_with("0 ruptures and 1 alarms between 0.000 s and 10.000 s"));
     }
 }

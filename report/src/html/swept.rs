@@ -3,7 +3,7 @@
 use super::bars::influences;
 use super::chart::{Chart, ChartAxis, Columns, Series};
 use super::map::Map;
-use super::page::{Block, Drawn, HtmlError, Page, Row, Section};
+use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::number::readable;
 use crate::sweep::{SUMMARY_HEADING, heading, summary_row};
 use trocar_sim::scenario::Value;
@@ -86,7 +86,7 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
     let commands = vec![Block::Command { line: page.line.to_owned(), note }];
     sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
     let name = design.name.clone();
-    let lead = heading(design, findings).lines().map(str::to_owned).collect();
+    let lead = heading(design, findings).lines().map(str::to_owned).chain(warned(&findings.warnings)).collect();
     Page { command: "trocar sweep", heading: name, lead, sections, drawn }.render()
 }
 

@@ -63,6 +63,11 @@ pub(crate) fn heading(design: &Design, findings: &Findings) -> String {
         let (diverged, failed) = (findings.diverged, findings.failed);
         let _ = writeln!(text, "{diverged} cases diverged, {failed} could not be integrated");
     }
+    let unchanged = findings.summaries.iter().filter(|summary| summary.is_unchanged(findings.cases));
+    let unchanged: Vec<&str> = unchanged.map(|summary| summary.label.as_str()).collect();
+    if !unchanged.is_empty() {
+        let _ = writeln!(text, "the same in every case: {}", unchanged.join(", "));
+    }
     text
 }
 
@@ -188,5 +193,6 @@ pub fn sweep_json(design: &Design, hash: &str, findings: &Findings) -> String {
         "failed": findings.failed,
         "metrics": findings.summaries,
         "influences": influences,
+        "warnings": findings.warnings,
     }))
 }

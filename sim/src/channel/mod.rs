@@ -20,11 +20,31 @@ trocar_core::settings! {
     /// The delays of the link.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DelaySettings in "channel." {
+        /// Delay each way, of any length. It replaces forward_delay_s and backward_delay_s of a base; beside them, in the
+        /// same file, they have priority.
+        delay_s: f64 [NON_NEGATIVE] = 0.0,
         /// Delay from master to slave, of any length; a sampled controller reads the samples that have arrived by its
         /// tick.
-        forward_delay_s: f64 [NON_NEGATIVE] = 0.0,
+        forward_delay_s: f64 [NON_NEGATIVE] => "channel.delay_s" delay_s,
         /// Delay from slave to master, of any length.
-        backward_delay_s: f64 [NON_NEGATIVE] = 0.0,
+        backward_delay_s: f64 [NON_NEGATIVE] => "channel.delay_s" delay_s,
+    }
+}
+
+impl DelaySettings {
+    /// The key of the delay each way.
+    pub const BOTH: &str = "channel.delay_s";
+
+    /// The key and the delay (s) of each way: forward, backward.
+    #[must_use]
+    pub fn of_each_way(&self) -> [(&'static str, f64); 2] {
+        [("channel.forward_delay_s", self.forward_delay_s), ("channel.backward_delay_s", self.backward_delay_s)]
+    }
+
+    /// Whether a key is the delay of one way.
+    #[must_use]
+    pub fn is_one_way(key: &str) -> bool {
+        matches!(key, "channel.forward_delay_s" | "channel.backward_delay_s")
     }
 }
 

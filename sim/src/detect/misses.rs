@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::{Detection, Match};
-use crate::augmentation::{AugmentationSettings, Mode};
 use crate::metrics::{DetectorSample, Miss, MissRule, SupervisorHistory};
 use crate::time::nearest_ticks;
 use crate::warning::Warning;
@@ -30,18 +29,9 @@ impl LabelMiss {
 /// Returns the reasons of the labels (s) without a match, for alarms at most `window_s` (s) after their label.
 pub(super) fn misses(detection: &Detection, labels_s: &[f64], matches: &[Match], window_s: f64) -> Vec<LabelMiss> {
     let start_s = detection.time_s.first().copied().unwrap_or(0.0);
-    let augmentation = AugmentationSettings::default();
-    let rule = MissRule {
-        tick_s: detection.interval_s,
-        start_s,
-        window_s,
-        detector: &detection.detector,
-        augmentation: &augmentation,
-    };
-    let mut supervisor = SupervisorHistory::default();
-    for &alarm in &detection.alarms {
-        supervisor.push(alarm as u64, Mode::Teleoperation.code(), true, true);
-    }
+    let rule =
+        MissRule { tick_s: detection.interval_s, start_s, window_s, detector: &detection.detector, refractory_s: 0.0 };
+    let supervisor = SupervisorHistory::of_alarms(&detection.alarms);
     let missed = (0..labels_s.len()).filter(|label| matches.iter().all(|matched| matched.label != *label));
     let explain = |label: usize| {
         let first = nearest_ticks((labels_s[label] - start_s).max(0.0), detection.interval_s);

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use serde::Serialize;
 
 use crate::augmentation::{AugmentationSettings, Mode};
-use crate::detection::{AlarmConditions, DetectorSettings, Motion};
+use crate::detection::{AlarmConditions, CusumDetector, Decision, Detector as _, DetectorSettings, Evidence, Motion};
 use crate::time::nearest_ticks;
 use crate::warning::{Code, Warning};
 
@@ -72,6 +72,14 @@ pub enum MissReason {
 }
 
 impl MissReason {
+    /// Its word, as in JSON.
+    #[must_use]
+    pub fn word(&self) -> String {
+        // The tag of a flat enum is always there.
+        let tag = |value: serde_json::Value| Some(value.get("reason")?.as_str()?.to_owned());
+        serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
+    }
+
     /// The key that decides on it.
     #[must_use]
     pub fn key(&self) -> &'static str {
@@ -223,6 +231,22 @@ pub(crate) struct DetectorSample {
     pub(crate) velocity_m_per_s: f64,
 }
 
+impl DetectorSample {
+    /// Updates a detector, and returns its decision and its state at the sample.
+    pub(crate) fn update(detector: &mut CusumDetector<f64>, evidence: &Evidence<f64>) -> (Decision<f64>, Self) {
+        let conditions = detector.conditions(evidence);
+        let decision = detector.update(evidence);
+        let sample = Self {
+            distance: decision.distance,
+            decision: decision.decision,
+            conditions,
+            depth_m: evidence.depth_m,
+            velocity_m_per_s: evidence.velocity_m_per_s,
+        };
+        (decision, sample)
+    }
+}
+
 /// The supervisor over a run: its events, and the alarms.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SupervisorHistory {
@@ -233,6 +257,11 @@ pub(crate) struct SupervisorHistory {
 }
 
 impl SupervisorHistory {
+    /// A supervisor that ignores no alarm and opens no event. The alarms are by their ticks.
+    pub(crate) fn of_alarms(alarms: &[usize]) -> Self {
+        Self { alarms: alarms.iter().map(|alarm| *alarm as u64).collect(), ..Self::default() }
+    }
+
     /// Adds a tick; the ticks are in order.
     pub(crate) fn push(&mut self, tick: u64, mode: f64, alarm: bool, is_taken: bool) {
         if mode != Mode::Teleoperation.code() {
@@ -259,7 +288,7 @@ impl SupervisorHistory {
         if tick < end {
             return Some(MissReason::EventUnderWay { begin_s: rule.time_s(begin) });
         }
-        let refractory = nearest_ticks(rule.augmentation.automaton.refractory_s, rule.tick_s);
+        let refractory = nearest_ticks(rule.refractory_s, rule.tick_s);
         (tick < end + refractory).then(|| MissReason::Refractory { end_s: rule.time_s(end) })
     }
 }
@@ -276,7 +305,8 @@ pub(crate) struct MissRule<'a> {
     /// How long after a rupture its alarm may come, in s.
     pub(crate) window_s: f64,
     pub(crate) detector: &'a DetectorSettings,
-    pub(crate) augmentation: &'a AugmentationSettings,
+    /// Time in s after an event in which the supervisor ignores alarms.
+    pub(crate) refractory_s: f64,
 }
 
 impl MissRule<'_> {

@@ -1,5 +1,7 @@
 //! Probabilities, rates and delays from counts, with their intervals.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::interval::{poisson, wilson};
@@ -22,6 +24,9 @@ pub struct Point {
     pub detection_of_each: Vec<f64>,
     /// Number of ruptures that are detected too late.
     pub late: u64,
+    /// Number of ruptures without an alarm within 0.5 s, by the reason of the miss; at the detector's own threshold.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub missed: BTreeMap<String, u64>,
     /// Share of ruptures that are detected in time; `None` without ruptures.
     pub detection: Option<f64>,
     /// Interval of `detection` (Wilson).
@@ -60,6 +65,7 @@ impl Point {
             detected,
             detection_of_each: shares.filter(|(all, _)| **all > 0).map(|(all, of)| *of as f64 / *all as f64).collect(),
             late: tally.late,
+            missed: tally.missed.clone(),
             detection: (ruptures > 0).then(|| detected as f64 / ruptures as f64),
             detection_interval: wilson(detected, ruptures),
             delay_median_s: tally.delay_quantile_s(0.5),

@@ -11,6 +11,7 @@ mod curve;
 mod detector_bank;
 mod interval;
 mod lanes;
+mod misses;
 mod signal;
 mod study;
 mod tally;

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::RocError;
 use super::curve::{Curve, Point};
 use super::detector_bank::DetectorBank;
+use super::misses;
 use super::signal::Signal;
 use super::tally::Tally;
 use crate::detection::{DetectorSettings, Evidence};
@@ -111,7 +112,13 @@ impl Study {
                         share.alarms[threshold].push(sample)
                     });
                     let (own, others) = rest.split_at_mut(count);
-                    own.iter_mut().zip(&share.alarms).for_each(|(tally, alarms)| tally.count(alarms, &labels));
+                    for ((tally, alarms), threshold) in own.iter_mut().zip(&share.alarms).zip(bank.thresholds()) {
+                        let missed = tally.count(alarms, &labels);
+                        let settings = bank.settings();
+                        if *threshold == settings.cusum.threshold {
+                            misses::count(tally, settings, &share.evidence, alarms, &labels, &missed);
+                        }
+                    }
                     rest = others;
                 }
                 done();

@@ -29,6 +29,8 @@ pub struct Tally {
     pub quiet_samples: u64,
     /// Number of detections by delay in ns.
     pub delays_ns: BTreeMap<u64, u64>,
+    /// Number of missed ruptures by the word of their reason; only at the detector's own threshold.
+    pub missed: BTreeMap<String, u64>,
 }
 
 /// The labels of a case, and the maximum delay of a detection.
@@ -48,6 +50,16 @@ impl Labels {
         labels
     }
 
+    /// Returns the times of the ruptures, in s after the first sample.
+    pub(super) fn ruptures_s(&self) -> &[f64] {
+        &self.ruptures_s
+    }
+
+    /// Returns the time between two samples, in s.
+    pub(super) fn tick_s(&self) -> f64 {
+        self.tick_s
+    }
+
     /// Returns the latest rupture that an alarm at a sample can match, and its delay in s.
     fn matched(&self, sample: usize) -> Option<(usize, f64)> {
         let time_s = sample as f64 * self.tick_s;
@@ -58,8 +70,8 @@ impl Labels {
 }
 
 impl Tally {
-    /// Counts a case with its alarms in order of time.
-    pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) {
+    /// Counts a case with its alarms in order of time, and returns the indices of the ruptures without an alarm.
+    pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) -> Vec<usize> {
         let count = labels.ruptures_s.len();
         if self.ruptures.len() < count {
             self.ruptures.resize(count, 0);
@@ -67,9 +79,11 @@ impl Tally {
         }
         self.ruptures[..count].iter_mut().for_each(|ruptures| *ruptures += 1);
         let (mut next, mut in_time, mut others) = (0, 0, 0);
+        let mut missed = vec![];
         for &sample in alarms {
             match labels.matched(sample).filter(|(rupture, _)| *rupture >= next) {
                 Some((rupture, delay_s)) => {
+                    missed.extend(next..rupture);
                     next = rupture + 1;
                     *self.delays_ns.entry((delay_s * 1e9).round() as u64).or_default() += 1;
                     if delay_s <= labels.within_s + ROUNDING_S {
@@ -89,6 +103,8 @@ impl Tally {
         self.cases += 1;
         self.clean_cases += u64::from(in_time == count && others == 0);
         self.quiet_samples += labels.quiet_samples;
+        missed.extend(next..count);
+        missed
     }
 
     /// Adds another tally's counts.
@@ -104,6 +120,9 @@ impl Tally {
         }
         for (&delay, &count) in &other.delays_ns {
             *self.delays_ns.entry(delay).or_default() += count;
+        }
+        for (reason, &count) in &other.missed {
+            *self.missed.entry(reason.clone()).or_default() += count;
         }
     }
 

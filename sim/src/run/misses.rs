@@ -28,18 +28,10 @@ struct ObservedDetector {
 
 impl Detector<f64> for ObservedDetector {
     fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
-        let conditions = self.detector.conditions(evidence);
-        let decision = self.detector.update(evidence);
+        let (decision, sample) = DetectorSample::update(&mut self.detector, evidence);
         let tick = self.tick;
         self.tick += 1;
         if self.windows.iter().any(|(first, last)| (*first..=*last).contains(&tick)) {
-            let sample = DetectorSample {
-                distance: decision.distance,
-                decision: decision.decision,
-                conditions,
-                depth_m: evidence.depth_m,
-                velocity_m_per_s: evidence.velocity_m_per_s,
-            };
             self.samples.lock().unwrap_or_else(PoisonError::into_inner).push((tick, sample));
         }
         decision
@@ -76,7 +68,7 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
         start_s: 0.0,
         window_s: RUPTURE_WINDOW_S,
         detector: &scenario.detector,
-        augmentation: &scenario.augmentation,
+        refractory_s: scenario.augmentation.automaton.refractory_s,
     };
     let window = |rupture: &RuptureMetrics| {
         let tick = nearest_ticks(rupture.time_s, tick_s);

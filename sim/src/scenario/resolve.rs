@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use trocar_core::settings::{Key, Source as _};
+use trocar_core::settings::Source as _;
 
 use super::document::Source;
 use super::engine_kind::EngineKind;
@@ -332,9 +332,9 @@ pub(super) fn delays(
     grid: &TickGrid,
     waits_for_tick: bool,
 ) -> Result<(DelayTicks, DelayTicks), ScenarioError> {
-    let DelaySettings { forward_delay_s, backward_delay_s } = DelaySettings::read(values)?;
+    let settings = DelaySettings::read(values)?;
     let tick_s = grid.tick_s();
-    for (delay_s, Key { path, .. }) in [forward_delay_s, backward_delay_s].iter().zip(DelaySettings::KEYS) {
+    for (path, delay_s) in settings.of_each_way() {
         if delay_s / tick_s > MAX_DELAY_TICKS as f64 {
             let max_s = MAX_DELAY_TICKS as f64 * tick_s;
             let message = format!("{path} is {delay_s:?}, at most {max_s} s, {MAX_DELAY_TICKS} ticks");
@@ -342,5 +342,5 @@ pub(super) fn delays(
         }
     }
     let ticks = |delay_s| DelayTicks::new(delay_s, tick_s, waits_for_tick);
-    Ok((ticks(forward_delay_s), ticks(backward_delay_s)))
+    Ok((ticks(settings.forward_delay_s), ticks(settings.backward_delay_s)))
 }

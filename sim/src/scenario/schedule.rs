@@ -3,8 +3,6 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use trocar_core::settings::Key;
-
 use super::document::Source;
 use super::error::ScenarioError;
 use super::replay::{embedded, limiting_key};
@@ -116,8 +114,7 @@ impl DelayTable {
 /// The delay of each tick's samples in whole ticks, forward and backward; empty without a file.
 fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
     let Some(source) = values.file(FILE) else { return Ok([Arc::default(), Arc::default()]) };
-    let DelaySettings { forward_delay_s, backward_delay_s } = DelaySettings::read(values)?;
-    for (delay_s, Key { path: key, .. }) in [forward_delay_s, backward_delay_s].into_iter().zip(DelaySettings::KEYS) {
+    for (key, delay_s) in DelaySettings::read(values)?.of_each_way() {
         if delay_s != 0.0 {
             let message = format!("{key} is {delay_s:?}, but {FILE} gives the delays");
             return Err(values.error(key, message).remedy(format!("leave out {key}, or {FILE}")));

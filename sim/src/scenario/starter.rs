@@ -40,8 +40,7 @@ const TISSUE: &[Line] = &[
     Set("simulation.duration_s", "8.0"),
     Default("simulation.seed"),
     Default("scaling.force"),
-    Default("channel.forward_delay_s"),
-    Default("channel.backward_delay_s"),
+    Default("channel.delay_s"),
     Set("operator.kind", "\"insertion-extraction\""),
     Set("operator.end_m", "0.06"),
     Set("operator.movement_s", "5.0"),
@@ -67,8 +66,7 @@ const TISSUE: &[Line] = &[
 
 const REPLAY: &[Line] = &[
     Default("scaling.force"),
-    Default("channel.forward_delay_s"),
-    Default("channel.backward_delay_s"),
+    Default("channel.delay_s"),
     Default("tissue.index"),
     Set("recording.file", "\"builtin:in_vivo_like.csv\""),
     Set("recording.ruptures_s", "[5.52, 8.85]"),
@@ -93,8 +91,7 @@ const REPLAY: &[Line] = &[
 
 const MINIMAL: &[Line] = &[
     Set("scaling.force", "0.8"),
-    Default("channel.forward_delay_s"),
-    Default("channel.backward_delay_s"),
+    Default("channel.delay_s"),
     Default("sensor.force_noise_std_n"),
     Example("detector.threshold", "0.01"),
     Default("augmentation.enabled"),

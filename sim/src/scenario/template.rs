@@ -19,7 +19,7 @@ use super::specs::{TissueSpec, operator, tissue};
 use super::value::Value;
 use super::values::{Values, harmless_name, replays_force, replays_position};
 use crate::augmentation::AugmentationSettings;
-use crate::channel::Irregularity;
+use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{ReflexSettings, TremorSettings};
@@ -70,7 +70,7 @@ impl Part {
                 Self::Whole
             }
             (_, "channel.jitter_s" | "channel.loss") => Self::Irregularity,
-            (_, "channel.forward_delay_s" | "channel.backward_delay_s") => Self::Delays,
+            _ if path == DelaySettings::BOTH || DelaySettings::is_one_way(path) => Self::Delays,
             ("channel" | "scaling", _) | (_, "slave.compliance_m_per_n") => Self::Link,
             ("master" | "arm" | "slave" | "actuator" | "controller" | "passivity", _) => Self::Machines,
             ("sensor", _) => Self::Sensor,
@@ -91,6 +91,7 @@ impl Part {
     fn derives(self) -> &'static [&'static str] {
         match self {
             Self::Machines => &["master.", "arm."],
+            Self::Delays => &["channel."],
             Self::Estimator => &["estimator."],
             Self::Detector => &["detector."],
             _ => &[],

@@ -11,12 +11,10 @@ use super::key_table::{KEYS, SECTIONS};
 use super::keys::{find, is_section, nearest, nearest_of};
 use super::quantity;
 use super::value::Value;
+use crate::channel::DelaySettings;
 use crate::error::InvalidValue;
 use crate::operator::MotionSettings;
 use crate::tissue::{ReplaySettings, TissueSettings};
-
-/// The parameter of the linear analysis that sets both delays.
-const BOTH_DELAYS: &str = "channel.delay_s";
 
 /// The keys of the tissue that the analysis of stability assumes in place of a recorded force.
 const ASSUMED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
@@ -96,6 +94,11 @@ impl Values {
             }
             return Err(error);
         };
+        // Entries come in the order of their layers, the nearest to the command line first.
+        let both = self.given.get(DelaySettings::BOTH);
+        if DelaySettings::is_one_way(key.path) && both.is_some_and(|both| both.layer < entry.layer) {
+            return Ok(());
+        }
         let given = Given { value, place: Some(entry.value_place), source: Some(entry.source), layer: entry.layer };
         self.given.entry(key.path).or_insert(given);
         Ok(())
@@ -421,10 +424,6 @@ fn unknown(entry: &Entry) -> ScenarioError {
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
     let error = ScenarioError::new(format!("there is no key {path}")).at(place);
-    if path == BOTH_DELAYS {
-        return error
-            .remedy("it is an axis of `trocar stability`: give channel.forward_delay_s and channel.backward_delay_s");
-    }
     if let Some(remedy) = layer(path) {
         return error.remedy(remedy);
     }

@@ -33,8 +33,7 @@ pub enum Parameter {
     SlaveLag,
 }
 
-/// Each parameter with its key, and its name in tables and figures. `channel.delay_s` is not a scenario key: it sets
-/// both delays.
+/// Each parameter with its key, and its name in tables and figures.
 const TABLE: [(Parameter, &str, &str); 27] = {
     use Parameter as P;
     [

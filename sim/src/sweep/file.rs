@@ -60,6 +60,8 @@ impl SweepFile {
         // An empty section is ignored.
         let is_bare = |entry: &Entry| entry.value.as_table().is_some_and(|table| table.is_empty());
         entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
+        // A key is the same with and without quotes, as in axes."scaling.force".
+        entries.iter_mut().for_each(|entry| entry.path.retain(|letter| letter != '"'));
         // In the order of the file, not alphabetically: the order of the axes is that of the cases.
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
@@ -231,12 +233,12 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
         }
         let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
         let Some((parent, word)) = of_range else {
-            let error = ScenarioError::new(format!("there is no key {}", entry.path)).at(Some(entry.key_place.clone()));
+            let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
             // The suggestion for a misspelt key of a range needs the path without the word of the range.
             let stem = path.rsplit_once('.').filter(|(_, word)| matches!(*word, "from" | "to" | "points" | "log"));
             let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
             return Err(match near {
-                Some(near) => error.remedy(format!("did you mean axes.{near}?")),
+                Some(near) => error.remedy(format!("did you mean {near}?")),
                 None => error.remedy("axes are keys of the scenario: `trocar init --all` writes one with every key"),
             });
         };

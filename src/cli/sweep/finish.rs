@@ -6,12 +6,14 @@ use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
 use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
 use crate::cli::report as page;
+use crate::cli::warnings::Warnings;
 use trocar_report::html::{DrawnCases, SweepPage, sweep_html};
 use trocar_report::{
     Folder, OutputError, PictureError, WIDTH, filled, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text,
     write_sweep_csv, write_sweep_parquet,
 };
 use trocar_sim::sweep::{Design, Rows, SweepError, findings};
+use trocar_sim::warning::Warning;
 
 /// A complete sweep.
 pub(super) struct Whole<'a> {
@@ -26,11 +28,16 @@ pub(super) struct Whole<'a> {
 
 /// Writes the tables, the findings and the figures, and prints the summary. The manifest is written last, so that an interruption
 /// loses nothing.
-pub(super) fn finish(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), CliError> {
-    write(folder, whole, output).map_err(kept)
+pub(super) fn finish(
+    folder: &Folder,
+    whole: Whole<'_>,
+    output: &OutputArgs,
+    warnings: &Warnings,
+) -> Result<(), CliError> {
+    write(folder, whole, output, warnings).map_err(kept)
 }
 
-fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), CliError> {
+fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warnings) -> Result<(), CliError> {
     let Whole { design, canonical, manifest, rows, report: line } = whole;
     let hash = &manifest.sweep_sha256;
     folder.write(SWEEP, canonical.as_bytes())?;
@@ -41,7 +48,7 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), C
         }
         Ok(())
     };
-    let summary = || -> Result<(), CliError> {
+    let summary = || -> Result<Vec<Warning>, CliError> {
         let findings = findings(design, &rows)?;
         folder.write("summary.csv", sweep_summary_csv(&findings).as_bytes())?;
         folder.write("summary.json", sweep_json(design, hash, &findings).as_bytes())?;
@@ -51,11 +58,12 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs) -> Result<(), C
             let html = sweep_html(&SweepPage { design, findings: &findings, cases: &cases, canonical, line })?;
             folder.write(page::FILE, html.as_bytes())?;
         }
-        Ok(sweep_pictures(folder, design, &findings)?)
+        sweep_pictures(folder, design, &findings)?;
+        Ok(findings.warnings)
     };
     let (tables, summary) = rayon::join(tables, summary);
     tables?;
-    summary?;
+    warnings.print(&summary?);
     folder.write(MANIFEST, manifest_json(&Manifest { is_complete: true, ..manifest }).as_bytes())?;
     report(folder, output, "files")?;
     if line.is_some() && !output.quiet && !output.json { page::print_path(folder) } else { Ok(()) }

@@ -8,6 +8,7 @@ use super::finish::{Whole, finish};
 use super::{MANIFEST, Manifest, OutputArgs, is_complete};
 use crate::cli::error::CliError;
 use crate::cli::report as page;
+use crate::cli::warnings::Warnings;
 use trocar_report::Folder;
 use trocar_report::html::command_line;
 use trocar_sim::sweep::{Joined, SweepError, join};
@@ -50,7 +51,10 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
         let words = ["sweep".to_owned(), "merge".to_owned()].into_iter().chain(folders);
         command_line(words.chain(["--report".to_owned()]))
     });
-    finish(&folder, Whole { design: &design, canonical: &canonical, manifest, rows, report: line }, &args.output)
+    let warnings = Warnings::new(&args.output);
+    let whole = Whole { design: &design, canonical: &canonical, manifest, rows, report: line };
+    finish(&folder, whole, &args.output, &warnings)?;
+    warnings.finish()
 }
 
 /// Returns the folders of shards within a folder, or the folder itself.

@@ -6,6 +6,7 @@
 mod cells;
 mod influence;
 mod quantiles;
+mod unchanged;
 
 pub use cells::{Cell, HeatMap};
 pub use influence::{Influence, Influences};
@@ -21,6 +22,7 @@ use super::part::{Outcome, Rows};
 use crate::metrics::Unit;
 use crate::moments::Moments;
 use crate::quantiles::{median_ranks, quantile};
+use crate::warning::Warning;
 
 /// The distribution of a metric over the cases in which it is defined.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -87,6 +89,8 @@ pub struct Findings {
     pub influences: Vec<Influences>,
     /// The metrics in focus over the first two numeric axes, if there are two.
     pub heat_maps: Vec<HeatMap>,
+    /// Axes that change nothing.
+    pub warnings: Vec<Warning>,
 }
 
 /// The probabilities of the quantiles.
@@ -128,11 +132,13 @@ pub fn findings(design: &Design, rows: &Rows) -> Result<Findings, SweepError> {
         defined: moments.count,
         spread: (moments.count > 0).then(|| spread(moments, statistics)),
     };
+    let summaries: Vec<Summary> = design.columns.iter().zip(&moments).zip(&statistics).map(summary).collect();
     Ok(Findings {
         cases,
         diverged,
         failed,
-        summaries: design.columns.iter().zip(&moments).zip(&statistics).map(summary).collect(),
+        warnings: unchanged::warning(&summaries, cases).into_iter().collect(),
+        summaries,
         influences: inputs.influences(),
         heat_maps: cells.heat_maps(),
     })
