@@ -92,6 +92,7 @@ fn description(run: &Run) -> Json {
         "ruptures_s": run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect::<Vec<_>>(),
         "alarms": run.metrics.alarms.iter().map(|alarm| (alarm.time_s, alarm.matched)).collect::<Vec<_>>(),
         "modes": modes(&run.trace),
+        "warnings": run.warnings(),
         "threshold": detector.cusum.threshold,
         "decision_unit": detector.distance.kind.unit(),
     })

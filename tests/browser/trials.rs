@@ -13,7 +13,8 @@ use crate::page::{Body, Page};
 use crate::test_folder::TestFolder;
 
 /// All trials.
-pub const ALL: [(&str, Body); 8] = [
+pub const ALL: [(&str, Body); 9] = [
+    ("the_warnings_of_both_runs_are_listed", |page| Box::pin(warnings(page))),
     ("a_slider_moves_the_metrics_to_what_compare_prints", |page| Box::pin(slider(page))),
     ("what_is_no_number_is_wrong_and_a_refused_value_dims_the_curves", |page| Box::pin(refused(page))),
     ("from_input_to_picture", |page| Box::pin(timing(page))),
@@ -58,6 +59,16 @@ async fn slider(page: Page) -> Page {
     let moved = compared(&[&format!("scaling.force={force}")]);
     assert_ne!(moved, printed);
     assert_eq!(lines(&page).await, moved);
+    page
+}
+
+async fn warnings(page: Page) -> Page {
+    page.open("").await;
+    assert_eq!(page.evaluate("return document.getElementById('warnings').hidden").await, Json::Bool(true));
+    page.open("detector.threshold=100").await;
+    let text = page.text("warnings").await;
+    assert!(text.contains("classical and augmented: rupture 1 at 5.520 s missed: below the threshold"), "{text}");
+    assert!(text.contains("missed-rupture") && text.contains("detector.threshold"), "{text}");
     page
 }
 

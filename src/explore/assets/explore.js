@@ -105,6 +105,24 @@ const trocar = (() => {
     open(known ? given.scenario : otherwise, missing ? {} : given.set);
   }
 
+  /** Lists the warnings of the runs, each once with the runs that it concerns. */
+  function warned(runs) {
+    const texts = new Map();
+    runs.forEach((run, index) => {
+      run.warnings.forEach(({ code, message, remedy }) => {
+        const text = `${message} (${code})${remedy === null ? "" : `: ${remedy}`}`;
+        texts.set(text, [...(texts.get(text) ?? []), ["classical", "augmented"][index]]);
+      });
+    });
+    const items = [...texts].map(([text, schemes]) => {
+      const item = document.createElement("li");
+      item.textContent = `${schemes.join(" and ")}: ${text}`;
+      return item;
+    });
+    part("warnings").hidden = items.length === 0;
+    part("warnings").replaceChildren(...items);
+  }
+
   function trouble(text) {
     part("trouble").hidden = text === "";
     part("trouble").textContent = text;
@@ -173,6 +191,7 @@ const trocar = (() => {
       trocarControls.blame("");
       const diverged = frame.runs.filter((run) => run.diverged_s !== null);
       setText("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
+      warned(frame.runs);
       trocarPictures.draw(part("signals"), frame);
       trocarPictures.table(part("metrics").tBodies[0], frame.table);
       timed(frame);
