@@ -3,9 +3,14 @@
 //! ```text
 //! cargo run --release --example verdicts -- 2000
 //! ```
-//! counts the scenarios that `stability` calls stable or certified and whose run swings or diverges, and the runs that
+//! cargo run --release --example verdicts -- map 200
+//! ```
+//! The first counts the scenarios that `stability` calls stable or certified and whose run swings or diverges, and the runs that
 //! settle and are called oscillating. Whether a run swings or settles is judged here from its last 30 s, with another
 //! rule than the program's, on a copy without noise and tremor.
+//!
+//! The second runs every point of two stability maps of 200 by 200 points, and counts the points that are stable and called
+//! oscillating or diverged, and those that are unstable and called completed.
 
 use std::process::ExitCode;
 
@@ -15,8 +20,11 @@ use rayon::prelude::*;
 use trocar::metrics::Outcome;
 use trocar::run::{Run, run};
 use trocar::scenario::{Scenario, Source};
-use trocar::stability::{Axis, left_out};
+use trocar::stability::{Axis, ClosedLoop, LoopSettings, left_out, map};
 use trocar::stability_check::StabilityStudy;
+
+/// Distance of a spectral radius from 1 within which a swing takes longer than the run to show whether it grows or decays.
+const NEAR: f64 = 2e-4;
 
 /// What a run does at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -190,7 +198,61 @@ pub fn verdicts(count: usize) -> Vec<Judged> {
     all
 }
 
+/// Compares the outcomes of a map's points with the linear analysis, and prints the counts.
+fn compare_map(count: usize, keys: [&str; 2], ranges: [&str; 2], settings: &[&str]) -> Option<()> {
+    let base: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    let load = |settings: &[String]| Scenario::load(&Source::parse("paper/classical"), settings);
+    let axis = |index: usize| Axis::parse(&format!("{}={}:{count}:log", keys[index], ranges[index])).ok();
+    let (x, y) = (axis(0)?, axis(1)?);
+    let map = map(&LoopSettings::of(&load(&base).ok()?), x, y).ok()?;
+    let points: Vec<(bool, bool, f64)> = (0..count * count)
+        .into_par_iter()
+        .filter_map(|point| {
+            let (column, row) = (point % count, point / count);
+            let set =
+                [(keys[0], x.value(column)), (keys[1], y.value(row))].map(|(key, value)| format!("{key}={value:?}"));
+            let scenario = load(&[&base[..], &set].concat()).ok()?;
+            let radius = ClosedLoop::new(&LoopSettings::of(&scenario)).ok()?.dominant_mode().ok()?.spectral_radius;
+            let outcome = run(scenario).ok()?.metrics.outcome;
+            Some((map.is_stable(column, row), outcome == Outcome::Completed, radius))
+        })
+        .collect();
+    let of = |is: &dyn Fn(&&(bool, bool, f64)) -> bool| points.iter().filter(is).count();
+    let near = |radius: f64| (radius - 1.0).abs() < NEAR;
+    println!("{} over {}: {} points, {} stable", keys[0], keys[1], points.len(), of(&|point| point.0));
+    println!(
+        "  stable and called oscillating or diverged: {}, of which {} within {NEAR} of a spectral radius of 1",
+        of(&|point| point.0 && !point.1),
+        of(&|point| point.0 && !point.1 && near(point.2)),
+    );
+    println!(
+        "  unstable and called completed: {}, of which {} within {NEAR} of a spectral radius of 1",
+        of(&|point| !point.0 && point.1),
+        of(&|point| !point.0 && point.1 && near(point.2)),
+    );
+    Some(())
+}
+
+fn maps(count: usize) -> Option<()> {
+    let contact = [
+        "simulation.duration_s=30",
+        "operator.kind=ramp",
+        "operator.end_m=0.02",
+        "operator.speed_m_per_s=0.02",
+        "tissue.kind=kelvin-voigt",
+        "estimator.contact_m=0",
+    ];
+    let scales = ["scaling.force", "scaling.position"];
+    compare_map(count, scales, ["0.2:20", "0.2:20"], &contact)?;
+    let delay = ["channel.delay_s", "tissue.stiffness_n_per_m"];
+    compare_map(count, delay, ["0.001:0.2", "10:5000"], &contact)
+}
+
 fn main() -> ExitCode {
+    if std::env::args().nth(1).is_some_and(|word| word == "map") {
+        let count = std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(200);
+        return if maps(count).is_some() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    }
     let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(200);
     let all = verdicts(count);
     let of = |is: &dyn Fn(&&Judged) -> bool| all.iter().filter(is).count();

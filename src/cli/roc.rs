@@ -20,7 +20,8 @@ Examples:
   trocar roc --noise-std-n 0.01,0.025,0.05  several noise levels
   trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045
                                             smaller and sharper ruptures
-  trocar roc layers/through-the-skin        a closed loop with layered tissue";
+  trocar roc layers/through-the-skin        a closed loop with layered tissue
+  trocar roc --trials --seeds 2000          2000 made recordings of every kind";
 
 /// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]
@@ -30,6 +31,9 @@ pub(super) struct RocArgs {
     /// in-vivo-like insertion]
     #[arg(value_name = "SCENARIO|RECORDING")]
     signals: Vec<String>,
+    /// Evaluate made recordings instead: each seed draws rate, noise, layers or other matter, and motion
+    #[arg(long, conflicts_with_all = ["signals", "noise_std_n", "drop_n", "sharpness_s", "depth_m"])]
+    trials: bool,
     /// Number of noise seeds per condition; more seeds resolve lower false-alarm rates
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     seeds: u64,
@@ -63,7 +67,7 @@ pub(super) struct RocArgs {
 pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     let study = Study {
         signals: signals(args)?,
-        noise_std_n: args.noise_std_n.clone(),
+        noise_std_n: if args.trials { vec![0.0] } else { args.noise_std_n.clone() },
         seeds: args.seeds,
         thresholds: args.thresholds as usize,
         within_s: args.within_s,
@@ -111,6 +115,9 @@ fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
     }
     let mut values = Values::load(&Source::parse(SHIPPED), &args.changes.settings)?;
     let spec = DetectionSpec::resolve(&mut values)?;
+    if args.trials {
+        return Ok(vec![Signal::trials(&spec, &kinds)]);
+    }
     if !varied {
         return Ok(vec![Signal::recorded("in_vivo_like".into(), &spec, &kinds)?]);
     }

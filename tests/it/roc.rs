@@ -12,7 +12,7 @@ use trocar::detection::{
 };
 use trocar::estimation::{Estimator, Rls, RlsSettings};
 use trocar::recording::{InVivoLikeVariant, RUPTURES_S};
-use trocar::roc::{Characteristics, DetectorBank, Point, Signal, SignalKind, Study};
+use trocar::roc::{Characteristics, Curve, DetectorBank, Point, Signal, SignalKind, Study};
 use trocar::scenario::{DetectionSpec, Scenario, Source, Values};
 
 fn shipped() -> DetectionSpec {
@@ -136,7 +136,7 @@ fn a_made_insertion_that_differs_in_nothing_is_the_shipped_one() {
     let recorded = Signal::recorded("in_vivo_like".into(), &shipped(), &kinds).expect("a signal");
     let samples = |signal: Signal| match signal.kind {
         SignalKind::Recorded(samples) => samples,
-        SignalKind::ClosedLoop(_) => panic!("no recording"),
+        SignalKind::ClosedLoop(_) | SignalKind::Trials => panic!("no recording"),
     };
     assert_eq!(samples(made), samples(recorded));
 }
@@ -172,4 +172,71 @@ fn the_defaults_keep_the_bar_that_the_derivative_never_reaches() {
     assert_eq!(roc.all[1].at_detection(0.995), None);
     let most = roc.all[1].points.iter().filter_map(|point| point.detection).fold(0.0, f64::max);
     assert!(most < 0.7, "{most}");
+}
+
+#[test]
+fn on_made_recordings_the_adaptive_detector_leaves_the_others_behind() {
+    let kinds = [DistanceKind::Adaptive, DistanceKind::SquaredResidual, DistanceKind::ForceDerivative];
+    let signals = vec![Signal::trials(&shipped(), &kinds)];
+    let roc = judged(&Study { signals, ..study(&kinds, 0.0, 150, 24) });
+    let [adaptive, others @ ..] = &roc.all[..] else { panic!("three curves") };
+    let own = adaptive.at_own_threshold().expect("its own");
+    // `trocar roc --trials --seeds 2000` gives the figures of the book; these bounds are for 150.
+    assert!(own.detection.is_some_and(|share| share > 0.9), "{own:?}");
+    assert!(own.false_alarms_per_minute.unwrap_or(0.0) < 0.6, "{own:?}");
+    for per_hour in [6.0, 60.0, 600.0] {
+        let of = |curve: &Curve| curve.at_false_alarms_per_hour(per_hour).map_or(0, |point| point.detected);
+        for other in others {
+            assert!(of(adaptive) >= of(other), "{} at {per_hour}/h", other.detector);
+        }
+    }
+}
+
+/// The shipped insertion, interpolated to a rate and with noise of a seed.
+fn interpolated(rate_hz: f64, noise_std_n: f64, seed: u64) -> Vec<Evidence<f64>> {
+    let text = trocar::recording::in_vivo_like_csv(1);
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let at = |time_s: f64, column: usize| {
+        let (index, share) = ((time_s * 1e3) as usize, (time_s * 1e3).fract());
+        rows[index][column] * (1.0 - share) + rows[index + 1][column] * share
+    };
+    let samples = ((rows.len() - 2) as f64 / 1e3 * rate_hz) as usize;
+    (0..samples)
+        .map(|sample| {
+            let time_s = sample as f64 / rate_hz;
+            let noise: f64 = StandardNormal.sample(&mut random);
+            Evidence {
+                force_n: at(time_s, 3) + noise_std_n * noise,
+                predicted_force_n: 0.0,
+                residual_n: 0.0,
+                correction: [0.0; 2],
+                depth_m: at(time_s, 1),
+                velocity_m_per_s: at(time_s, 2),
+                in_contact: false,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn without_settings_the_shipped_insertion_is_found_at_every_rate_and_noise() {
+    let settings = DetectorSettings::for_kind(DistanceKind::Adaptive, Hypotheses::default());
+    for rate_hz in [100.0, 200.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0] {
+        for noise_std_n in [0.025, 0.1] {
+            for seed in 1..=20 {
+                let mut detector = CusumDetector::<f64>::new(&settings, 1.0 / rate_hz);
+                let evidence = interpolated(rate_hz, noise_std_n, seed);
+                let alarm = |(sample, evidence)| detector.update(evidence).alarm.then_some(sample as f64 / rate_hz);
+                let alarms: Vec<f64> = evidence.iter().enumerate().filter_map(alarm).collect();
+                // Each force falls with a time constant of 45 ms.
+                let latest_s = 0.045 + f64::max(0.010, 3.0 / rate_hz);
+                let is_found =
+                    |&(rupture_s, alarm_s): &(f64, f64)| (rupture_s..=rupture_s + latest_s).contains(&alarm_s);
+                let found = RUPTURES_S.into_iter().zip(alarms.iter().copied()).filter(is_found).count();
+                assert_eq!((found, alarms.len()), (2, 2), "{rate_hz} Hz, {noise_std_n} N, seed {seed}: {alarms:?}");
+            }
+        }
+    }
 }

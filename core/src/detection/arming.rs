@@ -107,7 +107,8 @@ impl<L: Lane> Arming<L> {
             armed: self.quiet_ticks.ge(self.settle_ticks),
             is_drop,
             moves_as_required: evidence.velocity_m_per_s.ge(self.min_velocity),
-            is_deep: evidence.depth_m.ge(self.minimum_depth),
+            // Without a minimum the contact alone decides, for the detectors that need one.
+            is_deep: evidence.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
             quiet_samples: self.quiet_ticks,
         }
     }

@@ -8,8 +8,9 @@ mod hypotheses;
 pub use arming::{AlarmConditions, ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distances::{
-    AnyDistance, Distance, DistanceKind, DistanceSettings, ForceDerivative, LikelihoodRatio, MAX_WINDOW_SAMPLES,
-    MeanChange, PageHinkley, ParameterChange, SquaredDrop, SquaredResidual, VarianceChange, WindowSettings,
+    Adaptive, AnyDistance, Distance, DistanceKind, DistanceSettings, ForceDerivative, LikelihoodRatio,
+    MAX_WINDOW_SAMPLES, MeanChange, PageHinkley, ParameterChange, SquaredDrop, SquaredResidual, VarianceChange,
+    WindowSettings,
 };
 pub use hypotheses::Hypotheses;
 
@@ -135,7 +136,7 @@ impl<L: Lane> CusumDetector<L> {
     /// A detector for samples `tick_s` apart (s), with the distance of the settings.
     #[must_use]
     pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
-        Self::with_distance(AnyDistance::new(&settings.distance), settings, tick_s)
+        Self::with_distance(AnyDistance::new(&settings.distance, tick_s), settings, tick_s)
     }
 }
 
@@ -155,10 +156,16 @@ impl<L: Lane, D> CusumDetector<L, D> {
     }
 }
 
-impl<L: Lane, D> CusumDetector<L, D> {
+impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
     /// The conditions on an alarm at the next sample, whether or not `g` will be above the threshold.
+    #[inline(always)]
     pub fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
-        self.arming.conditions(evidence)
+        let conditions = self.arming.conditions(evidence);
+        let yes = L::Mask::splat(true);
+        match self.distance.is_ready() {
+            Some(armed) => AlarmConditions { armed, in_contact: yes, is_drop: yes, ..conditions },
+            None => conditions,
+        }
     }
 }
 
@@ -168,7 +175,10 @@ impl<L: Lane, D: Distance<L>> Detector<L> for CusumDetector<L, D> {
         let distance = self.distance.update(evidence);
         let (decision, above) =
             if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
-        let alarm = self.arming.update(above, evidence);
+        let alarm = match self.distance.is_ready() {
+            Some(_) => above & self.conditions(evidence).all(),
+            None => self.arming.update(above, evidence),
+        };
         if alarm.any() {
             self.cusum.reset(alarm);
             self.distance.reset(alarm);

@@ -48,12 +48,12 @@ pub struct Point {
 }
 
 impl Point {
-    /// Returns the performance from counts of samples `tick_s` apart.
+    /// Returns the performance from counts.
     #[must_use]
-    pub fn of(threshold: f64, tally: &Tally, tick_s: f64) -> Self {
+    pub fn of(threshold: f64, tally: &Tally) -> Self {
         let ruptures = tally.ruptures.iter().sum();
         let detected = tally.detected.iter().sum();
-        let minutes = tally.quiet_samples as f64 * tick_s / 60.0;
+        let minutes = tally.quiet_ns as f64 / 60e9;
         let has_time = minutes > 0.0;
         let (low, high) = poisson(tally.false_alarms);
         let shares = tally.ruptures.iter().zip(&tally.detected);
@@ -149,25 +149,25 @@ mod tests {
             ruptures: vec![100],
             detected: vec![detected],
             false_alarms,
-            quiet_samples: 3_600_000,
+            quiet_ns: 3_600_000_000_000,
             ..Tally::default()
         }
     }
 
     #[test]
     fn a_rate_without_false_alarms_is_bounded_and_not_zero() {
-        let point = Point::of(1.0, &tally(0, 0), 1e-3);
+        let point = Point::of(1.0, &tally(0, 0));
         assert_eq!((point.false_alarms_per_minute, point.delay_median_s, point.hours), (None, None, 1.0));
         let (low, high) = point.false_alarms_per_minute_interval.expect("an hour");
         assert_eq!(low, 0.0);
         assert!((60.0 * high - 2.9957).abs() < 1e-3, "three an hour: {high}");
-        let nothing = Point::of(1.0, &Tally::default(), 1e-3);
+        let nothing = Point::of(1.0, &Tally::default());
         assert_eq!((nothing.detection, nothing.false_alarms_per_minute_interval), (None, None));
     }
 
     #[test]
     fn operating_points_are_the_best_that_keep_their_condition() {
-        let of = |threshold, detected, false_alarms| Point::of(threshold, &tally(detected, false_alarms), 1e-3);
+        let of = |threshold, detected, false_alarms| Point::of(threshold, &tally(detected, false_alarms));
         let points = vec![of(1.0, 100, 7), of(2.0, 99, 1), of(3.0, 98, 1), of(4.0, 80, 0)];
         let curve = Curve { detector: "squared-residual", unit: "N²", own_threshold: 3.0, drift: 1.0, points };
         let threshold = |point: Option<&Point>| point.map(|point| point.threshold);

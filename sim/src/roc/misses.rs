@@ -24,7 +24,7 @@ pub(super) fn count(
     let supervisor = SupervisorHistory::of_alarms(alarms);
     let rule = MissRule { tick_s, start_s: 0.0, window_s: RUPTURE_WINDOW_S, detector: settings, refractory_s: 0.0 };
     for &rupture in missed {
-        let first = nearest_ticks(labels.ruptures_s()[rupture], tick_s);
+        let first = nearest_ticks(labels.rupture_s(rupture), tick_s);
         let end = first.saturating_add(1 + rule.window_ticks()).min(samples.len() as u64);
         let window = samples.get(first as usize..end as usize).unwrap_or_default();
         let reason =

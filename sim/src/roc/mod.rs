@@ -12,14 +12,17 @@ mod detector_bank;
 mod interval;
 mod lanes;
 mod misses;
+mod samples;
 mod signal;
 mod study;
 mod tally;
+pub mod trials;
 
 pub use curve::{Curve, Point};
 pub use detector_bank::DetectorBank;
 pub use interval::{poisson, wilson};
-pub use signal::{Samples, Signal, SignalKind};
+pub use samples::Samples;
+pub use signal::{Signal, SignalKind};
 pub use study::{Characteristics, Condition, Study};
 pub use tally::Tally;
 

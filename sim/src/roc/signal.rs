@@ -5,10 +5,11 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::RocError;
+use super::samples::Samples;
 use super::tally::Labels;
+use super::trials::Trial;
 use crate::detect;
 use crate::detection::{DetectorSettings, DistanceKind, DistanceSettings, Evidence};
-use crate::engine::{Observer, Signals};
 use crate::estimation::{AnyEstimator, Estimator, RlsSettings};
 use crate::recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use crate::run::observe;
@@ -16,6 +17,9 @@ use crate::scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
 /// Random stream of the added noise, different from that of the synthetic recording's own noise.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
+
+/// Number before the first seed of the trials: their settings were chosen on seeds below it.
+const TRIAL_SEEDS: u64 = 1_000_000;
 
 /// Seed of the synthetic recordings, which is that of the shipped one.
 const SYNTHETIC_SEED: u64 = 1;
@@ -42,20 +46,10 @@ pub struct Signal {
 pub enum SignalKind {
     /// A recording with added noise.
     Recorded(Samples),
+    /// A made recording for each seed.
+    Trials,
     /// A closed loop with noise on the sensor and without augmentation, because with augmentation the run depends on the threshold.
     ClosedLoop(Box<Scenario>),
-}
-
-/// Evenly spaced samples, SI.
-#[derive(Debug, Clone, Default, PartialEq)]
-#[allow(missing_docs, reason = "the names say quantity and unit")]
-pub struct Samples {
-    pub tick_s: f64,
-    pub force_n: Vec<f64>,
-    pub position_m: Vec<f64>,
-    pub velocity_m_per_s: Vec<f64>,
-    /// Labels in s after the first sample, ascending.
-    pub ruptures_s: Vec<f64>,
 }
 
 impl Signal {
@@ -102,6 +96,19 @@ impl Signal {
         Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &made, kinds)? })
     }
 
+    /// Returns the made recordings of [`super::trials`], with the settings of a specification.
+    #[must_use]
+    pub fn trials(spec: &DetectionSpec, kinds: &[DistanceKind]) -> Self {
+        Self {
+            name: "trials".into(),
+            variant: InVivoLikeVariant::default(),
+            kind: SignalKind::Trials,
+            estimator: spec.settings.estimator,
+            contact_m: 0.0,
+            detectors: detectors(&spec.settings.detector, kinds),
+        }
+    }
+
     /// Returns the closed loop of a scenario, without augmentation.
     ///
     /// # Errors
@@ -124,15 +131,6 @@ impl Signal {
         })
     }
 
-    /// Returns the sampling interval, in s.
-    #[must_use]
-    pub fn tick_s(&self) -> f64 {
-        match &self.kind {
-            SignalKind::Recorded(samples) => samples.tick_s,
-            SignalKind::ClosedLoop(scenario) => scenario.grid.tick_s(),
-        }
-    }
-
     /// Writes the inputs of the detectors, with noise (standard deviation in N) of a seed, to `evidence`, and returns
     /// the labels.
     pub(super) fn evaluate(
@@ -149,11 +147,18 @@ impl Signal {
             SignalKind::Recorded(samples) => {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 rng.set_stream(NOISE_STREAM);
-                self.estimate(samples, evidence, || {
+                self.estimate(samples, self.contact_m, evidence, || {
                     let noise: f64 = StandardNormal.sample(&mut rng);
                     noise_std_n * noise
                 });
                 Ok(labels(samples))
+            }
+            SignalKind::Trials => {
+                let trial = Trial::new(TRIAL_SEEDS + seed);
+                let labels = Labels::of_trial(&trial, within_s);
+                let (contact_m, samples) = (trial.contact_m, trial.samples()?);
+                self.estimate(&samples, contact_m, evidence, || 0.0);
+                Ok(labels)
             }
             SignalKind::ClosedLoop(scenario) => {
                 let mut noisy = scenario.with_seed(seed);
@@ -161,31 +166,28 @@ impl Signal {
                 let mut samples = Samples { tick_s: noisy.grid.tick_s(), ..Samples::default() };
                 let metrics = observe(&noisy, &mut samples)?;
                 samples.ruptures_s = metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
-                self.estimate(&samples, evidence, || 0.0);
+                self.estimate(&samples, self.contact_m, evidence, || 0.0);
                 Ok(labels(&samples))
             }
         }
     }
 
-    fn estimate(&self, samples: &Samples, evidence: &mut Vec<Evidence<f64>>, mut noise_n: impl FnMut() -> f64) {
+    fn estimate(
+        &self,
+        samples: &Samples,
+        contact_m: f64,
+        evidence: &mut Vec<Evidence<f64>>,
+        mut noise_n: impl FnMut() -> f64,
+    ) {
         let mut estimator = AnyEstimator::<f64>::new(&self.estimator);
         let forces = samples.force_n.iter().zip(&samples.position_m).zip(&samples.velocity_m_per_s);
         evidence.clear();
         evidence.extend(forces.map(|((force_n, position_m), &velocity_m_per_s)| {
             let force_n = force_n + noise_n();
-            let depth_m = position_m - self.contact_m;
+            let depth_m = position_m - contact_m;
             let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
             Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate)
         }));
-    }
-}
-
-/// Records the inputs of the estimator in a run.
-impl Observer<f64> for Samples {
-    fn observe(&mut self, s: &Signals<f64>) {
-        self.force_n.push(s.measured_force_n);
-        self.position_m.push(s.slave_position_m);
-        self.velocity_m_per_s.push(s.slave_velocity_m_per_s);
     }
 }
 

@@ -108,7 +108,7 @@ impl Study {
                     let count = bank.thresholds().len();
                     share.alarms.iter_mut().for_each(Vec::clear);
                     share.alarms.resize(count.max(share.alarms.len()), vec![]);
-                    bank.evaluate(&share.evidence, signal.tick_s(), |threshold, sample| {
+                    bank.evaluate(&share.evidence, labels.tick_s(), |threshold, sample| {
                         share.alarms[threshold].push(sample)
                     });
                     let (own, others) = rest.split_at_mut(count);
@@ -165,22 +165,14 @@ impl Study {
                     drop_n,
                     sharpness_s: fall_s,
                     depth_m,
-                    curves: curves(banks, |(threshold, point)| {
-                        Point::of(threshold, &of_condition(index)[point], signal.tick_s())
-                    }),
+                    curves: curves(banks, |(threshold, point)| Point::of(threshold, &of_condition(index)[point])),
                 }
             })
             .collect();
         let all = curves(banks, |(threshold, point)| {
             let mut tally = Tally::default();
-            let mut hours = 0.0;
-            for (index, condition) in conditions.iter().enumerate() {
-                tally.add(&of_condition(index)[point]);
-                hours += condition.curves.iter().flat_map(|curve| &curve.points).nth(point).map_or(0.0, |p| p.hours);
-            }
-            // The ticks of signals can differ: the mean tick gives the total time.
-            let tick_s = if tally.quiet_samples == 0 { 0.0 } else { 3600.0 * hours / tally.quiet_samples as f64 };
-            Point::of(threshold, &tally, tick_s)
+            (0..conditions.len()).for_each(|index| tally.add(&of_condition(index)[point]));
+            Point::of(threshold, &tally)
         });
         Characteristics {
             within_s: self.within_s,

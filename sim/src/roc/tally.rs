@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::trials::{Fall, Trial};
 use crate::metrics::RUPTURE_WINDOW_S;
 
 /// Tolerance of a delay's limit in s, because times are sums of rounded decimals.
@@ -25,8 +26,8 @@ pub struct Tally {
     pub late: u64,
     /// False alarms.
     pub false_alarms: u64,
-    /// Samples outside the windows after labels, in which a first alarm is false.
-    pub quiet_samples: u64,
+    /// Time outside the windows after labels, in which a first alarm is false, in ns; of a trial the time in contact.
+    pub quiet_ns: u64,
     /// Number of detections by delay in ns.
     pub delays_ns: BTreeMap<u64, u64>,
     /// Number of missed ruptures by the word of their reason; only at the detector's own threshold.
@@ -36,23 +37,53 @@ pub struct Tally {
 /// The labels of a case, and the maximum delay of a detection.
 #[derive(Debug, Clone)]
 pub(super) struct Labels {
-    ruptures_s: Vec<f64>,
+    labels: Vec<Label>,
     tick_s: f64,
+    quiet_ns: u64,
+}
+
+/// A rupture of a case.
+#[derive(Debug, Clone, Copy)]
+struct Label {
+    /// Its time after the first sample, in s.
+    time_s: f64,
+    /// Maximum delay of a detection, in s.
     within_s: f64,
-    quiet_samples: u64,
+    /// Until when further alarms are not false, in s after it: a fall in several steps may have several alarms.
+    fall_s: f64,
+    /// Whether it counts: a rupture that noise hides is neither missed nor detected, and its alarms are not false.
+    counts: bool,
 }
 
 impl Labels {
     /// Returns the labels of ruptures in s after the first of `samples`, ascending.
     pub(super) fn new(ruptures_s: Vec<f64>, samples: usize, tick_s: f64, within_s: f64) -> Self {
-        let mut labels = Self { ruptures_s, tick_s, within_s, quiet_samples: 0 };
-        labels.quiet_samples = (0..samples).filter(|&sample| labels.matched(sample).is_none()).count() as u64;
+        let label = |time_s| Label { time_s, within_s, fall_s: 0.0, counts: true };
+        let mut labels = Self { labels: ruptures_s.into_iter().map(label).collect(), tick_s, quiet_ns: 0 };
+        let quiet = (0..samples).filter(|&sample| labels.matched(sample).is_none()).count();
+        labels.quiet_ns = (quiet as f64 * tick_s * 1e9).round() as u64;
         labels
     }
 
-    /// Returns the times of the ruptures, in s after the first sample.
-    pub(super) fn ruptures_s(&self) -> &[f64] {
-        &self.ruptures_s
+    /// Returns the labels of a trial, whose alarms may come until `within_s`, or three samples, after the end of the fall.
+    pub(super) fn of_trial(trial: &Trial, within_s: f64) -> Self {
+        let slack_s = within_s.max(3.0 * trial.tick_s);
+        let label = |fall: &Fall| Label {
+            time_s: fall.start_s,
+            within_s: fall.duration_s + slack_s,
+            fall_s: fall.duration_s + slack_s,
+            counts: trial.is_above_noise(fall),
+        };
+        Self {
+            labels: trial.falls.iter().map(label).collect(),
+            tick_s: trial.tick_s,
+            quiet_ns: (trial.contact_s * 1e9).round() as u64,
+        }
+    }
+
+    /// Returns the time of a rupture, in s after the first sample.
+    pub(super) fn rupture_s(&self, rupture: usize) -> f64 {
+        self.labels[rupture].time_s
     }
 
     /// Returns the time between two samples, in s.
@@ -63,8 +94,8 @@ impl Labels {
     /// Returns the latest rupture that an alarm at a sample can match, and its delay in s.
     fn matched(&self, sample: usize) -> Option<(usize, f64)> {
         let time_s = sample as f64 * self.tick_s;
-        let rupture = self.ruptures_s.partition_point(|label| *label <= time_s + ROUNDING_S).checked_sub(1)?;
-        let delay_s = (time_s - self.ruptures_s[rupture]).max(0.0);
+        let rupture = self.labels.partition_point(|label| label.time_s <= time_s + ROUNDING_S).checked_sub(1)?;
+        let delay_s = (time_s - self.labels[rupture].time_s).max(0.0);
         (delay_s <= RUPTURE_WINDOW_S + ROUNDING_S).then_some((rupture, delay_s))
     }
 }
@@ -72,21 +103,28 @@ impl Labels {
 impl Tally {
     /// Counts a case with its alarms in order of time, and returns the indices of the ruptures without an alarm.
     pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) -> Vec<usize> {
-        let count = labels.ruptures_s.len();
+        let count = labels.labels.len();
+        let counting = labels.labels.iter().filter(|label| label.counts).count();
         if self.ruptures.len() < count {
             self.ruptures.resize(count, 0);
             self.detected.resize(count, 0);
         }
-        self.ruptures[..count].iter_mut().for_each(|ruptures| *ruptures += 1);
+        for (ruptures, label) in self.ruptures.iter_mut().zip(&labels.labels) {
+            *ruptures += u64::from(label.counts);
+        }
         let (mut next, mut in_time, mut others) = (0, 0, 0);
         let mut missed = vec![];
         for &sample in alarms {
-            match labels.matched(sample).filter(|(rupture, _)| *rupture >= next) {
-                Some((rupture, delay_s)) => {
+            match labels.matched(sample) {
+                Some((rupture, delay_s)) if rupture < next && delay_s <= labels.labels[rupture].fall_s => {}
+                Some((rupture, delay_s)) if rupture >= next => {
                     missed.extend(next..rupture);
                     next = rupture + 1;
+                    if !labels.labels[rupture].counts {
+                        continue;
+                    }
                     *self.delays_ns.entry((delay_s * 1e9).round() as u64).or_default() += 1;
-                    if delay_s <= labels.within_s + ROUNDING_S {
+                    if delay_s <= labels.labels[rupture].within_s + ROUNDING_S {
                         self.detected[rupture] += 1;
                         in_time += 1;
                     } else {
@@ -94,16 +132,17 @@ impl Tally {
                         others += 1;
                     }
                 }
-                None => {
+                Some(_) | None => {
                     self.false_alarms += 1;
                     others += 1;
                 }
             }
         }
         self.cases += 1;
-        self.clean_cases += u64::from(in_time == count && others == 0);
-        self.quiet_samples += labels.quiet_samples;
+        self.clean_cases += u64::from(in_time == counting && others == 0);
+        self.quiet_ns += labels.quiet_ns;
         missed.extend(next..count);
+        missed.retain(|rupture| labels.labels[*rupture].counts);
         missed
     }
 
@@ -113,7 +152,7 @@ impl Tally {
         self.clean_cases += other.clean_cases;
         self.late += other.late;
         self.false_alarms += other.false_alarms;
-        self.quiet_samples += other.quiet_samples;
+        self.quiet_ns += other.quiet_ns;
         for (mine, theirs) in [(&mut self.ruptures, &other.ruptures), (&mut self.detected, &other.detected)] {
             mine.resize(mine.len().max(theirs.len()), 0);
             mine.iter_mut().zip(theirs).for_each(|(mine, theirs)| *mine += theirs);
@@ -171,7 +210,7 @@ mod tests {
     #[test]
     fn the_windows_after_labels_are_not_quiet_time() {
         // From 2.0 s to 2.8 s, including both ends.
-        assert_eq!(of(&[]).quiet_samples, 10_000 - 801);
+        assert_eq!(of(&[]).quiet_ns, (10_000 - 801) * 1_000_000);
     }
 
     #[test]

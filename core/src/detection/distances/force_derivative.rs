@@ -19,7 +19,7 @@ impl<L: Lane> BuiltIn for ForceDerivative<L> {
         hypotheses.squared_tuning()
     }
 
-    fn new(_settings: &DistanceSettings) -> Self {
+    fn new(_settings: &DistanceSettings, _tick_s: f64) -> Self {
         Self { last_force: L::zero(), started: false }
     }
 }

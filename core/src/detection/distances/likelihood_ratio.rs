@@ -87,7 +87,7 @@ impl<L: Lane> BuiltIn for LikelihoodRatio<L> {
         (square(hypotheses.rupture_mean_n) / (2.0 * square(hypotheses.quiet_std_n)), 0.0)
     }
 
-    fn new(settings: &DistanceSettings) -> Self {
+    fn new(settings: &DistanceSettings, _tick_s: f64) -> Self {
         Self::over(settings.window.window_samples, settings.hypotheses.quiet_std_n)
     }
 }

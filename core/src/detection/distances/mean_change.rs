@@ -20,7 +20,7 @@ impl<L: Lane> BuiltIn for MeanChange<L> {
         (square(hypotheses.rupture_mean_n) / (2.0 * square(hypotheses.quiet_std_n)), 0.0)
     }
 
-    fn new(settings: &DistanceSettings) -> Self {
+    fn new(settings: &DistanceSettings, _tick_s: f64) -> Self {
         let h = &settings.hypotheses;
         let quiet = square(h.quiet_std_n);
         Self { scale: L::splat(h.rupture_mean_n / quiet), offset: L::splat(-square(h.rupture_mean_n) / (2.0 * quiet)) }

@@ -3,6 +3,7 @@
 //!
 //! A distance is one file of this folder and one line of [`distances!`].
 
+mod adaptive;
 mod force_derivative;
 mod likelihood_ratio;
 mod mean_change;
@@ -12,6 +13,7 @@ mod squared_drop;
 mod squared_residual;
 mod variance_change;
 
+pub use adaptive::Adaptive;
 pub use force_derivative::ForceDerivative;
 pub use likelihood_ratio::{LikelihoodRatio, MAX_WINDOW_SAMPLES, WindowSettings};
 pub use mean_change::MeanChange;
@@ -42,6 +44,13 @@ pub trait Distance<L: Lane> {
     fn accumulates(&self) -> bool {
         true
     }
+
+    /// Whether a distance that needs no contact position and no quiet time can judge a sample; `None` for the others,
+    /// which [`ArmingSettings`](super::ArmingSettings) arms.
+    #[inline(always)]
+    fn is_ready(&self) -> Option<L::Mask> {
+        None
+    }
 }
 
 #[cfg(feature = "alloc")]
@@ -57,6 +66,10 @@ impl<L: Lane, D: Distance<L> + ?Sized> Distance<L> for alloc::boxed::Box<D> {
     fn accumulates(&self) -> bool {
         (**self).accumulates()
     }
+
+    fn is_ready(&self) -> Option<L::Mask> {
+        (**self).is_ready()
+    }
 }
 
 /// Properties of a built-in distance.
@@ -71,8 +84,8 @@ trait BuiltIn {
     /// Threshold γ and drift ν that follow from the hypotheses, in the unit of the distance.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
 
-    /// The distance before the first sample.
-    fn new(settings: &DistanceSettings) -> Self;
+    /// The distance before the first sample, for samples `tick_s` apart (s).
+    fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
 }
 
 /// Defines the kinds of distance, their settings and their enum, one line each: the word in scenarios, the type, and in
@@ -81,7 +94,7 @@ macro_rules! distances {
     ($($word:literal => $Part:ident $({ $field:ident: $Settings:ident })?,)*) => {
         crate::choice! {
             /// The distance: e², e² of drops only, eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
-            /// likelihood ratio, or Page-Hinkley.
+            /// likelihood ratio, Page-Hinkley, or adaptive, which needs no settings and no contact position.
             #[derive(Debug, Clone, Copy, PartialEq, Eq)]
             pub enum DistanceKind at "detector.distance" = SquaredResidual {
                 $($word => $Part,)*
@@ -150,11 +163,11 @@ macro_rules! distances {
         }
 
         impl<L: Lane> AnyDistance<L> {
-            /// The distance of the settings before the first sample.
+            /// The distance of the settings before the first sample, for samples `tick_s` apart (s).
             #[must_use]
-            pub fn new(settings: &DistanceSettings) -> Self {
+            pub fn new(settings: &DistanceSettings, tick_s: f64) -> Self {
                 match settings.kind {
-                    $(DistanceKind::$Part => Self::$Part(BuiltIn::new(settings)),)*
+                    $(DistanceKind::$Part => Self::$Part(BuiltIn::new(settings, tick_s)),)*
                 }
             }
         }
@@ -180,6 +193,13 @@ macro_rules! distances {
                     $(Self::$Part(part) => part.accumulates(),)*
                 }
             }
+
+            #[inline(always)]
+            fn is_ready(&self) -> Option<L::Mask> {
+                match self {
+                    $(Self::$Part(part) => part.is_ready(),)*
+                }
+            }
         }
 
         crate::lane::gather_variants!(AnyDistance { $($Part),* });
@@ -195,6 +215,7 @@ distances! {
     "force-derivative" => ForceDerivative,
     "likelihood-ratio" => LikelihoodRatio { window: WindowSettings },
     "page-hinkley" => PageHinkley,
+    "adaptive" => Adaptive,
 }
 
 impl DistanceSettings {
@@ -234,7 +255,7 @@ mod tests {
     fn a_drop_is_a_resisting_force_that_falls_short() {
         let distance = |residual: f64, predicted: f64| {
             let distance = DistanceSettings { kind: DistanceKind::SquaredDrop, ..DistanceSettings::DEFAULT };
-            AnyDistance::<f64>::new(&distance).update(&evidence(residual, predicted))
+            AnyDistance::<f64>::new(&distance, 1e-3).update(&evidence(residual, predicted))
         };
         assert_eq!([distance(-0.5, 2.0), distance(0.5, 2.0), distance(-0.5, -2.0)], [0.25, 0.0, 0.0]);
     }
@@ -244,7 +265,7 @@ mod tests {
         for e in [-0.4, -0.07, 0.0, 0.03, 0.2] {
             let distance = |kind| {
                 let settings = DistanceSettings { kind, ..DistanceSettings::DEFAULT };
-                AnyDistance::<f64>::new(&settings).update(&evidence(e, 0.0))
+                AnyDistance::<f64>::new(&settings, 1e-3).update(&evidence(e, 0.0))
             };
             let mean = log_density(e, -0.2, 0.02) - log_density(e, 0.0, 0.02);
             let variance = log_density(e, 0.0, 0.2) - log_density(e, 0.0, 0.02);

@@ -60,7 +60,7 @@ impl<L: Lane> BuiltIn for PageHinkley<L> {
         (half, half)
     }
 
-    fn new(settings: &DistanceSettings) -> Self {
+    fn new(settings: &DistanceSettings, _tick_s: f64) -> Self {
         Self::towards(settings.hypotheses.rupture_mean_n)
     }
 }

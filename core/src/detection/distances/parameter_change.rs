@@ -17,7 +17,7 @@ impl<L: Lane> BuiltIn for ParameterChange<L> {
         (half, half)
     }
 
-    fn new(_settings: &DistanceSettings) -> Self {
+    fn new(_settings: &DistanceSettings, _tick_s: f64) -> Self {
         Self(core::marker::PhantomData)
     }
 }

@@ -16,7 +16,7 @@ impl<L: Lane> BuiltIn for SquaredDrop<L> {
         hypotheses.squared_tuning()
     }
 
-    fn new(_settings: &DistanceSettings) -> Self {
+    fn new(_settings: &DistanceSettings, _tick_s: f64) -> Self {
         Self(core::marker::PhantomData)
     }
 }

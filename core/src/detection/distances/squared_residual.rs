@@ -30,7 +30,7 @@ impl<L: Lane> BuiltIn for SquaredResidual<L> {
         hypotheses.squared_tuning()
     }
 
-    fn new(_settings: &DistanceSettings) -> Self {
+    fn new(_settings: &DistanceSettings, _tick_s: f64) -> Self {
         Self(core::marker::PhantomData)
     }
 }

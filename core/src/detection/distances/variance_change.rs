@@ -20,7 +20,7 @@ impl<L: Lane> BuiltIn for VarianceChange<L> {
         (libm::log(hypotheses.quiet_std_n / hypotheses.rupture_std_n) + (changed / quiet - 1.0) / 2.0, 0.0)
     }
 
-    fn new(settings: &DistanceSettings) -> Self {
+    fn new(settings: &DistanceSettings, _tick_s: f64) -> Self {
         let h = &settings.hypotheses;
         let (quiet, changed) = (square(h.quiet_std_n), square(h.rupture_std_n));
         Self {

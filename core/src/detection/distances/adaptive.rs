@@ -1,0 +1,558 @@
+//! The fall of the force, relative to what the force has done so far: a detector that is told nothing.
+
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
+use crate::lane::{Lane, Mask};
+
+/// Least length of a bin in s: the samples of a bin are averaged.
+const BIN_S: f64 = 1e-3;
+
+/// Number of bins that are kept: at least the longest window and the reference before it.
+const BINS: usize = 64;
+
+/// Number of bins of a median.
+const MEDIAN_BINS: usize = 3;
+
+/// Windows over which the force may fall, in s.
+const WINDOWS_S: [f64; 5] = [2e-3, 4e-3, 8e-3, 16e-3, 32e-3];
+
+/// Time before a window with which the force is compared, in s. The spike of an impact is shorter.
+const REFERENCE_S: f64 = 15e-3;
+
+/// Interval of the present velocity, in s.
+const INSTANT_S: f64 = 4e-3;
+
+/// Slower motions count as rest, in m/s.
+const SLOW_M_PER_S: f64 = 2e-3;
+
+/// Largest share of the force that viscosity releases when the needle stops.
+const VISCOUS_SHARE: f64 = 0.5;
+
+/// A needle that has lost less than this share of its velocity moves evenly.
+const EVEN_SHARE: f64 = 0.1;
+
+/// A fall that was under way goes on at this multiple of its rate.
+const TREND: f64 = 1.5;
+
+/// Smallest fall, as a share of the force before it.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Smallest fall, as a share of the largest force of the last moments.
+const LEAST_RECENT_SHARE: f64 = 0.05;
+
+/// Memory of that force, in s.
+const LOAD_MEMORY_S: f64 = 0.3;
+
+/// Memory of the scales, in s.
+const SCALE_MEMORY_S: f64 = 1.0;
+
+/// A change counts in its scale up to this multiple of it.
+const CLIP: f64 = 3.0;
+
+/// Least scale, as a share of the step of the force.
+const STEP_SHARE: f64 = 0.5;
+
+/// Least scale, in N.
+const LEAST_SCALE_N: f64 = 1e-9;
+
+/// Number of bins after which the scales are known.
+const KNOWN_BINS: f64 = 50.0;
+
+/// Memory of the stiffness, in s.
+const STIFFNESS_MEMORY_S: f64 = 0.3;
+
+/// Interval over which the stiffness is measured, in s.
+const STIFFNESS_INTERVAL_S: f64 = 8e-3;
+
+/// Forces and rises above this multiple of their scale are loads.
+const LOAD: f64 = 6.0;
+
+/// Memory of the stiffest load, in s.
+const STIFFEST_MEMORY_S: f64 = 5.0;
+
+/// Largest step of an encoder, in m.
+const MAX_RESOLUTION_M: f64 = 1e-4;
+
+/// Changes below these are rounding, in m and N.
+const ROUNDING: [f64; 2] = [1e-9, 1e-6];
+
+/// Longest time after an alarm that counts as the same fall, in s.
+const HOLD_S: f64 = 0.15;
+
+/// The fall of the force, in multiples of its usual change.
+///
+/// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. With the force
+/// `f`, the position `x` and a stiffness `K` that a regression of changes of `f` on changes of `x` gives while there is
+/// a load, `r` is the force that the motion does not explain: `Δr = Δf - K Δx`. For each window `w`
+///
+/// ```text
+/// fall_w = min(min r before the window - r, max f before the window - f - released) - slowing - continued
+/// s_k    = max over w of min(fall_w, max f) / c_w
+/// ```
+///
+/// "before the window" is the 15 ms before it. `c_w` is the running mean, over 1 s, of the changes over `w`, each
+/// clipped at three means, and at least half of the sensor's step. *released* is what a step back can release at the
+/// stiffest load seen so far, by what the encoder shows and one step more; a hand that lets go of a rigid stop is not a
+/// rupture. *slowing* is at most half of the force, by the share of the velocity that the needle has lost, from a tenth on: viscosity.
+/// *continued* is what a fall that was under way adds at 1.5 times its rate: relaxation. A fall of less than a tenth of
+/// the force, or of a twentieth of the largest force of the last 0.3 s, counts as none, and so does every fall while the needle retreats, or within the same fall after an alarm.
+///
+/// Its constants are those of made recordings (`trocar roc --trials`), chosen on seeds apart from those that are reported.
+#[derive(Debug, Clone)]
+pub struct Adaptive<L> {
+    bin: Bin<L>,
+    times: Times,
+    /// Number of bins so far.
+    bins: f64,
+    newest: usize,
+    force: [L; BINS],
+    /// Maximum force of the reference up to each bin.
+    peak: [L; BINS],
+    /// The force that the motion does not explain.
+    surplus: [L; BINS],
+    /// Minimum surplus of the reference up to each bin.
+    low: [L; BINS],
+    position: [L; BINS],
+    /// Maximum position of the reference up to each bin.
+    high: [L; BINS],
+    scales: [L; WINDOWS_S.len()],
+    /// Running means of `Δx²` and `Δx Δf`.
+    moments: [L; 2],
+    stiffest: L,
+    /// The largest force of the last moments, decaying, in N.
+    recent_load: L,
+    hold: Hold<L>,
+    value: L,
+}
+
+impl<L: Lane> BuiltIn for Adaptive<L> {
+    const UNIT: &'static str = "1";
+    const ACCUMULATES: bool = false;
+
+    fn tuning(_hypotheses: &Hypotheses) -> (f64, f64) {
+        (7.0, 0.0)
+    }
+
+    fn new(_settings: &DistanceSettings, tick_s: f64) -> Self {
+        let samples = (libm::ceil(BIN_S / tick_s - 1e-9) as usize).max(1);
+        let zero = L::zero();
+        Self {
+            bin: Bin::new(samples),
+            times: Times::of(samples as f64 * tick_s),
+            bins: 0.0,
+            newest: 0,
+            force: [zero; BINS],
+            peak: [zero; BINS],
+            surplus: [zero; BINS],
+            low: [zero; BINS],
+            position: [zero; BINS],
+            high: [zero; BINS],
+            scales: [zero; WINDOWS_S.len()],
+            moments: [zero; 2],
+            stiffest: zero,
+            recent_load: zero,
+            hold: Hold { lowest: zero, since_lowest: L::splat(-1.0), bins: zero },
+            value: zero,
+        }
+    }
+}
+
+impl<L: Lane> Distance<L> for Adaptive<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        if let Some((force, position)) = self.bin.add(evidence.force_n, evidence.depth_m) {
+            self.process(force, position);
+        }
+        self.value
+    }
+
+    #[inline(always)]
+    fn reset(&mut self, mask: L::Mask) {
+        self.value = L::select(mask, L::zero(), self.value);
+        self.hold.begin(mask, self.force[self.newest]);
+    }
+
+    #[inline(always)]
+    fn accumulates(&self) -> bool {
+        Self::ACCUMULATES
+    }
+
+    #[inline(always)]
+    fn is_ready(&self) -> Option<L::Mask> {
+        Some(L::Mask::splat(self.bins >= KNOWN_BINS))
+    }
+}
+
+impl<L: Lane> Adaptive<L> {
+    /// The value of `bins` ago.
+    #[inline(always)]
+    fn ago(&self, values: &[L; BINS], bins: usize) -> L {
+        values[(self.newest + BINS - bins) % BINS]
+    }
+
+    /// The change over the last `bins`.
+    #[inline(always)]
+    fn change(&self, values: &[L; BINS], bins: usize) -> L {
+        values[self.newest] - self.ago(values, bins)
+    }
+
+    /// The extreme over the reference up to now.
+    #[inline(always)]
+    fn extreme(&self, values: &[L; BINS], choose: impl Fn(L, L) -> L) -> L {
+        (1..self.times.reference).fold(values[self.newest], |all, bins| choose(all, self.ago(values, bins)))
+    }
+
+    /// Processes a bin.
+    #[inline(always)]
+    fn process(&mut self, force: L, position: L) {
+        if self.bins == 0.0 {
+            (self.force, self.peak) = ([force; BINS], [force; BINS]);
+            (self.position, self.high) = ([position; BINS], [position; BINS]);
+        }
+        self.bins += 1.0;
+        let last_surplus = self.surplus[self.newest];
+        self.newest = (self.newest + 1) % BINS;
+        self.force[self.newest] = force;
+        self.position[self.newest] = position;
+        let stiffness = self.stiffness();
+        let explained = stiffness * self.change(&self.position, 1);
+        self.surplus[self.newest] = last_surplus + self.change(&self.force, 1) - explained;
+        self.low[self.newest] = self.extreme(&self.surplus, L::min);
+        self.peak[self.newest] = self.extreme(&self.force, L::max);
+        self.high[self.newest] = self.extreme(&self.position, L::max);
+
+        let released = self.released(stiffness);
+        let largest = (0..WINDOWS_S.len()).fold(L::zero(), |all, index| all.max(self.relative_fall(index, released)));
+        self.learn(stiffness);
+        let held = self.hold.update(force, self.scales[0], &self.times);
+        if let Some(ended) = held.ended {
+            // The next fall counts from here.
+            let surplus = self.surplus[self.newest];
+            for bin in 0..BINS {
+                self.low[bin] = L::select(ended, surplus, self.low[bin]);
+                self.peak[bin] = L::select(ended, force, self.peak[bin]);
+            }
+        }
+        let counts = !held.was_holding & L::Mask::splat(self.bins >= KNOWN_BINS);
+        self.value = L::select(counts, largest, L::zero());
+    }
+
+    /// The stiffness in N/m, by a regression of changes of the force on changes of the position under load.
+    #[inline(always)]
+    fn stiffness(&mut self) -> L {
+        let zero = L::zero();
+        let interval = self.times.stiffness;
+        let (rise, advance) = (self.change(&self.force, interval), self.change(&self.position, interval));
+        let is_loaded = self.ago(&self.force, interval).gt(L::splat(LOAD) * self.scales[0]);
+        let share = L::select(is_loaded, L::splat(self.times.stiffness_share), zero);
+        let [squares, products] = self.moments;
+        let squares = squares + (advance * advance - squares) * share;
+        let products = products + (advance * rise - products) * share;
+        self.moments = [squares, products];
+        L::select(squares.gt(zero), (products / squares).max(zero), zero)
+    }
+
+    /// The force in N that the needle's retreat from its deepest position can release.
+    #[inline(always)]
+    fn released(&self, stiffness: L) -> L {
+        let reference = self.times.reference;
+        let longest = BINS - 1 - reference;
+        // The maxima of four references side by side cover the longest window and the reference before it.
+        let parts = [0, reference, 2 * reference, 3 * reference].map(|bins| self.ago(&self.high, bins.min(longest)));
+        let deepest = parts.into_iter().fold(self.position[self.newest], L::max);
+        let retreat = deepest - self.position[self.newest] + self.bin.steps[0];
+        stiffness.max(self.stiffest) * retreat
+    }
+
+    /// The fall over a window, relative to its scale.
+    #[inline(always)]
+    fn relative_fall(&self, index: usize, released: L) -> L {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let Times { reference, .. } = self.times;
+        let window = self.times.windows[index];
+        let (force, surplus) = (self.force[self.newest], self.surplus[self.newest]);
+        let before = self.ago(&self.peak, window);
+
+        let past_advance = self.ago(&self.position, window) - self.ago(&self.position, window + reference);
+        let past_velocity = past_advance * L::splat(self.times.per_reference);
+        let velocity = self.change(&self.position, self.times.instant) * L::splat(self.times.per_instant);
+        let lost = (past_velocity - velocity) / past_velocity.max(L::splat(SLOW_M_PER_S));
+        let stopped = (lost - L::splat(EVEN_SHARE)) * L::splat(1.0 / (1.0 - EVEN_SHARE));
+        let slowing = L::splat(VISCOUS_SHARE) * before.max(zero) * stopped.clamp(zero, one);
+
+        let past_fall = self.ago(&self.surplus, window + reference) - self.ago(&self.surplus, window);
+        let continued = past_fall.max(zero) * L::splat(TREND * window as f64 / reference as f64);
+
+        let drop = self.ago(&self.low, window) - surplus - continued;
+        let fall = drop.min(before - force - released) - slowing;
+        let least = (L::splat(LEAST_SHARE) * before).max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
+        let counts = fall.gt(least) & self.change(&self.position, window).ge(zero);
+        let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
+        // Nothing falls by more than there was: noise around zero force is no fall.
+        L::select(counts, fall.min(before) / scale, zero)
+    }
+
+    /// Updates the scales and the stiffest load.
+    #[inline(always)]
+    fn learn(&mut self, stiffness: L) {
+        let share = L::splat((1.0 / self.bins).max(self.times.scale_share));
+        let mut last = (L::zero(), L::zero());
+        for (index, window) in self.times.windows.into_iter().enumerate() {
+            // Medians of three bins share bins with the next two, and change too little over them.
+            let window = window.max(MEDIAN_BINS);
+            let (rise, advance) = (self.change(&self.force, window), self.change(&self.position, window));
+            last = (rise, advance);
+            let unexplained = rise.abs().min((rise - stiffness * advance).abs());
+            let scale = self.scales[index];
+            let is_known = self.bins >= KNOWN_BINS;
+            let clipped = if is_known { unexplained.min(L::splat(CLIP) * scale) } else { unexplained };
+            self.scales[index] = scale + (clipped - scale) * share;
+        }
+        self.recent_load = (self.recent_load * L::splat(self.times.load_decay)).max(self.force[self.newest]);
+        let (rise, advance) = last;
+        let resolution = self.bin.steps[0];
+        let load = rise / advance.max(resolution).max(L::splat(ROUNDING[0]));
+        let is_load = rise.gt(L::splat(LOAD) * self.scales[WINDOWS_S.len() - 1]) & advance.ge(-resolution);
+        let decayed = self.stiffest * L::splat(self.times.stiffest_decay);
+        self.stiffest = L::select(is_load, load.max(decayed), decayed);
+    }
+}
+
+crate::lane::gather!(Adaptive {
+    bin, force, peak, surplus, low, position, high, scales, moments, stiffest, recent_load, hold, value
+} same { times, bins, newest });
+
+/// The times in bins, and what follows from them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Times {
+    windows: [usize; WINDOWS_S.len()],
+    reference: usize,
+    stiffness: usize,
+    instant: usize,
+    hold: f64,
+    /// Inverse of the reference and of the interval of the present velocity, in 1/s.
+    per_reference: f64,
+    per_instant: f64,
+    scale_share: f64,
+    stiffness_share: f64,
+    stiffest_decay: f64,
+    load_decay: f64,
+}
+
+impl Times {
+    /// The times in bins of a length in s.
+    fn of(bin_s: f64) -> Self {
+        // A bin is at least 1 ms long, so the longest window and the reference before it are at most 47 of the 64 bins.
+        let bins = |time_s: f64| (libm::round(time_s / bin_s) as usize).max(1);
+        let per = |time_s: f64| 1.0 / (bins(time_s) as f64 * bin_s);
+        Self {
+            windows: WINDOWS_S.map(bins),
+            reference: bins(REFERENCE_S),
+            stiffness: bins(STIFFNESS_INTERVAL_S),
+            instant: bins(INSTANT_S),
+            hold: bins(HOLD_S) as f64,
+            per_reference: per(REFERENCE_S),
+            per_instant: per(INSTANT_S),
+            scale_share: (bin_s / SCALE_MEMORY_S).min(1.0),
+            stiffness_share: (bin_s / STIFFNESS_MEMORY_S).min(1.0),
+            stiffest_decay: libm::exp(-bin_s / STIFFEST_MEMORY_S),
+            load_decay: libm::exp(-bin_s / LOAD_MEMORY_S),
+        }
+    }
+}
+
+/// The mean of some samples, without outliers of single bins, and the steps of the sensors.
+#[derive(Debug, Clone)]
+struct Bin<L> {
+    /// Samples in a bin, and so far.
+    samples: usize,
+    filled: usize,
+    has_any: bool,
+    /// Sums of the position and the force.
+    sums: [L; 2],
+    /// The last sample.
+    last: [L; 2],
+    /// Least change between two samples: the steps of encoder (m) and sensor (N), or less.
+    steps: [L; 2],
+    /// Forces of the last three bins, and the position of the last one.
+    forces: [L; MEDIAN_BINS],
+    position: L,
+}
+
+impl<L: Lane> Bin<L> {
+    fn new(samples: usize) -> Self {
+        let zero = L::zero();
+        Self {
+            samples,
+            filled: 0,
+            has_any: false,
+            sums: [zero; 2],
+            last: [zero; 2],
+            steps: [L::splat(MAX_RESOLUTION_M), L::splat(f64::MAX)],
+            forces: [zero; MEDIAN_BINS],
+            position: zero,
+        }
+    }
+
+    /// Adds a sample; returns the force and the position of the bin before, if this sample completes one.
+    #[inline(always)]
+    fn add(&mut self, force: L, position: L) -> Option<(L, L)> {
+        let sample = [position, force];
+        if self.has_any {
+            for i in 0..2 {
+                let change = (sample[i] - self.last[i]).abs();
+                let is_step = change.gt(L::splat(ROUNDING[i]));
+                self.steps[i] = L::select(is_step, self.steps[i].min(change), self.steps[i]);
+            }
+        } else {
+            (self.forces, self.position) = ([force; MEDIAN_BINS], position);
+            self.has_any = true;
+        }
+        self.last = sample;
+        self.sums = [self.sums[0] + position, self.sums[1] + force];
+        self.filled += 1;
+        if self.filled < self.samples {
+            return None;
+        }
+        let share = L::splat(1.0 / self.samples as f64);
+        let [position, force] = self.sums.map(|sum| sum * share);
+        (self.filled, self.sums) = (0, [L::zero(); 2]);
+        self.forces = [self.forces[1], self.forces[2], force];
+        let [a, b, c] = self.forces;
+        let median = a.min(b).max(a.max(b).min(c));
+        Some((median, core::mem::replace(&mut self.position, position)))
+    }
+}
+
+crate::lane::gather!(Bin { sums, last, steps, forces, position } same { samples, filled, has_any });
+
+/// The fall after an alarm, which raises no other alarm.
+#[derive(Debug, Clone)]
+struct Hold<L> {
+    /// The lowest force of it, in N.
+    lowest: L,
+    /// Bins since then; negative if no fall is held.
+    since_lowest: L,
+    /// Bins since the alarm.
+    bins: L,
+}
+
+/// Whether a fall was held at a bin.
+struct Held<L: Lane> {
+    was_holding: L::Mask,
+    /// Where it has ended, if anywhere.
+    ended: Option<L::Mask>,
+}
+
+impl<L: Lane> Hold<L> {
+    /// Begins at a force (N) in the lanes of the mask.
+    #[inline(always)]
+    fn begin(&mut self, mask: L::Mask, force: L) {
+        self.lowest = L::select(mask, force, self.lowest);
+        self.since_lowest = L::select(mask, L::zero(), self.since_lowest);
+        self.bins = L::select(mask, L::zero(), self.bins);
+    }
+
+    /// Processes the force of a bin (N) with the scale of its changes. The fall ends with two references without a lower force.
+    #[inline(always)]
+    fn update(&mut self, force: L, scale: L, times: &Times) -> Held<L> {
+        let one = L::splat(1.0);
+        let was_holding = self.since_lowest.ge(L::zero());
+        let is_lower = force.lt(self.lowest - scale);
+        self.lowest = L::select(is_lower, force, self.lowest);
+        let since = L::select(is_lower, L::zero(), self.since_lowest + one);
+        self.bins = self.bins + one;
+        let ends =
+            was_holding & (since.ge(L::splat(2.0 * times.reference as f64)) | self.bins.ge(L::splat(times.hold)));
+        self.since_lowest = L::select(was_holding & !ends, since, -one);
+        Held { was_holding, ended: ends.any().then_some(ends) }
+    }
+}
+
+crate::lane::gather!(Hold { lowest, since_lowest, bins });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Feeds forces (N) and positions (m) `tick_s` (s) apart; returns the times (s) at which the distance exceeds 7.
+    fn alarms_s(tick_s: f64, end_s: f64, signal: impl Fn(f64) -> (f64, f64)) -> [Option<f64>; 3] {
+        let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
+        let mut found = [None; 3];
+        let mut count = 0;
+        for sample in 0..(end_s / tick_s) as usize {
+            let time_s = sample as f64 * tick_s;
+            let (force_n, depth_m) = signal(time_s);
+            // A made noise of 10 mN, the same at every rate.
+            let noise_n = 0.02 * (libm::fmod(libm::fabs(libm::sin(12.9898 * sample as f64)) * 43_758.5, 1.0) - 0.5);
+            let evidence = Evidence {
+                force_n: force_n + noise_n,
+                predicted_force_n: 0.0,
+                residual_n: 0.0,
+                correction: [0.0; 2],
+                depth_m,
+                velocity_m_per_s: 0.0,
+                in_contact: false,
+            };
+            if adaptive.update(&evidence) > 7.0 {
+                adaptive.reset(true);
+                if count < found.len() {
+                    found[count] = Some(time_s);
+                    count += 1;
+                }
+            }
+        }
+        found
+    }
+
+    /// An insertion at 10 mm/s into 500 N/m, which tears at 1 s over a time in s.
+    fn insertion(fall_s: f64) -> impl Fn(f64) -> (f64, f64) {
+        move |time_s| {
+            let (load_n, depth_m) = (5.0 * time_s.min(1.0), 0.01 * time_s);
+            (load_n - 3.0 * ((time_s - 1.0) / fall_s).clamp(0.0, 1.0), depth_m)
+        }
+    }
+
+    #[test]
+    fn a_fall_is_found_at_every_rate_and_once() {
+        for rate_hz in [100.0, 333.0, 700.0, 1000.0, 2000.0, 10_000.0] {
+            for fall_s in [1e-3, 10e-3, 50e-3] {
+                let found = alarms_s(1.0 / rate_hz, 2.0, insertion(fall_s));
+                let latest_s = 1.0 + fall_s + f64::max(0.010, 3.0 / rate_hz);
+                let is_in_time = found[0].is_some_and(|time_s| (1.0..=latest_s).contains(&time_s));
+                assert!(is_in_time && found[1].is_none(), "{rate_hz} Hz, {fall_s} s: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn letting_go_and_stopping_are_no_ruptures() {
+        // A rigid stop of 20 kN/m, pressed with 5 N and let go in 30 ms; an encoder of 50 µm.
+        let let_go = |time_s: f64| {
+            let force_n = 5.0 * (time_s / 0.5).min(1.0) - 5.0 * ((time_s - 1.0) / 0.03).clamp(0.0, 1.0);
+            (force_n, libm::round(force_n / 20e3 / 50e-6) * 50e-6)
+        };
+        // A spring of 300 N/m and a damper of 20 N·s/m, pushed at 50 mm/s and stopped within 20 ms.
+        let stopped = |time_s: f64| {
+            let since_s = (time_s - 0.5).max(0.0);
+            let slowed = libm::exp(-since_s / 0.02);
+            let depth_m = 0.05 * time_s.min(0.5) + 0.05 * 0.02 * (1.0 - slowed);
+            (300.0 * depth_m + 20.0 * 0.05 * slowed, depth_m)
+        };
+        for rate_hz in [333.0, 1000.0, 5000.0] {
+            assert_eq!(alarms_s(1.0 / rate_hz, 2.0, let_go), [None; 3], "let go at {rate_hz} Hz");
+            assert_eq!(alarms_s(1.0 / rate_hz, 2.0, stopped), [None; 3], "stopped at {rate_hz} Hz");
+        }
+    }
+
+    #[test]
+    fn no_window_is_longer_than_the_bins() {
+        for micros in 1..200_000 {
+            let tick_s = 1e-6 * f64::from(micros);
+            let Times { windows, reference, stiffness, .. } =
+                Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s).times;
+            assert!(windows[WINDOWS_S.len() - 1] + reference < BINS && stiffness < BINS, "{tick_s}");
+        }
+    }
+}
