@@ -85,7 +85,7 @@ pub enum Fallback {
 /// Maximum number of words for which one key acts.
 const MAX_WORDS: usize = 8;
 
-/// The words of a choice for which a key acts.
+/// The words of a choice for which a key acts; of a switch, `true` or `false`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActsFor {
     /// The key of the choice.

@@ -13,12 +13,14 @@ use crate::{convert, error};
 pub(crate) struct Scenario {
     pub(crate) scenario: trocar_sim::scenario::Scenario,
     pub(crate) source: Source,
-    pub(crate) settings: Vec<String>,
+    /// The settings of each call, first those of loading it.
+    pub(crate) settings: Vec<Vec<String>>,
 }
 
 impl Scenario {
-    fn of(py: Python<'_>, source: Source, settings: Vec<String>) -> PyResult<Self> {
-        let load = || trocar_sim::scenario::Scenario::load(&source, &settings);
+    fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>) -> PyResult<Self> {
+        let lists: Vec<&[String]> = settings.iter().map(Vec::as_slice).collect();
+        let load = || trocar_sim::scenario::Scenario::load_changed(&source, &lists);
         let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
         Ok(Self { scenario, source, settings })
     }
@@ -42,24 +44,24 @@ pub(crate) fn text_source(name: &str, text: &str) -> Source {
 impl Scenario {
     /// Loads a file, or a shipped scenario by its name.
     #[staticmethod]
-    fn load(py: Python<'_>, path: &str, settings: Vec<String>) -> PyResult<Self> {
+    fn load(py: Python<'_>, path: &str, settings: Vec<Vec<String>>) -> PyResult<Self> {
         Self::of(py, Source::parse(path), settings)
     }
 
     /// Loads a TOML text.
     #[staticmethod]
-    fn from_text(py: Python<'_>, name: &str, text: &str, settings: Vec<String>) -> PyResult<Self> {
+    fn from_text(py: Python<'_>, name: &str, text: &str, settings: Vec<Vec<String>>) -> PyResult<Self> {
         Self::of(py, text_source(name, text), settings)
     }
 
-    /// Returns the scenario with additional settings, which have priority over earlier ones.
+    /// Returns the scenario with additional settings, which have priority over earlier ones and may change their kinds.
     fn replace(&self, py: Python<'_>, settings: Vec<String>) -> PyResult<Self> {
-        let settings = self.settings.iter().cloned().chain(settings).collect();
+        let settings = self.settings.iter().cloned().chain([settings]).collect();
         Self::of(py, self.source.clone(), settings)
     }
 
-    /// Returns the source: the path or `None`, the name, the text or `None`, the settings.
-    fn origin(&self) -> (Option<String>, String, Option<String>, Vec<String>) {
+    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call.
+    fn origin(&self) -> (Option<String>, String, Option<String>, Vec<Vec<String>>) {
         let settings = self.settings.clone();
         match &self.source {
             Source::Text { name, text } => (None, name.to_string(), Some(text.to_string()), settings),

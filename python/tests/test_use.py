@@ -49,6 +49,15 @@ def test_scenarios_can_be_pickled(name):
     assert again.replace(**{"scaling.force": 1.0})["scaling.force"] == 1.0
 
 
+def test_a_later_change_may_switch_off_what_an_earlier_one_sets():
+    amplified = trocar.Scenario.load("paper/augmented").replace(**{"augmentation.force_law": "amplify"})
+    classical = amplified.replace(**{"augmentation.enabled": False})
+    again = pickle.loads(pickle.dumps(classical)).replace(**{"augmentation.enabled": True})
+    assert again == amplified
+    with pytest.raises(trocar.ScenarioError, match="augmentation.force_law has no effect"):
+        classical.replace(**{"augmentation.force_law": "amplify"})
+
+
 def test_traces_are_arrays_that_were_not_copied(run):
     assert all(column.shape == (17000,) for column in run.traces.values())
     kinds = {name: column.dtype for name, column in run.traces.items()}

@@ -53,7 +53,7 @@ class Scenario:
         ScenarioError
             A ``ValueError`` with the text of the command line, and its position as attributes.
         """
-        return cls._of(_core.Scenario.load(os.fspath(path), settings(changes)))
+        return cls._of(_core.Scenario.load(os.fspath(path), [settings(changes)]))
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], name: str = "scenario") -> Scenario:
@@ -139,7 +139,7 @@ class Scenario:
         return (_restored, self._core.origin())
 
 
-def _restored(path: str | None, name: str, text: str | None, changes: list[str]) -> Scenario:
+def _restored(path: str | None, name: str, text: str | None, changes: list[list[str]]) -> Scenario:
     if path is not None:
         return Scenario._of(_core.Scenario.load(path, changes))
     return Scenario._of(_core.Scenario.from_text(name, text or "", changes))

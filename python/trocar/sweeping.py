@@ -145,7 +145,8 @@ def sweep(
         scenario = scenario_of(base)
         # Keys of the sweep have priority over changes of the scenario.
         overridden = {*shared, *axes}
-        own = [setting for setting in scenario._core.origin()[3] if key_of(setting) not in overridden]
+        changes = [setting for call in scenario._core.origin()[3] for setting in call]
+        own = [setting for setting in changes if key_of(setting) not in overridden]
         job = _Job(None, "\n".join(lines) + "\n", scenario, own)
     if client is None:
         columns, hash, _, former_names = job.run("1/1", threads)

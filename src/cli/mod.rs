@@ -28,7 +28,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use error::CliError;
-use trocar_sim::scenario::{Scenario, Source, json_schema};
+use trocar_sim::scenario::{Scenario, ScenarioError, Source, json_schema};
 use trocar_sim::sweep::sweep_schema;
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
@@ -185,15 +185,17 @@ struct ScenarioArgs {
 impl ScenarioArgs {
     /// Loads all scenarios, before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
-        let load = |path: &String| {
-            Scenario::load(&source_of(path), &self.settings).map_err(|mut error| {
+        let sources: Vec<Source> = paths.iter().map(|path| source_of(path)).collect();
+        let named = |(loaded, path): (Result<Scenario, ScenarioError>, &String)| {
+            loaded.map_err(|mut error| {
                 if error.place.is_none() && !error.message.contains(path.as_str()) {
                     error.message = format!("{path}: {}", error.message);
                 }
                 error
             })
         };
-        let scenarios = paths.iter().map(load).collect::<Result<Vec<_>, _>>()?;
+        let loaded = Scenario::load_all(&sources, &self.settings);
+        let scenarios = loaded.into_iter().zip(paths).map(named).collect::<Result<Vec<_>, _>>()?;
         for (index, scenario) in scenarios.iter().enumerate() {
             if let Some(other) = scenarios[..index].iter().position(|other| other.name == scenario.name) {
                 let (first, second) = (paths[other].clone(), paths[index].clone());

@@ -128,9 +128,10 @@ mod tests {
             state.set.insert(key.into(), value.into());
             let pair = maker.run(&state).expect("runs");
             for (shown, enabled) in pair.runs.iter().zip([false, true]) {
-                let mut settings = vec![format!("augmentation.enabled={enabled}")];
-                settings.extend(state.set.iter().map(|(key, value)| format!("{key}={value}")));
-                let scenario = Scenario::load(&Source::parse("paper/augmented"), &settings).expect("good");
+                let settings: Vec<String> = state.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
+                let scheme = [format!("augmentation.enabled={enabled}")];
+                let scenario = Scenario::load_changed(&Source::parse("paper/augmented"), &[&settings, &scheme]);
+                let scenario = scenario.expect("good");
                 let expected = run(scenario).expect("runs");
                 assert!(shown.trace == expected.trace && shown.metrics == expected.metrics, "{settings:?}");
                 let written = maker.written(&state, enabled).expect("good");

@@ -150,8 +150,12 @@ fn draw(random: &mut Random, tables: &Tables) -> RandomLink {
     set("channel.jitter_s", &random.up_to(0.2));
     set("channel.loss", &random.up_to(0.5));
     set("channel.outage_s", &random.between(0.005, 0.15));
-    set("channel.recovery", &if plain { "ramp" } else { random.one(&["ramp", "hold", "give-up"]) });
-    set("channel.recovery_speed_m_per_s", &random.between(0.005, 0.1));
+    let recovery = if plain { "ramp" } else { random.one(&["ramp", "hold", "give-up"]) };
+    set("channel.recovery", &recovery);
+    let speed_m_per_s = random.between(0.005, 0.1);
+    if recovery == "ramp" {
+        set("channel.recovery_speed_m_per_s", &speed_m_per_s);
+    }
 
     set("augmentation.min_hold_s", &0.1);
     set("augmentation.max_hold_s", &0.3);

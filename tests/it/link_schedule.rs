@@ -86,8 +86,9 @@ fn an_echo_finds_the_delays_again() {
 #[test]
 fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() {
     let folder = TestFolder::new();
-    let link = "forward_delay_s = 0.02\njitter_s = 0.003\noutages_s = [0.3, 0.6]\nrecovery_speed_m_per_s = 0.05";
-    let trace = traced(&folder, link);
+    let link = "forward_delay_s = 0.02\njitter_s = 0.003\noutages_s = [0.3, 0.6]";
+    let ramp = format!("{link}\nrecovery_speed_m_per_s = 0.05");
+    let trace = traced(&folder, &ramp);
     let reference = &trace.slave_reference_m;
     // No sample from before 0.3 s arrives after 0.322 s, none from after it before 0.62 s.
     assert!(reference[322..620].iter().all(|&position| position == reference[322]));
@@ -98,7 +99,7 @@ fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() 
     assert!((780..860).contains(&there), "{there}");
     assert_eq!(
         trace.slave_reference_m[..320],
-        traced(&folder, &link.replace("[0.3, 0.6]", "[]")).slave_reference_m[..320]
+        traced(&folder, &ramp.replace("[0.3, 0.6]", "[]")).slave_reference_m[..320]
     );
 
     let held = traced(&folder, &format!("{link}\nrecovery = \"hold\""));

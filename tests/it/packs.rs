@@ -39,15 +39,16 @@ const MACHINES: [(&str, f64, f64); 4] = [
 ];
 
 /// The keys that may differ in any scenario. The large force scales make some closed loops diverge.
-const COMMON: [(&str, f64, f64); 7] = [
+const COMMON: [(&str, f64, f64); 5] = [
     ("scaling.force", 0.3, 3.0),
     ("scaling.position", 0.5, 1.5),
     ("estimator.dead_zone_n", 0.01, 0.08),
     ("detector.threshold", 0.005, 0.08),
     ("detector.settle_s", 0.02, 0.3),
-    ("augmentation.min_hold_s", 0.1, 0.6),
-    ("augmentation.blend_s", 0.02, 0.3),
 ];
+
+/// Of a scenario with augmentation.
+const EVENTS: [(&str, f64, f64); 2] = [("augmentation.min_hold_s", 0.1, 0.6), ("augmentation.blend_s", 0.02, 0.3)];
 
 /// Of re-engaging by a ramp.
 const CATCH_UP: (&str, f64, f64) = ("augmentation.catch_up_speed_m_per_s", 0.01, 0.1);
@@ -65,13 +66,17 @@ fn each_as_alone(name: &str, scenarios: &[Scenario]) -> Vec<String> {
 
 fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, seed: u64) -> (usize, usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let catches_up = !fixed.iter().any(|setting| setting.starts_with("augmentation.reengage="));
-    let ranges: Vec<_> = COMMON.iter().chain(own).copied().chain(catches_up.then_some(CATCH_UP)).collect();
+    let given: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
+    let augments = load(name, &given).augmentation.enabled;
+    let catches_up = augments && !fixed.iter().any(|setting| setting.starts_with("augmentation.reengage="));
+    let of_events = EVENTS.iter().filter(|_| augments);
+    let ranges: Vec<_> =
+        COMMON.iter().chain(of_events).chain(own).copied().chain(catches_up.then_some(CATCH_UP)).collect();
     let (mut diverged, mut events) = (0, 0);
     for pack in 0..packs {
         let machines = settings(&mut rng, &MACHINES);
         let case = |rng: &mut ChaCha8Rng| {
-            let mut all: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
+            let mut all = given.clone();
             let machines = if pack.is_multiple_of(2) { machines.clone() } else { settings(rng, &MACHINES) };
             all.extend(machines.into_iter().chain(settings(rng, &ranges)));
             load(name, &all)

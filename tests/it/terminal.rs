@@ -26,7 +26,7 @@ fn every_command_prints_lines_of_at_most_80_characters() {
     folder.file("labels.csv", format!("{labels}two-insertion.csv,5.52,capsule\ntwo-insertion.csv,6.5,membrane\n"));
     folder.file(
         "sweep.toml",
-        "base = \"builtin:classical.toml\"\nseeds = 2\n[axes]\nscaling.force = [1.0, 1.2]\n\
+        "base = \"builtin:augmented.toml\"\nseeds = 2\n[axes]\nscaling.force = [1.0, 1.2]\n\
          detector.threshold = [0.01, 0.02]\naugmentation.reengage = [\"ramp\", \"snap\"]\n",
     );
     let axes = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:20000:4"];

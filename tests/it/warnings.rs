@@ -164,6 +164,23 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
     folder.file("good.toml", "base = \"base.toml\"\n[tissue]\nkind = \"kelvin-voigt\"\n");
     let outcome = folder.trocar(&["check", "good.toml"]);
     assert_eq!(outcome.code, 0, "{}", outcome.err);
+    // A setting for several scenarios acts in one of them.
+    let hold = ["--set", "augmentation.min_hold_s=0.2"];
+    folder.refused(
+        &[&["check", "paper/classical"], &hold[..]].concat(),
+        &["augmentation.min_hold_s has no effect: it acts for augmentation.enabled = true, which is false here"],
+    );
+    folder.good(&[&["compare", "paper/classical", "paper/augmented"], &hold[..]].concat());
+    // A choice that does not act itself.
+    let presliding = "base = \"hand/reflex\"\n[tissue]\nindex = \"depth\"\npresliding_m = 0.001\n";
+    folder.file("replay.toml", presliding);
+    folder.refused(&["check", "replay.toml"], &["tissue.index has no effect", "tissue.presliding_m has no effect"]);
+    folder.file(
+        "both.toml",
+        "base = \"hand/reflex\"\nmetrics = [\"tissue_energy_j\"]\n[axes]\naugmentation.enabled = [false, true]\n\
+         augmentation.catch_up_speed_m_per_s = [0.01, 0.03]\n",
+    );
+    folder.good(&["check", "both.toml"]);
     folder.file(
         "sweep.toml",
         "base = \"hand/reflex\"\nmetrics = [\"operator_energy_j\"]\n[axes]\ntissue.stiffness_n_per_m = [100.0, 200.0]\n",

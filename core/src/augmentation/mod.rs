@@ -17,8 +17,12 @@ pub use force_laws::{
 pub use position::{Freeze, HeldReference, MotionLaw, Reengage};
 
 use crate::lane::{Gather, LANES, Lane, Mask, gather_mask, of_each};
+use crate::settings::ActsFor;
 use automaton::Automaton;
 use force::ForceFeedback;
+
+/// With augmentation only, as the keys of an event.
+pub const WHEN_ENABLED: ActsFor = ActsFor::new("augmentation.enabled", &["true"]);
 
 crate::settings! {
     /// Settings of the supervisor.
@@ -29,15 +33,15 @@ crate::settings! {
         /// Alarms then have no effect.
         enabled: bool = true,
         /// Where the slave is held.
-        freeze: Freeze,
+        freeze: Freeze for (WHEN_ENABLED),
         /// How the slave returns to the hand.
-        reengage: Reengage,
+        reengage: Reengage for (WHEN_ENABLED),
         /// The force law of an event.
-        force: ForceLawSettings,
+        force: ForceLawSettings for (WHEN_ENABLED),
         /// Length of the cross-fade back to the measured force.
-        blend_s: f64 [NON_NEGATIVE] = 0.1,
+        blend_s: f64 [NON_NEGATIVE] for (WHEN_ENABLED) = 0.1,
         /// When an event begins and ends.
-        automaton: AutomatonSettings,
+        automaton: AutomatonSettings for (WHEN_ENABLED),
     }
 }
 

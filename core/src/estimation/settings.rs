@@ -110,7 +110,7 @@ crate::settings! {
         /// α_0 of eq. 17, at which F_0 is restored.
         ///
         /// Above `tr(F_0⁻¹) = 2 / initial_gain`.
-        reset_threshold: f64 [POSITIVE] =>
+        reset_threshold: f64 [POSITIVE] for Forgetting::Resetting =>
             "2/initial_gain + 10/normalisation (ten full corrections), or 2/initial_gain + 5e-4 without one"
             2.0 / initial_gain + if normalisation > 0.0 { 10.0 / normalisation } else { 5e-4 },
         /// N_0 of eq. 15: smaller errors cause no correction.

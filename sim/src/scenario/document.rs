@@ -195,20 +195,24 @@ pub struct Entry {
     pub value_place: Place,
     /// The file that the entry's paths are relative to.
     pub source: Source,
-    /// How far it is from the command line: 0 there and in a single file, 1 in the scenario's file, 2 in its base, and so
-    /// on.
+    /// How far it is from the last settings: 0 there and in a single file, 1 in the scenario's file, 2 in its base, and so
+    /// on. Each earlier list of settings lies between, one step farther than the next.
     pub layer: usize,
 }
 
-/// Every entry of a scenario, its bases and its command-line settings; the first entry of a path takes effect.
+/// Every entry of a scenario, its bases and lists of settings, the last list nearest; the first entry of a path takes
+/// effect.
 ///
 /// # Errors
 /// A file that cannot be read, is not TOML, or is based on itself; a setting that is not `section.key=value`.
-pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, ScenarioError> {
+pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
-    for setting in settings.iter().rev() {
-        entries.extend(parse_setting(setting)?);
+    for (layer, list) in settings.iter().rev().enumerate() {
+        for setting in list.iter().rev() {
+            entries.extend(parse_setting(setting)?.into_iter().map(|entry| Entry { layer, ..entry }));
+        }
     }
+    let earlier_lists = settings.len().saturating_sub(1);
     let mut visited = HashSet::new();
     let mut next = Some((source.clone(), None));
     while let Some((source, place)) = next {
@@ -229,7 +233,7 @@ pub fn gather(source: &Source, settings: &[String]) -> Result<Vec<Entry>, Scenar
             return Err(error.remedy(format!("run it with `trocar sweep {}`", source.display())));
         }
         let (bases, rest): (Vec<_>, Vec<_>) = file.into_iter().partition(|entry| entry.path == "base");
-        let layer = visited.len();
+        let layer = earlier_lists + visited.len();
         entries.extend(rest.into_iter().map(|entry| Entry { layer, ..entry }));
         next = bases.into_iter().next().map(|entry| based_on(&source, entry)).transpose()?;
     }

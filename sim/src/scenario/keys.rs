@@ -75,9 +75,13 @@ mod tests {
     }
 
     #[test]
-    fn a_key_acts_for_words_of_a_choice() {
+    fn a_key_acts_for_words_of_a_choice_or_a_position_of_a_switch() {
         for acts in KEYS.iter().filter_map(|key| key.acts_for) {
-            let Some(Key { kind: Kind::Choice(words), .. }) = find(acts.key) else { panic!("{acts:?}") };
+            let words: &[&str] = match find(acts.key).map(|choice| choice.kind) {
+                Some(Kind::Choice(words)) => words,
+                Some(Kind::Flag) => &["true", "false"],
+                _ => panic!("{acts:?}"),
+            };
             assert!(acts.words().iter().all(|word| words.contains(word)), "{acts:?}");
         }
     }

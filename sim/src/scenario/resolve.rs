@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use trocar_core::settings::Source as _;
+use trocar_core::settings::{Key, Source as _};
 
 use super::document::Source;
 use super::engine_kind::EngineKind;
@@ -128,9 +128,34 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] with place and remedy, for the scenario or its recording.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
-        let values = Values::load(source, settings)?;
-        values.check_acting()?;
+        Self::load_changed(source, &[settings])
+    }
+
+    /// As [`Scenario::load`], with several lists of settings, of which a later one overrides the earlier ones: it may change
+    /// a kind, so that earlier settings no longer act.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
+        let values = Values::load_changed(source, settings)?;
+        values.check_acting(|_| false)?;
         Self::resolve(values)
+    }
+
+    /// Loads several scenarios with the same settings, each of which has to act in one of them.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`], for each scenario.
+    #[must_use]
+    pub fn load_all(sources: &[Source], settings: &[String]) -> Vec<Result<Self, ScenarioError>> {
+        let all: Vec<_> = sources.iter().map(|source| Values::load(source, settings)).collect();
+        let acts = |key: &Key| all.iter().flatten().any(|values| values.is_acting(key));
+        let resolve = |values: &Result<Values, ScenarioError>| {
+            let values = values.clone()?;
+            values.check_acting(acts)?;
+            Self::resolve(values)
+        };
+        all.iter().map(resolve).collect()
     }
 
     /// Resolves values.

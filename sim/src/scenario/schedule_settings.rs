@@ -1,5 +1,7 @@
 //! The keys of scheduled events.
 
+use crate::augmentation::WHEN_ENABLED;
+
 trocar_core::settings! {
     /// Scheduled outages and logged delays of the link.
     #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +22,6 @@ trocar_core::settings! {
     pub(super) struct EventSettings in "augmentation." no const {
         /// Times of scheduled alarms, independent of the detector, as in [1.0, 3.5]; each takes effect if the
         /// supervisor accepts alarms then.
-        events_s: Vec<f64> = [],
+        events_s: Vec<f64> for (WHEN_ENABLED) = [],
     }
 }

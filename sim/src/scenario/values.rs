@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use trocar_core::settings::{self, Fallback, Key, Kind, Source as _};
+use trocar_core::settings::{self, ActsFor, Fallback, Key, Kind, Source as _};
 
 use super::document::{Entry, Source, gather};
 use super::error::{Place, ScenarioError};
@@ -46,6 +46,14 @@ impl Values {
     /// # Errors
     /// A file that cannot be read or parsed, an unknown key, or a value that its key does not allow.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
+        Self::load_changed(source, &[settings])
+    }
+
+    /// As [`Values::load`], with several lists of settings, of which a later one overrides the earlier ones.
+    ///
+    /// # Errors
+    /// As [`Values::load`].
+    pub(super) fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         let refused = gather(source, settings)?.into_iter().filter_map(|entry| values.take(entry).err());
         ScenarioError::all(refused.collect())?;
@@ -107,29 +115,34 @@ impl Values {
     /// Checks that every written key acts.
     ///
     /// A key may act for some kinds of a choice only. It is then an error with another kind, unless a file nearer to the
-    /// command line has changed the kind.
+    /// command line has changed the kind, or the command line sets it for several scenarios and it `acts_elsewhere`.
     ///
     /// # Errors
-    /// [`ScenarioError`] at the first such key.
-    pub(super) fn check_acting(&self) -> Result<(), ScenarioError> {
-        let written = |key: &&Key| self.place(key.path).is_some();
-        let inert = KEYS.iter().filter(written).find_map(|key| {
-            let acts = key.acts_for.filter(|_| !self.is_acting(key))?;
-            let layer =
-                |path: &str| self.given.get(path).filter(|given| given.place.is_some()).map(|given| given.layer);
-            let kind_is_nearer = layer(acts.key).is_some_and(|kind| Some(kind) < layer(key.path));
-            (!kind_is_nearer).then_some((key, acts))
+    /// [`ScenarioError`] at all such keys.
+    pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&Key) -> bool) -> Result<(), ScenarioError> {
+        let layer = |path: &str| self.given.get(path).filter(|given| given.place.is_some()).map(|given| given.layer);
+        let inert = KEYS.iter().filter(|key| !self.is_acting(key)).filter_map(|key| {
+            let written = layer(key.path).filter(|layer| *layer > 0 || !acts_elsewhere(key))?;
+            let is_nearer = |acts: &ActsFor| layer(acts.key).is_some_and(|kind| kind < written);
+            let unmet = self.unmet(key).find(|acts| !is_nearer(acts))?;
+            Some(self.without_effect(key, &unmet))
         });
-        let Some((key, acts)) = inert else { return Ok(()) };
-        let word = self.text(acts.key).unwrap_or_default();
-        let words: Vec<String> = acts.words().iter().map(|word| format!("{word:?}")).collect();
+        ScenarioError::all(inert.collect())
+    }
+
+    /// The error for a key that does not act, as a condition is not met.
+    fn without_effect(&self, key: &Key, unmet: &ActsFor) -> ScenarioError {
+        let is_switch = find(unmet.key).is_some_and(|choice| choice.kind == Kind::Flag);
+        let quoted = |word: &str| if is_switch { word.to_owned() } else { format!("{word:?}") };
+        let words: Vec<String> = unmet.words().iter().map(|word| quoted(word)).collect();
+        let present = quoted(self.kind(unmet.key).unwrap_or_default());
         let message = format!(
-            "{} has no effect: it acts for {} = {}, which is {word:?} here",
+            "{} has no effect: it acts for {} = {}, which is {present} here",
             key.path,
-            acts.key,
+            unmet.key,
             words.join(" or ")
         );
-        Err(self.error(key.path, message).remedy(format!("remove it, or change {}", acts.key)))
+        self.error(key.path, message).remedy(format!("remove it, or change {}", unmet.key))
     }
 
     /// Whether a key acts for the present kinds.
@@ -137,7 +150,23 @@ impl Values {
     pub fn is_acting(&self, key: &Key) -> bool {
         // With a recorded force, which does not react, the analysis of stability assumes a spring and a damper.
         let is_assumed = ASSUMED.contains(&key.path) && replays_force(self);
-        is_assumed || key.acts_for.is_none_or(|acts| self.text(acts.key).is_ok_and(|word| acts.words().contains(&word)))
+        is_assumed || self.unmet(key).next().is_none()
+    }
+
+    /// The conditions of a key that the present kinds do not meet. A choice can itself act for some kinds of another.
+    pub(crate) fn unmet(&self, key: &Key) -> impl Iterator<Item = ActsFor> {
+        let is_met = |acts: &ActsFor| self.kind(acts.key).is_some_and(|word| acts.words().contains(&word));
+        conditions(key).filter(move |acts| !is_met(acts))
+    }
+
+    /// The word of a choice, or the position of a switch.
+    fn kind(&self, path: &str) -> Option<&str> {
+        match self.get(path)? {
+            Value::Text(word) => Some(word),
+            Value::Flag(true) => Some("true"),
+            Value::Flag(false) => Some("false"),
+            _ => None,
+        }
     }
 
     pub(super) fn fill_defaults(&mut self) {
@@ -376,6 +405,12 @@ pub fn harmless_name(name: &str) -> String {
         }
         free => free.to_owned(),
     }
+}
+
+/// The kinds for which a key acts, then those for which their choice acts, and so on.
+fn conditions(key: &Key) -> impl Iterator<Item = ActsFor> {
+    let choice = |acts: &ActsFor| find(acts.key).and_then(|choice| choice.acts_for);
+    std::iter::successors(key.acts_for, choice)
 }
 
 /// Whether the operator replays the recording.

@@ -3,7 +3,7 @@
 use super::Parameter;
 use crate::channel::Schedule;
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
-use crate::scenario::{DelayTicks, Scenario, Value, waits_for_tick};
+use crate::scenario::{Constant, DelayTicks, Fallback, Key, Scenario, Value, find_key, waits_for_tick};
 use crate::teleoperation::{LinkSettings, PassivitySettings};
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
@@ -36,14 +36,20 @@ pub struct LoopSettings {
 }
 
 impl LoopSettings {
-    /// The loop of a scenario. `K` and `B` are those of its `tissue.stiffness_n_per_m` and `tissue.damping_n_s_per_m`
-    /// (by default 200 N/m and 5 N·s/m), for every kind of tissue. Delays from a file are delays if they are constant.
+    /// The loop of a scenario. `K` and `B` are those of its `tissue.stiffness_n_per_m` and `tissue.damping_n_s_per_m`, for
+    /// every kind of tissue; where these keys do not act, their defaults, 200 N/m and 5 N·s/m. Delays from a file are
+    /// delays if they are constant.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let values = scenario.values();
+        let acts = |path| find_key(path).is_some_and(|key| values.is_acting(key));
         let number = |path| match values.get(path) {
             Some(Value::Number(number)) => *number,
             _ => 0.0,
+        };
+        let tissue = |path| match find_key(path) {
+            Some(Key { fallback: Fallback::Value(Constant::Number(default)), .. }) if !acts(path) => *default,
+            _ => number(path),
         };
         let delay_s = |schedule: &Schedule, key| {
             schedule.constant().map_or_else(|| number(key), |ticks| scenario.grid.time_s(ticks))
@@ -63,8 +69,8 @@ impl LoopSettings {
             force_bandwidth_hz: scenario.sensor.force_bandwidth_hz,
             forward_delay_s: delay_s(&scenario.forward_schedule, "channel.forward_delay_s"),
             backward_delay_s: delay_s(&scenario.backward_schedule, "channel.backward_delay_s"),
-            stiffness_n_per_m: number("tissue.stiffness_n_per_m"),
-            damping_n_s_per_m: number("tissue.damping_n_s_per_m"),
+            stiffness_n_per_m: tissue("tissue.stiffness_n_per_m"),
+            damping_n_s_per_m: tissue("tissue.damping_n_s_per_m"),
         }
     }
 

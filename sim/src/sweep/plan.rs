@@ -155,8 +155,10 @@ impl Plan {
         let values = self.template.first().values();
         let is_swept = |path: &str| axes.iter().any(|axis| axis.key.path == path);
         let inert = axes.iter().find_map(|axis| {
-            let acts = axis.key.acts_for.filter(|acts| !is_swept(acts.key) && !values.is_acting(axis.key))?;
-            Some((axis, acts))
+            if values.is_acting(axis.key) {
+                return None;
+            }
+            Some((axis, values.unmet(axis.key).find(|acts| !is_swept(acts.key))?))
         });
         let Some((axis, acts)) = inert else { return Ok(()) };
         let words = acts.words().join(" or ");

@@ -28,7 +28,7 @@ trocar_core::settings! {
         /// How the slave resumes.
         policy: Recovery,
         /// Maximum speed of the slave's reference while it catches up with the hand.
-        speed_m_per_s: f64 [POSITIVE] = 0.03,
+        speed_m_per_s: f64 [POSITIVE] for Recovery::Ramp = 0.03,
         /// Maximum rate of the feedback force while it returns to the received one.
         force_rate_n_per_s: f64 [POSITIVE] = 50.0,
     }

@@ -49,7 +49,9 @@ const trocar = (() => {
     if (state.map.y !== "tissue.stiffness_n_per_m") given.set("y", state.map.y);
     history.replaceState(null, "", `#${given}`);
     const sets = Object.entries(state.set).map(([key, value]) => ` --set '${key}=${JSON.stringify(value)}'`);
-    setText("command", `trocar run ${state.scenario}${sets.join("")}`);
+    // The keys of events act with augmentation only.
+    const augments = Object.keys(state.set).some((key) => key.startsWith("augmentation."));
+    setText("command", `trocar run ${state.scenario}${augments ? " --set augmentation.enabled=true" : ""}${sets.join("")}`);
   }
 
   const current = () => ({ scenario: state.scenario, set: state.set });

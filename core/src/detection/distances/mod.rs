@@ -110,8 +110,8 @@ macro_rules! distances {
                 /// The compared hypotheses.
                 hypotheses: Hypotheses,
                 $($(
-                    /// The settings of this kind.
-                    $field: $Settings for DistanceKind::$Part,
+                    /// The settings of this kind. As the hypotheses, they act for every kind: a study compares all kinds.
+                    $field: $Settings,
                 )?)*
             }
         }
