@@ -15,6 +15,7 @@ mod detect_real;
 mod estimators;
 mod explore;
 mod instruction_sets;
+mod keys;
 mod lanes;
 mod layer_ranges;
 mod layering;

@@ -1,0 +1,145 @@
+//! Every key of the schema acts for every kind of every choice, or is declared to act for others.
+//!
+//! A pair is a key with a kind of a choice, or a position of a switch, of any section. It acts if another value of the key
+//! changes an output in one of the scenarios.
+
+mod outputs;
+mod scenarios;
+mod trials;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use trocar::scenario::{KEYS, Key, Kind};
+
+use scenarios::Scenarios;
+use trials::trial_values;
+
+/// A kind of a choice, or a position of a switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Chosen {
+    key: &'static str,
+    word: &'static str,
+}
+
+/// What a key does for a kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Effect {
+    /// Some output changes in some scenario.
+    Acts,
+    /// No output changes.
+    Nothing,
+    /// Each other value is an error that names a remedy.
+    Refused,
+    /// The kind excludes those that the key needs.
+    Excluded,
+}
+
+/// Keys whose other values are errors for a kind, because both exclude each other.
+const REFUSED: &[(&str, &[Chosen])] = &[
+    ("actuator.", &[Chosen { key: "simulation.control", word: "continuous" }]),
+    (
+        "master.coupling",
+        &[
+            Chosen { key: "controller.kind", word: "local-force" },
+            Chosen { key: "controller.kind", word: "position-position" },
+            Chosen { key: "controller.kind", word: "four-channel" },
+        ],
+    ),
+    ("controller.kind", &[Chosen { key: "master.coupling", word: "as-printed" }]),
+    ("slave.damping", &[Chosen { key: "controller.kind", word: "four-channel" }]),
+];
+
+/// The limits on a recording, which act by refusing it.
+const LIMITS: [&str; 3] = ["recording.max_gap_s", "recording.max_bytes", "recording.max_samples"];
+
+/// The key of the engine, which steps the plants and nothing else.
+const ENGINE: &str = "simulation.engine";
+
+/// Whether the engine steps what a key sets.
+fn is_of_plants(key: &Key) -> bool {
+    ["simulation.", "master.", "arm.", "slave.", "actuator."].iter().any(|section| key.path.starts_with(section))
+}
+
+/// The kinds of all choices but the key itself. The engines, of which one is slow, are tried with the keys of the plants.
+fn kinds(key: &'static Key) -> impl Iterator<Item = Chosen> {
+    let words = |choice: &'static Key| match choice.kind {
+        Kind::Choice(words) => words,
+        Kind::Flag => &["true", "false"],
+        _ => &[],
+    };
+    let are_tried = move |one: &Key, other: &Key| one.path != ENGINE || is_of_plants(other);
+    let others = KEYS.iter().filter(|choice| choice.path != key.path);
+    let others = others.filter(move |choice| are_tried(key, choice) && are_tried(choice, key));
+    others.flat_map(move |choice| words(choice).iter().map(|word| Chosen { key: choice.path, word }))
+}
+
+/// The effects of a key for all kinds, each with whether the key is declared to act.
+fn effects(key: &'static Key, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
+    // What showed the effect for one kind usually does for the next.
+    let mut first = (0, String::new());
+    kinds(key)
+        .map(|chosen| {
+            let mut effect = Effect::Excluded;
+            let mut order: Vec<usize> = (0..scenarios.all.len()).collect();
+            order.sort_by_key(|index| *index != first.0);
+            for index in order {
+                let base = &scenarios.all[index];
+                let settings = base.settings_for(key, chosen);
+                let Some(before) = base.outputs(&settings) else { continue };
+                effect = effect.min(Effect::Refused);
+                let mut values = trial_values(key, before.value(key.path), scenarios);
+                values.sort_by_key(|value| *value != first.1);
+                for value in values {
+                    let changed = [settings.as_slice(), &[format!("{}={value}", key.path)]].concat();
+                    let acts = match base.changed(&changed) {
+                        Some(after) => before.differ(&after),
+                        None if LIMITS.contains(&key.path) => true,
+                        None => continue,
+                    };
+                    effect = effect.min(Effect::Nothing);
+                    if acts {
+                        first = (index, value);
+                        return (chosen, scenarios.is_declared(key, chosen), Effect::Acts);
+                    }
+                }
+            }
+            (chosen, scenarios.is_declared(key, chosen), effect)
+        })
+        .collect()
+}
+
+#[test]
+fn every_key_acts_for_every_kind_or_is_declared_not_to() {
+    let scenarios = Scenarios::new();
+    let all: Vec<_> = KEYS.par_iter().map(|key| (key, effects(key, &scenarios))).collect();
+    let mut counts = BTreeMap::<(bool, Effect), usize>::new();
+    let mut wrong = vec![];
+    for (key, effects) in &all {
+        assert!(effects.iter().any(|(.., effect)| *effect == Effect::Acts), "{} never acts", key.path);
+        for (chosen, declared, effect) in effects {
+            *counts.entry((*declared, *effect)).or_default() += 1;
+            let is_refused = REFUSED.iter().any(|(path, kinds)| key.path.starts_with(path) && kinds.contains(chosen));
+            let is_right = match effect {
+                Effect::Acts => *declared,
+                Effect::Nothing => !declared,
+                Effect::Refused => is_refused,
+                Effect::Excluded => key.acts_for.is_some(),
+            };
+            if !is_right {
+                let declaration = if *declared { "is declared to act" } else { "is declared to have no effect" };
+                wrong.push(format!("{} {declaration} for {} = {}: {effect:?}", key.path, chosen.key, chosen.word));
+            }
+        }
+    }
+    println!("{} keys, {counts:?}", KEYS.len());
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn an_echo_is_loaded_whatever_the_kinds() {
+    let scenarios = Scenarios::new();
+    let name = KEYS.iter().find(|key| key.path == "name").expect("a key");
+    let echoed = scenarios.all.par_iter().map(|base| kinds(name).filter(|chosen| base.is_echoed(*chosen)).count());
+    assert!(echoed.sum::<usize>() > 500);
+}

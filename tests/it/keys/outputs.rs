@@ -1,0 +1,129 @@
+//! What a scenario's values give: a run, a detection in the recording, a study of detectors, an analysis of stability.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+
+use trocar::detect::{DetectionReport, detect};
+use trocar::detection::DistanceKind;
+use trocar::engine::{ColumnValues, Trace};
+use trocar::roc::{Signal, Study};
+use trocar::run::observe;
+use trocar::scenario::{DetectionSpec, Scenario, Value, Values};
+use trocar::stability::{ClosedLoop, LoopSettings};
+
+/// The sections of the recording.
+const RECORDING: [&str; 3] = ["recording", "recording.columns", "recording.scale"];
+
+/// The outputs of a scenario, computed when they are compared.
+pub struct Outputs {
+    values: Values,
+    scenario: Scenario,
+    run: OnceLock<u64>,
+}
+
+impl Outputs {
+    /// `None` if the scenario is refused.
+    pub fn of(values: Values) -> Option<Self> {
+        let scenario = Scenario::resolve(values.clone()).ok()?;
+        Some(Self { values, scenario, run: OnceLock::new() })
+    }
+
+    /// Whether any output differs, bit for bit.
+    pub fn differ(&self, other: &Self) -> bool {
+        // Equal settings give equal outputs.
+        let settings_differ = !are_equal(&self.scenario, &other.scenario);
+        let recording = |values: &Values| RECORDING.map(|section| values.section_json(section));
+        let detection_differs = settings_differ || recording(&self.values) != recording(&other.values);
+        let (one, two) = (LoopSettings::of(&self.scenario), LoopSettings::of(&other.scenario));
+        (settings_differ && self.run() != other.run())
+            || (one != two && stability(&one) != stability(&two))
+            || (detection_differs && detection(&self.values) != detection(&other.values))
+            || (settings_differ && roc(&self.scenario) != roc(&other.scenario))
+    }
+
+    /// The value of a key, also a derived one.
+    pub fn value(&self, path: &str) -> Option<&Value> {
+        self.scenario.values().get(path)
+    }
+
+    fn run(&self) -> u64 {
+        *self.run.get_or_init(|| run(&self.scenario))
+    }
+}
+
+/// Whether all public fields are equal, of which an engine is built.
+fn are_equal(one: &Scenario, other: &Scenario) -> bool {
+    let run = |s: &Scenario| (s.name.clone(), s.grid, s.engine, s.timing, s.seed, s.forward, s.backward);
+    let machines = |s: &Scenario| (s.master, s.arm, s.slave.clone(), s.actuators, s.link, s.irregularity);
+    let schedules = |s: &Scenario| (s.forward_schedule.clone(), s.backward_schedule.clone(), s.events.clone());
+    let ends = |s: &Scenario| (s.operator.clone(), s.tremor, s.reflex, s.tissue.clone());
+    let detection = |s: &Scenario| (s.sensor, s.estimator, s.contact_m, s.detector, s.augmentation);
+    run(one) == run(other)
+        && machines(one) == machines(other)
+        && schedules(one) == schedules(other)
+        && ends(one) == ends(other)
+        && detection(one) == detection(other)
+}
+
+fn hash(write: impl FnOnce(&mut DefaultHasher)) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    write(&mut hasher);
+    hasher.finish()
+}
+
+fn numbers(column: &[f64], hasher: &mut DefaultHasher) {
+    column.iter().for_each(|value| value.to_bits().hash(hasher));
+}
+
+/// Name, metrics and trace of the run; 0 if it fails.
+fn run(scenario: &Scenario) -> u64 {
+    let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
+    let Ok(metrics) = observe(scenario, &mut trace) else { return 0 };
+    hash(|hasher| {
+        scenario.name.hash(hasher);
+        format!("{metrics:?}").hash(hasher);
+        for column in trace.columns() {
+            match column {
+                ColumnValues::Numbers(column) => numbers(column, hasher),
+                ColumnValues::Codes(codes) => codes.hash(hasher),
+            }
+        }
+        trace.extra_parameter.iter().for_each(|(_, column)| numbers(column, hasher));
+    })
+}
+
+/// What `detect` finds in the recording; 0 if it refuses it.
+fn detection(values: &Values) -> u64 {
+    let Ok(spec) = DetectionSpec::resolve(&mut values.clone()) else { return 0 };
+    let Ok(detection) = detect(&spec) else { return 0 };
+    let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
+    hash(|hasher| {
+        [&detection.velocity_m_per_s, &detection.residual_n, &detection.stiffness_n_per_m, &detection.decision]
+            .iter()
+            .for_each(|column| numbers(column, hasher));
+        format!("{report:?}").hash(hasher);
+    })
+}
+
+/// The counts of `roc` for all distances in the closed loop; 0 if it refuses it.
+fn roc(scenario: &Scenario) -> u64 {
+    // The study needs exact positions.
+    let mut scenario = scenario.clone();
+    scenario.sensor.position_resolution_m = 0.0;
+    let Ok(signal) = Signal::closed_loop(scenario, &DistanceKind::ALL) else { return 0 };
+    let study = Study { signals: vec![signal], noise_std_n: vec![0.0], seeds: 1, thresholds: 8, within_s: 0.05 };
+    let Ok(counts) = study.run(&AtomicBool::new(false), || ()) else { return 0 };
+    hash(|hasher| format!("{counts:?}").hash(hasher))
+}
+
+/// The gain of the linear loop at some frequencies; 0 if it cannot be analysed.
+fn stability(settings: &LoopSettings) -> u64 {
+    let Ok(closed) = ClosedLoop::new(settings) else { return 0 };
+    hash(|hasher| {
+        for angle_rad in [0.01, 0.1, 1.0] {
+            let gain = closed.loop_gain(1.0, angle_rad);
+            numbers(&[gain.re, gain.im], hasher);
+        }
+    })
+}

@@ -1,0 +1,269 @@
+//! The scenarios in which the test changes a key.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+use std::iter::successors;
+use std::sync::{Arc, Mutex};
+
+use trocar::scenario::{Key, Scenario, Source, Values, find_key};
+use trocar::settings::ActsFor;
+
+use super::Chosen;
+use super::outputs::Outputs;
+use super::trials::trial_values;
+use crate::support::test_folder::TestFolder;
+
+/// What all scenarios have in common: an insertion in which most parts have something to do.
+const COMMON: &str = r#"
+name = "base"
+
+[simulation]
+duration_s = 0.8
+tick_s = 0.002
+
+[recording]
+file = "insertion.csv"
+ruptures_s = [0.3, 0.5]
+columns.velocity_m_per_s = "velocity_m_per_s"
+
+[channel]
+forward_delay_s = 0.003
+backward_delay_s = 0.004
+jitter_s = 0.003
+loss = 0.1
+outages_s = [0.45, 0.5]
+outage_s = 0.02
+
+[operator]
+kind = "minimum-jerk"
+start_m = -0.002
+end_m = 0.035
+movement_s = 0.5
+hold_s = 0.05
+withdrawal_s = 0.1
+speed_m_per_s = 0.08
+amplitude_m = 0.02
+frequency_hz = 4.0
+tremor_amplitude_m = 2e-5
+reflex = "withdraw"
+reflex_reaction_min_s = 0.01
+reflex_reaction_max_s = 0.02
+reflex_pause_s = 0.03
+reflex_withdraw_m = 0.0002
+
+[tissue]
+kind = "layers"
+index = "depth"
+skin = { thickness_m = 0.001, rupture_force_n = 1.0, cutting_force_n = 0.5 }
+fat = { thickness_m = 0.002 }
+muscle = { thickness_m = 0.003 }
+capsule = { thickness_m = 0.001 }
+organ = { thickness_m = 0.004 }
+
+[sensor]
+force_noise_std_n = 0.005
+force_bandwidth_hz = 200.0
+force_resolution_n = 1e-3
+force_range_n = 2.0
+position_resolution_m = 1e-6
+
+[detector]
+settle_s = 0.01
+
+[augmentation]
+min_hold_s = 0.01
+max_hold_s = 0.06
+blend_s = 0.01
+exit_quiet_s = 0.005
+refractory_s = 0.02
+events_s = [0.2, 0.35]
+"#;
+
+/// What each scenario changes of them. A key acts only where its part has something to do.
+const VARIANTS: &[&str] = &[
+    "",
+    // Motors at their limits.
+    "simulation.control=sampled actuator.master_force_limit_n=1 actuator.slave_command_limit=20 \
+     actuator.master_force_rate_limit_n_per_s=200 actuator.slave_command_rate_limit_per_s=2000 \
+     actuator.master_lag_s=0.002 actuator.slave_lag_s=0.002",
+    // A passivity scheme with little energy.
+    "passivity.scheme=time-domain passivity.budget_j=1e-5 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
+    // Thin layers, so that the needle leaves the last one.
+    "tissue.skin.thickness_m=0.0005 tissue.fat.thickness_m=0.001 tissue.muscle.thickness_m=0.001 \
+     tissue.capsule.thickness_m=0.0005 tissue.organ.thickness_m=0.001 operator.reflex=stop augmentation.events_s=[0.2]",
+    // An alarm at any time.
+    "augmentation.events_s=[0.05,0.1,0.15,0.17,0.19,0.21,0.23,0.25,0.27,0.29,0.31,0.33,0.35,0.37,0.39,0.41] \
+     augmentation.max_hold_s=0.03 augmentation.refractory_s=0.03",
+    // A decision that is quiet soon after an alarm, later, or never.
+    "detector.threshold=0.5 detector.drift=0.001 augmentation.events_s=[0.1,0.3] augmentation.max_hold_s=0.2 \
+     sensor.force_noise_std_n=0.02 augmentation.refractory_s=0.1",
+    "detector.distance=variance-change detector.threshold=40 detector.cap=60 augmentation.max_hold_s=0.3",
+    "detector.threshold=0.01 detector.drift=1e-9 sensor.force_noise_std_n=0.05",
+    // No delays beside those of a file.
+    "channel.forward_delay_s=0 channel.backward_delay_s=0",
+    // A recording without velocity.
+    "recording.columns.velocity_m_per_s='' tissue.kind=kelvin-voigt",
+    // The master as printed, which diverges: fast, to and fro, with a passivity scheme, and slowly.
+    "master.coupling=as-printed master.force_integral_gain=1.0 operator.end_m=-0.02 operator.start_m=0.0",
+    "master.coupling=as-printed master.force_integral_gain=0.5 operator.kind=sine operator.start_m=0.0",
+    "master.coupling=as-printed master.force_integral_gain=0.5 operator.kind=sine operator.start_m=0.0 \
+     passivity.scheme=time-domain passivity.budget_j=0 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
+    "master.coupling=as-printed master.force_integral_gain=0.1 operator.kind=sine operator.start_m=0.0 \
+     operator.amplitude_m=-0.003 tissue.skin.rupture_force_n=0.001 tissue.skin.cutting_force_n=0.001 \
+     tissue.skin.thickness_m=0.01 tissue.skin.grip_n=0.001 tissue.skin.friction_n_per_m=0.1",
+    // In and out of a spring, with noise and outages.
+    "operator.kind=sine operator.start_m=0.01 tissue.kind=kelvin-voigt tissue.stiffness_n_per_m=100 \
+     sensor.force_noise_std_n=0.1 sensor.force_range_n=10 detector.settle_s=0.002 operator.reflex=none \
+     channel.outages_s=[0.1,0.15,0.3,0.35,0.5,0.55] channel.recovery_force_rate_n_per_s=5",
+    // A late wall.
+    "tissue.kind=kelvin-voigt tissue.stiffness_n_per_m=1000 tissue.damping_n_s_per_m=0 controller.kind=position-position \
+     passivity.scheme=time-domain passivity.budget_j=0 channel.forward_delay_s=0.05 channel.backward_delay_s=0.05 \
+     channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false operator.reflex=none \
+     operator.kind=ramp operator.end_m=0.02 operator.speed_m_per_s=0.04 sensor.force_bandwidth_hz=0 \
+     sensor.force_range_n=20 simulation.duration_s=2",
+    // Without random numbers.
+    "operator.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \
+     sensor.position_resolution_m=0 sensor.force_noise_std_n=0",
+];
+
+/// A scenario that the test changes.
+pub struct Base {
+    source: Source,
+    settings: Vec<String>,
+    values: Values,
+    /// Outputs by further settings.
+    known: Mutex<HashMap<Vec<String>, Option<Arc<Outputs>>>>,
+}
+
+impl Base {
+    fn new(source: Source, settings: &str) -> Self {
+        let settings: Vec<String> = settings.split_whitespace().map(str::to_owned).collect();
+        let values = Values::load(&source, &settings).expect("good");
+        Self { source, settings, values, known: Mutex::default() }
+    }
+
+    fn load(&self, settings: &[String]) -> Values {
+        let all = [self.settings.as_slice(), settings].concat();
+        Values::load(&self.source, &all).unwrap_or_else(|error| panic!("{all:?}: {error}"))
+    }
+
+    /// The settings of a kind, and of the kinds for which a key acts.
+    pub fn settings_for(&self, key: &Key, chosen: Chosen) -> Vec<String> {
+        let conditions = |key: &Key| {
+            let choice = |acts: &ActsFor| find_key(acts.key).and_then(|choice| choice.acts_for);
+            successors(key.acts_for, choice)
+        };
+        let has_kind = |acts: &ActsFor| {
+            let present = self.values.get(acts.key).map(|value| value.to_toml().to_string());
+            present.is_some_and(|present| acts.words().contains(&present.trim_matches('"')))
+        };
+        let needed = conditions(key).filter(|acts| !has_kind(acts));
+        let needed = needed.map(|acts| format!("{}={}", acts.key, acts.words()[0]));
+        needed.chain([format!("{}={}", chosen.key, chosen.word)]).collect()
+    }
+
+    /// The outputs with these settings, which are not checked to act; `None` if the scenario is refused.
+    pub fn changed(&self, settings: &[String]) -> Option<Outputs> {
+        Outputs::of(self.load(settings))
+    }
+
+    /// Whether the scenario exists with a kind; checks that its echo gives the same scenario.
+    pub fn is_echoed(&self, chosen: Chosen) -> bool {
+        let Ok(scenario) = Scenario::resolve(self.load(&[format!("{}={}", chosen.key, chosen.word)])) else {
+            return false;
+        };
+        let echo = scenario.echo();
+        let again = Scenario::load(&Source::Text { name: "echo".into(), text: echo.clone().into() }, &[]);
+        assert_eq!(again.unwrap_or_else(|error| panic!("{error}\n{echo}")).echo(), echo);
+        true
+    }
+
+    /// As [`Base::changed`], computed once.
+    pub fn outputs(&self, settings: &[String]) -> Option<Arc<Outputs>> {
+        if let Some(known) = self.known.lock().expect("no panic").get(settings) {
+            return known.clone();
+        }
+        let outputs = self.changed(settings).map(Arc::new);
+        self.known.lock().expect("no panic").insert(settings.to_vec(), outputs.clone());
+        outputs
+    }
+}
+
+/// All scenarios, with their files.
+pub struct Scenarios {
+    folder: TestFolder,
+    defaults: Base,
+    pub all: Vec<Base>,
+}
+
+impl Scenarios {
+    pub fn new() -> Self {
+        let folder = TestFolder::new();
+        folder.file("base.toml", COMMON);
+        folder.file("insertion.csv", insertion(1.0)).file("other.csv", insertion(1.1));
+        folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.001,0.002\n0.3,0.004,0.001\n");
+        let source = Source::Disk(folder.path("base.toml"));
+        let all = VARIANTS.iter().map(|settings| Base::new(source.clone(), settings)).collect();
+        let defaults = Base::new(Source::Text { name: "defaults".into(), text: "".into() }, "");
+        Self { folder, defaults, all }
+    }
+
+    /// Whether a key is declared to act for a kind; checks that it is an error to give it otherwise.
+    pub fn is_declared(&self, key: &Key, chosen: Chosen) -> bool {
+        let mut settings = self.defaults.settings_for(key, chosen);
+        let values = self.defaults.load(&settings);
+        if values.is_acting(key) {
+            return true;
+        }
+        let value = trial_values(key, values.get(key.path), self).into_iter().next().expect("a value");
+        settings.push(format!("{}={value}", key.path));
+        let error = Scenario::load(&self.defaults.source, &settings).expect_err("without effect");
+        assert!(error.to_string().contains(&format!("{} has no effect", key.path)), "{settings:?}: {error}");
+        false
+    }
+
+    /// The values of a key for which its declaration gives none.
+    pub fn values_of(&self, path: &str) -> Option<Vec<String>> {
+        let file = |name: &str| format!("{:?}", self.folder.path(name).display().to_string());
+        Some(match path {
+            "name" => vec!["other".into()],
+            "recording.file" => vec![file("other.csv")],
+            "channel.delays_file" => vec![file("delays.csv")],
+            "recording.columns.time_s" => vec!["time_2_s".into()],
+            "recording.columns.position_m" => vec!["position_2_m".into()],
+            "recording.columns.velocity_m_per_s" => vec!["velocity_2_m_per_s".into()],
+            "recording.columns.force_n" => vec!["force_2_n".into()],
+            "recording.max_bytes" => vec!["100".into()],
+            "recording.max_samples" => vec!["10".into()],
+            "recording.max_gap_s" => vec!["1e-4".into()],
+            "augmentation.events_s" => vec!["[0.15, 0.3]".into()],
+            "recording.ruptures_s" => vec!["[0.31, 0.52]".into()],
+            "slave.denominator" => vec!["[1.0, 90.0, 0.1, 0.0]".into()],
+            _ => return None,
+        })
+    }
+}
+
+/// An insertion of 45 mm, with a withdrawal of some millimetres, as a table.
+fn insertion(scale: f64) -> String {
+    let mut text =
+        String::from("time_s,position_m,velocity_m_per_s,force_n,time_2_s,position_2_m,velocity_2_m_per_s,force_2_n\n");
+    for k in 0..800 {
+        let t = 1e-3 * f64::from(k);
+        let position = scale * (-0.002 + 0.045 * (0.5 - 0.5 * (PI * t / 0.55).cos()));
+        let velocity = scale * 0.045 * 0.5 * PI / 0.55 * (PI * t / 0.55).sin();
+        let load = if t < 0.3 { 100.0 } else { 60.0 };
+        let force = (load * position + 2.0 * velocity).max(0.0) + 0.01 * (900.0 * t).sin();
+        writeln!(
+            text,
+            "{t},{position},{velocity},{force},{},{},{},{}",
+            1.01 * t,
+            1.1 * position,
+            1.1 * velocity,
+            1.1 * force
+        )
+        .expect("text");
+    }
+    text
+}
