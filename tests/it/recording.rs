@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use trocar::recording::{Columns, Limits, Recording, RecordingError, open_csv};
+use trocar::recording::{Columns, Limits, Recording, RecordingError, open_recording};
 
 /// A lever of 0.075 m carries the needle: position = 0.075 * angle, force = torque / 0.075.
 fn lever(force: &str) -> Columns {
@@ -16,7 +16,7 @@ fn lever(force: &str) -> Columns {
 
 fn open(path: &str, force: &str) -> Result<Recording, RecordingError> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
-    open_csv(&path, &lever(force), &Limits::default())
+    open_recording(&path, &lever(force), &Limits::default())
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io;
 
+use super::containers::{Format, LAB_FORMATS};
 use super::{Limits, Quantity};
 
 /// A recording that cannot be used: `pop.csv line 812, column 'xs_rad': 'abc' is not a number; …`.
@@ -15,13 +16,45 @@ pub struct RecordingError {
     pub problem: Problem,
 }
 
+/// A row of a table or of columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// The line number as in an editor, from 1.
+    Line(u64),
+    /// The sample of a signal, from 0.
+    Sample(u64),
+    /// The row of a spreadsheet, from 1.
+    Sheet(u64),
+}
+
+impl Row {
+    /// The row as a place in time: "on line 3".
+    fn on(self) -> String {
+        match self {
+            Self::Line(_) => format!("on {self}"),
+            Self::Sample(_) => format!("at {self}"),
+            Self::Sheet(_) => format!("in {self}"),
+        }
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Sample(sample) => write!(f, "sample {sample}"),
+            Self::Sheet(row) => write!(f, "row {row}"),
+        }
+    }
+}
+
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// The file, as the caller named it.
     pub file: Box<str>,
-    /// The line number as in an editor, from 1; `None` for the whole file.
-    pub line: Option<u64>,
+    /// The line or the sample; `None` for the whole file.
+    pub row: Option<Row>,
     /// The header name of the column; `None` if the problem is not in a column.
     pub column: Option<Box<str>>,
 }
@@ -29,12 +62,16 @@ pub struct Place {
 impl Place {
     /// The whole file.
     pub(super) fn file(file: &str) -> Self {
-        Self { file: file.into(), line: None, column: None }
+        Self { file: file.into(), row: None, column: None }
     }
 
     pub(super) fn at_line(self, line: u64) -> Self {
-        let line = Some(line);
-        Self { line, ..self }
+        self.at(Row::Line(line))
+    }
+
+    pub(super) fn at(self, row: Row) -> Self {
+        let row = Some(row);
+        Self { row, ..self }
     }
 
     pub(super) fn in_column(self, column: &str) -> Self {
@@ -51,8 +88,8 @@ impl Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.file)?;
-        if let Some(line) = self.line {
-            write!(f, " line {line}")?;
+        if let Some(row) = self.row {
+            write!(f, " {row}")?;
         }
         if let Some(column) = &self.column {
             write!(f, ", column '{}'", excerpt(column))?;
@@ -98,9 +135,92 @@ pub enum Problem {
     /// A line that is too long.
     #[error("the line is longer than {} bytes; is this a table with one sample per line?", Limits::MAX_LINE_BYTES)]
     LineTooLong,
-    /// A zero byte: a spreadsheet, a `.mat` file, UTF-16 text.
+    /// A zero byte in what should be text.
     #[error("holds binary data (a zero byte); export it as CSV text in UTF-8")]
     Binary,
+    /// A file of a format that this build cannot read.
+    #[error(
+        "is {0}, and this trocar was built without the feature {feature}; build it with `cargo install --path . --features {feature}`, \
+         or export the file as {instead}",
+        feature = LAB_FORMATS,
+        instead = .0.alternative()
+    )]
+    Unsupported(Format),
+    /// A file that is cut off, damaged, or uses a part of its format that cannot be read.
+    #[error("is {format} that cannot be read: {detail}; write it again, or export it as {}", .format.alternative())]
+    Damaged {
+        /// The format.
+        format: Format,
+        /// What is wrong.
+        detail: Box<str>,
+    },
+    /// The file has no signals.
+    #[error("is {0} without a signal: no array of numbers with at least two samples")]
+    NoSignal(Format),
+    /// A file of arrays does not have a requested signal.
+    #[error(
+        "no signal '{}'{}; the file has {}{}; `trocar detect FILE --list` shows all",
+        excerpt(.name),
+        asked_by(*.quantity),
+        listing(.available),
+        suggestion(.nearest.as_deref())
+    )]
+    MissingSignal {
+        /// The requested name.
+        name: Box<str>,
+        /// The file's signals, in order.
+        available: Vec<String>,
+        /// The most similar of them, if one is similar enough.
+        nearest: Option<Box<str>>,
+        /// The quantity that it should hold.
+        quantity: Option<Quantity>,
+    },
+    /// A short name that several signals have.
+    #[error("'{}' is ambiguous: it can be {}; give one of these names", excerpt(.name), listing(.candidates))]
+    AmbiguousSignal {
+        /// The requested name.
+        name: Box<str>,
+        /// The signals that it can be.
+        candidates: Vec<String>,
+    },
+    /// An array with several signals was requested without its column, or with one that it does not have.
+    #[error("'{}' is {shape}, not one signal; give its column, counted from 0, as in {}", excerpt(.name), excerpt(.example))]
+    NotOneSignal {
+        /// The requested name.
+        name: Box<str>,
+        /// The array's size, as in "5810 x 2".
+        shape: Box<str>,
+        /// The name of one of its signals.
+        example: Box<str>,
+    },
+    /// A signal whose number of samples is not that of the time.
+    #[error(
+        "has {samples} samples, and the time '{}' has {times}; give signals of one clock: with {times} samples the file has {}",
+        excerpt(.time),
+        listing(.fitting)
+    )]
+    Lengths {
+        /// Samples of the signal.
+        samples: usize,
+        /// Samples of the time.
+        times: usize,
+        /// The name of the time.
+        time: Box<str>,
+        /// The signals with as many samples as the time.
+        fitting: Vec<String>,
+    },
+    /// NaN or an empty cell.
+    #[error("holds no finite number (NaN or empty); correct it or remove the sample")]
+    Undefined,
+    /// Decimal points and decimal commas in one file.
+    #[error("'{0}' and earlier numbers mix decimal points and decimal commas; write all decimals with a point")]
+    MixedDecimals(
+        /// The field.
+        Box<str>,
+    ),
+    /// A header of LabVIEW without its end or without its columns.
+    #[error("the LabVIEW header is incomplete: no line of columns (X_Value, …) follows it; export the file again")]
+    LabViewHeader,
     /// Bytes that are not UTF-8 in the header or in a requested column.
     #[error("the text is not UTF-8; save the file as CSV in UTF-8")]
     NotUtf8,
@@ -205,36 +325,37 @@ pub enum Problem {
     },
     /// A sample earlier than the one before it.
     #[error(
-        "time decreases, from {before_s} s on line {before_line} to {after_s} s; sort the rows by time, or keep one run per file"
+        "time decreases, from {before_s} s {} to {after_s} s; sort the rows by time, or keep one run per file",
+        .before.on()
     )]
     TimeBackwards {
-        /// The line of the previous sample.
-        before_line: u64,
+        /// The row of the previous sample.
+        before: Row,
         /// Its time in s.
         before_s: f64,
-        /// The time on this line.
+        /// Its time.
         after_s: f64,
     },
     /// A sample at the same time as the one before it.
     #[error(
-        "the time {time_s} s repeats that of line {before_line}; remove the repeated row, or log time with more digits"
+        "the time {time_s} s repeats that of {before}; remove the repeated row, or log time with more digits"
     )]
     TimeRepeats {
-        /// The line of the previous sample.
-        before_line: u64,
-        /// The time on both lines.
+        /// The row of the previous sample.
+        before: Row,
+        /// The time of both.
         time_s: f64,
     },
     /// A gap longer than the limit.
     #[error(
-        "no sample for {} s since line {before_line} (from {before_s} s to {after_s} s), the limit is {} s{}; cut the recording there, or raise max_gap_s",
+        "no sample for {} s since {before} (from {before_s} s to {after_s} s), the limit is {} s{}; cut the recording there, or raise max_gap_s",
         six_digits(.after_s - .before_s),
         six_digits(*.limit_s),
         median(*.median_s)
     )]
     Gap {
-        /// The line of the last sample before the gap.
-        before_line: u64,
+        /// The row of the last sample before the gap.
+        before: Row,
         /// Its time in s.
         before_s: f64,
         /// The time of the first sample after the gap.
@@ -252,6 +373,17 @@ pub(super) fn excerpt(text: &str) -> String {
     let mut shown: String = text.chars().take(MAX_CHARACTERS).flat_map(char::escape_debug).collect();
     if text.chars().nth(MAX_CHARACTERS).is_some() {
         shown.push('…');
+    }
+    shown
+}
+
+/// A foreign message on one line, shortened if it is long.
+pub(super) fn line(text: &str) -> String {
+    const MAX_CHARACTERS: usize = 200;
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let mut shown: String = words.join(" ").chars().filter(|character| !character.is_control()).take(MAX_CHARACTERS).collect();
+    if shown.ends_with('.') {
+        shown.pop();
     }
     shown
 }

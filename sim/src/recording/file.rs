@@ -3,23 +3,61 @@
 use std::fs::{File, FileType, Metadata};
 use std::path::Path;
 
+use super::containers::{self, Container, Format};
 use super::error::{Place, Problem};
+use super::read::scan_csv;
+use super::signals::Signal;
 use super::{Columns, DelayRow, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels};
 
-/// Reads the recording in the file `path`; see [`read_csv`].
+/// Reads the recording in the file `path`, of any [`Format`], known by its first bytes; for text see [`read_csv`].
+///
+/// The columns of other formats are signals: a name, or `name[:,1]` for one of several in an array, as [`list_signals`] gives
+/// them.
 ///
 /// # Errors
-/// Those of [`read_csv`]; and, before anything is read, if the file is missing, cannot be opened, is larger than
-/// [`Limits::max_bytes`], or is not a regular file (reading a pipe or a device could block or never end).
-pub fn open_csv(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
-    let (name, file) = open(path, limits)?;
-    read_csv(&name, file, columns, limits)
+/// Those of [`read_csv`], with samples instead of lines; and, before anything is read, if the file is missing, cannot be
+/// opened, is larger than [`Limits::max_bytes`], or is not a regular file (reading a pipe or a device could block or never
+/// end). Of other formats also if the file is damaged, its signals have different lengths, or the format needs the feature
+/// `lab-formats`.
+pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
+    match opened(path, limits)? {
+        (name, Opened::Text(file)) => read_csv(&name, file, columns, limits),
+        (name, Opened::Arrays(mut container)) => containers::read(&name, container.as_mut(), columns, limits),
+    }
+}
+
+/// Lists the signals of the file `path`, of any [`Format`]. Columns and arrays without a number are left out.
+///
+/// # Errors
+/// Those of [`open_recording`] for a file that cannot be read.
+pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
+    match opened(path, limits)? {
+        (name, Opened::Text(file)) => scan_csv(&name, file, limits),
+        (_, Opened::Arrays(mut container)) => Ok(containers::scan(container.as_mut())),
+    }
+}
+
+enum Opened {
+    Text(File),
+    Arrays(Box<dyn Container>),
+}
+
+/// Opens a file of any format; returns it with its name in messages.
+fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingError> {
+    let (name, mut file) = open(path, limits)?;
+    let refuse = |problem| Place::file(&name).error(problem);
+    let format = Format::of(path, &mut file).map_err(|error| refuse(Problem::Unreadable(error)))?;
+    if format == Format::Csv {
+        return Ok((name, Opened::Text(file)));
+    }
+    let container = format.open(file, limits).map_err(refuse)?;
+    Ok((name, Opened::Arrays(container)))
 }
 
 /// Reads the delay trace in the file `path`; see [`read_delays`].
 ///
 /// # Errors
-/// Those of [`read_delays`]; and those of [`open_csv`] for a file that cannot be read.
+/// Those of [`read_delays`]; and those of [`open_recording`] for a file that cannot be read.
 pub fn open_delays(
     path: &Path,
     limits: &Limits,
@@ -33,7 +71,7 @@ pub fn open_delays(
 /// Reads the labels in the file `path`; see [`read_labels`].
 ///
 /// # Errors
-/// Those of [`read_labels`]; and those of [`open_csv`] for a file that cannot be read.
+/// Those of [`read_labels`]; and those of [`open_recording`] for a file that cannot be read.
 pub fn open_labels(path: &Path, limits: &Limits, needs_file: bool) -> Result<Vec<LabelRow>, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_labels(&name, file, limits, needs_file)
@@ -73,7 +111,7 @@ mod tests {
     use super::*;
 
     fn message(path: &Path) -> String {
-        let error = open_csv(path, &columns(), &Limits::default()).expect_err("refused");
+        let error = open_recording(path, &columns(), &Limits::default()).expect_err("refused");
         let message = error.to_string();
         message.replace(&path.display().to_string(), "PATH")
     }

@@ -57,17 +57,22 @@ fn of_quantity(problem: Problem, quantity: Quantity) -> Problem {
 
 /// The header's names.
 pub(super) fn names<'a>(fields: impl Iterator<Item = &'a [u8]>) -> Result<Vec<String>, Problem> {
-    let names = fields
-        .map(|field| str::from_utf8(field).map(|name| trimmed(name).to_owned()))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|_| Problem::NotUtf8)?;
+    let name = |field: &[u8]| match str::from_utf8(field) {
+        Ok(name) => trimmed(name).to_owned(),
+        // Latin-1: its bytes are the first characters of Unicode.
+        Err(_) => trimmed(&field.iter().copied().map(char::from).collect::<String>()).to_owned(),
+    };
+    let names: Vec<String> = fields.map(name).collect();
     if names.iter().all(|name| name.parse::<f64>().is_ok()) { Err(Problem::NoHeader) } else { Ok(names) }
 }
 
 /// The position of the column, counted from 0.
 pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
-    let mut found = (0..names.len()).filter(|&index| names[index] == wanted);
+    // The names of a line that begins with % can be given with it.
+    let plain = wanted.strip_prefix('%').map(str::trim).filter(|_| names.iter().all(|name| name != wanted));
+    let plain = plain.unwrap_or(wanted);
+    let mut found = (0..names.len()).filter(|&index| names[index] == plain);
     match (found.next(), found.count()) {
         (Some(index), 0) => Ok(index),
         (Some(_), others) => Err(Problem::AmbiguousColumn { name: wanted.into(), count: 1 + others }),
@@ -81,7 +86,7 @@ pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> 
 }
 
 /// The name most similar to `wanted`, ignoring case, if it is similar enough.
-fn nearest(names: &[String], wanted: &str) -> Option<Box<str>> {
+pub(super) fn nearest(names: &[String], wanted: &str) -> Option<Box<str>> {
     const MIN_SIMILARITY: f64 = 0.8;
     let wanted = wanted.to_lowercase();
     names

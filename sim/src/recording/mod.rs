@@ -1,10 +1,10 @@
-//! Recordings of insertions and traces of link delays, read from CSV files.
+//! Recordings of insertions, read from files of several [formats](Format), and traces of link delays, read from CSV files.
 //!
 //! A recording is the log of a rig: time, position of the needle, optionally its velocity, and the force on it. Column
 //! names, units and signs differ between laboratories, so the caller gives a [`Column`] for each quantity, with a
 //! factor to SI units, forces being positive when they resist insertion.
 //!
-//! The file is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error names the
+//! Text is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error names the
 //! file, the line and the column, and gives a remedy.
 //!
 //! ```
@@ -27,13 +27,16 @@
 
 mod arrays;
 mod column;
+mod containers;
 mod delays;
 mod error;
 mod file;
 mod guard;
+mod head;
 mod header;
 mod in_vivo_like;
 mod labels;
+mod labview;
 mod limits;
 mod live;
 mod number;
@@ -42,13 +45,17 @@ mod read;
 mod resample;
 mod samples;
 mod settings;
+mod signals;
+mod spaces;
 mod table;
+mod utf16;
 
 pub use arrays::ArrayError;
 pub use column::{Column, ColumnError, Columns};
+pub use containers::Format;
 pub use delays::{DelayRow, read_delays};
-pub use error::{Place, Problem, RecordingError};
-pub use file::{open_csv, open_delays, open_labels};
+pub use error::{Place, Problem, RecordingError, Row};
+pub use file::{list_signals, open_delays, open_labels, open_recording};
 pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_like_variant_csv};
 pub use labels::{LabelRow, read_labels};
 pub use limits::Limits;
@@ -57,6 +64,7 @@ pub use quantity::Quantity;
 pub use read::read_csv;
 pub use resample::{ResampleError, Resampled};
 pub use samples::Recording;
+pub use signals::{Roles, Signal};
 pub use settings::{ColumnSettings, FileSettings, ScaleSettings, SignSettings};
 
 #[cfg(test)]

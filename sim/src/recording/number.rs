@@ -1,5 +1,7 @@
 //! Conversion of a field to a number in SI units.
 
+use std::cell::Cell;
+
 use super::error::{Problem, excerpt};
 
 /// The text without surrounding spaces, and without quotes that follow a space (which CSV treats as text).
@@ -20,6 +22,45 @@ pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
         Err(_) if trimmed(text).contains('\n') => Err(Problem::OpenQuote),
         Err(_) => Err(Problem::NotANumber(excerpt(trimmed(text)).into())),
     }
+}
+
+/// The decimal mark of a table. It is the point; where commas do not separate fields, it can be the comma, but not both in one
+/// table: then the point could separate thousands.
+#[derive(Debug)]
+pub(super) struct Decimals {
+    may_be_comma: bool,
+    has_point: Cell<bool>,
+    has_comma: Cell<bool>,
+}
+
+impl Decimals {
+    pub(super) fn new(separator: u8) -> Self {
+        Self { may_be_comma: separator != b',', has_point: Cell::new(false), has_comma: Cell::new(false) }
+    }
+
+    /// As [`number`].
+    pub(super) fn number(&self, field: &[u8], scale: f64) -> Result<f64, Problem> {
+        if !self.may_be_comma {
+            return number(field, scale);
+        }
+        let (point, comma) = (field.contains(&b'.'), field.contains(&b','));
+        if !comma {
+            let value = number(field, scale)?;
+            self.has_point.set(self.has_point.get() | point);
+            return if point && self.has_comma.get() { Err(mixed(field)) } else { Ok(value) };
+        }
+        let pointed: Vec<u8> = field.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect();
+        let is_one = !point && field.iter().filter(|byte| **byte == b',').count() == 1;
+        let value = if is_one { number(&pointed, scale) } else { number(field, scale) };
+        // The message has the field as it is.
+        let value = value.or_else(|_| number(field, scale))?;
+        self.has_comma.set(true);
+        if self.has_point.get() { Err(mixed(field)) } else { Ok(value) }
+    }
+}
+
+fn mixed(field: &[u8]) -> Problem {
+    Problem::MixedDecimals(excerpt(trimmed(&String::from_utf8_lossy(field))).into())
 }
 
 #[cfg(test)]
@@ -45,5 +86,21 @@ mod tests {
         assert_eq!(message(b"1e308", 100.0), overflow);
         assert_eq!(message(b"  ", 1.0), "the field is empty; fill in a number or remove the row");
         assert_eq!(message(b"\xff1", 1.0), "the text is not UTF-8; save the file as CSV in UTF-8");
+    }
+
+    #[test]
+    fn a_table_has_one_decimal_mark() {
+        let commas = Decimals::new(b';');
+        assert_eq!(commas.number(b" 1,5e-1 ", 2.0).expect("a number"), 0.3);
+        assert_eq!(commas.number(b"-3", 1.0).expect("a number"), -3.0);
+        let message = |decimals: &Decimals, field: &[u8]| decimals.number(field, 1.0).expect_err("refused").to_string();
+        let mixed = "'1.234' and earlier numbers mix decimal points and decimal commas; write all decimals with a point";
+        assert_eq!(message(&commas, b"1.234"), mixed);
+        assert!(message(&commas, b"1.234,5").starts_with("'1.234,5' is not a number"));
+        assert!(message(&commas, b"1,234,5").starts_with("'1,234,5' is not a number"));
+        let points = Decimals::new(b'\t');
+        assert_eq!(points.number(b"1.5", 1.0).expect("a number"), 1.5);
+        assert!(message(&points, b"1,5").contains("mix decimal points"));
+        assert!(message(&Decimals::new(b','), b"1,5").ends_with("write decimals with a point"));
     }
 }

@@ -2,17 +2,24 @@
 
 use std::io::Read;
 
-use super::error::{Place, Problem};
+use super::error::{Place, Problem, Row};
 use super::header::Layout;
+use super::labview::X_VALUE;
+use super::signals::{Signal, Statistics};
 use super::table::Rows;
 use super::{Columns, Limits, Recording, RecordingError};
 
 /// Reads a recording from CSV text in UTF-8; `source` is its name in messages.
 ///
 /// The first line is the header, which must have each requested name exactly once. The separator is the most frequent
-/// of `,`, `;` and tab in the header. Lines that begin with `#`, blank lines (also of separators only), a byte order
-/// mark, any kind of line end, quotes, and spaces around names and numbers are allowed. Numbers have a decimal point
-/// and may have an exponent. Other columns may hold anything.
+/// of `,`, `;` and tab in the header; without any of them `|`, or spaces. Lines that begin with `#`, blank lines (also of
+/// separators only), a byte order mark, any kind of line end, quotes, and spaces around names and numbers are allowed.
+/// Numbers have a decimal point and may have an exponent. Other columns may hold anything.
+///
+/// Files of laboratories are read too: UTF-16 with a byte order mark; names in Latin-1; `%` before comments; names in the
+/// comment above the numbers; a row of units below the names, or in the comment; decimal commas, unless the comma is the
+/// separator or the file has decimal points too; the header of LabVIEW's `.lvm`, whose `Delta_X` gives the times if `X_Value`
+/// is empty.
 ///
 /// # Errors
 /// A [`RecordingError`] with the place and the remedy if the text is not such a table; if a requested number is
@@ -27,10 +34,42 @@ pub fn read_csv<R: Read>(
     let (mut rows, layout) =
         Rows::open(source, reader, limits.max_bytes, |header| Layout::locate(header.iter(), columns))?;
     let mut samples = Samples::new(columns, limits);
-    while rows.next()? {
+    let mut has_row = rows.next()?;
+    if has_row && rows.take_units() {
+        has_row = rows.next()?;
+    }
+    while has_row {
         samples.push(&rows, &layout)?;
+        has_row = rows.next()?;
     }
     samples.finish(source)
+}
+
+/// Lists the columns of a table that have a number, as signals. Fields that are no numbers count as undefined.
+pub(super) fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
+    let (mut rows, names) = Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter()))?;
+    let mut statistics = vec![Statistics::default(); names.len()];
+    let mut has_row = rows.next()?;
+    if has_row && rows.take_units() {
+        has_row = rows.next()?;
+    }
+    let clock = rows.clock();
+    let mut count = 0;
+    while has_row {
+        rows.check_room(count, limits.max_samples)?;
+        for (index, statistics) in statistics.iter_mut().enumerate() {
+            let value = match clock {
+                Some(clock) if names[index] == X_VALUE && rows.is_empty_or(index, &[]) => clock.time_s(count),
+                _ => rows.parse(index, 1.0).unwrap_or(f64::NAN),
+            };
+            statistics.push(value);
+        }
+        count += 1;
+        has_row = rows.next()?;
+    }
+    let units: Vec<Option<String>> = (0..names.len()).map(|index| rows.unit(index).map(str::to_owned)).collect();
+    let columns = names.into_iter().zip(units).zip(statistics).filter(|(_, statistics)| statistics.has_number());
+    Ok(columns.map(|((name, unit), statistics)| Signal::new(name, None, unit, vec![count], statistics)).collect())
 }
 
 /// The samples read so far.
@@ -61,7 +100,12 @@ impl<'a> Samples<'a> {
         rows.check_room(self.time_s.len(), self.limits.max_samples)?;
         rows.check_width(layout.width)?;
         let before = self.time_s.last().map(|&before_s| (before_s, self.lines.of(self.time_s.len() - 1)));
-        let time_s = rows.time(layout.time, &self.columns.time, before)?;
+        let time_s = match rows.clock() {
+            Some(clock) if self.columns.time.name() == X_VALUE && rows.is_empty_or(layout.time, &[]) => {
+                clock.time_s(self.time_s.len()) * self.columns.time.scale()
+            }
+            _ => rows.time(layout.time, &self.columns.time, before)?,
+        };
         self.position_m.push(rows.number(layout.position, &self.columns.position)?);
         if let (Some(index), Some(column)) = (layout.velocity, &self.columns.velocity) {
             self.velocity_m_per_s.push(rows.number(index, column)?);
@@ -78,23 +122,34 @@ impl<'a> Samples<'a> {
         }
         let velocity = self.columns.velocity.as_ref().map(|_| self.velocity_m_per_s);
         let recording = Recording::from_checked(self.time_s, self.position_m, velocity, self.force_n);
-        let median_s = recording.median_interval_s();
-        let limit_s = self.limits.max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * median_s);
-        let mut pairs = recording.time_s().windows(2);
-        // The limit itself is allowed, up to the rounding of decimal times; a limit of NaN allows nothing.
-        let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
-        let Some(row) = pairs.position(|pair| !allowed(pair[1] - pair[0])) else {
-            return Ok(recording);
-        };
-        let place = Place::file(source).at_line(self.lines.of(row + 1));
-        Err(place.in_column(self.columns.time.name()).error(Problem::Gap {
-            before_line: self.lines.of(row),
-            before_s: recording.time_s()[row],
-            after_s: recording.time_s()[row + 1],
-            limit_s,
-            median_s: self.limits.max_gap_s.is_none().then_some(median_s),
-        }))
+        check_gaps(source, recording, self.columns, self.limits, |row| Row::Line(self.lines.of(row)))
     }
+}
+
+/// Returns a recording without a gap above the limit. `row` is the place of a sample.
+pub(super) fn check_gaps(
+    source: &str,
+    recording: Recording,
+    columns: &Columns,
+    limits: &Limits,
+    row: impl Fn(usize) -> Row,
+) -> Result<Recording, RecordingError> {
+    let median_s = recording.median_interval_s();
+    let limit_s = limits.max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * median_s);
+    let mut pairs = recording.time_s().windows(2);
+    // The limit itself is allowed, up to the rounding of decimal times; a limit of NaN allows nothing.
+    let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
+    let Some(before) = pairs.position(|pair| !allowed(pair[1] - pair[0])) else {
+        return Ok(recording);
+    };
+    let place = Place::file(source).at(row(before + 1));
+    Err(place.in_column(columns.time.name()).error(Problem::Gap {
+        before: row(before),
+        before_s: recording.time_s()[before],
+        after_s: recording.time_s()[before + 1],
+        limit_s,
+        median_s: limits.max_gap_s.is_none().then_some(median_s),
+    }))
 }
 
 /// The line of each row. Most rows are on consecutive lines, so only the start of each run of lines is kept.

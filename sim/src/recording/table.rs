@@ -1,37 +1,23 @@
 //! Reads rows from CSV text, for every kind of table.
 
-use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
+use std::io::{BufReader, Chain, Cursor, Read};
 
 use csv::ByteRecord;
 
-use super::error::{Place, Problem};
+use super::error::{Place, Problem, Row};
 use super::guard::{Guard, recover};
-use super::header::separator;
-use super::number::{number, trimmed};
+use super::head::head;
+use super::labview::Clock;
+use super::number::{Decimals, trimmed};
+use super::signals::is_known_unit;
+use super::spaces::Spaces;
+use super::utf16::Utf8;
 use super::{Column, RecordingError};
 
 const BUFFER_BYTES: usize = 64 << 10;
 
-/// The first line that is neither blank nor a comment, without a byte order mark, and the number of lines before it.
-fn header_line(text: &mut impl BufRead) -> io::Result<(Vec<u8>, u64)> {
-    let mut line = Vec::new();
-    let mut lines_before = 0;
-    loop {
-        line.clear();
-        let ended = text.read_until(b'\n', &mut line)? == 0;
-        if lines_before == 0 && line.starts_with(b"\xef\xbb\xbf") {
-            line.drain(..3);
-        }
-        let content = line.trim_ascii_start();
-        if ended || !(content.is_empty() || content.starts_with(b"#")) {
-            return Ok((line, lines_before));
-        }
-        lines_before += 1;
-    }
-}
-
 /// The text of a table: its header line, then the rest.
-type Text<R> = Chain<Cursor<Vec<u8>>, BufReader<Guard<R>>>;
+type Text<R> = Spaces<Chain<Cursor<Vec<u8>>, BufReader<Guard<Utf8<R>>>>>;
 
 /// The rows of a table, one at a time; the first is the header.
 pub(super) struct Rows<'a, R> {
@@ -39,6 +25,12 @@ pub(super) struct Rows<'a, R> {
     lines_before: u64,
     reader: csv::Reader<Text<R>>,
     record: ByteRecord,
+    has_percent: bool,
+    may_be_wider: bool,
+    /// The units of the columns; empty if they are unknown.
+    units: Vec<String>,
+    clock: Option<Clock>,
+    decimals: Decimals,
 }
 
 impl<'a, R: Read> Rows<'a, R> {
@@ -49,19 +41,27 @@ impl<'a, R: Read> Rows<'a, R> {
         max_bytes: u64,
         locate: impl FnOnce(&ByteRecord) -> Result<T, Problem>,
     ) -> Result<(Self, T), RecordingError> {
-        let mut text = BufReader::with_capacity(BUFFER_BYTES, Guard::new(source, reader, max_bytes));
-        let (header, lines_before) = header_line(&mut text).map_err(|error| recover(source, error))?;
+        let mut text = BufReader::with_capacity(BUFFER_BYTES, Guard::new(source, Utf8::new(reader), max_bytes));
+        let head = head(&mut text).map_err(|error| recover(source, error))?;
+        if head.is_incomplete {
+            return Err(Place::file(source).error(Problem::LabViewHeader));
+        }
         let mut rows = Self {
             source,
-            lines_before,
+            lines_before: head.lines_before,
             reader: csv::ReaderBuilder::new()
-                .delimiter(separator(&header))
+                .delimiter(head.separator)
                 .has_headers(false)
                 .flexible(true)
                 .comment(Some(b'#'))
                 .buffer_capacity(BUFFER_BYTES)
-                .from_reader(Cursor::new(header).chain(text)),
+                .from_reader(Spaces::new(Cursor::new(head.text).chain(text), head.in_spaces)),
             record: ByteRecord::new(),
+            has_percent: head.has_percent,
+            may_be_wider: head.is_labview,
+            units: head.units,
+            clock: head.clock,
+            decimals: Decimals::new(head.separator),
         };
         if !rows.advance()? {
             return Err(Place::file(source).error(Problem::Empty));
@@ -92,7 +92,9 @@ impl<'a, R: Read> Rows<'a, R> {
     fn is_blank(&self) -> bool {
         let text = self.record.as_slice();
         let content = text.trim_ascii_start();
-        content.is_empty() || (content.len() < text.len() && content.starts_with(b"#"))
+        content.is_empty()
+            || (content.len() < text.len() && content.starts_with(b"#"))
+            || (self.has_percent && content.starts_with(b"%"))
     }
 
     fn spans_lines(&self) -> bool {
@@ -114,8 +116,35 @@ impl<'a, R: Read> Rows<'a, R> {
     }
 
     pub(super) fn number(&self, index: usize, column: &Column) -> Result<f64, RecordingError> {
-        let field = self.record.get(index).unwrap_or_default();
-        number(field, column.scale()).map_err(|problem| self.place().in_column(column.name()).error(problem))
+        self.parse(index, column.scale()).map_err(|problem| self.place().in_column(column.name()).error(problem))
+    }
+
+    /// The number of a field times `scale`.
+    pub(super) fn parse(&self, index: usize, scale: f64) -> Result<f64, Problem> {
+        self.decimals.number(self.record.get(index).unwrap_or_default(), scale)
+    }
+
+    /// Takes the units of the columns from the row, if it is one of units: it has no number, and a known unit. Returns whether it
+    /// is.
+    pub(super) fn take_units(&mut self) -> bool {
+        let fields: Vec<String> = self.record.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
+        let has_number = (0..fields.len()).any(|index| self.parse(index, 1.0).is_ok());
+        if has_number || !fields.iter().any(|field| is_known_unit(field)) {
+            return false;
+        }
+        self.units = fields;
+        true
+    }
+
+    /// The unit of a column, if the file has a row or a header of units.
+    pub(super) fn unit(&self, index: usize) -> Option<&str> {
+        let unit = self.units.get(index)?.trim().trim_matches(['[', ']', '(', ')']);
+        (!unit.is_empty()).then_some(unit)
+    }
+
+    /// The clock of a file without times.
+    pub(super) fn clock(&self) -> Option<Clock> {
+        self.clock
     }
 
     /// The time of a row, which must be later than the previous time, given with its line.
@@ -129,7 +158,7 @@ impl<'a, R: Read> Rows<'a, R> {
         match before {
             Some((before_s, before_line)) if time_s <= before_s => {
                 let place = self.place().in_column(column.name());
-                Err(place.error(not_increasing(before_line, before_s, time_s)))
+                Err(place.error(not_increasing(Row::Line(before_line), before_s, time_s)))
             }
             _ => Ok(time_s),
         }
@@ -159,7 +188,7 @@ impl<'a, R: Read> Rows<'a, R> {
     pub(super) fn check_width(&self, expected: usize) -> Result<(), RecordingError> {
         let found = self.record.len();
         let surplus_is_blank = || self.record.iter().skip(expected).all(|field| field.trim_ascii().is_empty());
-        if found == expected || (found > expected && surplus_is_blank()) {
+        if found == expected || (found > expected && (self.may_be_wider || surplus_is_blank())) {
             Ok(())
         } else if self.spans_lines() {
             Err(self.place().error(Problem::OpenQuote))
@@ -169,11 +198,11 @@ impl<'a, R: Read> Rows<'a, R> {
     }
 }
 
-fn not_increasing(before_line: u64, before_s: f64, after_s: f64) -> Problem {
+pub(super) fn not_increasing(before: Row, before_s: f64, after_s: f64) -> Problem {
     if after_s == before_s {
         let time_s = after_s;
-        Problem::TimeRepeats { before_line, time_s }
+        Problem::TimeRepeats { before, time_s }
     } else {
-        Problem::TimeBackwards { before_line, before_s, after_s }
+        Problem::TimeBackwards { before, before_s, after_s }
     }
 }

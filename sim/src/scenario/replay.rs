@@ -14,7 +14,7 @@ use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::MotionSettings;
 use crate::recording::{
     Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
-    SignSettings, open_csv, read_csv,
+    SignSettings, open_recording, read_csv,
 };
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -259,7 +259,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
     let limits = Limits::read(values)?;
     let source = source.canonical();
     let read = match &source {
-        Source::Disk(path) => open_csv(path, &columns, &limits),
+        Source::Disk(path) => open_recording(path, &columns, &limits),
         Source::Builtin(name) => read_csv(&source.display(), embedded(values, FILE, name)?, &columns, &limits),
         Source::Text { name, text } => read_csv(name, text.as_bytes(), &columns, &limits),
     };

@@ -1,0 +1,113 @@
+//! Reads numbers out of bytes of either order, without going beyond their end.
+
+/// The order of the bytes of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    Little,
+    Big,
+}
+
+/// The type of a stored number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    /// Its bytes.
+    pub(super) const fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// The number at the start of `bytes`; `None` if they are too few.
+    pub(super) fn read(self, bytes: &[u8], order: Order) -> Option<f64> {
+        macro_rules! number {
+            ($type:ty) => {{
+                let bytes = *bytes.first_chunk()?;
+                match order {
+                    Order::Little => <$type>::from_le_bytes(bytes) as f64,
+                    Order::Big => <$type>::from_be_bytes(bytes) as f64,
+                }
+            }};
+        }
+        Some(match self {
+            Self::I8 => number!(i8),
+            Self::U8 => number!(u8),
+            Self::I16 => number!(i16),
+            Self::U16 => number!(u16),
+            Self::I32 => number!(i32),
+            Self::U32 => number!(u32),
+            Self::I64 => number!(i64),
+            Self::U64 => number!(u64),
+            Self::F32 => number!(f32),
+            Self::F64 => number!(f64),
+        })
+    }
+
+    /// All numbers of `bytes`; an incomplete one at the end is left out.
+    pub(super) fn read_all(self, bytes: &[u8], order: Order) -> Vec<f64> {
+        bytes.chunks_exact(self.size()).filter_map(|number| self.read(number, order)).collect()
+    }
+}
+
+/// The bytes from a place on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cursor<'a> {
+    bytes: &'a [u8],
+    /// The place of the next byte.
+    pub(super) at: usize,
+    pub(super) order: Order,
+}
+
+impl<'a> Cursor<'a> {
+    pub(super) fn new(bytes: &'a [u8], order: Order) -> Self {
+        Self { bytes, at: 0, order }
+    }
+
+    /// The bytes that are left.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
+    }
+
+    /// Takes `count` bytes; `None` if there are fewer.
+    pub(super) fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let taken = self.rest().get(..count)?;
+        self.at += count;
+        Some(taken)
+    }
+
+    pub(super) fn u32(&mut self) -> Option<u32> {
+        let bytes = *self.take(4)?.first_chunk()?;
+        Some(match self.order {
+            Order::Little => u32::from_le_bytes(bytes),
+            Order::Big => u32::from_be_bytes(bytes),
+        })
+    }
+
+    pub(super) fn u64(&mut self) -> Option<u64> {
+        let bytes = *self.take(8)?.first_chunk()?;
+        Some(match self.order {
+            Order::Little => u64::from_le_bytes(bytes),
+            Order::Big => u64::from_be_bytes(bytes),
+        })
+    }
+
+    /// A number as an index or a count.
+    pub(super) fn index(&mut self) -> Option<usize> {
+        usize::try_from(self.u32()?).ok()
+    }
+}

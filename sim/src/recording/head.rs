@@ -1,0 +1,151 @@
+//! The beginning of a table in text: comments, LabVIEW's header, the names of the columns, and the separator.
+//!
+//! The names are the first line that is neither blank nor a comment. A comment begins with `#` or `%`. If that line has numbers
+//! only, the names are the last comment, if it has as many fields. The separator is the most frequent of `,`, `;` and tab in the
+//! names; without any of them `|`, or else spaces, if the line below the names has as many numbers.
+
+use std::io::{self, BufRead};
+
+use super::header::separator;
+use super::labview::{self, Clock};
+use super::signals::is_known_unit;
+
+/// The beginning of a table.
+#[derive(Debug, Default)]
+pub(super) struct Head {
+    /// The line of the names, and lines below it that were read too.
+    pub(super) text: Vec<u8>,
+    /// Lines before that of the names.
+    pub(super) lines_before: u64,
+    pub(super) separator: u8,
+    /// Whether fields are between runs of spaces, of which each is read as the separator.
+    pub(super) in_spaces: bool,
+    /// Whether a line that begins with `%` is a comment.
+    pub(super) has_percent: bool,
+    /// The units of the columns; empty if they are not known here.
+    pub(super) units: Vec<String>,
+    /// The clock of a LabVIEW file.
+    pub(super) clock: Option<Clock>,
+    /// Whether rows may have more fields than names, such as comments.
+    pub(super) is_labview: bool,
+    /// Whether a LabVIEW header is not followed by names.
+    pub(super) is_incomplete: bool,
+}
+
+/// Reads the beginning of a table.
+pub(super) fn head(text: &mut impl BufRead) -> io::Result<Head> {
+    let mut line = Vec::new();
+    let mut lines_before = 0;
+    let mut comments: Vec<Vec<u8>> = vec![];
+    loop {
+        line.clear();
+        let ended = text.read_until(b'\n', &mut line)? == 0;
+        if lines_before == 0 && line.starts_with(b"\xef\xbb\xbf") {
+            line.drain(..3);
+        }
+        let content = line.trim_ascii();
+        let is_comment = content.starts_with(b"#") || content.starts_with(b"%");
+        if ended || !(content.is_empty() || is_comment) {
+            break;
+        }
+        if is_comment {
+            // The last two can be names and units.
+            if comments.len() == 2 {
+                comments.remove(0);
+            }
+            comments.push(content.to_vec());
+        }
+        lines_before += 1;
+    }
+    if line.trim_ascii_start().starts_with(labview::MARK) {
+        return from_labview(text, lines_before);
+    }
+    let has_percent = comments.iter().any(|comment| comment.starts_with(b"%"));
+    if let Some(head) = from_comments(&line, &comments, lines_before) {
+        return Ok(Head { has_percent, ..head });
+    }
+    let mut head = Head { separator: separator(&line), lines_before, has_percent, ..Head::default() };
+    let has_separator = line.iter().any(|byte| b",;\t".contains(byte));
+    if !has_separator && line.contains(&b'|') {
+        head.separator = b'|';
+    } else if !has_separator && line.trim_ascii().contains(&b' ') {
+        let names = spaced(&line).len();
+        head.text.append(&mut line);
+        text.read_until(b'\n', &mut line)?;
+        head.in_spaces = names > 1 && spaced(&line).len() == names && spaced(&line).into_iter().all(is_number);
+        if head.in_spaces {
+            head.separator = b'\t';
+        }
+    }
+    head.text.append(&mut line);
+    Ok(head)
+}
+
+fn from_labview(text: &mut impl BufRead, lines_before: u64) -> io::Result<Head> {
+    let Some(found) = labview::read(text)? else {
+        return Ok(Head { is_incomplete: true, lines_before, ..Head::default() });
+    };
+    Ok(Head {
+        text: found.names,
+        lines_before: lines_before + found.lines,
+        separator: found.separator,
+        units: found.units,
+        clock: found.clock,
+        is_labview: true,
+        ..Head::default()
+    })
+}
+
+/// The beginning of a table whose names are in a comment above its first line of numbers.
+fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option<Head> {
+    let last = comments.last()?;
+    let in_spaces = !line.iter().any(|byte| b",;\t|".contains(byte));
+    let separator = match in_spaces {
+        true => b'\t',
+        false if line.iter().any(|byte| b",;\t".contains(byte)) => separator(line),
+        false => b'|',
+    };
+    let values = if in_spaces { spaced(line) } else { fields(line, separator) };
+    // A line of names that begins with % was read as such before comments could; below it there is a number at least.
+    let is_data = match last.first() {
+        Some(b'%') => values.iter().any(|value| is_number(value)),
+        _ => values.iter().all(|value| is_number(value)),
+    };
+    if !is_data || values.iter().all(|value| value.is_empty()) {
+        return None;
+    }
+    let of_comment = |comment: &[u8]| {
+        let text = comment.trim_ascii_start().trim_ascii();
+        let text = &text[text.iter().take_while(|byte| b"#%".contains(byte)).count()..];
+        let splits = [fields(text, separator), fields(text, self::separator(text)), spaced(text)];
+        let split = splits.into_iter().find(|split| split.len() == values.len());
+        split.map(|split| split.into_iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect::<Vec<_>>())
+    };
+    let mut names = of_comment(last)?;
+    let mut units = vec![];
+    let has_units = names.iter().any(|name| is_known_unit(name));
+    if has_units && let [above, _] = comments && let Some(above) = of_comment(above) {
+        units = std::mem::replace(&mut names, above);
+    }
+    let quoted = names.iter().map(|name| format!("\"{}\"", name.replace('"', "\"\"")));
+    let mut text = quoted.collect::<Vec<_>>().join(&char::from(separator).to_string()).into_bytes();
+    text.push(b'\n');
+    text.extend_from_slice(line);
+    // The names stand in the line above the numbers, wherever the comment is.
+    let lines_before = lines_before.saturating_sub(1);
+    Some(Head { text, lines_before, separator, in_spaces, units, ..Head::default() })
+}
+
+fn fields(line: &[u8], separator: u8) -> Vec<&[u8]> {
+    line.trim_ascii_end().split(|byte| *byte == separator).map(<[u8]>::trim_ascii).collect()
+}
+
+fn spaced(line: &[u8]) -> Vec<&[u8]> {
+    line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect()
+}
+
+/// Whether a field is a number, with a decimal point or a comma.
+fn is_number(field: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(field).replacen(',', ".", 1);
+    text.parse::<f64>().is_ok()
+}

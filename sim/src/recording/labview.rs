@@ -1,0 +1,84 @@
+//! The header of LabVIEW's measurement files in text (`.lvm`): lines of a key and its values, ended by `***End_of_Header***`, once
+//! for the file and once for the segment, then the names of the columns, of which the first is `X_Value`.
+
+use std::io::{self, BufRead};
+
+/// The first words of a file.
+pub(super) const MARK: &[u8] = b"LabVIEW Measurement";
+
+/// The first column.
+pub(super) const X_VALUE: &str = "X_Value";
+
+/// The last column, which most rows leave out.
+const COMMENT: &str = "Comment";
+
+/// Maximum number of lines before the names of the columns.
+const MAX_LINES: u64 = 1000;
+
+/// A regular clock, of a file that does not write its times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clock {
+    /// Time of the first sample, s.
+    pub(super) start_s: f64,
+    /// Time between two samples, s.
+    pub(super) interval_s: f64,
+}
+
+impl Clock {
+    pub(super) fn time_s(self, sample: usize) -> f64 {
+        self.start_s + sample as f64 * self.interval_s
+    }
+}
+
+/// What the header says about the table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LabView {
+    /// The line of the names, without that of the comment.
+    pub(super) names: Vec<u8>,
+    pub(super) separator: u8,
+    /// The clock, if the file has one.
+    pub(super) clock: Option<Clock>,
+    /// The units of the columns.
+    pub(super) units: Vec<String>,
+    /// Lines before the names.
+    pub(super) lines: u64,
+}
+
+/// Reads the header behind its first line; `None` if it has no columns.
+pub(super) fn read(text: &mut impl BufRead) -> io::Result<Option<LabView>> {
+    let mut found = LabView { names: vec![], separator: b'\t', clock: None, units: vec![], lines: 1 };
+    let (mut start_s, mut interval_s) = (0.0, None);
+    let mut line = vec![];
+    while found.lines < MAX_LINES {
+        line.clear();
+        if text.read_until(b'\n', &mut line)? == 0 {
+            return Ok(None);
+        }
+        let shown = String::from_utf8_lossy(&line);
+        let mut fields = shown.trim_end_matches(['\n', '\t', ',']).split(char::from(found.separator)).map(str::trim);
+        let key = fields.next().unwrap_or_default();
+        let number = |text: Option<&str>| text?.replace(',', ".").parse::<f64>().ok().filter(|number| number.is_finite());
+        match key {
+            X_VALUE => {
+                let separator = char::from(found.separator).to_string();
+                let mut names: Vec<&str> = shown.trim_end().split(char::from(found.separator)).map(str::trim).collect();
+                if names.last() == Some(&COMMENT) {
+                    names.pop();
+                }
+                found.names = format!("{}\n", names.join(&separator)).into_bytes();
+                found.clock = interval_s.map(|interval_s| Clock { start_s, interval_s });
+                return Ok(Some(found));
+            }
+            "Separator" if fields.next() == Some("Comma") => found.separator = b',',
+            _ if key.starts_with("Separator,") => found.separator = b',',
+            "Delta_X" => interval_s = number(fields.next()).filter(|interval_s| *interval_s > 0.0),
+            "X0" => start_s = number(fields.next()).unwrap_or(0.0),
+            "Y_Unit_Label" => {
+                found.units = std::iter::once("s").chain(fields).map(str::to_owned).collect();
+            }
+            _ => {}
+        }
+        found.lines += 1;
+    }
+    Ok(None)
+}
