@@ -11,6 +11,7 @@ mod detect;
 mod detector;
 mod error;
 mod interrupt;
+mod recording;
 mod run;
 mod scenario;
 mod stability;
@@ -34,6 +35,8 @@ mod _core {
     use crate::detect::detect;
     #[pymodule_export]
     use crate::detector::{Detector, Step};
+    #[pymodule_export]
+    use crate::recording::{list_signals, read_recording};
     #[pymodule_export]
     use crate::run::{Run, run, seconds_of_run, trace_columns};
     #[pymodule_export]

@@ -19,6 +19,7 @@ from ._warnings import (
     ForceOutOfContactWarning,
     ForceSignWarning,
     HandEnergyImpossibleWarning,
+    GuessedColumnsWarning,
     HarmlessAlarmsWarning,
     HighSamplingRateWarning,
     LowSamplingRateWarning,
@@ -39,6 +40,7 @@ from ._warnings import (
 from .comparing import Comparison, compare
 from .detection import Calibration, Detection, Detector, calibrate, detect, record
 from .linear import Stability, StateSpace, stability, state_space
+from .recordings import list_signals, read_recording
 from .running import Run, run
 from .scenario import Scenario
 from .sweeping import Range, Sweep, sweep
@@ -54,6 +56,7 @@ __all__ = [
     "ForceOutOfContactWarning",
     "ForceSignWarning",
     "HandEnergyImpossibleWarning",
+    "GuessedColumnsWarning",
     "HarmlessAlarmsWarning",
     "HighSamplingRateWarning",
     "LowSamplingRateWarning",
@@ -83,8 +86,10 @@ __all__ = [
     "compare",
     "detect",
     "keys",
+    "list_signals",
     "metric_names",
     "metrics",
+    "read_recording",
     "record",
     "run",
     "shipped",

@@ -148,6 +148,12 @@ class HarmlessAlarmsWarning(TrocarWarning):
     code = "harmless-alarms"
 
 
+class GuessedColumnsWarning(TrocarWarning):
+    """The columns of a recording are guessed from their names and units."""
+
+    code = "guessed-columns"
+
+
 class MissingSectionWarning(TrocarWarning):
     """A file with settings lacks a section."""
 

@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::Table;
+use super::columns::ColumnFormat;
 use super::number::{counted, plain, show, significant};
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
+use trocar_sim::engine::ColumnValues;
 use trocar_sim::metrics::Unit;
 
 /// Returns the result of a detection as text with tables.
@@ -214,11 +216,11 @@ pub fn event_rows(file: &str, report: &DetectionReport) -> String {
     text
 }
 
-/// Writes `detection.csv`: the samples with their estimates and decisions.
+/// Writes the samples of a detection with their estimates and decisions: the file `detection.csv`, or that of another format.
 ///
 /// # Errors
 /// Returns the errors of the writer.
-pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Result<()> {
+pub fn write_detection(detection: &Detection, format: ColumnFormat, out: &mut (dyn Write + Send)) -> io::Result<()> {
     let columns: [(&str, &[f64]); 9] = [
         ("time_s", &detection.time_s),
         ("position_m", &detection.position_m),
@@ -232,14 +234,6 @@ pub fn write_detection_csv(detection: &Detection, out: &mut dyn Write) -> io::Re
     ];
     let mut columns = columns.to_vec();
     columns.extend(detection.extra_parameter.iter().map(|(name, column)| (*name, column.as_slice())));
-    writeln!(out, "{}", columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(","))?;
-    let mut buffer = ryu::Buffer::new();
-    for row in 0..detection.time_s.len() {
-        for (index, (_, column)) in columns.iter().enumerate() {
-            let separator = if index == 0 { "" } else { "," };
-            write!(out, "{separator}{}", buffer.format(column[row]))?;
-        }
-        writeln!(out)?;
-    }
-    Ok(())
+    let columns: Vec<_> = columns.into_iter().map(|(name, column)| (name, ColumnValues::Numbers(column))).collect();
+    format.write(&columns, out)
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::Table;
+use super::columns::{Column, ColumnFormat, csv};
 use super::number::{show, significant};
 use super::wrap::wrapped;
 use trocar_sim::compare::Row;
@@ -63,30 +64,26 @@ pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
+/// The columns of a trace: those of [`COLUMNS`], then the estimator's extra parameter, if any.
+fn trace_columns(trace: &Trace) -> Vec<Column<'_>> {
+    let extra = trace.extra_parameter.as_ref();
+    let extra = extra.map(|(name, column)| (*name, ColumnValues::Numbers(column.as_slice())));
+    COLUMNS.into_iter().zip(trace.columns()).chain(extra).collect()
+}
+
 /// Writes `trace.csv`: the columns of [`COLUMNS`], then the estimator's extra parameter, if any. Floats have the shortest form
 /// that reads back to the same value.
 ///
 /// # Errors
 /// Returns the errors of the writer.
 pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
-    let extra = trace.extra_parameter.as_ref();
-    writeln!(out, "{}{}", COLUMNS.join(","), extra.map_or(String::new(), |(name, _)| format!(",{name}")))?;
-    let extra = extra.map(|(_, column)| ColumnValues::Numbers(column.as_slice()));
-    let columns: Vec<_> = trace.columns().into_iter().chain(extra).collect();
-    let mut buffer = ryu::Buffer::new();
-    let mut line = String::with_capacity(400);
-    for row in 0..trace.len() {
-        line.clear();
-        for column in &columns {
-            match column {
-                ColumnValues::Numbers(numbers) => line.push_str(buffer.format(numbers[row])),
-                ColumnValues::Codes(codes) => line.push_str(&codes[row].to_string()),
-            }
-            line.push(',');
-        }
-        line.pop();
-        line.push('\n');
-        out.write_all(line.as_bytes())?;
-    }
-    Ok(())
+    csv(&trace_columns(trace), out)
+}
+
+/// Writes the columns of [`write_trace_csv`] in another format.
+///
+/// # Errors
+/// Returns the errors of the writer.
+pub fn write_trace(trace: &Trace, format: ColumnFormat, out: &mut (dyn Write + Send)) -> io::Result<()> {
+    format.write(&trace_columns(trace), out)
 }

@@ -128,6 +128,10 @@ codes! {
         "The calibrated settings raise alarms at more than a fifth of the inserted harmless changes.",
         "The estimator is too slow for changes of stiffness and speed. Calibrate on a longer beginning (--first-s), or accept a longer \
          delay.";
+    GuessedColumns "guessed-columns":
+        "The columns of a recording are guessed from their names and units.",
+        "No flag or key names a column, the file has none with the default names, and exactly one signal each looks like time, position \
+         and force. The message has the flags: give them, or others (`trocar detect FILE --list` shows all signals).";
     MissingSection "missing-section":
         "A file with settings lacks a section.",
         "The defaults are used for it.";

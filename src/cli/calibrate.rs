@@ -20,7 +20,7 @@ use trocar_sim::warning::{Code, Warning};
 #[derive(Debug, Args)]
 #[command(after_long_help = MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct CalibrateArgs {
-    /// A CSV recording, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file with a [recording]; needed unless
+    /// A recording (CSV, .mat, Parquet, TDMS, HDF5, Excel), builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file with a [recording]; needed unless
     /// --run-lengths is given
     #[arg(value_name = "RECORDING", required_unless_present = "run_lengths")]
     recording: Option<String>,
@@ -105,7 +105,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
         ruptures_s: &args.ruptures_s,
         changes: &args.changes,
     };
-    let mut values = recorded::load(recording, &flags.settings(Some(recording), &[]))?;
+    let (mut values, guess) = recorded::load_guessed(recording, &flags, &[])?;
     let keeps_contact = values.place("estimator.contact_m").is_some();
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(recording))?;
     let request = CalibrationRequest {
@@ -130,7 +130,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     let of = |warning: Warning| warning.of(recording);
     // Of the detection with the new settings, only what does not follow from the labels.
     let found = report.warnings.iter().filter(|warning| warning.code != Code::MissedRupture).cloned();
-    warnings.print(&calibration.warnings().into_iter().chain(found).map(of).collect::<Vec<_>>());
+    warnings.print(&guess.into_iter().chain(calibration.warnings()).chain(found).map(of).collect::<Vec<_>>());
     if args.output.json {
         terminal::print(&to_json(&calibration_object(values.name(), &calibration)))?;
     } else if !args.output.quiet {

@@ -4,6 +4,7 @@ mod files;
 mod help;
 mod inputs;
 mod labels;
+mod list;
 mod rows;
 mod source;
 mod stream;
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::error::{CliError, DetectError};
+use super::format::FormatArgs;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
@@ -34,10 +36,13 @@ const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 #[derive(Debug, Args)]
 #[command(after_long_help = help::MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct DetectArgs {
-    /// CSV recordings, folders with CSV recordings, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files with a
+    /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), folders with recordings, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files with a
     /// [recording]; or - for a live stream on standard input
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<String>,
+    /// List the signals of the recordings: name, size, unit, rate, range and role, and a command line; detect nothing
+    #[arg(long)]
+    list: bool,
     #[command(flatten)]
     columns: ColumnArgs,
     /// Contact position, in m [default: 0]
@@ -72,6 +77,8 @@ pub(super) struct DetectArgs {
     #[arg(long)]
     report: bool,
     #[command(flatten)]
+    format: FormatArgs,
+    #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
     output: OutputArgs,
@@ -94,6 +101,7 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
             ("--labels", args.labels.is_some()),
             ("--rupture-s", !args.ruptures_s.is_empty()),
             ("--report", args.report),
+            ("--list", args.list),
         ];
         for (flag, given) in recordings_only {
             if given {
@@ -107,7 +115,7 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
             return Err(DetectError::OnlyForStreams { flag }.into());
         }
     }
-    files::run(args)
+    if args.list { list::run(args) } else { files::run(args) }
 }
 
 /// Returns the estimator and detector settings of a file. A file without either section is an error.
@@ -128,13 +136,16 @@ fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
 impl DetectArgs {
     /// Returns the flags as settings, for a recording if one is given. The settings of --set come last and have priority.
     fn settings(&self, recording: Option<&str>) -> Vec<String> {
-        let flags = RecordedFlags {
+        self.flags().settings(recording, &self.tuning)
+    }
+
+    fn flags(&self) -> RecordedFlags<'_> {
+        RecordedFlags {
             columns: &self.columns,
             contact_m: self.contact_m,
             ruptures_s: &self.ruptures_s,
             changes: &self.changes,
-        };
-        flags.settings(recording, &self.tuning)
+        }
     }
 
     /// Returns the command that reproduces the detection in these recordings.
@@ -151,6 +162,7 @@ impl DetectArgs {
         }
         words.extend(self.settings_file.iter().flat_map(|file| ["--settings".to_owned(), report::shown(file)]));
         words.extend(report::set_flags(&self.changes.settings));
+        words.extend(self.format.flags());
         words.push("--report".to_owned());
         command_line(words)
     }

@@ -7,6 +7,7 @@ mod detect;
 mod error;
 mod explain;
 mod explore;
+mod format;
 mod init;
 mod interrupt;
 mod manual;
@@ -78,7 +79,7 @@ enum Command {
     Explore(explore::ExploreArgs),
     /// Run the estimator and the detector on recordings or on a live stream
     ///
-    /// A column is given by its name in the header of the file and, after a colon, a factor or a unit (s, ms, us, min; m, cm, mm, um;
+    /// A recording is a file of text (CSV and its kin), MATLAB, Parquet, TDMS, HDF5 or Excel; --list shows what is in it. A column is given by its name in the header of the file and, after a colon, a factor or a unit (s, ms, us, min; m, cm, mm, um;
     /// N, kN, cN, mN, gf, kgf): xs_rad:0.075 converts the angle of a lever to metres. A negative factor or unit, as in force:-cN,
     /// changes the sign: forces must be positive when they resist insertion, and positions must increase into the tissue. Unevenly spaced samples are resampled at their median interval.
     Detect(Box<detect::DetectArgs>),

@@ -1,24 +1,16 @@
 //! Numbers and columns on the command line, with a unit or without.
 
 use trocar_sim::recording::Column;
-use trocar_sim::scenario::{parse_number, parse_quantity};
+use trocar_sim::scenario::{parse_column, parse_number};
 
 /// Parses a number in `unit`: plain, or with a unit of its own, as in `30ms` where `unit` is `s`.
 pub(super) fn quantity(unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     move |text| parse_number(text, unit)
 }
 
-/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, as in `x:mm` where `unit` is `m`; `-mm` changes the sign. Any other
-/// text after the colon is part of the name; if the file has no such column, the error says that it is no unit.
+/// Parses a column of a quantity in `unit`; see [`parse_column`].
 pub(super) fn column(unit: &'static str) -> impl Fn(&str) -> Result<Column, String> + Clone + Send + Sync + 'static {
-    move |text| {
-        let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
-            let (sign, written) = written.strip_prefix('-').map_or(("", written), |rest| ("-", rest));
-            let scale = parse_quantity(&format!("{sign}1 {written}"), unit).ok()?;
-            Some(Column::new(name, scale))
-        });
-        with_unit.unwrap_or_else(|| text.parse()).map_err(|error| error.to_string())
-    }
+    move |text| parse_column(text, unit)
 }
 
 #[cfg(test)]

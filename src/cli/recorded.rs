@@ -4,13 +4,14 @@ use clap::Args;
 
 use super::quantity::column;
 use super::{ScenarioArgs, source_of};
-use trocar_sim::recording::Column;
-use trocar_sim::scenario::{ScenarioError, Source, Values};
+use trocar_sim::recording::{Column, Limits, Quantity, Roles, list_signals, signal_names};
+use trocar_sim::scenario::{ScenarioError, Source, Values, parse_column};
+use trocar_sim::warning::{Code, Warning};
 
 /// The columns of a recording.
 #[derive(Debug, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time; converted to s by the factor or unit (s, ms, us, min), as in t:1e-3 or t:ms [default: time_s]
+    /// Column with the time (a name in the header, or of a signal, as --list shows); converted to s by the factor or unit (s, ms, us, min), as in t:1e-3 or t:ms [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
     /// Column with the position of the needle; converted to m by the factor or unit (m, cm, mm, um) [default: position_m]
@@ -108,6 +109,53 @@ pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioE
     } else {
         Values::from_settings(&source.stem(), settings).map_err(of_flags)
     }
+}
+
+/// As [`load`] with the flags of a command; without a flag or a key for the columns, and without columns of the default names in the
+/// file, with the columns that names and units show, if they are unique, and a warning that says so.
+pub(super) fn load_guessed(
+    given: &str,
+    flags: &RecordedFlags<'_>,
+    tuning: &[String],
+) -> Result<(Values, Option<Warning>), ScenarioError> {
+    let settings = flags.settings(Some(given), tuning);
+    let values = load(given, &settings)?;
+    let Some((columns, warning)) = guess(given, &values) else { return Ok((values, None)) };
+    let guessed: Vec<String> = settings.into_iter().chain(columns.settings()).collect();
+    Ok((load(given, &guessed)?, Some(warning)))
+}
+
+/// Returns the columns that names and units of the signals of a file show, if they are unique.
+fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
+    let path = std::path::Path::new(given);
+    let sections = ["recording.columns", "recording.scale"];
+    let signs = ["recording.force_sign", "recording.position_sign", "recording.velocity_sign"];
+    let is_given = sections.iter().any(|section| values.section_place(section).is_some())
+        || signs.iter().any(|key| values.place(key).is_some());
+    if is_scenario(given) || is_given || !path.is_file() {
+        return None;
+    }
+    let defaults = ["time_s", "position_m", "force_n"];
+    let names = signal_names(path, &Limits::default()).ok()?;
+    let has = |name: &&str| names.iter().any(|own| own.trim_start_matches('/') == *name);
+    if defaults.iter().any(has) {
+        return None;
+    }
+    let signals = list_signals(path, &Limits::default()).ok()?;
+    let roles = Roles::of(&signals);
+    if !roles.are_unique() {
+        return None;
+    }
+    let [time, position, velocity, force] =
+        Quantity::ALL.map(|quantity| parse_column(&signals[roles.first(quantity)?].column(), quantity.unit()).ok());
+    let columns = ColumnArgs { time, position, velocity, force };
+    let flags = Quantity::ALL
+        .into_iter()
+        .filter_map(|quantity| Some(format!("--{} {}", quantity.name(), signals[roles.first(quantity)?].column())));
+    let flags: Vec<String> = flags.collect();
+    let message = format!("the columns are guessed: {}", flags.join(" "));
+    let remedy = format!("give these flags, or others: `trocar detect {given} --list` shows all signals");
+    Some((columns, Warning::new(Code::GuessedColumns, message).at("--time, --position, --force").remedy(remedy)))
 }
 
 /// Returns the error without its place. Without a scenario file, the place of an error is a flag, which the message names.

@@ -2,8 +2,10 @@
 
 use clap::Args;
 
-use super::error::CliError;
+use super::error::{CliError, DetectError};
 use super::quantity::quantity;
+use super::recorded::{ColumnArgs, RecordedFlags};
+use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
 use trocar_report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
 use trocar_sim::detection::DistanceKind;
@@ -20,6 +22,8 @@ Examples:
   trocar roc --noise-std-n 0.01,0.025,0.05  several noise levels
   trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045
                                             smaller and sharper ruptures
+  trocar roc force.csv --time t_s --position x_mm:1e-3 --force f_n --rupture-s 1.8
+                                            a recording with its rupture
   trocar roc layers/through-the-skin        a closed loop with layered tissue
   trocar roc --trials --seeds 2000          2000 made recordings of every kind";
 
@@ -27,13 +31,21 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help("Folder for the files, which go directly into it")))]
 pub(super) struct RocArgs {
-    /// CSV recordings, or scenario files: their [recording], or their closed loop if they have no recording [default: the shipped
+    /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), or scenario files: their [recording], or their closed loop if they have no recording [default: the shipped
     /// in-vivo-like insertion]
     #[arg(value_name = "SCENARIO|RECORDING")]
     signals: Vec<String>,
     /// Evaluate made recordings instead: each seed draws rate, noise, layers or other matter, and motion
-    #[arg(long, conflicts_with_all = ["signals", "noise_std_n", "drop_n", "sharpness_s", "depth_m"])]
+    #[arg(long, conflicts_with_all = ["signals", "noise_std_n", "drop_n", "sharpness_s", "depth_m", "time", "position", "velocity", "force", "contact_m", "ruptures_s"])]
     trials: bool,
+    #[command(flatten)]
+    columns: ColumnArgs,
+    /// Contact position, in m [default: 0]
+    #[arg(long, value_name = "M", value_parser = quantity("m"), allow_hyphen_values = true)]
+    contact_m: Option<f64>,
+    /// A true rupture of a single recording, in s after the first sample (repeatable)
+    #[arg(long = "rupture-s", value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
+    ruptures_s: Vec<f64>,
     /// Number of noise seeds per condition; more seeds resolve lower false-alarm rates
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     seeds: u64,
@@ -65,8 +77,9 @@ pub(super) struct RocArgs {
 }
 
 pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
+    let warnings = Warnings::new(&args.output);
     let study = Study {
-        signals: signals(args)?,
+        signals: signals(args, &warnings)?,
         noise_std_n: if args.trials { vec![0.0] } else { args.noise_std_n.clone() },
         seeds: args.seeds,
         thresholds: args.thresholds as usize,
@@ -97,23 +110,32 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
         let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path().display());
         return Err(CliError::Interrupted { kept: Some(kept) });
     }
-    Ok(())
+    warnings.finish()
 }
 
 /// Returns the requested signals. All of them are loaded before any of them is evaluated.
-fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
+fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, CliError> {
     let kinds: Vec<DistanceKind> = DistanceKind::ALL
         .into_iter()
         .filter(|kind| args.detectors.is_empty() || args.detectors.iter().any(|requested| requested == kind.word()))
         .collect();
+    let flags = RecordedFlags {
+        columns: &args.columns,
+        contact_m: args.contact_m,
+        ruptures_s: &args.ruptures_s,
+        changes: &args.changes,
+    };
+    if !args.ruptures_s.is_empty() && args.signals.len() > 1 {
+        return Err(DetectError::RupturesOfMany { recordings: args.signals.len() }.into());
+    }
     let varied = !(args.drop_n.is_empty() && args.sharpness_s.is_empty() && args.depth_m.is_empty());
     if !args.signals.is_empty() {
         if varied {
             return Err(CliError::OnlySynthetic);
         }
-        return args.signals.iter().map(|path| signal(path, &args.changes.settings, &kinds)).collect();
+        return args.signals.iter().map(|path| signal(path, &flags, &kinds, warnings)).collect();
     }
-    let mut values = Values::load(&Source::parse(SHIPPED), &args.changes.settings)?;
+    let mut values = Values::load(&Source::parse(SHIPPED), &flags.settings(None, &[]))?;
     let spec = DetectionSpec::resolve(&mut values)?;
     if args.trials {
         return Ok(vec![Signal::trials(&spec, &kinds)]);
@@ -133,12 +155,17 @@ fn signals(args: &RocArgs) -> Result<Vec<Signal>, CliError> {
 }
 
 /// Returns the recording of a file, or its closed loop if it has no recording.
-fn signal(path: &str, settings: &[String], kinds: &[DistanceKind]) -> Result<Signal, CliError> {
-    let settings: Vec<String> = recorded::file_setting(path).into_iter().chain(settings.iter().cloned()).collect();
-    let mut values = recorded::load(path, &settings)?;
+fn signal(
+    path: &str,
+    flags: &RecordedFlags<'_>,
+    kinds: &[DistanceKind],
+    warnings: &Warnings,
+) -> Result<Signal, CliError> {
+    let (mut values, guess) = recorded::load_guessed(path, flags, &[])?;
     if !values.is_given("recording.file") {
-        return Ok(Signal::closed_loop(Scenario::load(&Source::parse(path), &settings)?, kinds)?);
+        return Ok(Signal::closed_loop(Scenario::load(&Source::parse(path), &flags.settings(None, &[]))?, kinds)?);
     }
+    warnings.print(&guess.map(|guess| guess.of(path)).into_iter().collect::<Vec<_>>());
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(path))?;
     Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?)
 }

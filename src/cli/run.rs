@@ -4,10 +4,11 @@ use clap::Args;
 use rayon::prelude::*;
 
 use super::error::CliError;
+use super::format::FormatArgs;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
 use trocar_report::html::run_html;
-use trocar_report::{Folder, run_object, run_pictures, run_text, runs_chart, summary_json, to_json, write_trace_csv};
+use trocar_report::{Folder, run_object, run_pictures, run_text, runs_chart, summary_json, to_json, write_trace};
 use trocar_sim::run::{Run, run as run_scenario};
 
 const EXAMPLES: &str = "\
@@ -27,6 +28,8 @@ pub(super) struct RunArgs {
     #[arg(long)]
     report: bool,
     #[command(flatten)]
+    format: FormatArgs,
+    #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
     output: OutputArgs,
@@ -41,7 +44,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     let mut summaries = vec![];
     for scenario in scenarios {
         let run = run_scenario(scenario)?;
-        write_run(&folder, &run)?;
+        write_run(&folder, &run, &args.format)?;
         let written = folder.folder(&run.scenario.name);
         if args.report {
             written.write(report::FILE, run_html(&run)?.as_bytes())?;
@@ -71,10 +74,10 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
 }
 
 /// Writes the files of a run into a folder with its name: trace, summary, resolved scenario, figures.
-pub(super) fn write_run(folder: &Folder, run: &Run) -> Result<(), CliError> {
+pub(super) fn write_run(folder: &Folder, run: &Run, format: &FormatArgs) -> Result<(), CliError> {
     let folder = folder.folder(&run.scenario.name);
     let files = || -> Result<(), CliError> {
-        folder.stream("trace.csv", |out| write_trace_csv(&run.trace, out))?;
+        format.write(&folder, "trace", |format, out| write_trace(&run.trace, format, out))?;
         folder.write("summary.json", summary_json(run).as_bytes())?;
         folder.write("scenario.toml", run.scenario.echo().as_bytes())?;
         Ok(())
@@ -87,5 +90,5 @@ pub(super) fn write_run(folder: &Folder, run: &Run) -> Result<(), CliError> {
 
 /// Writes several runs in parallel.
 pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
-    runs.par_iter().try_for_each(|run| write_run(folder, run))
+    runs.par_iter().try_for_each(|run| write_run(folder, run, &FormatArgs::default()))
 }

@@ -337,9 +337,7 @@ pub enum Problem {
         after_s: f64,
     },
     /// A sample at the same time as the one before it.
-    #[error(
-        "the time {time_s} s repeats that of {before}; remove the repeated row, or log time with more digits"
-    )]
+    #[error("the time {time_s} s repeats that of {before}; remove the repeated row, or log time with more digits")]
     TimeRepeats {
         /// The row of the previous sample.
         before: Row,
@@ -381,7 +379,8 @@ pub(super) fn excerpt(text: &str) -> String {
 pub(super) fn line(text: &str) -> String {
     const MAX_CHARACTERS: usize = 200;
     let words: Vec<&str> = text.split_whitespace().collect();
-    let mut shown: String = words.join(" ").chars().filter(|character| !character.is_control()).take(MAX_CHARACTERS).collect();
+    let mut shown: String =
+        words.join(" ").chars().filter(|character| !character.is_control()).take(MAX_CHARACTERS).collect();
     if shown.ends_with('.') {
         shown.pop();
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::containers::{self, Container, Format};
 use super::error::{Place, Problem};
-use super::read::scan_csv;
+use super::read::{names_csv, scan_csv};
 use super::signals::Signal;
 use super::{Columns, DelayRow, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels};
 
@@ -34,6 +34,19 @@ pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, Recordi
     match opened(path, limits)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
         (_, Opened::Arrays(mut container)) => Ok(containers::scan(container.as_mut())),
+    }
+}
+
+/// The names of the signals of the file `path`, of any [`Format`], as its header or index gives them.
+///
+/// # Errors
+/// As [`list_signals`].
+pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, RecordingError> {
+    match opened(path, limits)? {
+        (name, Opened::Text(file)) => names_csv(&name, file, limits),
+        (_, Opened::Arrays(container)) => {
+            Ok(containers::vectors(container.arrays()).into_iter().map(|v| v.name).collect())
+        }
     }
 }
 

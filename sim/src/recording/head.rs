@@ -119,12 +119,16 @@ fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option
         let text = &text[text.iter().take_while(|byte| b"#%".contains(byte)).count()..];
         let splits = [fields(text, separator), fields(text, self::separator(text)), spaced(text)];
         let split = splits.into_iter().find(|split| split.len() == values.len());
-        split.map(|split| split.into_iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect::<Vec<_>>())
+        split
+            .map(|split| split.into_iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect::<Vec<_>>())
     };
     let mut names = of_comment(last)?;
     let mut units = vec![];
     let has_units = names.iter().any(|name| is_known_unit(name));
-    if has_units && let [above, _] = comments && let Some(above) = of_comment(above) {
+    if has_units
+        && let [above, _] = comments
+        && let Some(above) = of_comment(above)
+    {
         units = std::mem::replace(&mut names, above);
     }
     let quoted = names.iter().map(|name| format!("\"{}\"", name.replace('"', "\"\"")));

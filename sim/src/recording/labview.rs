@@ -57,7 +57,8 @@ pub(super) fn read(text: &mut impl BufRead) -> io::Result<Option<LabView>> {
         let shown = String::from_utf8_lossy(&line);
         let mut fields = shown.trim_end_matches(['\n', '\t', ',']).split(char::from(found.separator)).map(str::trim);
         let key = fields.next().unwrap_or_default();
-        let number = |text: Option<&str>| text?.replace(',', ".").parse::<f64>().ok().filter(|number| number.is_finite());
+        let number =
+            |text: Option<&str>| text?.replace(',', ".").parse::<f64>().ok().filter(|number| number.is_finite());
         match key {
             X_VALUE => {
                 let separator = char::from(found.separator).to_string();

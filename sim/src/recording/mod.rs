@@ -55,17 +55,17 @@ pub use column::{Column, ColumnError, Columns};
 pub use containers::Format;
 pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError, Row};
-pub use file::{list_signals, open_delays, open_labels, open_recording};
+pub use file::{list_signals, open_delays, open_labels, open_recording, signal_names};
 pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_like_variant_csv};
 pub use labels::{LabelRow, read_labels};
 pub use limits::Limits;
 pub use live::{LiveLine, LiveSample, LiveTable};
 pub use quantity::Quantity;
-pub use read::read_csv;
+pub use read::{read_csv, scan_csv};
 pub use resample::{ResampleError, Resampled};
 pub use samples::Recording;
-pub use signals::{Roles, Signal};
 pub use settings::{ColumnSettings, FileSettings, ScaleSettings, SignSettings};
+pub use signals::{Roles, Signal};
 
 #[cfg(test)]
 mod fixtures;

@@ -94,7 +94,8 @@ mod tests {
         assert_eq!(commas.number(b" 1,5e-1 ", 2.0).expect("a number"), 0.3);
         assert_eq!(commas.number(b"-3", 1.0).expect("a number"), -3.0);
         let message = |decimals: &Decimals, field: &[u8]| decimals.number(field, 1.0).expect_err("refused").to_string();
-        let mixed = "'1.234' and earlier numbers mix decimal points and decimal commas; write all decimals with a point";
+        let mixed =
+            "'1.234' and earlier numbers mix decimal points and decimal commas; write all decimals with a point";
         assert_eq!(message(&commas, b"1.234"), mixed);
         assert!(message(&commas, b"1.234,5").starts_with("'1.234,5' is not a number"));
         assert!(message(&commas, b"1,234,5").starts_with("'1,234,5' is not a number"));

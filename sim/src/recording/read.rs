@@ -45,8 +45,16 @@ pub fn read_csv<R: Read>(
     samples.finish(source)
 }
 
+/// The names of the columns of a table.
+pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<String>, RecordingError> {
+    Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter())).map(|(_, names)| names)
+}
+
 /// Lists the columns of a table that have a number, as signals. Fields that are no numbers count as undefined.
-pub(super) fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
+///
+/// # Errors
+/// As [`read_csv`], for a text that is no table.
+pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let (mut rows, names) = Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter()))?;
     let mut statistics = vec![Statistics::default(); names.len()];
     let mut has_row = rows.next()?;

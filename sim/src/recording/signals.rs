@@ -63,7 +63,7 @@ impl Signal {
         shape: Vec<usize>,
         statistics: Statistics,
     ) -> Self {
-        let unit = unit.or_else(|| unit_of(&name)).or_else(|| label.as_deref().and_then(unit_of));
+        let unit = unit.or_else(|| unit_of(&name)).or_else(|| label.as_deref().and_then(unit_in_text));
         let Statistics { samples, undefined, range, ends, falls } = statistics;
         let increases = !falls && undefined == 0 && samples > 1;
         let increase = ends.filter(|_| increases).map(|(first, last)| last - first);
@@ -88,8 +88,21 @@ fn words(quantity: Quantity) -> &'static [&'static str] {
     match quantity {
         Quantity::Time => &["t", "time", "times", "timestamp", "seconds", "sec", "zeit", "temps", "tiempo", "tempo"],
         Quantity::Position => &[
-            "x", "z", "xs", "pos", "position", "positions", "depth", "displacement", "disp", "distance", "stroke", "insertion",
-            "travel", "weg", "tiefe",
+            "x",
+            "z",
+            "xs",
+            "pos",
+            "position",
+            "positions",
+            "depth",
+            "displacement",
+            "disp",
+            "distance",
+            "stroke",
+            "insertion",
+            "travel",
+            "weg",
+            "tiefe",
         ],
         Quantity::Velocity => &["v", "vs", "vel", "velocity", "velocities", "speed", "geschwindigkeit", "vitesse"],
         Quantity::Force => &["f", "fz", "force", "forces", "load", "kraft", "effort", "fuerza", "forza"],
@@ -104,7 +117,14 @@ fn is_unit(text: &str, quantity: Quantity) -> bool {
 /// Whether a text is a unit as files write it below or beside the name of a column: `mm`, `[N]`, `(s)`.
 pub(super) fn is_known_unit(text: &str) -> bool {
     let text = text.trim().trim_matches(['[', ']', '(', ')']);
-    Quantity::ALL.into_iter().any(|quantity| is_unit(text, quantity)) || ["rad", "deg", "Nm", "V", "mV", "A"].contains(&text)
+    Quantity::ALL.into_iter().any(|quantity| is_unit(text, quantity))
+        || ["rad", "deg", "Nm", "V", "mV", "A"].contains(&text)
+}
+
+/// The unit in brackets in a text: "Lever positions (rad), master".
+fn unit_in_text(text: &str) -> Option<String> {
+    let inside = text.split(['(', '[']).skip(1).filter_map(|rest| rest.split([')', ']', ' ', ',']).next());
+    inside.map(str::to_owned).find(|unit| is_known_unit(unit))
 }
 
 /// The unit in a name: `x (mm)`, `x [mm]`, `x_mm`, `v_mm_per_s`.
@@ -184,12 +204,14 @@ impl Roles {
         };
         // The first time with which there are a position and a force.
         let serves = |samples: usize| {
-            [Quantity::Position, Quantity::Force].into_iter().all(|quantity| with(quantity).any(|(_, s)| s.samples == samples))
+            [Quantity::Position, Quantity::Force]
+                .into_iter()
+                .all(|quantity| with(quantity).any(|(_, s)| s.samples == samples))
         };
-        let Some(samples) =
-            with(Quantity::Time).map(|(_, time)| time.samples).find(|samples| serves(*samples)).or_else(|| {
-                with(Quantity::Time).map(|(_, time)| time.samples).next()
-            })
+        let Some(samples) = with(Quantity::Time)
+            .map(|(_, time)| time.samples)
+            .find(|samples| serves(*samples))
+            .or_else(|| with(Quantity::Time).map(|(_, time)| time.samples).next())
         else {
             return roles;
         };

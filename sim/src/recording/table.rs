@@ -127,7 +127,8 @@ impl<'a, R: Read> Rows<'a, R> {
     /// Takes the units of the columns from the row, if it is one of units: it has no number, and a known unit. Returns whether it
     /// is.
     pub(super) fn take_units(&mut self) -> bool {
-        let fields: Vec<String> = self.record.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
+        let fields: Vec<String> =
+            self.record.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
         let has_number = (0..fields.len()).any(|index| self.parse(index, 1.0).is_ok());
         if has_number || !fields.iter().any(|field| is_known_unit(field)) {
             return false;

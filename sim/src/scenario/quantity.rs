@@ -1,6 +1,6 @@
 //! Quantities with their unit, as people write them: "30ms", "3 mm", "0.5 N/mm".
 
-use crate::recording::Quantity;
+use crate::recording::{Column, Quantity};
 
 /// Standard gravity in m/s²: 1 kgf is 9.80665 N.
 const GRAVITY: f64 = 9.80665;
@@ -151,6 +151,20 @@ fn units_of(unit: &str) -> (&str, String) {
         "J" => ("energy", "J or mJ".into()),
         _ => ("this quantity", format!("{unit} or a multiple of it")),
     }
+}
+
+/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, as in `x:mm` where `unit` is `m`; `-mm` changes the sign. Any other
+/// text after the colon is part of the name; if the file has no such column, the error says that it is no unit.
+///
+/// # Errors
+/// What is wrong with the name or the factor.
+pub fn parse_column(text: &str, unit: &str) -> Result<Column, String> {
+    let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
+        let (sign, written) = written.strip_prefix('-').map_or(("", written), |rest| ("-", rest));
+        let scale = parse(&format!("{sign}1 {written}"), unit).ok()?;
+        Some(Column::new(name, scale))
+    });
+    with_unit.unwrap_or_else(|| text.parse()).map_err(|error| error.to_string())
 }
 
 /// The number in `unit` that a text means, with a unit or without.

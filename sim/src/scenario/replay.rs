@@ -14,7 +14,7 @@ use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::MotionSettings;
 use crate::recording::{
     Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
-    SignSettings, open_recording, read_csv,
+    SignSettings, Signal, list_signals, open_recording, read_csv, scan_csv,
 };
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -221,6 +221,24 @@ pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> 
         velocity: names.velocity_m_per_s.map(velocity).transpose()?,
         force: column(3, &names.force_n, scales.force_n * signs.force_sign)?,
     })
+}
+
+/// Lists the signals of the recording that values describe.
+///
+/// # Errors
+/// As [`Scenario::load`](super::Scenario::load), for a file that is missing or cannot be read.
+pub fn recording_signals(values: &mut Values) -> Result<Vec<Signal>, ScenarioError> {
+    let Some(source) = values.file(FILE) else {
+        return Err(no_recording(values));
+    };
+    let limits = Limits::read(values)?;
+    let source = source.canonical();
+    let listed = match &source {
+        Source::Disk(path) => list_signals(path, &limits),
+        Source::Builtin(name) => scan_csv(&source.display(), embedded(values, FILE, name)?, &limits),
+        Source::Text { name, text } => scan_csv(name, text.as_bytes(), &limits),
+    };
+    listed.map_err(|error| ScenarioError::new(error.to_string()).at(values.place(FILE)))
 }
 
 /// The error that there is no recording.

@@ -14,7 +14,7 @@ use crate::cli::{progress, recorded, report as page, terminal};
 use trocar_report::html::{DetectionPage, detection_html, detections_html};
 use trocar_report::{
     DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
-    detections_pictures, detections_text, event_rows, to_json, write_detection_csv,
+    detections_pictures, detections_text, event_rows, to_json, write_detection,
 };
 use trocar_sim::detect::{Detection, DetectionReport, Label, detect};
 use trocar_sim::scenario::{DetectionSpec, Values};
@@ -141,12 +141,13 @@ fn folder_of(out: &Folder, input: &Input) -> Folder {
 
 /// Detects in one recording and writes its files.
 fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Detected, CliError> {
-    let Input { given, folder: name, values } = input;
+    let Input { given, folder: name, values, guess } = input;
     let mut values = values?;
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
     let detection = detect(&spec)?;
     let labels = labels_of(&given, &spec, labels)?;
-    let report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
+    let mut report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
+    report.warnings.splice(0..0, guess);
     let json = detection_object(&name, &report, &values);
     write(args, folder, &given, &spec, (&values, &detection, &report), &json)?;
     Ok(Detected { report, json })
@@ -185,7 +186,7 @@ fn write(
 ) -> Result<(), CliError> {
     let detector = &spec.settings.detector;
     let files = || -> Result<(), CliError> {
-        folder.stream("detection.csv", |out| write_detection_csv(detection, out))?;
+        args.format.write(folder, "detection", |format, out| write_detection(detection, format, out))?;
         folder.write("detection.json", to_json(json).as_bytes())?;
         folder.write("events.csv", format!("{EVENT_COLUMNS}\n{}", event_rows(given, report)).as_bytes())?;
         Ok(())

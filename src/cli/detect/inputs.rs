@@ -6,7 +6,9 @@ use std::path::Path;
 use super::DetectArgs;
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded;
+use trocar_sim::recording::Format;
 use trocar_sim::scenario::{ScenarioError, Source, Values};
+use trocar_sim::warning::Warning;
 
 /// Suffix of a label file in the folder of its recording.
 pub(super) const SIDECAR_END: &str = ".labels.csv";
@@ -24,6 +26,8 @@ pub(super) struct Input {
     pub(super) folder: String,
     /// Its settings.
     pub(super) values: Result<Values, ScenarioError>,
+    /// The warning that its columns are guessed.
+    pub(super) guess: Option<Warning>,
 }
 
 impl Input {
@@ -33,18 +37,30 @@ impl Input {
     }
 }
 
-/// Returns the recordings of the arguments, in their order.
-pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
+/// Returns the paths of the recordings of the arguments, in their order, with the files of folders.
+pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, CliError> {
     let mut given = vec![];
     for recording in &args.recordings {
         if Path::new(recording).is_dir() {
-            given.extend(listed(recording)?);
+            given.extend(listed(recording, args.labels.as_deref())?);
         } else {
             given.push(recording.clone());
         }
     }
-    let load = |given: &String| recorded::load(given, &args.settings(Some(given)));
-    let values: Vec<_> = given.iter().map(load).collect();
+    Ok(given)
+}
+
+/// Returns the recordings of the arguments, in their order.
+pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
+    let given = given(args)?;
+    let flags = args.flags();
+    let (values, guesses): (Vec<_>, Vec<_>) = given
+        .iter()
+        .map(|given| match recorded::load_guessed(given, &flags, &args.tuning) {
+            Ok((values, guess)) => (Ok(values), guess),
+            Err(error) => (Err(error), None),
+        })
+        .unzip();
     let names: Vec<String> = given
         .iter()
         .zip(&values)
@@ -53,20 +69,31 @@ pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
         })
         .collect();
     let folders = distinct(&names);
-    let one = |((given, folder), values)| Input { given, folder, values };
-    Ok(given.into_iter().zip(folders).zip(values).map(one).collect())
+    let one = |(((given, folder), values), guess)| Input { given, folder, values, guess };
+    Ok(given.into_iter().zip(folders).zip(values).zip(guesses).map(one).collect())
 }
 
-/// Returns the CSV files of a folder in order of their names, without label files.
-fn listed(folder: &str) -> Result<Vec<String>, CliError> {
+/// Returns the CSV files of a folder, or without any its files of the other formats, in order of their names. Label files are left
+/// out, also that of `--labels`.
+fn listed(folder: &str, labels: Option<&Path>) -> Result<Vec<String>, CliError> {
     let refuse = |source| DetectError::Folder { path: folder.to_owned(), source };
-    let mut found = vec![];
+    let labels = labels.and_then(|labels| labels.canonicalize().ok());
+    let mut files = vec![];
     for entry in std::fs::read_dir(folder).map_err(refuse)? {
         let path = entry.map_err(refuse)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-        if name.ends_with(".csv") && !name.ends_with(SIDECAR_END) && path.is_file() {
-            found.push(path.to_string_lossy().into_owned());
+        let is_labels = name.ends_with(SIDECAR_END) || (labels.is_some() && path.canonicalize().ok() == labels);
+        if path.is_file() && !is_labels {
+            files.push((name, path.to_string_lossy().into_owned()));
         }
+    }
+    let ending = |ends: &dyn Fn(&str) -> bool| -> Vec<String> {
+        let ends = |name: &str| name.rsplit_once('.').is_some_and(|(_, end)| ends(end));
+        files.iter().filter(|(name, _)| ends(name)).map(|(_, path)| path.clone()).collect()
+    };
+    let mut found = ending(&|end| end == "csv");
+    if found.is_empty() {
+        found = ending(&|end| Format::ALL.iter().any(|format| format.suffixes().contains(&end)));
     }
     if found.is_empty() {
         return Err(DetectError::EmptyFolder { path: folder.to_owned() }.into());

@@ -6,7 +6,7 @@ use super::DetectArgs;
 use super::inputs::{Input, SIDECAR_END};
 use crate::cli::error::{DetectError, LabelProblem};
 use trocar_sim::detect::Label;
-use trocar_sim::recording::{LabelRow, Limits, open_labels};
+use trocar_sim::recording::{Format, LabelRow, Limits, open_labels};
 
 /// The rows of a label file for one recording.
 #[derive(Debug, Clone)]
@@ -62,7 +62,11 @@ pub(super) fn from_sidecar(recording: &str) -> Result<Option<LabelRows>, DetectE
 }
 
 fn sidecar(recording: &str) -> Option<PathBuf> {
-    let stem = recording.strip_suffix(".csv").or_else(|| recording.strip_suffix(".CSV"))?;
+    let (stem, end) = recording.rsplit_once('.')?;
+    let end = end.to_lowercase();
+    if !Format::ALL.iter().any(|format| format.suffixes().contains(&end.as_str())) {
+        return None;
+    }
     (!recording.starts_with("builtin:")).then(|| PathBuf::from(format!("{stem}{SIDECAR_END}")))
 }
 

@@ -35,7 +35,6 @@ pub(in crate::recording) fn guarded<T, E: From<Problem>>(
     outcome.unwrap_or_else(|_| Err(format.damaged("its content contradicts itself").into()))
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -213,7 +213,14 @@ impl Walk<'_> {
     }
 
     /// Reads the matrices of a cell or a structure: for each of its elements one per field.
-    fn parts(&mut self, at: &mut Cursor<'_>, start: usize, outer: &Array, fields: &[String], depth: usize) -> Option<()> {
+    fn parts(
+        &mut self,
+        at: &mut Cursor<'_>,
+        start: usize,
+        outer: &Array,
+        fields: &[String],
+        depth: usize,
+    ) -> Option<()> {
         if fields.is_empty() {
             return Some(());
         }

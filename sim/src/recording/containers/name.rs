@@ -219,7 +219,10 @@ mod tests {
         let array = Array::new("m", vec![5, 2]);
         for name in ["m", "m[:,2]", "m[:,:]", "m[:,0,0]"] {
             let refusal = find(std::slice::from_ref(&array), name, Quantity::Time).expect_err("refused").to_string();
-            assert!(refusal.contains("is 5 x 2, not one signal; give its column, counted from 0, as in m[:,0]"), "{refusal}");
+            assert!(
+                refusal.contains("is 5 x 2, not one signal; give its column, counted from 0, as in m[:,0]"),
+                "{refusal}"
+            );
         }
     }
 }

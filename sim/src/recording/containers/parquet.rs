@@ -2,8 +2,8 @@
 
 use std::fs::File;
 
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -37,9 +37,10 @@ impl Parquet {
         }
         let (mut arrays, mut columns) = (vec![], vec![]);
         for (index, column) in metadata.schema_descr().columns().iter().enumerate() {
-            let is_number =
-                !matches!(column.physical_type(), Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY | Physical::INT96)
-                    && !matches!(column.converted_type(), ConvertedType::DECIMAL);
+            let is_number = !matches!(
+                column.physical_type(),
+                Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY | Physical::INT96
+            ) && !matches!(column.converted_type(), ConvertedType::DECIMAL);
             if column.max_rep_level() == 0 && is_number {
                 let unit = match column.logical_type_ref() {
                     Some(LogicalType::Timestamp(stamp)) => Some(time_unit(&stamp.unit)),
@@ -62,9 +63,13 @@ impl Parquet {
             let group = self.reader.get_row_group(group).map_err(damaged)?;
             match group.get_column_reader(self.columns[index]).map_err(damaged)? {
                 ColumnReader::BoolColumnReader(column) => numbers(column, rows, &mut values, |value| f64::from(*value)),
-                ColumnReader::Int32ColumnReader(column) => numbers(column, rows, &mut values, |value| f64::from(*value)),
+                ColumnReader::Int32ColumnReader(column) => {
+                    numbers(column, rows, &mut values, |value| f64::from(*value))
+                }
                 ColumnReader::Int64ColumnReader(column) => numbers(column, rows, &mut values, |value| *value as f64),
-                ColumnReader::FloatColumnReader(column) => numbers(column, rows, &mut values, |value| f64::from(*value)),
+                ColumnReader::FloatColumnReader(column) => {
+                    numbers(column, rows, &mut values, |value| f64::from(*value))
+                }
                 ColumnReader::DoubleColumnReader(column) => numbers(column, rows, &mut values, |value| *value),
                 _ => Ok(()),
             }
@@ -123,5 +128,4 @@ impl Container for Parquet {
         check_size(self.arrays[index].len(), &self.limits)?;
         guarded(Format::Parquet, || self.column(index))
     }
-
 }

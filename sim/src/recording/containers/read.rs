@@ -24,13 +24,15 @@ pub(in crate::recording) fn read(
     let mut found = vec![];
     for (quantity, column) in requested {
         let Some(column) = column else { continue };
-        let vector = find(container.arrays(), column.name(), quantity).map_err(|problem| Place::file(file).error(problem))?;
+        let vector =
+            find(container.arrays(), column.name(), quantity).map_err(|problem| Place::file(file).error(problem))?;
         found.push((quantity, column, vector));
     }
     let times = found[0].2.len;
     for (_, column, vector) in &found {
         if vector.len != times {
-            let fitting = vectors(container.arrays()).into_iter().filter(|other| other.len == times).map(|other| other.name);
+            let fitting =
+                vectors(container.arrays()).into_iter().filter(|other| other.len == times).map(|other| other.name);
             let problem = Problem::Lengths {
                 samples: vector.len,
                 times,

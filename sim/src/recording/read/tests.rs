@@ -67,18 +67,16 @@ fn tables_of_laboratories_are_read() {
     ] {
         assert_eq!(samples(&table), plain, "{table:?}");
     }
-    let utf16 = |table: &str| [0xfeff].into_iter().chain(table.encode_utf16()).flat_map(u16::to_le_bytes).collect::<Vec<_>>();
+    let utf16 =
+        |table: &str| [0xfeff].into_iter().chain(table.encode_utf16()).flat_map(u16::to_le_bytes).collect::<Vec<_>>();
     assert_eq!(samples(utf16(&format!("t,x,f,µ\r\n{}", rows.replace('\n', ",1\r\n")))), plain);
     assert_eq!(samples(b"t,x,f,\xb5\n0,1,2.5,1\n1,-3,4e-3,1\n"), plain, "Latin-1 in the names");
 }
 
 #[test]
 fn labview_files_are_read_with_their_times_or_their_clock() {
-    let columns = Columns {
-        time: "X_Value".parse().expect("a column"),
-        position: "x".parse().expect("a column"),
-        ..columns()
-    };
+    let columns =
+        Columns { time: "X_Value".parse().expect("a column"), position: "x".parse().expect("a column"), ..columns() };
     for lines in [
         "X_Value\tx\tf\tComment\r\n0,0\t1,5\t2\r\n1\t2\t3\tend\r\n",
         "X_Value\tx\tf\tComment\r\n\t1,5\t2\r\n\t2\t3\r\n",
@@ -104,7 +102,8 @@ fn labview_files_are_read_with_their_times_or_their_clock() {
 #[test]
 fn a_name_behind_a_percent_sign_can_be_given_with_it() {
     let columns = Columns { time: "%t".parse().expect("a column"), ..columns() };
-    let read = |table: &str| read_csv("pop.csv", table.as_bytes(), &columns, &Limits::default()).map(|found| found.len());
+    let read =
+        |table: &str| read_csv("pop.csv", table.as_bytes(), &columns, &Limits::default()).map(|found| found.len());
     assert_eq!(read("%t,x,f,note\n0,1,2,a\n1,2,3,b\n").expect("as before"), 2);
 }
 
