@@ -36,7 +36,7 @@ fn command(file: &str, signals: &[Signal]) -> String {
 #[must_use]
 pub fn signals_text(file: &str, signals: &[Signal]) -> String {
     let has_labels = signals.iter().any(|signal| signal.label.is_some());
-    let heading = ["signal", "shape", "unit", "rate", "range", "role"];
+    let heading = ["signal", "role", "shape", "unit", "rate", "range"];
     let mut table = Table::new(heading.into_iter().chain(has_labels.then_some("text"))).flush_left();
     for signal in signals {
         let dash = || "—".to_owned();
@@ -45,11 +45,11 @@ pub fn signals_text(file: &str, signals: &[Signal]) -> String {
         let undefined = if signal.undefined == 0 { String::new() } else { format!(", {} undefined", signal.undefined) };
         let cells = [
             signal.name.clone(),
+            signal.role.map_or_else(dash, |role| role.name().to_owned()),
             shape.join(" x "),
             signal.unit.clone().unwrap_or_else(dash),
             rate_hz(signal, signals).map_or_else(dash, |rate_hz| format!("{} Hz", significant(rate_hz))),
             format!("{range}{undefined}"),
-            signal.role.map_or_else(dash, |role| role.name().to_owned()),
         ];
         table.row(cells.into_iter().chain(has_labels.then(|| signal.label.clone().unwrap_or_default())));
     }
@@ -97,6 +97,7 @@ pub fn signals_object(file: &str, signals: &[Signal]) -> Json {
         })
     };
     json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
         "file": file,
         "signals": signals.iter().map(object).collect::<Vec<_>>(),
         "roles_are_unique": Roles::of(signals).are_unique(),

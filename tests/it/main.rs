@@ -16,6 +16,7 @@ mod estimators;
 mod explore;
 mod instruction_sets;
 mod keys;
+mod lab_files;
 mod lanes;
 mod layer_ranges;
 mod layering;

@@ -72,7 +72,8 @@ pub(super) fn head(text: &mut impl BufRead) -> io::Result<Head> {
         let names = spaced(&line).len();
         head.text.append(&mut line);
         text.read_until(b'\n', &mut line)?;
-        head.in_spaces = names > 1 && spaced(&line).len() == names && spaced(&line).into_iter().all(is_number);
+        head.in_spaces =
+            names > 1 && spaced(&line).len() == names && spaced(&line).into_iter().all(|field| is_number(field, true));
         if head.in_spaces {
             head.separator = b'\t';
         }
@@ -99,38 +100,28 @@ fn from_labview(text: &mut impl BufRead, lines_before: u64) -> io::Result<Head> 
 /// The beginning of a table whose names are in a comment above its first line of numbers.
 fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option<Head> {
     let last = comments.last()?;
-    let in_spaces = !line.iter().any(|byte| b",;\t|".contains(byte));
-    let separator = match in_spaces {
-        true => b'\t',
-        false if line.iter().any(|byte| b",;\t".contains(byte)) => separator(line),
-        false => b'|',
-    };
-    let values = if in_spaces { spaced(line) } else { fields(line, separator) };
     // A line of names that begins with % was read as such before comments could; below it there is a number at least.
-    let is_data = match last.first() {
-        Some(b'%') => values.iter().any(|value| is_number(value)),
-        _ => values.iter().all(|value| is_number(value)),
-    };
-    if !is_data || values.iter().all(|value| value.is_empty()) {
-        return None;
-    }
-    let of_comment = |comment: &[u8]| {
-        let text = comment.trim_ascii_start().trim_ascii();
-        let text = &text[text.iter().take_while(|byte| b"#%".contains(byte)).count()..];
-        let splits = [fields(text, separator), fields(text, self::separator(text)), spaced(text)];
-        let split = splits.into_iter().find(|split| split.len() == values.len());
-        split
-            .map(|split| split.into_iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect::<Vec<_>>())
-    };
-    let mut names = of_comment(last)?;
+    let has_percent = last.starts_with(b"%");
+    // The comma is the last: it can be the decimal mark between other separators.
+    let (separator, values) =
+        [Some(b';'), Some(b'\t'), Some(b'|'), Some(b','), None].into_iter().find_map(|separator| {
+            let values = separator.map_or_else(|| spaced(line), |separator| fields(line, separator));
+            let is_number = |value: &&[u8]| is_number(value, separator != Some(b','));
+            let is_data = if has_percent { values.iter().any(is_number) } else { values.iter().all(is_number) };
+            (values.len() > 1 && is_data && split(last, separator, values.len()).is_some())
+                .then_some((separator, values))
+        })?;
+    let mut names = split(last, separator, values.len())?;
     let mut units = vec![];
     let has_units = names.iter().any(|name| is_known_unit(name));
     if has_units
         && let [above, _] = comments
-        && let Some(above) = of_comment(above)
+        && let Some(above) = split(above, separator, values.len())
     {
         units = std::mem::replace(&mut names, above);
     }
+    let in_spaces = separator.is_none();
+    let separator = separator.unwrap_or(b'\t');
     let quoted = names.iter().map(|name| format!("\"{}\"", name.replace('"', "\"\"")));
     let mut text = quoted.collect::<Vec<_>>().join(&char::from(separator).to_string()).into_bytes();
     text.push(b'\n');
@@ -138,6 +129,15 @@ fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option
     // The names stand in the line above the numbers, wherever the comment is.
     let lines_before = lines_before.saturating_sub(1);
     Some(Head { text, lines_before, separator, in_spaces, units, ..Head::default() })
+}
+
+/// The fields of a comment, if it has `count` of them: between the separators of the rows, or of its own, or spaces.
+fn split(comment: &[u8], separator: Option<u8>, count: usize) -> Option<Vec<String>> {
+    let marks = comment.iter().take_while(|byte| b"#%".contains(byte)).count();
+    let text = comment[marks..].trim_ascii();
+    let own = separator.into_iter().chain([self::separator(text)]).map(|separator| fields(text, separator));
+    let split = own.chain([spaced(text)]).find(|fields| fields.len() == count)?;
+    Some(split.into_iter().map(|field| String::from_utf8_lossy(field).trim_matches('"').to_owned()).collect())
 }
 
 fn fields(line: &[u8], separator: u8) -> Vec<&[u8]> {
@@ -148,8 +148,9 @@ fn spaced(line: &[u8]) -> Vec<&[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect()
 }
 
-/// Whether a field is a number, with a decimal point or a comma.
-fn is_number(field: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(field).replacen(',', ".", 1);
+/// Whether a field is a number, with a decimal point or, if it may be, a comma.
+fn is_number(field: &[u8], may_have_comma: bool) -> bool {
+    let text = String::from_utf8_lossy(field);
+    let text = if may_have_comma { text.replacen(',', ".", 1) } else { text.into_owned() };
     text.parse::<f64>().is_ok()
 }

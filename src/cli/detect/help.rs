@@ -4,7 +4,7 @@ pub(super) const MORE: &str = "\
 Many recordings:
   trocar detect trials/ more/x.csv --labels labels.csv
 
-A folder means its *.csv files, in the order of their names. They are read in parallel; tables, files and errors have the order \
+A folder means its *.csv files, or without any its files of other formats, in the order of their names, without the file of --labels. They are read in parallel; tables, files and errors have the order \
 of the arguments. A recording that cannot be read is reported, the others continue, and the exit code is 2.
 
 Each recording has a folder with its name in --out (a second x.csv has x-2), with detection.csv, detection.json, events.csv and \

@@ -41,6 +41,8 @@ pub(super) struct Hdf5 {
     limits: Limits,
     is_matlab: bool,
     objects: usize,
+    /// The names in each of the groups that contain the present one.
+    outer: Vec<Vec<String>>,
 }
 
 fn damaged(error: impl std::fmt::Display) -> Problem {
@@ -51,17 +53,16 @@ impl Hdf5 {
     pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
         let is_matlab = bytes.starts_with(b"MATLAB");
         let file = File::from_bytes(bytes).map_err(damaged)?;
-        let mut found = Self { arrays: vec![], stored: vec![], limits: limits.clone(), is_matlab, objects: 0 };
+        let mut found =
+            Self { arrays: vec![], stored: vec![], limits: limits.clone(), is_matlab, objects: 0, outer: vec![] };
         found.group(&file.root(), "", 0)?;
         if super::vectors(&found.arrays).is_empty() { Err(Problem::NoSignal(Format::Hdf5)) } else { Ok(found) }
     }
 
-    fn count(&mut self, depth: usize) -> Result<(), Problem> {
+    fn count(&mut self) -> Result<(), Problem> {
         self.objects += 1;
-        if self.objects > MAX_OBJECTS || depth > MAX_DEPTH {
-            return Err(damaged(format!(
-                "it has more than {MAX_OBJECTS} objects, or groups within {MAX_DEPTH} others"
-            )));
+        if self.objects > MAX_OBJECTS {
+            return Err(damaged(format!("it has more than {MAX_OBJECTS} objects")));
         }
         Ok(())
     }
@@ -75,10 +76,21 @@ impl Hdf5 {
     }
 
     fn group(&mut self, group: &Group, path: &str, depth: usize) -> Result<(), Problem> {
-        self.count(depth)?;
+        self.count()?;
+        if depth > MAX_DEPTH {
+            return Ok(());
+        }
         let first = self.arrays.len();
         let mut label = None;
-        for name in group.datasets().map_err(damaged)? {
+        let datasets = group.datasets().map_err(damaged)?;
+        let groups = group.groups().map_err(damaged)?;
+        // A link can lead back to a group that contains it; the library does not say that it is the same.
+        let names: Vec<String> = datasets.iter().chain(&groups).cloned().collect();
+        if !datasets.is_empty() && !groups.is_empty() && self.outer.contains(&names) {
+            return Ok(());
+        }
+        self.outer.push(names);
+        for name in datasets {
             // One that the library cannot read is no signal; its neighbours can be.
             let Ok(dataset) = group.dataset(&name) else { continue };
             if self.is_matlab && label.is_none() && LABELS.contains(&name.as_str()) {
@@ -89,7 +101,7 @@ impl Hdf5 {
         for array in &mut self.arrays[first..] {
             array.label = array.label.take().or_else(|| label.clone());
         }
-        for name in group.groups().map_err(damaged)? {
+        for name in groups {
             // MATLAB keeps there what references point to.
             if self.is_matlab && name.starts_with('#') {
                 continue;
@@ -97,11 +109,15 @@ impl Hdf5 {
             let Ok(inner) = group.group(&name) else { continue };
             self.group(&inner, &self.name(path, &name), depth + 1)?;
         }
+        self.outer.pop();
         Ok(())
     }
 
     fn dataset(&mut self, dataset: Dataset, outer: &str, name: &str, depth: usize) -> Result<(), Problem> {
-        self.count(depth)?;
+        self.count()?;
+        if depth > MAX_DEPTH {
+            return Ok(());
+        }
         let (Ok(kind), Ok(shape)) = (dataset.dtype(), dataset.shape()) else { return Ok(()) };
         let mut dims = shape.into_iter().map(|dim| usize::try_from(dim).unwrap_or(usize::MAX)).collect::<Vec<_>>();
         if self.is_matlab {

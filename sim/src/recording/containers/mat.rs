@@ -173,6 +173,10 @@ impl Walk<'_> {
         let (_, own) = element(&mut at, false)?;
         let own = String::from_utf8_lossy(bytes.get(own)?).into_owned();
         let name = given.unwrap_or(&own);
+        // The workspace of functions has no name.
+        if name.is_empty() {
+            return Some(Content::Other);
+        }
         let array = Array { column_major: true, ..Array::new(name, dims) };
         match class {
             1 => self.parts(&mut at, range.start, &array, &[String::new()], depth)?,

@@ -90,9 +90,14 @@ fn values(
     Ok(values)
 }
 
-/// Lists the signals of a container. An array that cannot be read as numbers is left out.
+/// Share of the samples of the longest signal below which an array is a setting, such as a style of a plot.
+const MIN_SHARE: f64 = 0.01;
+
+/// Lists the signals of a container. An array that cannot be read as numbers is left out, as is one below [`MIN_SHARE`].
 pub(in crate::recording) fn scan(container: &mut dyn Container) -> Vec<Signal> {
-    let vectors = vectors(container.arrays());
+    let mut vectors = vectors(container.arrays());
+    let longest = vectors.iter().map(|vector| vector.len).max().unwrap_or(0);
+    vectors.retain(|vector| vector.len as f64 >= MIN_SHARE * longest as f64);
     let mut signals = vec![];
     let mut whole: Option<(usize, Vec<f64>)> = None;
     for vector in vectors {

@@ -64,6 +64,8 @@ fn tables_of_laboratories_are_read() {
         "t;x;f\n0;1,0;2,5\n1;-3;4e-3\n".into(),
         "t\tx\tf\n0,0\t1\t2,5\n1\t-3\t,4e-2\n".into(),
         "t x f\n0 1,0 2,5\n1 -3 4e-3\n".into(),
+        "% t;x;f\n0,0;1,0;2,5\n1;-3;4e-3\n".into(),
+        "# t x f\n0,0 1,0 2,5\n1 -3 4e-3\n".into(),
     ] {
         assert_eq!(samples(&table), plain, "{table:?}");
     }
