@@ -11,7 +11,7 @@ use trocar_report::{ColumnFormat, Folder};
 /// The formats of the files with a row per sample.
 #[derive(Debug, Args)]
 pub(super) struct FormatArgs {
-    /// Formats of the file with a row per sample, separated by commas; mat is MATLAB v7
+    /// Formats of the file with a row per sample, separated by commas; mat is MATLAB
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "csv", value_parser = parser())]
     format: Vec<ColumnFormat>,
 }

@@ -11,7 +11,7 @@ use trocar_sim::warning::{Code, Warning};
 /// The columns of a recording.
 #[derive(Debug, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time (a name in the header, or of a signal, as --list shows); converted to s by the factor or unit (s, ms, us, min), as in t:1e-3 or t:ms [default: time_s]
+    /// Column with the time (its name as `trocar detect --list` shows it); converted to s by the factor or unit (s, ms, us, min), as in t:1e-3 or t:ms [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
     /// Column with the position of the needle; converted to m by the factor or unit (m, cm, mm, um) [default: position_m]

@@ -22,7 +22,7 @@ Examples:
   trocar roc --noise-std-n 0.01,0.025,0.05  several noise levels
   trocar roc --drop-n 0.5,1,2 --sharpness-s 0.01,0.045
                                             smaller and sharper ruptures
-  trocar roc force.csv --time t_s --position x_mm:1e-3 --force f_n --rupture-s 1.8
+  trocar roc x.csv --time t --position x:mm --force f --rupture-s 1.8
                                             a recording with its rupture
   trocar roc layers/through-the-skin        a closed loop with layered tissue
   trocar roc --trials --seeds 2000          2000 made recordings of every kind";

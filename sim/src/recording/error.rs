@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io;
 
-use super::containers::{Format, LAB_FORMATS};
+use super::format::{Format, LAB_FORMATS};
 use super::{Limits, Quantity};
 
 /// A recording that cannot be used: `pop.csv line 812, column 'xs_rad': 'abc' is not a number; …`.
@@ -365,6 +365,13 @@ pub enum Problem {
     },
 }
 
+impl Format {
+    /// The error of a damaged file of this format.
+    pub(super) fn damaged(self, detail: impl fmt::Display) -> Problem {
+        Problem::Damaged { format: self, detail: line(&detail.to_string()).into() }
+    }
+}
+
 /// At most 40 characters of `text`, on one line, for use inside a message.
 pub(super) fn excerpt(text: &str) -> String {
     const MAX_CHARACTERS: usize = 40;
@@ -376,7 +383,7 @@ pub(super) fn excerpt(text: &str) -> String {
 }
 
 /// A foreign message on one line, shortened if it is long.
-pub(super) fn line(text: &str) -> String {
+fn line(text: &str) -> String {
     const MAX_CHARACTERS: usize = 200;
     let words: Vec<&str> = text.split_whitespace().collect();
     let mut shown: String =

@@ -3,11 +3,13 @@
 use std::fs::{File, FileType, Metadata};
 use std::path::Path;
 
-use super::containers::{self, Container, Format};
+use super::containers::{self, Container};
 use super::error::{Place, Problem};
 use super::read::{names_csv, scan_csv};
 use super::signals::Signal;
-use super::{Columns, DelayRow, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels};
+use super::{
+    Columns, DelayRow, Format, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels,
+};
 
 /// Reads the recording in the file `path`, of any [`Format`], known by its first bytes; for text see [`read_csv`].
 ///
@@ -63,7 +65,7 @@ fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingErr
     if format == Format::Csv {
         return Ok((name, Opened::Text(file)));
     }
-    let container = format.open(file, limits).map_err(refuse)?;
+    let container = containers::open(format, file, limits).map_err(refuse)?;
     Ok((name, Opened::Arrays(container)))
 }
 

@@ -83,29 +83,13 @@ impl Signal {
     }
 }
 
-/// The words that a name of a quantity has, in lower case.
-fn words(quantity: Quantity) -> &'static [&'static str] {
+/// The words that a name of a quantity has besides its own, in lower case, between spaces.
+fn words(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Time => &["t", "time", "times", "timestamp", "seconds", "sec", "zeit", "temps", "tiempo", "tempo"],
-        Quantity::Position => &[
-            "x",
-            "z",
-            "xs",
-            "pos",
-            "position",
-            "positions",
-            "depth",
-            "displacement",
-            "disp",
-            "distance",
-            "stroke",
-            "insertion",
-            "travel",
-            "weg",
-            "tiefe",
-        ],
-        Quantity::Velocity => &["v", "vs", "vel", "velocity", "velocities", "speed", "geschwindigkeit", "vitesse"],
-        Quantity::Force => &["f", "fz", "force", "forces", "load", "kraft", "effort", "fuerza", "forza"],
+        Quantity::Time => "t times timestamp seconds sec zeit temps tiempo tempo",
+        Quantity::Position => "x z xs pos positions depth displacement disp distance stroke insertion travel weg tiefe",
+        Quantity::Velocity => "v vs vel velocities speed geschwindigkeit vitesse",
+        Quantity::Force => "f fz forces load kraft effort fuerza forza",
     }
 }
 
@@ -170,7 +154,8 @@ fn role(name: &str, label: Option<&str>, unit: Option<&str>, increases: bool) ->
             return Some(Quantity::Time);
         }
         let is_word = |quantity: &Quantity| {
-            text.split(|character: char| !character.is_alphanumeric()).any(|word| words(*quantity).contains(&word))
+            text.split(|character: char| !character.is_alphanumeric())
+                .any(|word| word == quantity.name() || words(*quantity).split(' ').any(|known| known == word))
         };
         // "force over time" is a force: the last quantity of the list that fits is not meant, the time is.
         [Quantity::Force, Quantity::Velocity, Quantity::Position, Quantity::Time].into_iter().find(is_word)

@@ -54,7 +54,7 @@ fn tables_of_laboratories_are_read() {
         format!("# t,x,f\n{rows}"),
         format!("%t,x,f\n{rows}"),
         format!("% by hand\n% t, x, f\n%\n% [s],[m],[N]\n{rows}").replace("%\n", ""),
-        format!("% by hand\nt,x,f\n0,1,2.5\n% pause\n1,-3,4e-3\n"),
+        "% by hand\nt,x,f\n0,1,2.5\n% pause\n1,-3,4e-3\n".into(),
         format!("#t x f\n{}", spaced(rows)),
         format!("# t, x, f\n{}", spaced(rows)),
         format!("  t x   f\n {}", spaced(rows)),

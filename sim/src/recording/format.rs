@@ -1,0 +1,80 @@
+//! The formats of files with a recording.
+
+use std::fmt;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use super::utf16;
+
+/// The feature with the formats of large libraries.
+pub(super) const LAB_FORMATS: &str = "lab-formats";
+
+/// Declares the formats: variant, phrase, suffixes of its files in lower case, and the phrase for what to export instead.
+macro_rules! formats {
+    ($($(#[doc = $doc:literal])* $Format:ident: $phrase:literal, [$($suffix:literal),*], $instead:literal;)*) => {
+        /// The format of a file with a recording.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Format {
+            $($(#[doc = $doc])* $Format,)*
+        }
+
+        impl Format {
+            /// All formats.
+            pub const ALL: &'static [Self] = &[$(Self::$Format),*];
+
+            /// The suffixes of its files, in lower case.
+            #[must_use]
+            pub fn suffixes(self) -> &'static [&'static str] {
+                match self { $(Self::$Format => &[$($suffix),*],)* }
+            }
+
+            /// What to export instead of it.
+            pub(super) fn alternative(self) -> &'static str {
+                match self { $(Self::$Format => $instead,)* }
+            }
+        }
+
+        impl fmt::Display for Format {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(match self { $(Self::$Format => $phrase,)* })
+            }
+        }
+    };
+}
+
+formats! {
+    /// Text with a line per sample; LabVIEW's measurement files too.
+    Csv: "a table in text", ["csv", "tsv", "lvm"], "CSV";
+    /// MATLAB, up to version 7.
+    Mat: "a MATLAB file", ["mat"], "CSV";
+    /// HDF5; MATLAB 7.3 too.
+    Hdf5: "an HDF5 file (or MATLAB 7.3)", ["h5", "hdf5"], "MATLAB v7 (save -v7), Parquet or CSV";
+    /// Apache Parquet.
+    Parquet: "a Parquet file", ["parquet"], "CSV";
+    /// LabVIEW's binary measurement files.
+    Tdms: "a TDMS file", ["tdms"], "CSV";
+    /// Excel and OpenDocument spreadsheets.
+    Excel: "a spreadsheet", ["xlsx", "xlsm", "xlsb", "xls", "ods"], "CSV";
+}
+
+impl Format {
+    /// The format of a file, by its first bytes. What nothing else claims is text; a MATLAB file of version 4 has no mark, and is
+    /// known by the name of the file.
+    pub(super) fn of(path: &Path, file: &mut (impl Read + Seek)) -> io::Result<Self> {
+        const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+        let mut head = vec![];
+        file.by_ref().take(1024).read_to_end(&mut head)?;
+        file.seek(SeekFrom::Start(0))?;
+        let at = |offset: usize, mark: &[u8]| head.get(offset..).is_some_and(|rest| rest.starts_with(mark));
+        let is_mat = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("mat"));
+        Ok(match () {
+            () if [0, 512].into_iter().any(|offset| at(offset, HDF5)) || at(0, b"MATLAB 7.3") => Self::Hdf5,
+            () if at(0, b"MATLAB 5.0") || at(126, b"IM") && at(124, b"\x00\x01") || at(124, b"\x01\x00MI") => Self::Mat,
+            () if at(0, b"PAR1") => Self::Parquet,
+            () if at(0, b"TDSm") => Self::Tdms,
+            () if at(0, b"PK\x03\x04") || at(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") => Self::Excel,
+            () if is_mat && head.contains(&0) && !utf16::is_marked(&head) => Self::Mat,
+            () => Self::Csv,
+        })
+    }
+}
