@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, TypedDict
+from typing import Any, TypedDict, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,4 +65,4 @@ def read_recording(
     >>> trocar.read_recording(path, time="t", position="x:mm", force="f:-1")["position"]
     array([0.0015, 0.0016])
     """
-    return Recording(**_core.read_recording(os.fspath(path), time, position, velocity, force))
+    return cast(Recording, _core.read_recording(os.fspath(path), time, position, velocity, force))

@@ -155,6 +155,21 @@ mod tests {
         }
     }
 
+    #[cfg(not(feature = "lab-formats"))]
+    #[test]
+    fn a_format_of_another_build_names_the_feature() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        std::fs::write(file.path(), b"\x89HDF\r\n\x1a\n").expect("written");
+        let message = message(file.path());
+        assert!(
+            message
+                .contains("is an HDF5 file (or MATLAB 7.3), and this trocar was built without the feature lab-formats")
+        );
+        assert!(
+            message.contains("--features lab-formats`, or export the file as MATLAB v7 (save -v7), Parquet or CSV")
+        );
+    }
+
     #[test]
     fn a_gigabyte_is_refused_by_its_size() {
         let file = tempfile::NamedTempFile::new().expect("a file");
