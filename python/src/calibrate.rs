@@ -4,6 +4,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use trocar_report::{calibration_object, calibration_text, calibration_toml};
 use trocar_sim::detect::calibration::{self, CalibrationRequest};
+use trocar_sim::scenario::Values;
 
 use crate::detect::Samples;
 use crate::interrupt::interruptible;
@@ -43,7 +44,8 @@ pub(crate) fn calibrate<'py>(
         variance_ratio: variance_ratio.unwrap_or(default.variance_ratio),
     };
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
-    let (spec, _) = samples.spec(py, name, &settings)?;
+    let values = Values::from_settings(name, &settings).map_err(|error| error::scenario(py, &error))?;
+    let (spec, _) = samples.spec(py, values)?;
     let calibration = interruptible(py, 0, move |_| calibration::calibrate(&spec, &request))?.map_err(error::value)?;
     let json = convert::python(py, &calibration_object(name, &calibration))?;
     Ok((json, calibration_text(name, &calibration), calibration_toml(&calibration)))

@@ -29,9 +29,8 @@ impl Samples {
     }
 
     /// Returns the specification of the detection, and its values.
-    pub(crate) fn spec(self, py: Python<'_>, name: &str, settings: &[String]) -> PyResult<(DetectionSpec, Values)> {
+    pub(crate) fn spec(self, py: Python<'_>, mut values: Values) -> PyResult<(DetectionSpec, Values)> {
         let refuse = |error| error::scenario(py, &error);
-        let mut values = Values::from_settings(name, settings).map_err(refuse)?;
         let max_gap_s = match values.get("recording.max_gap_s") {
             Some(trocar_sim::scenario::Value::Number(gap_s)) => Some(*gap_s),
             _ => None,
@@ -74,7 +73,8 @@ pub(crate) fn detect<'py>(
     let mut all = settings_file.map(|file| tuning(py, file)).transpose()?.unwrap_or_default();
     all.extend(settings);
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
-    let (spec, values) = samples.spec(py, name, &all)?;
+    let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
+    let (spec, values) = samples.spec(py, values.with_adaptive_detector())?;
     let (detection, report) = interruptible(py, 1, move |_| {
         let detection = trocar_sim::detect::detect(&spec)?;
         let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);

@@ -56,7 +56,7 @@ impl Detector {
         let refuse = |error| error::scenario(py, &error);
         let mut all = settings_file.map(|file| tuning(py, file)).transpose()?.unwrap_or_default();
         all.extend(settings);
-        let mut values = Values::from_settings("detector", &all).map_err(refuse)?;
+        let mut values = Values::from_settings("detector", &all).map_err(refuse)?.with_adaptive_detector();
         let settings = DetectionSettings::resolve(&mut values).map_err(refuse)?;
         let given = settings.position_resolution_m;
         let velocity = match is_filtered {

@@ -14,6 +14,7 @@ from ._core import Step, __version__
 from ._errors import ScenarioError
 from ._warnings import (
     ActiveLoopWarning,
+    ConstantForceWarning,
     DelayBeyondRunWarning,
     ForceMagnitudeWarning,
     ForceOutOfContactWarning,
@@ -47,6 +48,7 @@ from .sweeping import Range, Sweep, sweep
 
 __all__ = [
     "ActiveLoopWarning",
+    "ConstantForceWarning",
     "Calibration",
     "Comparison",
     "DelayBeyondRunWarning",

@@ -84,7 +84,7 @@ def detection_figure(detection: Detection, **options: Any) -> Figure:
     figure, axes = _panels(3, options)
     time_s = detection["time_s"]
     for axis, column, label in zip(
-        axes, ("measured_force_n", "residual_n", "decision"), ("Force (N)", "Residual (N)", "Decision (N²)")
+        axes, ("measured_force_n", "residual_n", "decision"), ("Force (N)", "Residual (N)", "Decision")
     ):
         axis.plot(time_s, detection[column], color=_MASTER)
         axis.set_ylabel(label)

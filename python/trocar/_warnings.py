@@ -136,6 +136,12 @@ class RarelyArmedWarning(TrocarWarning):
     code = "rarely-armed"
 
 
+class ConstantForceWarning(TrocarWarning):
+    """The force does not change although the needle moves in contact."""
+
+    code = "constant-force"
+
+
 class SlowRupturesMissedWarning(TrocarWarning):
     """The calibrated settings detect less than half of the slowest inserted ruptures."""
 

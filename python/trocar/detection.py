@@ -102,6 +102,9 @@ def detect(
 ) -> Detection:
     """Runs the estimator and the detector on samples.
 
+    The detector is the adaptive one, which needs no settings, unless a setting asks for another, such as
+    ``**{"detector.distance": "squared-residual"}``, the paper's, or ``**{"detector.threshold": 0.02}``.
+
     Parameters
     ----------
     time : array, shape (samples,)

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use super::Table;
 use super::columns::ColumnFormat;
 use super::number::{counted, plain, show, significant};
+use super::roc::of_unit;
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
@@ -15,12 +16,14 @@ use trocar_sim::metrics::Unit;
 /// Returns the result of a detection as text with tables.
 #[must_use]
 pub fn detection_text(name: &str, report: &DetectionReport) -> String {
+    let (detector, threshold, unit) = report.detector;
     let mut text = format!(
-        "{name}: {} samples over {} s, {} alarm{}\n\n",
+        "{name}: {} samples over {} s, {} alarm{}\ndetector: {detector}, threshold {}\n\n",
         report.samples,
         significant(report.duration_s),
         report.alarms.len(),
-        if report.alarms.len() == 1 { "" } else { "s" }
+        if report.alarms.len() == 1 { "" } else { "s" },
+        format_args!("{}{}", significant(threshold), of_unit(unit))
     );
     if !report.alarms.is_empty() || report.missed().next().is_some() {
         let _ = writeln!(text, "{}", events_table(&[(None, report)]));

@@ -177,7 +177,8 @@ fn named(condition: &Condition) -> String {
     name
 }
 
-fn of_unit(unit: &str) -> String {
+/// The unit after a number; nothing for a plain number.
+pub(super) fn of_unit(unit: &str) -> String {
     if unit == "1" { String::new() } else { format!(" {unit}") }
 }
 

@@ -110,16 +110,21 @@ codes! {
          for --velocity COLUMN:FACTOR. Without --velocity, the velocity is estimated from the positions.";
     NoContact "no-contact":
         "The needle never reaches the contact position.",
-        "Estimator and detector work below estimator.contact_m only. Give --contact-m at the surface of the tissue.";
+        "The estimator, and every detector except the adaptive one, work below estimator.contact_m only. Give --contact-m at the \
+         surface of the tissue.";
     ForceOutOfContact "force-out-of-contact":
         "The largest force of a recording acts above the contact position.",
-        "Estimator and detector ignore the samples above estimator.contact_m. If the largest force, of at least 1 N, is there, the \
+        "The estimator, and every detector except the adaptive one, ignore the samples above estimator.contact_m. If the largest force, of at least 1 N, is there, the \
          contact position is too deep, or the positions decrease into the tissue: give a smaller --contact-m, or change the sign of \
          --position.";
     RarelyArmed "rarely-armed":
         "The detector was armed for less than a tenth of the time in contact.",
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \
          g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";
+    ConstantForce "constant-force":
+        "The force does not change although the needle moves in contact.",
+        "The sensor is at the end of its range, or its value is not renewed: no detector sees a rupture then. The message says when. \
+         The adaptive detector counts as not armed once the force has not changed for 0.2 s.";
     SlowRupturesMissed "slow-ruptures-missed":
         "The calibrated settings detect less than half of the slowest inserted ruptures.",
         "The noise hides the slowest ruptures at the requested interval between false alarms. Calibrate on a longer beginning \

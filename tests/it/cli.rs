@@ -402,7 +402,7 @@ fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
 fn recording(times_s: impl Iterator<Item = f64>) -> String {
     let mut text = String::from("time_s,position_m,force_n\n");
     for (k, time_s) in times_s.enumerate() {
-        text.push_str(&format!("{time_s},{:.5},0.5\n", k as f64 * 1e-5));
+        text.push_str(&format!("{time_s},{:.5},0.{}\n", k as f64 * 1e-5, 50 + k % 3));
     }
     text
 }
@@ -450,7 +450,7 @@ fn settings_from_a_file_that_has_none_are_refused() {
 #[test]
 fn samples_too_far_apart_for_a_rupture_are_warned_of() {
     let folder = TestFolder::new();
-    let every = |interval_s: f64| recording((0..60).map(|k| f64::from(k) * interval_s));
+    let every = |interval_s: f64| recording((0..600).map(|k| f64::from(k) * interval_s));
     folder.file("a/slow.csv", every(1.0)).file("a/fast.csv", every(0.01));
     let warned = |arguments: &[&str]| {
         let outcome = folder.trocar(&[&["detect", "--no-figures"], arguments].concat());

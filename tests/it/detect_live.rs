@@ -133,11 +133,11 @@ fn an_alarm_is_printed_before_the_next_sample_arrives() {
     assert!(rig.line().starts_with("event,time_s,sample,position_m"), "the header comes at once");
     let text = insertion();
     let all: Vec<&str> = text.lines().collect();
-    // Header and samples 0 to 5523, the alarm's; then silence.
-    rig.feed(&(all[..=5524].join("\n") + "\n"));
-    assert!(rig.line().starts_with("alarm,5.523,5523,"));
-    rig.feed(&(all[5525..].join("\n") + "\n"));
-    assert!(rig.line().starts_with("alarm,8.854,8854,"));
+    // Header and samples 0 to 5527, the alarm's; then silence.
+    rig.feed(&(all[..=5528].join("\n") + "\n"));
+    assert!(rig.line().starts_with("alarm,5.527,5527,"));
+    rig.feed(&(all[5529..].join("\n") + "\n"));
+    assert!(rig.line().starts_with("alarm,8.86,8860,"));
     let (code, rest, errors) = rig.end();
     assert_eq!((code, rest.len()), (0, 0));
     let errors = errors.join(" ");
@@ -207,7 +207,7 @@ fn bad_rows_are_skipped_reported_and_counted() {
     assert!(!outcome.out.contains("NaN") && !outcome.out.contains("inf"), "no such number gets in");
     let all: Vec<Json> = outcome.out.lines().map(json).collect();
     let alarms: Vec<&Json> = all.iter().filter(|row| row["event"] == "alarm").map(|row| &row["sample"]).collect();
-    assert_eq!(alarms, [5523, 8854]);
+    assert_eq!(alarms, [5527, 8860]);
     let summary = all.last().expect("a summary");
     assert_eq!((&summary["rows"], &summary["skipped_rows"]), (&Json::from(17007), &Json::from(7)));
     assert_eq!((&summary["samples"], &summary["not_later"]), (&Json::from(17000), &Json::from(1)));

@@ -1,7 +1,13 @@
 //! Detection on recordings of a real rig, with the defaults.
 
 use trocar::detect::{Detection, DetectionReport, detect};
-use trocar::scenario::{DetectionSpec, Values};
+use trocar::detection::DistanceKind;
+use trocar::recording::Recording;
+use trocar::scenario::{DetectionSettings, DetectionSpec, Values};
+use trocar::warning::Code;
+
+/// The default, and the paper's detector.
+const DETECTORS: [&[&str]; 2] = [&[], &["detector.distance=squared-residual"]];
 
 /// Detects in a recording of the lever rig with a contact in m, and returns the specification too.
 fn on_lever(file: &str, force: &str, contact_m: f64, settings: &[&str]) -> (Detection, DetectionSpec) {
@@ -18,27 +24,32 @@ fn on_lever(file: &str, force: &str, contact_m: f64, settings: &[&str]) -> (Dete
     ]
     .to_vec();
     all.extend(settings.iter().map(|&setting| setting.to_owned()));
-    let mut values = Values::from_settings("lever", &all).expect("good settings");
+    let mut values = Values::from_settings("lever", &all).expect("good settings").with_adaptive_detector();
     let spec = DetectionSpec::resolve(&mut values).expect("a good recording");
     (detect(&spec).expect("valid"), spec)
 }
 
 #[test]
 fn the_virtual_rupture_is_announced_once_within_2_ms() {
-    let (detection, spec) =
-        on_lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", 6.30e-3, &["recording.ruptures_s=[1.779]"]);
-    let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
-    assert_eq!(report.alarms.len(), 1, "{report:?}");
-    let delay = report.alarms[0].time_s - 1.7790;
-    assert!(delay > 0.0 && delay <= 2e-3, "{delay}");
-    assert_eq!((report.missed_ruptures, report.false_alarms), (Some(0), Some(0)));
+    for detector in DETECTORS {
+        let settings = [&["recording.ruptures_s=[1.779]"], detector].concat();
+        let (detection, spec) = on_lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", 6.30e-3, &settings);
+        let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
+        assert_eq!(report.alarms.len(), 1, "{report:?}");
+        let delay = report.alarms[0].time_s - 1.7790;
+        assert!(delay > 0.0 && delay <= 2e-3, "{delay}");
+        assert_eq!((report.missed_ruptures, report.false_alarms), (Some(0), Some(0)));
+    }
 }
 
 #[test]
 fn it_hardly_depends_on_where_contact_is_taken_to_be() {
-    for contact_mm in [0.0, 2.0, 4.0, 5.0, 6.0, 6.3, 7.0, 7.5] {
-        let (detection, _) = on_lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", 1e-3 * contact_mm, &[]);
-        assert_eq!(detection.alarms, [3559], "contact at {contact_mm} mm");
+    for (settings, sample) in DETECTORS.into_iter().zip([3561, 3559]) {
+        for contact_mm in [0.0, 2.0, 4.0, 5.0, 6.0, 6.3, 7.0, 7.5] {
+            let (detection, _) =
+                on_lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", 1e-3 * contact_mm, settings);
+            assert_eq!(detection.alarms, [sample], "contact at {contact_mm} mm, {settings:?}");
+        }
     }
 }
 
@@ -58,13 +69,55 @@ fn without_a_recorded_velocity_the_filter_serves() {
 #[test]
 fn a_spring_and_free_motion_raise_no_alarm() {
     // The needle is in contact throughout: the force of the spring is 0 about 8.5 mm before the lever's zero.
-    for contact_mm in [-9.0, -8.5, -8.0] {
-        let (detection, _) = on_lever("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm", 1e-3 * contact_mm, &[]);
-        assert!(detection.alarms.is_empty(), "spring, contact at {contact_mm} mm: {:?}", detection.alarms);
+    let spring = ("tests/data/teleop_1dof/m2_f_spring.csv", &[-9.0, -8.5, -8.0][..]);
+    let free = ("tests/data/teleop_1dof/m2_d_free_motion.csv", &[-9.0, -6.0, -5.0, -2.0, 0.0, 3.0][..]);
+    for ((file, contacts_mm), settings) in [spring, free].into_iter().flat_map(|file| DETECTORS.map(|s| (file, s))) {
+        for contact_mm in contacts_mm {
+            let (detection, _) = on_lever(file, "tau_e_Nm", 1e-3 * contact_mm, settings);
+            assert!(detection.alarms.is_empty(), "{file}, {contact_mm} mm, {settings:?}: {:?}", detection.alarms);
+        }
     }
-    for contact_mm in [-9.0, -6.0, -5.0, -2.0, 0.0, 3.0] {
-        let (detection, _) =
-            on_lever("tests/data/teleop_1dof/m2_d_free_motion.csv", "tau_e_Nm", 1e-3 * contact_mm, &[]);
-        assert!(detection.alarms.is_empty(), "free motion, contact at {contact_mm} mm: {:?}", detection.alarms);
+}
+
+#[test]
+fn the_detector_is_adaptive_unless_a_setting_asks_for_another() {
+    let kind = |settings: &[&str]| {
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        let mut values = Values::from_settings("mine", &settings).expect("good").with_adaptive_detector();
+        DetectionSettings::resolve(&mut values).expect("good").detector.distance.kind
+    };
+    for settings in [&[][..], &["detector.false_alarms_per_min=1"], &["detector.motion=inserting"]] {
+        assert_eq!(kind(settings), DistanceKind::Adaptive, "{settings:?}");
     }
+    for setting in
+        ["detector.threshold=0.02", "detector.drift=0.01", "detector.settle_s=0.1", "detector.drop_only=false"]
+    {
+        assert_eq!(kind(&[setting]), DistanceKind::SquaredResidual, "{setting}");
+    }
+    assert_eq!(kind(&["detector.distance=squared-drop"]), DistanceKind::SquaredDrop);
+}
+
+#[test]
+fn a_saturated_or_stuck_force_is_told() {
+    let codes = |force: fn(usize) -> f64| {
+        let time_s: Vec<f64> = (0..3000).map(|k| 1e-3 * k as f64).collect();
+        let position_m: Vec<f64> = time_s.iter().map(|time_s| 0.01 * time_s).collect();
+        let force_n = (0..3000).map(force).collect();
+        let recording = Recording::new(time_s, position_m, None, force_n, None).expect("good");
+        let mut values = Values::from_settings("mine", &[]).expect("good").with_adaptive_detector();
+        let detection = detect(&DetectionSpec::of(&mut values, recording).expect("good")).expect("good");
+        let report = DetectionReport::of(&detection, &[]);
+        report.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect::<Vec<_>>()
+    };
+    let rising = |k: usize| 3e-3 * k as f64 + 1e-3 * (k % 7) as f64;
+    assert_eq!(codes(rising), []);
+    let [saturated, stuck] = [
+        codes(|k| (3e-3 * k as f64 + 1e-3 * (k % 7) as f64).min(6.0)),
+        codes(|k| if (1000..2000).contains(&k) { 3.0 } else { 3e-3 * k as f64 + 1e-3 * (k % 7) as f64 }),
+    ];
+    assert!(
+        matches!(&saturated[..], [(Code::ConstantForce, text)] if text.contains("end of its range")),
+        "{saturated:?}"
+    );
+    assert!(matches!(&stuck[..], [(Code::ConstantForce, text)] if text.contains("not renewed")), "{stuck:?}");
 }

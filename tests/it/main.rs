@@ -47,4 +47,5 @@ mod sweep;
 mod switching;
 mod terminal;
 mod tissue;
+mod wanted_rate;
 mod warnings;

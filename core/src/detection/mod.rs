@@ -9,8 +9,8 @@ pub use arming::{AlarmConditions, ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distances::{
     Adaptive, AnyDistance, Distance, DistanceKind, DistanceSettings, ForceDerivative, LikelihoodRatio,
-    MAX_WINDOW_SAMPLES, MeanChange, PageHinkley, ParameterChange, SquaredDrop, SquaredResidual, VarianceChange,
-    WindowSettings,
+    MAX_WINDOW_SAMPLES, MeanChange, PageHinkley, ParameterChange, RateSettings, SquaredDrop, SquaredResidual,
+    VarianceChange, WindowSettings,
 };
 pub use hypotheses::Hypotheses;
 

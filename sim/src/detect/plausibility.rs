@@ -1,7 +1,7 @@
 //! Whether the numbers of a recording can be those of a needle insertion.
 
 use super::{Detection, LabelMiss};
-use crate::detection::DetectorSettings;
+use crate::detection::{DetectorSettings, DistanceKind};
 use crate::warning::{Code, Warning};
 
 /// Minimum and maximum sampling rate without a warning, in Hz.
@@ -35,6 +35,9 @@ const SLOPE_SAMPLES: usize = 20;
 const MIN_ARMED: f64 = 0.1;
 const MIN_CONTACT_S: f64 = 0.5;
 
+/// Motion in contact in m over which a force of at least [`MIN_RESISTING_N`] changes.
+const MIN_MOTION_M: f64 = 5e-4;
+
 /// Returns a warning if samples `interval_s` (s) apart are too far apart to show a rupture, or closer than sensors
 /// sample.
 #[must_use]
@@ -66,6 +69,7 @@ pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warni
     all.extend(travel(detection));
     all.extend(velocity(detection));
     all.extend(contact(detection));
+    all.extend(constant_force(detection));
     all
 }
 
@@ -222,11 +226,50 @@ fn contact(detection: &Detection) -> Option<Warning> {
     let armed = detection.conditions.iter().filter(|conditions| conditions.in_contact() && conditions.armed()).count();
     let share = armed as f64 / in_contact as f64;
     (in_contact as f64 * detection.interval_s >= MIN_CONTACT_S && share < MIN_ARMED).then(|| {
-        let message = format!(
-            "the detector was armed in only {:.0} % of the time in contact: g keeps exceeding the threshold",
-            100.0 * share
-        );
-        let remedy = "the noise or the model's error is too large for the settings: `trocar calibrate` computes others";
-        Warning::new(Code::RarelyArmed, message).at("detector.drift").remedy(remedy)
+        let (why, key, remedy) = match detection.detector.distance.kind {
+            DistanceKind::Adaptive => (
+                "it learns from the first 50 samples, and a force that does not change disarms it",
+                "detector.distance",
+                "begin the recording earlier, or choose another detector",
+            ),
+            _ => (
+                "g keeps exceeding the threshold",
+                "detector.drift",
+                "the noise or the model's error is too large for the settings: `trocar calibrate` computes others",
+            ),
+        };
+        let message = format!("the detector was armed in only {:.0} % of the time in contact: {why}", 100.0 * share);
+        Warning::new(Code::RarelyArmed, message).at(key).remedy(remedy)
     })
+}
+
+/// Whether the force changes while the needle moves.
+fn constant_force(detection: &Detection) -> Option<Warning> {
+    let (force, position) = (&detection.measured_force_n, &detection.position_m);
+    let mut start = 0;
+    let mut longest: Option<(f64, usize, usize)> = None;
+    for sample in 1..=force.len() {
+        if sample < force.len() && force[sample] == force[start] {
+            continue;
+        }
+        let (low_m, high_m) = range(&position[start..sample])?;
+        let travel_m = high_m - low_m.max(detection.contact_m);
+        let counts = force[start].abs() >= MIN_RESISTING_N && travel_m >= MIN_MOTION_M;
+        if counts && longest.is_none_or(|(other_m, ..)| travel_m > other_m) {
+            longest = Some((travel_m, start, sample - 1));
+        }
+        start = sample;
+    }
+    let (travel_m, from, to) = longest?;
+    let is_largest = peak(force).is_some_and(|peak| force[peak].abs() == force[from].abs());
+    let cause = if is_largest { "the sensor is at the end of its range" } else { "its value is not renewed" };
+    let message = format!(
+        "the force stays at {:.4} N from {:.4} to {:.4} s, while the needle moves by {:.2} mm: {cause}, and no rupture can be detected",
+        force[from],
+        detection.time_s[from],
+        detection.time_s[to],
+        1e3 * travel_m
+    );
+    let remedy = "use a sensor with a larger range, or record its value anew at every sample";
+    Some(Warning::new(Code::ConstantForce, message).at("--force").remedy(remedy))
 }

@@ -9,6 +9,7 @@ use super::phases::{PhaseInterval, PhaseRule};
 use super::plausibility::warnings;
 use super::scores::{Scores, Tally};
 use super::statistics::{PhaseStatistics, ResidualStatistics};
+use crate::detection::DetectorSettings;
 use crate::metrics::RUPTURE_WINDOW_S;
 use crate::quantiles::upper_median;
 use crate::warning::Warning;
@@ -78,6 +79,9 @@ pub struct DetectionReport {
     pub contact_s: f64,
     /// Whether the needle was ever below the contact.
     pub touched: bool,
+    /// The kind of detector, its threshold and the threshold's unit.
+    #[serde(skip)]
+    pub detector: (&'static str, f64, &'static str),
     /// The alarms, in time order.
     pub alarms: Vec<DetectedAlarm>,
     /// Labelled ruptures, in the time of the recording, in s.
@@ -165,6 +169,10 @@ impl DetectionReport {
             duration_s,
             contact_s,
             touched: detection.touched,
+            detector: {
+                let DetectorSettings { distance, cusum, .. } = &detection.detector;
+                (distance.kind.word(), cusum.threshold, distance.kind.unit())
+            },
             alarms: detection.alarms.iter().enumerate().map(alarm).collect(),
             labelled_kinds: labels.unwrap_or_default().iter().map(|label| label.kind.clone()).collect(),
             missed_ruptures: scores.map(|scores| scores.missed),

@@ -12,6 +12,7 @@ use super::keys::{find, is_section, nearest, nearest_of};
 use super::quantity;
 use super::value::Value;
 use crate::channel::DelaySettings;
+use crate::detection::DistanceKind;
 use crate::error::InvalidValue;
 use crate::operator::MotionSettings;
 use crate::tissue::{ReplaySettings, TissueSettings};
@@ -21,6 +22,16 @@ const ASSUMED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_
 
 /// The key of the tick, the minimum of some times.
 const TICK: &str = "simulation.tick_s";
+
+/// The keys of the detector that do not ask for another one than the adaptive: those that it uses, without those in the
+/// unit of the distance.
+const OF_ADAPTIVE: [&str; 5] = [
+    "detector.false_alarms_per_min",
+    "detector.motion",
+    "detector.withdrawal_speed_m_per_s",
+    "detector.insertion_speed_m_per_s",
+    "detector.minimum_depth_m",
+];
 
 /// A value and its origin.
 #[derive(Debug, Clone)]
@@ -188,6 +199,17 @@ impl Values {
         if !self.is_given(path) {
             self.derive(path, value);
         }
+    }
+
+    /// Takes the adaptive detector, which needs no settings, unless a written key of the detector asks for another: the
+    /// kind, a number in its unit, or a setting that the adaptive one does not use.
+    #[must_use]
+    pub fn with_adaptive_detector(mut self) -> Self {
+        let written = |key: &&Key| self.place(key.path).is_some();
+        if keys_of("detector").filter(written).all(|key| OF_ADAPTIVE.contains(&key.path)) {
+            self.derive(DistanceKind::KEY.path, Value::Text(DistanceKind::Adaptive.word().to_owned()));
+        }
+        self
     }
 
     /// Replaces a value by its resolved form, such as a full path, and keeps its place.

@@ -142,7 +142,7 @@ fn folder_of(out: &Folder, input: &Input) -> Folder {
 /// Detects in one recording and writes its files.
 fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Detected, CliError> {
     let Input { given, folder: name, values, guess } = input;
-    let mut values = values?;
+    let mut values = values?.with_adaptive_detector();
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
     let detection = detect(&spec)?;
     let labels = labels_of(&given, &spec, labels)?;

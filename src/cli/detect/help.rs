@@ -1,6 +1,10 @@
 //! The long help of `trocar detect`. A paragraph is one line, which the terminal wraps.
 
 pub(super) const MORE: &str = "\
+The detector is the adaptive one, which needs no contact position, no threshold and no calibration (`trocar explain detector.distance`). \
+A key of [detector] that it does not use, given by --set, --settings or a scenario file, selects the detector of that key: \
+--set detector.distance=squared-residual is the paper's.
+
 Many recordings:
   trocar detect trials/ more/x.csv --labels labels.csv
 

@@ -22,7 +22,8 @@ const END: &str = "end of input";
 const NAME: &str = "standard input";
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
-    let mut values = Values::from_settings("stream", &args.settings(None)).map_err(of_flags)?;
+    let values = Values::from_settings("stream", &args.settings(None)).map_err(of_flags)?;
+    let mut values = values.with_adaptive_detector();
     let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
     let columns = recording_columns(&mut values).map_err(of_flags)?;
     let warnings = LiveWarnings::new(args.output.quiet);

@@ -2,8 +2,12 @@
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
+use super::tail::Tail;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
+
+/// The threshold: a fall of so many usual changes.
+const THRESHOLD: f64 = 7.0;
 
 /// Least length of a bin in s: the samples of a bin are averaged.
 const BIN_S: f64 = 1e-3;
@@ -77,6 +81,9 @@ const MAX_RESOLUTION_M: f64 = 1e-4;
 /// Changes below these are rounding, in m and N.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
+/// A force that has not changed for so long is stuck, in s.
+const STUCK_S: f64 = 0.2;
+
 /// Longest time after an alarm that counts as the same fall, in s.
 const HOLD_S: f64 = 0.15;
 
@@ -123,6 +130,8 @@ pub struct Adaptive<L> {
     /// The largest force of the last moments, decaying, in N.
     recent_load: L,
     hold: Hold<L>,
+    /// The tail of the values, for a wanted rate of false alarms.
+    tail: Option<Tail<L>>,
     value: L,
 }
 
@@ -131,15 +140,16 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
     const ACCUMULATES: bool = false;
 
     fn tuning(_hypotheses: &Hypotheses) -> (f64, f64) {
-        (7.0, 0.0)
+        (THRESHOLD, 0.0)
     }
 
-    fn new(_settings: &DistanceSettings, tick_s: f64) -> Self {
+    fn new(settings: &DistanceSettings, tick_s: f64) -> Self {
         let samples = (libm::ceil(BIN_S / tick_s - 1e-9) as usize).max(1);
+        let bin_s = samples as f64 * tick_s;
         let zero = L::zero();
         Self {
             bin: Bin::new(samples),
-            times: Times::of(samples as f64 * tick_s),
+            times: Times::of(bin_s),
             bins: 0.0,
             newest: 0,
             force: [zero; BINS],
@@ -153,6 +163,7 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
             stiffest: zero,
             recent_load: zero,
             hold: Hold { lowest: zero, since_lowest: L::splat(-1.0), bins: zero },
+            tail: settings.rate.false_alarms_per_min.map(|per_min| Tail::new(per_min, bin_s)),
             value: zero,
         }
     }
@@ -171,6 +182,9 @@ impl<L: Lane> Distance<L> for Adaptive<L> {
     fn reset(&mut self, mask: L::Mask) {
         self.value = L::select(mask, L::zero(), self.value);
         self.hold.begin(mask, self.force[self.newest]);
+        if let Some(tail) = &mut self.tail {
+            tail.take_alarm(mask);
+        }
     }
 
     #[inline(always)]
@@ -180,7 +194,8 @@ impl<L: Lane> Distance<L> for Adaptive<L> {
 
     #[inline(always)]
     fn is_ready(&self) -> Option<L::Mask> {
-        Some(L::Mask::splat(self.bins >= KNOWN_BINS))
+        let is_stuck = self.bin.unchanged.gt(L::splat(self.times.stuck));
+        Some(L::Mask::splat(self.bins >= KNOWN_BINS) & !is_stuck)
     }
 }
 
@@ -235,7 +250,15 @@ impl<L: Lane> Adaptive<L> {
             }
         }
         let counts = !held.was_holding & L::Mask::splat(self.bins >= KNOWN_BINS);
-        self.value = L::select(counts, largest, L::zero());
+        let value = L::select(counts, largest, L::zero());
+        self.value = match &mut self.tail {
+            Some(tail) => {
+                let relative = value * (L::splat(THRESHOLD) / tail.level());
+                tail.add(value);
+                relative
+            }
+            None => value,
+        };
     }
 
     /// The stiffness in N/m, by a regression of changes of the force on changes of the position under load.
@@ -320,7 +343,7 @@ impl<L: Lane> Adaptive<L> {
 }
 
 crate::lane::gather!(Adaptive {
-    bin, force, peak, surplus, low, position, high, scales, moments, stiffest, recent_load, hold, value
+    bin, force, peak, surplus, low, position, high, scales, moments, stiffest, recent_load, hold, tail, value
 } same { times, bins, newest });
 
 /// The times in bins, and what follows from them.
@@ -331,6 +354,7 @@ struct Times {
     stiffness: usize,
     instant: usize,
     hold: f64,
+    stuck: f64,
     /// Inverse of the reference and of the interval of the present velocity, in 1/s.
     per_reference: f64,
     per_instant: f64,
@@ -352,6 +376,7 @@ impl Times {
             stiffness: bins(STIFFNESS_INTERVAL_S),
             instant: bins(INSTANT_S),
             hold: bins(HOLD_S) as f64,
+            stuck: bins(STUCK_S) as f64,
             per_reference: per(REFERENCE_S),
             per_instant: per(INSTANT_S),
             scale_share: (bin_s / SCALE_MEMORY_S).min(1.0),
@@ -375,6 +400,8 @@ struct Bin<L> {
     last: [L; 2],
     /// Least change between two samples: the steps of encoder (m) and sensor (N), or less.
     steps: [L; 2],
+    /// Bins since the force changed.
+    unchanged: L,
     /// Forces of the last three bins, and the position of the last one.
     forces: [L; MEDIAN_BINS],
     position: L,
@@ -390,6 +417,7 @@ impl<L: Lane> Bin<L> {
             sums: [zero; 2],
             last: [zero; 2],
             steps: [L::splat(MAX_RESOLUTION_M), L::splat(f64::MAX)],
+            unchanged: zero,
             forces: [zero; MEDIAN_BINS],
             position: zero,
         }
@@ -409,12 +437,14 @@ impl<L: Lane> Bin<L> {
             (self.forces, self.position) = ([force; MEDIAN_BINS], position);
             self.has_any = true;
         }
+        self.unchanged = L::select((force - self.last[1]).abs().gt(L::zero()), L::zero(), self.unchanged);
         self.last = sample;
         self.sums = [self.sums[0] + position, self.sums[1] + force];
         self.filled += 1;
         if self.filled < self.samples {
             return None;
         }
+        self.unchanged = self.unchanged + L::splat(1.0);
         let share = L::splat(1.0 / self.samples as f64);
         let [position, force] = self.sums.map(|sum| sum * share);
         (self.filled, self.sums) = (0, [L::zero(); 2]);
@@ -425,7 +455,7 @@ impl<L: Lane> Bin<L> {
     }
 }
 
-crate::lane::gather!(Bin { sums, last, steps, forces, position } same { samples, filled, has_any });
+crate::lane::gather!(Bin { sums, last, steps, unchanged, forces, position } same { samples, filled, has_any });
 
 /// The fall after an alarm, which raises no other alarm.
 #[derive(Debug, Clone)]

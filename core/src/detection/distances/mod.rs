@@ -11,6 +11,7 @@ mod page_hinkley;
 mod parameter_change;
 mod squared_drop;
 mod squared_residual;
+mod tail;
 mod variance_change;
 
 pub use adaptive::Adaptive;
@@ -21,6 +22,7 @@ pub use page_hinkley::PageHinkley;
 pub use parameter_change::ParameterChange;
 pub use squared_drop::SquaredDrop;
 pub use squared_residual::SquaredResidual;
+pub use tail::RateSettings;
 pub use variance_change::VarianceChange;
 
 use super::Evidence;
@@ -215,7 +217,7 @@ distances! {
     "force-derivative" => ForceDerivative,
     "likelihood-ratio" => LikelihoodRatio { window: WindowSettings },
     "page-hinkley" => PageHinkley,
-    "adaptive" => Adaptive,
+    "adaptive" => Adaptive { rate: RateSettings },
 }
 
 impl DistanceSettings {
