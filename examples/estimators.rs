@@ -80,9 +80,9 @@ pub fn gates() -> String {
     const DATA: [(&str, &str, &[&str]); 5] = [
         ("paper/classical", "in-vivo-like recording", &[NOISE]),
         ("paper/real-classical", "real hand, virtual layer", &[NOISE]),
-        ("layers/through-the-skin", "`layers/through-the-skin`", &[]),
+        ("layers/through-the-skin", "`layers/through-the-skin`", &["detector.distance=squared-residual"]),
         ("layers/direct-access", "`layers/direct-access`", &[]),
-        ("hand/fast-stab", "`hand/fast-stab`", &["augmentation.enabled=false"]),
+        ("hand/fast-stab", "`hand/fast-stab`", &["augmentation.enabled=false", "detector.distance=squared-residual"]),
     ];
     let names = DATA.map(|(_, name, _)| name).join(" | ");
     let mut text = format!("| ruptures detected, false alarms | {names} |\n|---|{}\n", "---|".repeat(DATA.len()));

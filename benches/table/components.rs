@@ -2,12 +2,14 @@
 
 use std::hint::black_box;
 
-use trocar::detection::{CusumDetector, SquaredResidual};
+use trocar::detection::{CusumDetector, DetectorSettings, DistanceKind, Hypotheses, SquaredResidual};
 use trocar::estimation::Rls;
 use trocar::sensor::ForceSensor;
 
 use crate::markdown::{Table, figure};
-use crate::parts::{BothPlants, Detected, Estimated, Nothing, Observed, Part, Sensed, Supervised, TissuePart};
+use crate::parts::{
+    Adapting, BothPlants, Detected, Estimated, Nothing, Observed, Part, Sensed, Supervised, TissuePart,
+};
 use crate::record::Inputs;
 use crate::shipped::scenario;
 use crate::timing::{Cost, elapsed_s, time_ns};
@@ -69,7 +71,10 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     let tick_s = scenario.grid.tick_s();
     let is_noisy = !scenario.sensor.reads_force_exactly();
     let sensor = Sensed(ForceSensor::new(&scenario.sensor, tick_s, scenario.seed, 0));
-    let detector = CusumDetector::with_distance(SquaredResidual::new(), &scenario.detector, tick_s);
+    let of_kind = |kind| DetectorSettings::for_kind(kind, Hypotheses::default());
+    let squared = of_kind(DistanceKind::SquaredResidual);
+    let detector = CusumDetector::with_distance(SquaredResidual::new(), &squared, tick_s);
+    let adaptive = CusumDetector::new(&of_kind(DistanceKind::Adaptive), tick_s);
     vec![
         ("nothing (the loop)", Some(cost_ns(&Nothing(()), &inputs.sensor))),
         ("both plants, stepped exactly", Some(cost_ns(&BothPlants(engine.plants.clone()), &inputs.plants))),
@@ -77,6 +82,7 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
         ("force sensor with noise", is_noisy.then(|| cost_ns(&sensor, &inputs.sensor))),
         ("estimator", Some(cost_ns(&Estimated(Rls::new(&scenario.estimator)), &inputs.estimator))),
         ("detector", Some(cost_ns(&Detected(detector), &inputs.detector))),
+        ("adaptive detector, in its place", Some(cost_ns(&Adapting(adaptive), &inputs.detector))),
         ("supervisor", Some(cost_ns(&Supervised(engine.parts.supervisor.clone()), &inputs.supervisor))),
         ("metrics", Some(cost_ns(&Observed(observer), &inputs.observer))),
         ("the whole tick without metrics", Some(bare_ns(&scenario))),

@@ -74,6 +74,13 @@ part!(
     }
 );
 part!(
+    /// The adaptive detector.
+    Adapting(CusumDetector<f64>), Evidence<f64>, |detector, evidence| {
+        let decision = detector.update(evidence);
+        decision.decision.to_bits() ^ u64::from(decision.alarm)
+    }
+);
+part!(
     /// The supervisor.
     Supervised(Supervisor<f64>), (Situation<f64>, f64), |supervisor, input| {
         let command = supervisor.update(&input.0, input.1);

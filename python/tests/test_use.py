@@ -122,7 +122,7 @@ def test_a_detection_and_a_calibration(recording):
     found = trocar.detect(*columns, contact_m=0.012, ruptures_s=[5.52, 8.85])
     frame = found.to_dataframe()
     assert frame["alarm"].sum() == 2 and len(found.plot().axes) == 3
-    assert found.report["missed_ruptures"] == 0 and "5.523" in found._repr_html_()
+    assert found.report["missed_ruptures"] == 0 and "5.527" in found._repr_html_()
     calibration = trocar.calibrate(*columns)
     assert "<table>" in calibration._repr_html_() and "[detector]" in calibration.toml
     with pytest.raises(ValueError, match="first_s|first-s"):

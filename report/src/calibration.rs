@@ -98,10 +98,10 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
              of the recording (--first-s).\n\n",
         );
     }
-    if calibration.whiteness.is_some_and(|test| test.ljung_box_p < 0.01 || test.jarque_bera_p < 0.01) {
+    if calibration.whiteness.is_some_and(|test| test.is_rejected()) {
         text.push_str(
-            "The predicted interval assumes a white Gaussian residual. The quiet residual is not, so the interval gives an \
-             order of magnitude only. The threshold is at least twice the largest harmless excursion.\n\n",
+            "The threshold gives the wanted interval for a white Gaussian residual. The quiet residual is not, so that no interval is \
+             predicted; the recording alone gives a bound. The threshold is at least twice the largest harmless excursion.\n\n",
         );
     }
     let _ = writeln!(text, "{}", candidates_table(calibration));
@@ -112,11 +112,18 @@ pub fn calibration_text(name: &str, calibration: &Calibration) -> String {
     };
     let mut table = Table::new(["chosen", "value"]);
     table.row(["threshold γ".to_owned(), format!("{} N², {reason}", significant(threshold))]);
-    let interval = match calibration.quiet_blocks {
-        0 => "unknown".to_owned(),
-        _ => duration(calibration.false_alarm_s),
+    let bound = match calibration.quiet_s {
+        0.0 => "unknown".to_owned(),
+        quiet_s => format!(
+            "above {} s (95 %): none in {} s of quiet contact",
+            significant(calibration.least_false_alarm_s()),
+            significant(quiet_s)
+        ),
     };
-    table.row(["predicted interval between false alarms".to_owned(), interval]);
+    table.row(["interval between false alarms, observed".to_owned(), bound]);
+    let predicted =
+        calibration.false_alarm_s.map_or_else(|| "none: the residual is not white noise".to_owned(), duration);
+    table.row(["  predicted for white noise".to_owned(), predicted]);
     table.row(["predicted delay of the slowest rupture".to_owned(), show(settings.delay_s, Unit::Second)]);
     let _ = write!(text, "{table}\n{}", calibration_toml(calibration));
     wrapped(&text, 0)
@@ -215,6 +222,8 @@ pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
         "candidates": calibration.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "chosen": calibration.chosen,
         "predicted_false_alarm_s": calibration.false_alarm_s,
+        "least_false_alarm_s": calibration.least_false_alarm_s(),
+        "quiet_s": calibration.quiet_s,
         "predicted_delay_s": delay_s,
         "settings": {
             "estimator": {

@@ -66,6 +66,9 @@ pub fn roc_text(roc: &Characteristics) -> String {
         ]);
     }
     let _ = write!(text, "{table}\n{}", best_thresholds(roc));
+    if let Some(baselines) = baselines(roc) {
+        let _ = write!(text, "\n{baselines}");
+    }
     if roc.conditions.len() > 1 {
         let _ = write!(
             text,
@@ -113,6 +116,38 @@ fn best_thresholds(roc: &Characteristics) -> Table {
         ]);
     }
     table
+}
+
+/// False alarms per hour at which baselines are compared: one a minute, which a short study resolves.
+const BASELINE_FALSE_ALARMS_PER_HOUR: f64 = 60.0;
+
+/// Returns which detectors each baseline beats: those that detect fewer ruptures, each at its best threshold. `None` without
+/// baselines or others.
+fn baselines(roc: &Characteristics) -> Option<String> {
+    let best = |curve: &Curve| {
+        let point = curve.at_false_alarms_per_hour(BASELINE_FALSE_ALARMS_PER_HOUR);
+        point.and_then(|point| point.detection).unwrap_or(0.0)
+    };
+    let (baselines, others): (Vec<&Curve>, Vec<&Curve>) = roc.all.iter().partition(|curve| curve.is_baseline);
+    if baselines.is_empty() || others.is_empty() {
+        return None;
+    }
+    let mut text = String::new();
+    for baseline in &baselines {
+        let beaten = others.iter().filter(|other| best(other) < best(baseline));
+        let beaten: Vec<String> =
+            beaten.map(|other| format!("{} ({})", other.detector, percent(best(other)))).collect();
+        if !beaten.is_empty() {
+            let share = percent(best(baseline));
+            let _ =
+                writeln!(text, "The baseline {} ({share}) detects more than {}.", baseline.detector, beaten.join(", "));
+        }
+    }
+    Some(if text.is_empty() {
+        "With at most 1 false alarm a minute, no baseline detects more than another detector.\n".into()
+    } else {
+        format!("With at most 1 false alarm a minute, each at its best threshold:\n{text}")
+    })
 }
 
 /// Returns why a point says nothing about the stated rate of false alarms; `None` if it does. Without a false alarm in less than

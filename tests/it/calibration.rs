@@ -223,7 +223,8 @@ fn degenerate_recordings_give_finite_settings_and_no_alarm() {
                 chosen.detector.cusum.threshold,
                 chosen.detector.cusum.drift,
                 calibration.quiet_std_n,
-                calibration.false_alarm_s,
+                calibration.false_alarm_s.unwrap_or_default(),
+                calibration.least_false_alarm_s(),
             ];
             assert!(numbers.iter().all(|number| number.is_finite()), "{name}, {count}: {numbers:?}");
             assert!(calibration.quiet_std_n > 0.0 && report.alarms.is_empty(), "{name}, {count}: {report:?}");

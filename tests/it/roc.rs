@@ -146,7 +146,7 @@ fn a_closed_loop_is_judged_as_its_own_detector_judged_it() {
     let source = Source::parse("layers/through-the-skin");
     let scenario = Scenario::load(&source, &["simulation.seed=1".into()]).expect("good");
     let metrics = trocar::run::run(scenario.clone()).expect("runs").metrics;
-    let signal = Signal::closed_loop(scenario, &[DistanceKind::SquaredResidual]).expect("a signal");
+    let signal = Signal::closed_loop(scenario, &[DistanceKind::Adaptive]).expect("a signal");
     let study = Study { signals: vec![signal], noise_std_n: vec![0.0], seeds: 1, thresholds: 2, within_s: 0.5 };
     let roc = judged(&study);
     let point = roc.all[0].at_own_threshold().expect("there");

@@ -90,6 +90,8 @@ impl Point {
 pub struct Curve {
     /// The distance, by its word in scenarios.
     pub detector: &'static str,
+    /// Whether it is a baseline: a few lines without a model of the tissue.
+    pub is_baseline: bool,
     /// The unit of its threshold.
     pub unit: &'static str,
     /// The threshold of its settings, in that unit.
@@ -169,7 +171,14 @@ mod tests {
     fn operating_points_are_the_best_that_keep_their_condition() {
         let of = |threshold, detected, false_alarms| Point::of(threshold, &tally(detected, false_alarms));
         let points = vec![of(1.0, 100, 7), of(2.0, 99, 1), of(3.0, 98, 1), of(4.0, 80, 0)];
-        let curve = Curve { detector: "squared-residual", unit: "N²", own_threshold: 3.0, drift: 1.0, points };
+        let curve = Curve {
+            detector: "squared-residual",
+            is_baseline: false,
+            unit: "N²",
+            own_threshold: 3.0,
+            drift: 1.0,
+            points,
+        };
         let threshold = |point: Option<&Point>| point.map(|point| point.threshold);
         let front: Vec<f64> = curve.front().iter().map(|point| point.threshold).collect();
         assert_eq!(front, [4.0, 2.0, 1.0]);

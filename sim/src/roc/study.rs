@@ -195,6 +195,7 @@ fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<
         let settings = bank.settings();
         Curve {
             detector: settings.distance.kind.word(),
+            is_baseline: settings.distance.kind.is_baseline(),
             unit: settings.distance.kind.unit(),
             own_threshold: settings.cusum.threshold,
             drift: settings.cusum.drift,

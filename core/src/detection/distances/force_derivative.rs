@@ -14,6 +14,7 @@ pub struct ForceDerivative<L> {
 
 impl<L: Lane> BuiltIn for ForceDerivative<L> {
     const UNIT: &'static str = "N²";
+    const IS_BASELINE: bool = true;
 
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
         hypotheses.squared_tuning()

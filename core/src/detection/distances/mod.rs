@@ -6,24 +6,30 @@
 mod adaptive;
 mod force_derivative;
 mod likelihood_ratio;
+mod linear_fit;
 mod mean_change;
+mod moving_average;
 mod page_hinkley;
 mod parameter_change;
 mod squared_drop;
 mod squared_residual;
 mod tail;
 mod variance_change;
+mod windowed_derivative;
 
 pub use adaptive::Adaptive;
 pub use force_derivative::ForceDerivative;
 pub use likelihood_ratio::{LikelihoodRatio, MAX_WINDOW_SAMPLES, WindowSettings};
+pub use linear_fit::LinearFit;
 pub use mean_change::MeanChange;
+pub use moving_average::MovingAverage;
 pub use page_hinkley::PageHinkley;
 pub use parameter_change::ParameterChange;
 pub use squared_drop::SquaredDrop;
 pub use squared_residual::SquaredResidual;
 pub use tail::RateSettings;
 pub use variance_change::VarianceChange;
+pub use windowed_derivative::WindowedDerivative;
 
 use super::Evidence;
 use super::hypotheses::Hypotheses;
@@ -82,6 +88,8 @@ trait BuiltIn {
     const ACCUMULATES: bool = true;
     /// Whether only a shift of the mean with the sign of `m_1` counts.
     const IS_ONE_SIDED: bool = false;
+    /// Whether it is here to compare others with: a few lines without a model of the tissue.
+    const IS_BASELINE: bool = false;
 
     /// Threshold γ and drift ν that follow from the hypotheses, in the unit of the distance.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
@@ -96,7 +104,8 @@ macro_rules! distances {
     ($($word:literal => $Part:ident $({ $field:ident: $Settings:ident })?,)*) => {
         crate::choice! {
             /// The distance: e², e² of drops only, eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
-            /// likelihood ratio, Page-Hinkley, or adaptive, which needs no settings and no contact position.
+            /// likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
+            /// moving average, windowed derivative, linear fit.
             #[derive(Debug, Clone, Copy, PartialEq, Eq)]
             pub enum DistanceKind at "detector.distance" = SquaredResidual {
                 $($word => $Part,)*
@@ -132,6 +141,14 @@ macro_rules! distances {
             pub fn is_one_sided(self) -> bool {
                 match self {
                     $(Self::$Part => $Part::<f64>::IS_ONE_SIDED,)*
+                }
+            }
+
+            /// Whether it is a baseline: a few lines without a model of the tissue.
+            #[must_use]
+            pub fn is_baseline(self) -> bool {
+                match self {
+                    $(Self::$Part => $Part::<f64>::IS_BASELINE,)*
                 }
             }
 
@@ -218,6 +235,9 @@ distances! {
     "likelihood-ratio" => LikelihoodRatio { window: WindowSettings },
     "page-hinkley" => PageHinkley,
     "adaptive" => Adaptive { rate: RateSettings },
+    "moving-average" => MovingAverage,
+    "windowed-derivative" => WindowedDerivative,
+    "linear-fit" => LinearFit,
 }
 
 impl DistanceSettings {

@@ -136,6 +136,9 @@ impl<'a> CandidateBench<'a> {
         let second = |sample: usize| sample as f64 * interval_s;
         let variance = quiet.std_n * quiet.std_n;
         let run_length = average_run_length(Tails::Lower, self.drift, settings.detector.cusum.threshold / variance);
+        let whiteness = segment.clone().and_then(|range| Whiteness::of(&quiet.residuals.residual_n[range]));
+        let is_predictable = quiet.blocks > 0 && whiteness.is_some_and(|test| !test.is_rejected());
+        let usable = quiet.usable.iter().filter(|usable| **usable).count();
         Ok(Calibration {
             looked_at_s: second(self.signal.force_n.len()),
             interval_s,
@@ -143,12 +146,13 @@ impl<'a> CandidateBench<'a> {
             contact_rule: self.contact.1,
             quiet_std_n: quiet.std_n,
             quiet_blocks: quiet.blocks,
-            whiteness: segment.clone().and_then(|range| Whiteness::of(&quiet.residuals.residual_n[range])),
+            whiteness,
             quiet_segment_s: segment.map(|range| (second(range.start), second(range.end))),
             ruptures_s: quiet.ruptures.iter().map(|&sample| second(sample)).collect(),
             probes: probes.len(),
             chosen,
-            false_alarm_s: run_length * interval_s,
+            false_alarm_s: is_predictable.then_some(run_length * interval_s),
+            quiet_s: second(usable),
             candidates: tried.into_iter().map(|(candidate, _)| candidate).collect(),
         })
     }

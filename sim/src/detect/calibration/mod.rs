@@ -106,11 +106,24 @@ pub struct Calibration {
     pub candidates: Vec<Candidate>,
     /// Index of the chosen candidate.
     pub chosen: usize,
-    /// Predicted time between false alarms on white noise of `σ_0`, in s.
-    pub false_alarm_s: f64,
+    /// Predicted time between false alarms on white noise of `σ_0`, in s; `None` if the quiet residual is not white and
+    /// Gaussian, or there is none.
+    pub false_alarm_s: Option<f64>,
+    /// Time of quiet contact in the evaluated part, in s, in which the chosen settings raise no alarm.
+    pub quiet_s: f64,
 }
 
+/// Number of false alarms that must be expected for none to have a probability of 5 %: `-ln 0.05`.
+const NONE_EXPECTED: f64 = 2.995_732_273_553_991;
+
 impl Calibration {
+    /// Returns the lower bound of the time between false alarms in s, with 95 % confidence, that the quiet time without an
+    /// alarm shows.
+    #[must_use]
+    pub fn least_false_alarm_s(&self) -> f64 {
+        self.quiet_s / NONE_EXPECTED
+    }
+
     /// Returns the chosen settings.
     #[must_use]
     pub fn settings(&self) -> &Candidate {

@@ -26,7 +26,16 @@ pub struct Whiteness {
     pub jarque_bera_p: f64,
 }
 
+/// Probability below which a test rejects.
+const REJECTED: f64 = 0.01;
+
 impl Whiteness {
+    /// Whether the residual is not white and Gaussian, by either test.
+    #[must_use]
+    pub fn is_rejected(&self) -> bool {
+        self.ljung_box_p < REJECTED || self.jarque_bera_p < REJECTED
+    }
+
     /// Tests residuals; `None` for fewer than five times [`LAGS`] of them, or for a constant.
     #[must_use]
     pub fn of(residual: &[f64]) -> Option<Self> {

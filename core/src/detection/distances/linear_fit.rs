@@ -1,0 +1,95 @@
+//! The squared fall of the force below a straight line through its last samples: a baseline without a model of the tissue.
+
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
+use crate::lane::Lane;
+
+/// Length of the window in s.
+const WINDOW_S: f64 = 20e-3;
+
+/// Shortest and longest window in samples.
+const MIN_SAMPLES: usize = 4;
+const MAX_SAMPLES: usize = 64;
+
+/// `s_k = (y_k - ŷ_k)²` in N² where the force is below `ŷ_k`, else 0; `ŷ_k` continues the least-squares line through the
+/// samples of the 20 ms before by one sample.
+#[derive(Debug, Clone)]
+pub struct LinearFit<L> {
+    window: [L; MAX_SAMPLES],
+    length: usize,
+    newest: usize,
+    samples: usize,
+}
+
+impl<L: Lane> BuiltIn for LinearFit<L> {
+    const UNIT: &'static str = "N²";
+    const IS_BASELINE: bool = true;
+
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
+        hypotheses.squared_tuning()
+    }
+
+    fn new(_settings: &DistanceSettings, tick_s: f64) -> Self {
+        let length = (libm::round(WINDOW_S / tick_s) as usize).clamp(MIN_SAMPLES, MAX_SAMPLES);
+        Self { window: [L::zero(); MAX_SAMPLES], length, newest: 0, samples: 0 }
+    }
+}
+
+impl<L: Lane> LinearFit<L> {
+    /// The line through the window, one sample after its end.
+    #[inline(always)]
+    fn prediction(&self) -> L {
+        let count = self.length as f64;
+        let middle = 0.5 * (count - 1.0);
+        let (mut sum, mut moment) = (L::zero(), L::zero());
+        for age in 0..self.length {
+            let force = self.window[(self.newest + self.length - age) % self.length];
+            sum = sum + force;
+            moment = moment + force * L::splat(middle - age as f64);
+        }
+        let spread = count * (count * count - 1.0) / 12.0;
+        sum * L::splat(1.0 / count) + moment * L::splat((middle + 1.0) / spread)
+    }
+}
+
+impl<L: Lane> Distance<L> for LinearFit<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        let is_full = self.samples >= self.length;
+        let excess = if is_full { evidence.force_n - self.prediction() } else { L::zero() };
+        self.newest = (self.newest + 1) % self.length;
+        self.window[self.newest] = evidence.force_n;
+        self.samples += usize::from(!is_full);
+        let fall = excess.min(L::zero());
+        fall * fall
+    }
+}
+
+crate::lane::gather!(LinearFit { window } same { length, newest, samples });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_straight_line_has_no_fall_and_a_drop_has_its_own() {
+        let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+        let mut at = |force_n: f64| {
+            let evidence = Evidence {
+                force_n,
+                predicted_force_n: 0.0,
+                residual_n: 0.0,
+                correction: [0.0; 2],
+                depth_m: 0.0,
+                velocity_m_per_s: 0.0,
+                in_contact: true,
+            };
+            fit.update(&evidence)
+        };
+        for sample in 0..50 {
+            assert!(at(3.0 + 0.01 * f64::from(sample)) < 1e-20, "{sample}");
+        }
+        assert!((at(3.5 - 0.4) - 0.16).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,46 @@
+//! The squared fall of the force below its own moving average: a baseline without a model of the tissue.
+
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
+use crate::lane::Lane;
+
+/// Memory of the average in s: a sample at 1 kHz has a share of 0.2.
+const MEMORY_S: f64 = 4.5e-3;
+
+/// `s_k = (y_k - m_k)²` in N² where the force is below `m_k`, the exponential average of the samples before, else 0.
+#[derive(Debug, Clone)]
+pub struct MovingAverage<L> {
+    average: L,
+    share: L,
+    started: bool,
+}
+
+impl<L: Lane> BuiltIn for MovingAverage<L> {
+    const UNIT: &'static str = "N²";
+    const IS_BASELINE: bool = true;
+
+    fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
+        hypotheses.squared_tuning()
+    }
+
+    fn new(_settings: &DistanceSettings, tick_s: f64) -> Self {
+        Self { average: L::zero(), share: L::splat(-libm::expm1(-tick_s / MEMORY_S)), started: false }
+    }
+}
+
+impl<L: Lane> Distance<L> for MovingAverage<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        if !self.started {
+            self.started = true;
+            self.average = evidence.force_n;
+        }
+        let excess = evidence.force_n - self.average;
+        self.average = self.average + self.share * excess;
+        let fall = excess.min(L::zero());
+        fall * fall
+    }
+}
+
+crate::lane::gather!(MovingAverage { average, share } same { started });

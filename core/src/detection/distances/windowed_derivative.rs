@@ -1,0 +1,101 @@
+//! The fall of the force over a few milliseconds in multiples of its noise: a baseline without a model of the tissue.
+
+use super::super::Evidence;
+use super::super::hypotheses::Hypotheses;
+use super::{BuiltIn, Distance, DistanceSettings};
+use crate::lane::{Lane, Mask};
+
+/// Length of the window in s, at least a sample.
+const WINDOW_S: f64 = 3e-3;
+
+/// Time in s after which the noise is known, and time after an alarm without another one.
+const KNOWN_S: f64 = 0.05;
+const MUTE_S: f64 = 0.1;
+
+/// Longest window in samples.
+const MAX_SAMPLES: usize = 64;
+
+/// Memory of the noise in s.
+const MEMORY_S: f64 = 1.0;
+
+/// Least noise in N: below it a sensor without noise would divide by 0.
+const LEAST_NOISE_N: f64 = 1e-6;
+
+/// The standard deviation of normal noise in multiples of its mean magnitude.
+const STD_OF_MEAN: f64 = 1.253_314_137_315_5;
+
+/// `s_k = (y_{k-w} - y_k) / σ_k`, with a window `w` of 3 ms; `σ_k` is the running mean of the magnitude of these changes, as
+/// the standard deviation of normal noise. As the adaptive one, it needs no contact position and no quiet time.
+#[derive(Debug, Clone)]
+pub struct WindowedDerivative<L> {
+    window: [L; MAX_SAMPLES],
+    length: usize,
+    newest: usize,
+    samples: f64,
+    noise: L,
+    share: f64,
+    /// Number of samples after which the noise is known, and without an alarm after one.
+    known: f64,
+    mute: f64,
+    /// Number of samples that are still without an alarm.
+    muted: L,
+}
+
+impl<L: Lane> BuiltIn for WindowedDerivative<L> {
+    const UNIT: &'static str = "1";
+    const ACCUMULATES: bool = false;
+    const IS_BASELINE: bool = true;
+
+    fn tuning(_hypotheses: &Hypotheses) -> (f64, f64) {
+        (7.0, 0.0)
+    }
+
+    fn new(_settings: &DistanceSettings, tick_s: f64) -> Self {
+        Self {
+            window: [L::zero(); MAX_SAMPLES],
+            length: (libm::round(WINDOW_S / tick_s) as usize).clamp(1, MAX_SAMPLES),
+            newest: 0,
+            samples: 0.0,
+            noise: L::zero(),
+            share: -libm::expm1(-tick_s / MEMORY_S),
+            known: KNOWN_S / tick_s,
+            mute: MUTE_S / tick_s,
+            muted: L::zero(),
+        }
+    }
+}
+
+impl<L: Lane> Distance<L> for WindowedDerivative<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        if self.samples == 0.0 {
+            self.window = [evidence.force_n; MAX_SAMPLES];
+        }
+        self.samples += 1.0;
+        let fall = self.window[self.newest] - evidence.force_n;
+        self.window[self.newest] = evidence.force_n;
+        self.newest = (self.newest + 1) % self.length;
+        let noise = self.noise.max(L::splat(LEAST_NOISE_N));
+        let share = self.share.max(1.0 / self.samples);
+        self.noise = self.noise + L::splat(share) * (L::splat(STD_OF_MEAN) * fall.abs() - self.noise);
+        self.muted = (self.muted - L::splat(1.0)).max(L::zero());
+        L::select(self.muted.gt(L::zero()), L::zero(), fall / noise)
+    }
+
+    #[inline(always)]
+    fn reset(&mut self, mask: L::Mask) {
+        self.muted = L::select(mask, L::splat(self.mute), self.muted);
+    }
+
+    #[inline(always)]
+    fn accumulates(&self) -> bool {
+        Self::ACCUMULATES
+    }
+
+    #[inline(always)]
+    fn is_ready(&self) -> Option<L::Mask> {
+        Some(L::Mask::splat(self.samples >= self.known))
+    }
+}
+
+crate::lane::gather!(WindowedDerivative { window, noise, muted } same { length, newest, samples, share, known, mute });
