@@ -52,6 +52,18 @@ class ActiveLoopWarning(TrocarWarning):
     code = "active-loop"
 
 
+class PromiseBrokenWarning(TrocarWarning):
+    """A passivity scheme has generated more energy than it promises."""
+
+    code = "promise-broken"
+
+
+class PromiseNotCoveredWarning(TrocarWarning):
+    """The promise of the passivity scheme does not cover a part of the scenario."""
+
+    code = "promise-not-covered"
+
+
 class DelayBeyondRunWarning(TrocarWarning):
     """A delay of the link is longer than the run."""
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 
-use trocar_sim::compare::{Comparison, Fact, SeedStudy};
+use trocar_sim::compare::{Comparison, Fact, SchemeStudy, SeedStudy};
 use trocar_sim::detect::{DetectionReport, ExtraParameterEstimate};
 use trocar_sim::run::{Run, seeds_without_effect};
 use trocar_sim::scenario::Values;
@@ -35,6 +35,21 @@ pub fn run_object(run: &Run) -> Json {
 /// the study over seeds, if any.
 #[must_use]
 pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
+    render(&comparison_object(comparison, facts, study))
+}
+
+/// Returns the content of `comparison.json` of a scenario with every passivity scheme: as that of a comparison, and a row per
+/// scheme.
+#[must_use]
+pub fn schemes_json(study: &SchemeStudy, seeds: Option<&SeedStudy>) -> String {
+    let mut all = comparison_object(&study.comparison, None, seeds);
+    if let Json::Object(all) = &mut all {
+        all.insert("schemes".into(), json!(study.rows));
+    }
+    render(&all)
+}
+
+fn comparison_object(comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> Json {
     let scenarios = comparison.runs.iter().map(|run| &run.scenario);
     let of_seeds = seeds_without_effect(scenarios, study.map_or(1, |study| study.seeds));
     let warnings: Vec<_> = of_seeds.into_iter().chain(comparison.warnings()).collect();
@@ -49,7 +64,7 @@ pub fn comparison_json(comparison: &Comparison, facts: Option<&[Fact]>, study: O
     if let (Json::Object(all), Some(study)) = (&mut all, study) {
         all.insert("seeds".into(), json!(study));
     }
-    render(&all)
+    all
 }
 
 /// Returns the content of `detection.json`: the alarms, the statistics of the estimates, the scores and the settings.

@@ -36,6 +36,7 @@ fn about(scope: Scope) -> &'static str {
     match scope {
         Scope::Run => "Metrics of a run:",
         Scope::Link => "Metrics of the link:",
+        Scope::Port => "Energies at the ports of a run, not in sweeps, and the balance of the parts between them:",
         Scope::Rupture => "Metrics of a rupture, with its number:",
         Scope::Event => "Metrics of an augmented event, with its number:",
         Scope::Loop => "Metrics of the control loop, in sweeps:",

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::figures::{self, EstimationView, Figure, FigureError, RunView, Shade, TimelineRow};
+use super::figures::{self, EnergyView, EstimationView, Figure, FigureError, RunView, Shade, TimelineRow};
 use super::{Folder, OutputError};
 use trocar_sim::detect::{Detection, DetectionReport, Phase};
 use trocar_sim::run::Run;
@@ -64,6 +64,20 @@ impl<'a> DrawnRun<'a> {
         }
     }
 
+    fn energy(&self) -> EnergyView<'_> {
+        let trace = &self.run.trace;
+        EnergyView {
+            name: &self.run.scenario.name,
+            time_s: &trace.time_s,
+            hand_j: &trace.hand_energy_j,
+            master_j: &trace.master_energy_j,
+            reference_j: &trace.reference_energy_j,
+            needle_j: &trace.needle_energy_j,
+            energy_scale: self.run.scenario.link.machines.energy_scale(),
+            promised_j: self.run.metrics.link.as_ref().and_then(|link| link.promised_energy_j),
+        }
+    }
+
     fn estimation(&self) -> EstimationView<'_> {
         let trace = &self.run.trace;
         let detector = &self.run.scenario.detector;
@@ -101,7 +115,7 @@ fn estimation_jobs<'a>(view: EstimationView<'a>) -> Vec<Job<'a>> {
     ]
 }
 
-/// Writes a run's figures: `teleoperation`, `estimation`, `parameters`, `decision`, `residual`. A run without ticks has no
+/// Writes a run's figures: `teleoperation`, `energy`, `estimation`, `parameters`, `decision`, `residual`. A run without ticks has no
 /// figures.
 ///
 /// # Errors
@@ -114,6 +128,8 @@ pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
     let mut jobs = estimation_jobs(borrowed.estimation());
     let view = borrowed.view();
     let range = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
+    let energy = borrowed.energy();
+    jobs.push(("energy", Box::new(move || figures::energy(&energy))));
     jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], range))));
     draw(folder, jobs)
 }

@@ -3,16 +3,18 @@
 mod misses;
 mod oscillation;
 mod pack;
+mod promise;
 mod warnings;
 
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
+pub use promise::promise_gaps;
 pub use warnings::seeds_without_effect;
 
 use thiserror::Error;
 
 use crate::engine::{IntegrationError, Observer, OwnParts, Trace, Wiring};
-use crate::metrics::{LinkMetrics, Metrics, MetricsObserver};
+use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
 use crate::scenario::{Scenario, ScenarioError};
 use crate::teleoperation::LinkReport;
 
@@ -65,6 +67,7 @@ impl Run {
     pub fn concluded(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Result<Self, RunError> {
         metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
         misses::explain_misses(&scenario, &mut metrics)?;
+        metrics.ports = port_metrics(&scenario, &trace);
         Ok(Self { scenario, metrics, trace })
     }
 }
@@ -78,7 +81,8 @@ impl Run {
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
     let column = scenario.estimator.extra_parameter_column();
     let mut trace = Trace::new(scenario.grid).with_extra_parameter(column.filter(|_| own.estimator.is_none()));
-    let metrics = observe_with(&scenario, own, &mut trace)?;
+    let mut metrics = observe_with(&scenario, own, &mut trace)?;
+    metrics.ports = port_metrics(&scenario, &trace);
     Ok(Run { scenario, metrics, trace })
 }
 
@@ -130,4 +134,17 @@ fn with_metrics<O: Observer<f64>>(
 
 fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) -> Metrics {
     Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
+}
+
+/// The energies at the ports of a trace.
+fn port_metrics(scenario: &Scenario, trace: &Trace) -> Option<PortMetrics> {
+    let columns = PortColumns {
+        time_s: &trace.time_s,
+        needle_m: &trace.slave_position_m,
+        hand_j: &trace.hand_energy_j,
+        master_j: &trace.master_energy_j,
+        reference_j: &trace.reference_energy_j,
+        needle_j: &trace.needle_energy_j,
+    };
+    PortMetrics::of(&columns, scenario.link.machines.energy_scale())
 }

@@ -66,6 +66,16 @@ codes! {
         "The master gives the hand energy that neither the hand nor the tissue has put in.",
         "The tissue is a model, which cannot give energy, and yet the work of the hand on the master is negative: the teleoperator \
          feeds the hand. A passive teleoperator does not. With a delay, a passivity scheme can prevent it.";
+    PromiseBroken "promise-broken":
+        "A passivity scheme has generated more energy than it promises.",
+        "A scheme promises that the ports at the hand and at the needle never deliver more than they have received and E_0: \
+         E_m - E_s >= -E_0 with E_m = sum F_ed dx_h and E_s = integral f_e dx_e, scaled to the master. The promise does not cover \
+         a tissue stiffer than passivity.max_stiffness_n_per_m, actuators that saturate, and sensors that are not ideal.";
+    PromiseNotCovered "promise-not-covered":
+        "The promise of the passivity scheme does not cover a part of the scenario.",
+        "A scheme keeps its promise for ideal sensors and motors, a slave that the tissue does not move, and tissues up to \
+         passivity.max_stiffness_n_per_m. `trocar check` names the parts of a scenario that are beyond this. The energy may stay \
+         within the promise nevertheless: `trocar run` compares it, and warns with promise-broken.";
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
         "Nothing that is sent arrives in the run.";

@@ -1,10 +1,14 @@
 //! `trocar check`.
 
+use std::io::Write as _;
+
 use clap::Args;
 use serde_json::json;
 
 use super::error::CliError;
+use super::warnings::text;
 use super::{ScenarioArgs, source_of, terminal};
+use trocar_sim::run::promise_gaps;
 use trocar_sim::scenario::Source;
 use trocar_sim::sweep::{Plan, is_sweep};
 
@@ -39,9 +43,20 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
     let mut list: Vec<serde_json::Value> = vec![];
     for scenario in args.changes.load(&scenarios)? {
+        let gaps = promise_gaps(&scenario);
+        if !args.quiet && !args.json {
+            for warning in &gaps {
+                // Standard error can be closed; the work continues.
+                let _ = write!(anstream::stderr(), "{}", text(warning));
+            }
+        }
         if args.json {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
-            list.push(json!({ "name": scenario.name, "kind": "scenario", "ticks": ticks, "tick_s": tick_s }));
+            let mut one = json!({ "name": scenario.name, "kind": "scenario", "ticks": ticks, "tick_s": tick_s });
+            if !gaps.is_empty() {
+                one["warnings"] = json!(gaps);
+            }
+            list.push(one);
         } else if args.resolved {
             terminal::print(&scenario.echo())?;
         } else if !args.quiet {

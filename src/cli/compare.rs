@@ -4,13 +4,13 @@ use clap::Args;
 
 use super::error::CliError;
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
+use super::{OutputArgs, ScenarioArgs, progress, report, run, source_of, terminal};
 use trocar_report::html::{command_line, comparison_html};
 use trocar_report::{
     Folder, all_metrics_text, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text,
-    finding_text, runs_chart, seeds_csv, seeds_text,
+    finding_text, runs_chart, schemes_json, schemes_text, seeds_csv, seeds_text,
 };
-use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SeedStudy, paper_facts};
+use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SchemeStudy, SeedStudy, paper_facts};
 use trocar_sim::run::seeds_without_effect;
 use trocar_sim::scenario::Scenario;
 
@@ -22,7 +22,8 @@ Examples:
   trocar compare                             the pair of the paper
   trocar compare --paper                     and the statements of the paper
   trocar compare layers/through-the-skin layers/skin-augmented
-  trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025";
+  trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025
+  trocar compare --schemes link/long-delay";
 
 /// Compare scenarios.
 #[derive(Debug, Args)]
@@ -40,6 +41,9 @@ pub(super) struct CompareArgs {
     /// Also print the statements of the paper with the results, for the shipped pair
     #[arg(long)]
     paper: bool,
+    /// Compare one scenario without a passivity scheme and with each: force, position, energy, felt impedance, overshoot, withdrawal
+    #[arg(long, conflicts_with = "paper")]
+    schemes: bool,
     /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning, the events, and
     /// interactive charts of all runs
     #[arg(long)]
@@ -51,6 +55,9 @@ pub(super) struct CompareArgs {
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
+    if args.schemes {
+        return run_schemes(args);
+    }
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;
@@ -76,6 +83,44 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     } else if !args.output.quiet {
         terminal::draw(|| runs_chart(&comparison.runs))?;
         terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))?;
+        if args.report {
+            report::print_path(&folder)?;
+        }
+    }
+    warnings.finish()
+}
+
+/// Compares one scenario with every passivity scheme.
+fn run_schemes(args: &CompareArgs) -> Result<(), CliError> {
+    let [path] = &args.scenarios[..] else {
+        return Err(CliError::OneScenario { given: args.scenarios.len() });
+    };
+    let warnings = Warnings::new(&args.output);
+    let study = SchemeStudy::of(&source_of(path), &args.changes.settings)?;
+    let scenarios: Vec<Scenario> = study.comparison.runs.iter().map(|run| run.scenario.clone()).collect();
+    warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
+    let seeds = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
+    let json = schemes_json(&study, seeds.as_ref());
+    let folder = Folder::new(&args.output.out);
+    write(&folder, &study.comparison, &json)?;
+    if let Some(seeds) = &seeds {
+        folder.write("seeds.csv", seeds_csv(seeds).as_bytes())?;
+    }
+    if args.report {
+        let html = comparison_html(&study.comparison, None, seeds.as_ref(), None)?;
+        folder.write(report::FILE, html.as_bytes())?;
+    }
+    warnings.print(&study.comparison.warnings());
+    if args.output.json {
+        terminal::print(&json)?;
+    } else if !args.output.quiet {
+        let mut text = schemes_text(&study);
+        if let Some(seeds) = &seeds {
+            text.push_str(&format!("\n{}", seeds_text(seeds)));
+        }
+        let out = args.output.out.display();
+        text.push_str(&format!("\nfigures: {out}/comparison.png, {out}/overlay.png; all files: {out}\n"));
+        terminal::print(&text)?;
         if args.report {
             report::print_path(&folder)?;
         }

@@ -41,6 +41,12 @@ pub(super) enum CliError {
         /// The file of the second, as given.
         second: String,
     },
+    /// The schemes of several scenarios, or of none.
+    #[error("--schemes compares the passivity schemes of one scenario; {given} are given")]
+    OneScenario {
+        /// Number of scenarios.
+        given: usize,
+    },
     /// Flags of the synthetic insertion with other signals.
     #[error("--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals")]
     OnlySynthetic,
@@ -211,6 +217,7 @@ impl CliError {
             | Self::Setting(_)
             | Self::OnlySynthetic
             | Self::SameName { .. }
+            | Self::OneScenario { .. }
             | Self::Roc(_)
             | Self::Axis { .. }
             | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))

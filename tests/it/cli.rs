@@ -35,7 +35,7 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     ]);
     folder.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
     let one = folder.files("one");
-    assert_eq!(one.len(), 13, "{:?}", one.keys());
+    assert_eq!(one.len(), 15, "{:?}", one.keys());
     for again in ["two", "three"] {
         let again = folder.files(again);
         for (path, content) in &one {
@@ -82,13 +82,14 @@ fn the_trace_has_the_columns_of_the_design_and_reads_back() {
         Some(
             "time_s,desired_position_m,master_position_m,master_velocity_m_per_s,operator_force_n,slave_reference_m,\
              slave_position_m,slave_velocity_m_per_s,tissue_force_n,measured_force_n,feedback_force_n,stiffness_n_per_m,\
-             damping_n_s_per_m,residual_n,distance,decision,mode"
+             damping_n_s_per_m,residual_n,distance,decision,mode,hand_energy_j,master_energy_j,reference_energy_j,\
+             needle_energy_j"
         )
     );
     let rows: Vec<Vec<f64>> =
         lines.map(|line| line.split(',').map(|field| field.parse().expect("a number")).collect()).collect();
     assert_eq!((rows.len(), rows[69][0]), (500, 0.069));
-    assert!(rows.iter().all(|row| row.len() == 17 && row.iter().all(|value| value.is_finite())));
+    assert!(rows.iter().all(|row| row.len() == 21 && row.iter().all(|value| value.is_finite())));
 }
 
 #[test]

@@ -241,7 +241,10 @@ fn a_thousand_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
             assert!(odd.is_none(), "{name} is no number at tick {odd:?}, {}", about());
         }
         diverged += usize::from(run.metrics.outcome != Outcome::Completed);
-        frozen += usize::from(stays_while_frozen(trace).unwrap_or_else(|error| panic!("{error}, {}", about())));
+        // A passivity scheme that has held the slave back lets it catch up with the position at which it is frozen.
+        if scenario.link.passivity.scheme == Scheme::None {
+            frozen += usize::from(stays_while_frozen(trace).unwrap_or_else(|error| panic!("{error}, {}", about())));
+        }
         let LinkKind { plain, ramps } = LinkKind::of(scenario);
         if plain && ramps {
             let ticks = logged.unwrap_or(scenario.forward.whole..=scenario.forward.whole);
@@ -250,7 +253,7 @@ fn a_thousand_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
         }
     }
     println!("{frozen} frozen, {diverged} diverged, {recoveries} recoveries seen");
-    assert!(frozen >= LINKS / 2, "only {frozen} have an event to freeze at");
+    assert!(frozen >= LINKS / 4, "only {frozen} have an event to freeze at");
     assert!(recoveries >= LINKS / 20, "only {recoveries} recoveries were checked");
 }
 

@@ -34,6 +34,7 @@ mod oracle_trajectories;
 mod own_parts;
 mod packs;
 mod paper;
+mod passive;
 mod passivity;
 mod properties;
 mod public_api;

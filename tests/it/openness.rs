@@ -99,12 +99,8 @@ const ARCHITECTURES: &[Part] = &[
 ];
 
 const SCHEMES: &[Part] = &[
-    (
-        "passivity/no_scheme.rs",
-        &["NoScheme"],
-        &[("sim/src/teleoperation/registry.rs", "stands for a scheme that changes nothing")],
-    ),
-    ("passivity/time_domain.rs", &["TimeDomain", "TimeDomainSettings"], &[]),
+    ("passivity/no_scheme.rs", &["NoScheme"], &[]),
+    ("passivity/time_domain.rs", &["TimeDomain"], &[]),
     ("passivity/waves.rs", &["Waves", "WavesSettings", "WaveVariables"], &[]),
     ("passivity/tank.rs", &["Tank", "TankSettings", "EnergyTank"], &[]),
 ];

@@ -1,12 +1,15 @@
-//! Comparison of scenarios: the table of their metrics, their detection in noise, and the paper's facts.
+//! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes side by
+//! side, and the paper's facts.
 
 mod facts;
 mod noise;
+mod schemes;
 mod seeds;
 mod table;
 
 pub use facts::{Fact, paper_facts};
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
+pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
 pub use table::{Row, rows};
 

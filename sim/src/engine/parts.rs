@@ -102,13 +102,14 @@ where
             velocity_m_per_s: reading.velocity_m_per_s,
             force_n: reading.force_n,
         };
-        let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.supervisor.decide(&Situation {
+        let SlaveCommand { mode, slave_reference_m: commanded_m, alarm_taken } = self.supervisor.decide(&Situation {
             tick,
             alarm: insight.decision.alarm,
             decision: insight.decision.decision,
             hand_m: self.link.to_slave(&at_master, &at_slave),
             slave_m: reading.position_m,
         });
+        let slave_reference_m = self.link.limit_reference(commanded_m, &at_slave);
         // 6. link and force law on the master's side
         let (arrived_mode, arrived_force_n) = self.link.to_master(mode, &at_slave, &at_master);
         let (commanded_force_n, allowed_force_step_n) = self.supervisor.feedback_force(arrived_mode, arrived_force_n);

@@ -1,6 +1,6 @@
 //! The trace: every tick of a run.
 
-use super::{Observer, Signals};
+use super::{Observer, PortEnergies, Signals};
 use crate::time::TickGrid;
 
 /// A column of a trace.
@@ -42,6 +42,7 @@ macro_rules! trace {
             /// The estimator's extra parameter: the column's name, and its values.
             pub extra_parameter: Option<(&'static str, Vec<f64>)>,
             grid: TickGrid,
+            ports: PortEnergies,
         }
 
         impl Trace {
@@ -52,6 +53,7 @@ macro_rules! trace {
                     $($name: Vec::with_capacity(grid.ticks() as usize),)*
                     extra_parameter: None,
                     grid,
+                    ports: PortEnergies::default(),
                 }
             }
 
@@ -69,9 +71,10 @@ macro_rules! trace {
 
         impl Observer<f64> for Trace {
             fn observe(&mut self, s: &Signals<f64>) {
+                self.ports.add(s);
                 $({
-                    let read: fn(&Signals<f64>, &TickGrid) -> $value = trace!(@read $name $($read)?);
-                    self.$name.push(read(s, &self.grid));
+                    let read: fn(&Signals<f64>, &TickGrid, &PortEnergies) -> $value = trace!(@read $name $($read)?);
+                    self.$name.push(read(s, &self.grid, &self.ports));
                 })*
                 if let Some((_, extra)) = &mut self.extra_parameter {
                     extra.push(s.extra_parameter);
@@ -81,13 +84,13 @@ macro_rules! trace {
     };
     (@values f64 $values:expr) => { ColumnValues::Numbers($values) };
     (@values u8 $values:expr) => { ColumnValues::Codes($values) };
-    (@read $name:ident) => { |s, _| s.$name };
+    (@read $name:ident) => { |s, _, _| s.$name };
     (@read $name:ident $read:expr) => { $read };
 }
 
 trace! {
     /// Time of the tick.
-    time_s: f64, "s" => |s, grid| grid.time_s(s.tick);
+    time_s: f64, "s" => |s, grid, _| grid.time_s(s.tick);
     /// Desired position of the master, x_d.
     desired_position_m: f64, "m";
     /// Position of the master, x_h.
@@ -119,7 +122,15 @@ trace! {
     /// Decision, g: an alarm is raised above detector.threshold.
     decision: f64, "N²";
     /// Mode of the supervisor: 0 teleoperation, 1 augmented, 2 re-engaging.
-    mode: u8, "" => |s, _| s.mode as u8;
+    mode: u8, "" => |s, _, _| s.mode as u8;
+    /// Work of the hand on the master so far, ∫ F_h dx_h.
+    hand_energy_j: f64, "J" => |_, _, ports| ports.hand_j;
+    /// Work of the hand on the feedback force so far, Σ F_ed Δx_h: E_m.
+    master_energy_j: f64, "J" => |_, _, ports| ports.master_j;
+    /// Work of the reference on the tissue force so far, Σ f_e Δx_ref.
+    reference_energy_j: f64, "J" => |_, _, ports| ports.reference_j;
+    /// Work of the needle on the tissue so far, ∫ f_e dx_e: E_s.
+    needle_energy_j: f64, "J" => |_, _, ports| ports.needle_j;
 }
 
 impl Trace {
@@ -142,7 +153,7 @@ impl Trace {
         self.time_s.is_empty()
     }
 
-    /// The columns that hold numbers, in the order of [`COLUMNS`]: all but the last, `mode`.
+    /// The columns that hold numbers, in the order of [`COLUMNS`]: all but `mode`.
     #[must_use]
     pub fn numbers(&self) -> Vec<&[f64]> {
         let numbers = |values| match values {

@@ -59,6 +59,8 @@ pub enum Scope {
     Event,
     /// The link between master and slave.
     Link,
+    /// The ports between hand, link and needle.
+    Port,
     /// The control loop of a case of a sweep.
     Loop,
     /// The run's detection with noise added.
@@ -74,6 +76,7 @@ impl Scope {
             Self::Rupture => "rupture",
             Self::Event => "event",
             Self::Link => "link",
+            Self::Port => "port",
             Self::Loop => "loop",
             Self::Noise => "noise",
         }
@@ -85,6 +88,7 @@ impl Scope {
             Self::Run => String::new(),
             Self::Rupture | Self::Event => format!("{}_{number}_", self.word()),
             Self::Link => "link_".into(),
+            Self::Port => "port_".into(),
             Self::Loop => "stability_".into(),
             Self::Noise => "in_noise_".into(),
         }
@@ -96,6 +100,7 @@ impl Scope {
             Self::Run => String::new(),
             Self::Rupture | Self::Event => format!("{} {number}: ", self.word()),
             Self::Link => "link: ".into(),
+            Self::Port => "port: ".into(),
             Self::Loop => "stability: ".into(),
             Self::Noise => "in noise: ".into(),
         }

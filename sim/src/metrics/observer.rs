@@ -250,6 +250,7 @@ impl<L: Lane> MetricsObserver<L> {
             ruptures,
             events,
             link: None,
+            ports: None,
         }
     }
 

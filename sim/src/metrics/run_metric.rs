@@ -1,6 +1,6 @@
 //! The metrics of a run, each with its number and its reader.
 
-use super::{Declaration, EventMetrics, LinkMetrics, Metrics, RuptureMetrics};
+use super::{Declaration, EventMetrics, LinkMetrics, Metrics, PortMetrics, RuptureMetrics};
 
 /// The highest number of a rupture or event in a key.
 const MAX_NUMBERED: usize = 64;
@@ -11,6 +11,7 @@ enum Reader {
     Rupture(fn(&RuptureMetrics) -> Option<f64>),
     Event(fn(&EventMetrics) -> Option<f64>),
     Link(fn(&LinkMetrics) -> Option<f64>),
+    Port(fn(&PortMetrics) -> Option<f64>),
 }
 
 /// A metric of a run, with the number of its rupture or event.
@@ -35,6 +36,14 @@ impl RunMetric {
         })
     }
 
+    fn of_ports() -> impl Iterator<Item = Self> {
+        PortMetrics::METRICS.iter().map(|m| Self {
+            declaration: &m.declaration,
+            number: 1,
+            reader: Reader::Port(m.read),
+        })
+    }
+
     /// The metrics of rupture `number`, from 1.
     pub(crate) fn of_rupture(number: usize) -> impl Iterator<Item = Self> {
         RuptureMetrics::METRICS.iter().map(move |m| Self {
@@ -52,9 +61,9 @@ impl RunMetric {
         })
     }
 
-    /// The metrics of the run as a whole, then those of its link.
+    /// The metrics of the run as a whole, then those of its link and of its ports.
     pub(crate) fn of_whole_run() -> impl Iterator<Item = Self> {
-        Self::of_run().chain(Self::of_link())
+        Self::of_run().chain(Self::of_link()).chain(Self::of_ports())
     }
 
     /// Every metric, those of ruptures and events with the number 1.
@@ -72,9 +81,11 @@ impl RunMetric {
             return Self::of_event(number).find(|metric| metric.declaration.is_called(name));
         }
         let of_link = |name| Self::of_link().find(|metric| metric.declaration.is_called(name));
+        let of_port = |name| Self::of_ports().find(|metric| metric.declaration.is_called(name));
         Self::of_run()
             .find(|metric| metric.declaration.is_called(key))
             .or_else(|| key.strip_prefix("link_").and_then(of_link))
+            .or_else(|| key.strip_prefix("port_").and_then(of_port))
     }
 
     /// Its declaration.
@@ -109,6 +120,7 @@ impl RunMetric {
             Reader::Rupture(read) => metrics.ruptures.get(self.number - 1).and_then(read),
             Reader::Event(read) => metrics.events.get(self.number - 1).and_then(read),
             Reader::Link(read) => metrics.link.as_ref().and_then(read),
+            Reader::Port(read) => metrics.ports.as_ref().and_then(read),
         }
     }
 }

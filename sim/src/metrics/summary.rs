@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::catalogue::metrics;
-use super::{EventMetrics, RuptureMetrics};
+use super::{EventMetrics, PortMetrics, RuptureMetrics};
 use crate::teleoperation::LinkReport;
 use crate::time::TickGrid;
 
@@ -62,6 +62,12 @@ metrics! {
         master_port_energy_j: f64 = "energy from the master", Joule, Neither [Never];
         /// Work of the needle on the tissue by the measured force, ∫ f_e dx_e.
         slave_port_energy_j: f64 = "energy from the slave", Joule, Neither [Never];
+        /// Largest energy delivered by both ports beyond what they received, max(E_s - E_m), by the measured force.
+        generated_energy_j: f64 = "energy generated", Joule, Lower [WhereNonZero];
+        /// Energy that the passivity scheme promises not to exceed in that.
+        promised_energy_j: Option<f64> = "energy that the scheme may generate", Joule, Neither [Never];
+        /// Distance by which the slave is deeper than the hand at the last tick: a needle left behind.
+        left_behind_m: f64 = "needle left behind", Metre, Lower [Never];
         /// Energy that the passivity controller dissipated at the master.
         master_dissipated_j: f64 = "energy dissipated at the master", Joule, Neither [WhereNonZero];
         /// Work that the passivity controller withheld from the slave.
@@ -80,6 +86,9 @@ impl LinkMetrics {
             given_up_s: report.given_up_tick.map(seconds),
             master_port_energy_j: report.master_port_j,
             slave_port_energy_j: report.slave_port_j,
+            generated_energy_j: report.generated_j,
+            promised_energy_j: report.promised_j,
+            left_behind_m: report.left_behind_m,
             master_dissipated_j: report.master_dissipated_j,
             slave_refused_j: report.slave_refused_j,
         }
@@ -173,6 +182,8 @@ metrics! {
         tissue_energy_j: Option<f64> = "energy into the tissue", Joule, Neither [Main];
         /// The link's metrics; `None` for a direct link.
         link: Option<LinkMetrics>;
+        /// The energies at the ports. Only told of runs with a trace.
+        ports: Option<PortMetrics>;
     }
 }
 

@@ -15,6 +15,10 @@ const MAX_HAND_POWER_W: f64 = 100.0;
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
 
+/// Rounding of the energies of a run in J, and as a share of the energy that has moved.
+const ROUNDING_J: f64 = 1e-9;
+const ROUNDING_SHARE: f64 = 1e-9;
+
 impl Run {
     /// The warnings about the run, in the order of the codes.
     #[must_use]
@@ -22,6 +26,7 @@ impl Run {
         let mut all: Vec<Warning> = self.missed_ruptures().collect();
         all.extend(self.oscillation());
         all.extend(self.energy_of_the_hand());
+        all.extend(self.broken_promise());
         all.extend(delay_beyond_run(&self.scenario));
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
     }
@@ -68,6 +73,28 @@ impl Run {
             Warning::new(Code::ActiveLoop, message)
                 .at("passivity.scheme")
                 .remedy("`trocar stability` shows whether it is stable; a passivity scheme bounds the energy")
+        })
+    }
+}
+
+impl Run {
+    /// A scheme that has generated more energy than it promises.
+    fn broken_promise(&self) -> Option<Warning> {
+        let (link, ports) = (self.metrics.link.as_ref()?, self.metrics.ports.as_ref()?);
+        let promised_j = link.promised_energy_j?;
+        let moved_j = ports.hand_energy_j.abs() + ports.needle_energy_j.abs();
+        (ports.generated_j > promised_j + ROUNDING_J + ROUNDING_SHARE * moved_j).then(|| {
+            let message = format!(
+                "hand and needle have received {:.3} mJ more than they have given at {:.3} s, with the needle at {:.3} mm; the \
+                 scheme promises at most {:.3} mJ",
+                1e3 * ports.generated_j,
+                ports.generated_at_s,
+                1e3 * ports.generated_at_m,
+                1e3 * promised_j
+            );
+            Warning::new(Code::PromiseBroken, message)
+                .at("passivity.scheme")
+                .remedy("`trocar check` lists what the promise does not cover")
         })
     }
 }

@@ -189,7 +189,7 @@ impl Scenario {
     }
 
     /// The error of a plant that cannot be built, at the place of its parameters.
-    fn unbuildable(&self, error: &PlantError) -> ScenarioError {
+    pub(super) fn unbuildable(&self, error: &PlantError) -> ScenarioError {
         match error {
             PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
             PlantError::SlaveDegree { .. } => {

@@ -13,10 +13,12 @@ pub(super) fn link_settings(
     values: &mut Values,
     master: &MasterParameters,
     slave: &SlaveParameters,
+    tick_s: f64,
 ) -> Result<LinkSettings, ScenarioError> {
     let controller = ControllerSettings::read(values)?;
     let passivity = PassivitySettings::read(values)?;
     let scales = Scales::read(values)?;
+    check_damping(values, &passivity, master, tick_s)?;
     check_compatible(values, (controller.kind, passivity.scheme, scales), master, slave)?;
     let (slave_drag, slave_inertia) = if controller.kind.models_slave() {
         slave.slow_motion().map_err(|error| match error {
@@ -38,6 +40,27 @@ pub(super) fn link_settings(
         force_scale: scales.force,
     };
     Ok(LinkSettings { controller, machines, recovery: RecoverySettings::read(values)?, passivity })
+}
+
+/// Checks that no damping of a scheme is so large that it reverses the master's motion within a tick.
+fn check_damping(
+    values: &Values,
+    passivity: &PassivitySettings,
+    master: &MasterParameters,
+    tick_s: f64,
+) -> Result<(), ScenarioError> {
+    // A force -d v, held over a tick, turns v into (1 - d T / m) v.
+    let bound = 2.0 * master.mass_kg / tick_s;
+    let too_large = passivity.held_dampings().into_iter().flatten().find(|(_, damping)| *damping >= bound);
+    match too_large {
+        None => Ok(()),
+        Some((key, damping)) => {
+            let message = format!("{key} is {damping}, must be below {bound:.4}, 2 master.mass_kg / simulation.tick_s");
+            Err(values
+                .error(key, message)
+                .remedy("a larger damping, held over a tick, reverses the master's motion and amplifies it"))
+        }
+    }
 }
 
 /// Checks that architecture, scheme and machines are compatible.

@@ -3,23 +3,40 @@
 use std::sync::Arc;
 
 use super::error::ScenarioError;
-use super::resolve::Scenario;
+use super::resolve::{DelayTicks, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use crate::chain::Chain;
-use crate::channel::Delay;
+use crate::channel::{Delay, Irregularity, Schedule};
 use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
 use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
 use crate::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
-use crate::teleoperation::{Connection, DirectLink, Link};
+use crate::teleoperation::{Connection, DirectLink, Lines, Link, PAYLOAD};
 use crate::tissue::{AnyTissue, DepthReplay, RecordedForce};
 
 /// Separate the random streams of the two directions from all others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
 const BACKWARD: u64 = 0x6261_636b_7761_7264;
+
+/// What all lines of a link have in common.
+struct Line<'a> {
+    tick_s: f64,
+    irregularity: &'a Irregularity,
+}
+
+impl Line<'_> {
+    /// A line of a direction: its delay, its schedule and its random stream.
+    fn delay<L: Lane, const N: usize>(
+        &self,
+        initial: [L; N],
+        (delay, schedule, random): (&DelayTicks, &Schedule, (u64, u64)),
+    ) -> Delay<L, N> {
+        Delay::new(delay.whole, initial).irregular(self.irregularity, schedule, self.tick_s, initial, random)
+    }
+}
 
 impl Scenario {
     /// The engine around `plants`, compiled for any parts.
@@ -184,23 +201,18 @@ impl Scenario {
     fn link<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
         let (at_master, at_slave) = (L::splat(start_m), L::splat(self.position_scale() * start_m));
-        let initial = [at_master, zero, zero, zero, zero];
-        let forward = Delay::new(self.forward.whole, initial).irregular(
-            &self.irregularity,
-            &self.forward_schedule,
-            tick_s,
-            initial,
-            (self.seed ^ FORWARD, first_stream),
-        );
-        let initial = [zero, at_slave, zero, zero, zero, zero];
-        let backward = Delay::new(self.backward.whole, initial).irregular(
-            &self.irregularity,
-            &self.backward_schedule,
-            tick_s,
-            initial,
-            (self.seed ^ BACKWARD, first_stream),
-        );
-        Link::new(&self.link, (forward, backward), tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
+        // A payload arrives with its sample: the same delays and the same random numbers.
+        let line = Line { tick_s, irregularity: &self.irregularity };
+        let forth = (&self.forward, &self.forward_schedule, (self.seed ^ FORWARD, first_stream));
+        let back = (&self.backward, &self.backward_schedule, (self.seed ^ BACKWARD, first_stream));
+        let lines = Lines {
+            forward: line.delay([at_master, zero, zero, zero], forth),
+            backward: line.delay([zero, at_slave, zero, zero, zero], back),
+            forward_payload: line.delay([zero; PAYLOAD], forth),
+            backward_payload: line.delay([zero; PAYLOAD], back),
+        };
+        let (_, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
+        Link::new(&self.link, lines, &slave, tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
     }
 
     /// The operator of a single run.

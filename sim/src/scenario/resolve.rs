@@ -178,7 +178,7 @@ impl Scenario {
         let timing = run.timing;
         let master = master(&mut values)?;
         let slave = SlaveParameters::read(&mut values)?;
-        let link = link_settings(&mut values, &master, &slave)?;
+        let link = link_settings(&mut values, &master, &slave, grid.tick_s())?;
         let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
         let (forward, backward) = delays(&mut values, &grid, waits_for_tick(timing, &link))?;
         let scenario = Self {

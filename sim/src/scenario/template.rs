@@ -296,7 +296,7 @@ impl CaseFactory<'_> {
 
 fn set_link(scenario: &mut Scenario, values: &mut Values) -> Result<(), ScenarioError> {
     let position_scale = scenario.position_scale();
-    scenario.link = link_settings(values, &scenario.master, &scenario.slave)?;
+    scenario.link = link_settings(values, &scenario.master, &scenario.slave, scenario.grid.tick_s())?;
     // Checking every position takes longer than everything else.
     if scenario.position_scale() == position_scale { Ok(()) } else { scenario.check_reach() }
 }

@@ -37,6 +37,13 @@ pub struct LinkReport {
     pub master_port_j: f64,
     /// `∫ f_e dx_e` in J: energy from the needle into the tissue, by the measured force.
     pub slave_port_j: f64,
+    /// The largest energy in J that both ports together have delivered beyond what they have received, at any tick: the
+    /// maximum of `E_s - E_m`, with the slave's energy scaled to the master.
+    pub generated_j: f64,
+    /// The energy in J that the passivity scheme promises not to exceed; `None` without a promise.
+    pub promised_j: Option<f64>,
+    /// Distance in m by which the slave is deeper than the master, on the slave's scale; 0 if it is not.
+    pub left_behind_m: f64,
     /// Energy that the passivity scheme dissipated at the master, in J.
     pub master_dissipated_j: f64,
     /// Work that the passivity scheme withheld from the slave, in J.
@@ -44,7 +51,8 @@ pub struct LinkReport {
 }
 
 /// The connection of master and slave. A tick calls [`to_slave`](Connection::to_slave),
-/// [`to_master`](Connection::to_master) and [`limit`](Connection::limit) once each, in this order.
+/// [`limit_reference`](Connection::limit_reference), [`to_master`](Connection::to_master) and [`limit`](Connection::limit)
+/// once each, in this order.
 pub trait Connection<L: Lane> {
     /// Slave motion per master motion.
     fn position_scale(&self) -> L;
@@ -54,6 +62,9 @@ pub trait Connection<L: Lane> {
 
     /// From the master to the slave: the target of the slave's reference, in m.
     fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L;
+
+    /// The slave's reference (m), given the supervisor's `reference_m`.
+    fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L;
 
     /// From the slave, in `mode`, to the master: the received mode, and the feedback force (N) before the force law.
     fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L);
@@ -80,6 +91,10 @@ impl<L: Lane, K: Connection<L> + ?Sized> Connection<L> for Box<K> {
 
     fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L {
         (**self).to_slave(master, slave)
+    }
+
+    fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L {
+        (**self).limit_reference(reference_m, slave)
     }
 
     fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {

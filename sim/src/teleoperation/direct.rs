@@ -36,6 +36,11 @@ impl<L: Lane> Connection<L> for DirectLink<L> {
     }
 
     #[inline(always)]
+    fn limit_reference(&mut self, reference_m: L, _slave: &AtSlave<L>) -> L {
+        reference_m
+    }
+
+    #[inline(always)]
     fn to_master(&mut self, mode: L, slave: &AtSlave<L>, _master: &AtMaster<L>) -> (L, L) {
         (mode, self.force_scale * slave.force_n)
     }

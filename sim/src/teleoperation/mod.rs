@@ -18,8 +18,10 @@ pub use architecture::position_position::CouplingSettings;
 pub use architecture::{Architecture, ArrivedAtMaster, MasterGains, MasterSample, SlaveGains, SlaveSample};
 pub use connection::{AtMaster, AtSlave, Connection, LinkReport};
 pub use direct::DirectLink;
-pub use link::{FromMaster, FromSlave, Link};
-pub use passivity::{CatchUpSettings, DampingSettings, PassivityScheme, SlavePort};
+pub use link::{FromMaster, FromSlave, Lines, Link, PayloadLine};
+pub use passivity::{
+    Arrived, BudgetSettings, CatchUpSettings, DampingSettings, PAYLOAD, PassivityScheme, Payload, SlavePort,
+};
 pub use recovery::{Recovery, RecoverySettings};
 pub use settings::{ComplianceSettings, LinkSettings, Machines, Scales};
 
@@ -37,8 +39,7 @@ schemes! {
     /// Observer and controller at both ports (Hannaford and Ryu 2002), wave variables (Niemeyer and Slotine 1991),
     /// an energy tank on each side (Franken et al. 2011).
     "none" => None = no_scheme::NoScheme,
-    "time-domain" => TimeDomain = time_domain::TimeDomain { time_domain: TimeDomainSettings }
-        shared { damping: DampingSettings },
-    "wave-variables" => WaveVariables = waves::Waves { waves: WavesSettings },
+    "time-domain" => TimeDomain = time_domain::TimeDomain shared { damping: DampingSettings },
+    "wave-variables" => WaveVariables = waves::Waves { waves: WavesSettings } shared { budget: BudgetSettings },
     "energy-tank" => EnergyTank = tank::Tank { tank: TankSettings } shared { catch_up: CatchUpSettings },
 }

@@ -185,6 +185,16 @@ macro_rules! schemes {
             }
         }
 
+        impl PassivitySettings {
+            /// The keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
+            pub(crate) fn held_dampings(&self) -> [Option<(&'static str, f64)>; 2] {
+                use passivity::BuiltInScheme;
+                match self.scheme {
+                    $(Scheme::$Kind => <passivity::$file::$Part<f64> as BuiltInScheme<f64>>::held_dampings(self),)*
+                }
+            }
+        }
+
         /// A built-in passivity scheme.
         #[derive(Debug, Clone)]
         pub enum AnyScheme<L> {
@@ -192,45 +202,53 @@ macro_rules! schemes {
         }
 
         impl<L: crate::lane::Lane> AnyScheme<L> {
-            /// The chosen scheme, or `None` if it would change nothing.
+            /// The chosen scheme.
             fn new(settings: &PassivitySettings, context: &passivity::SchemeContext<L>) -> Self {
                 use passivity::BuiltInScheme;
-                let built = match settings.scheme {
-                    $(Scheme::$Kind => passivity::$file::$Part::build(settings, context).map(Self::$Kind),)*
-                };
-                built.unwrap_or(Self::None(passivity::no_scheme::NoScheme::default()))
+                match settings.scheme {
+                    $(Scheme::$Kind => Self::$Kind(passivity::$file::$Part::build(settings, context)),)*
+                }
             }
         }
 
         impl<L: crate::lane::Lane> PassivityScheme<L> for AnyScheme<L> {
             #[inline(always)]
-            fn master_sends(&mut self, displacement_m: L) -> L {
+            fn sends_payload(&self) -> bool {
+                match self { $(Self::$Kind(part) => PassivityScheme::<L>::sends_payload(part),)* }
+            }
+
+            #[inline(always)]
+            fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
                 match self { $(Self::$Kind(part) => part.master_sends(displacement_m),)* }
             }
 
             #[inline(always)]
-            fn receive_position(&mut self, position_m: L, payload: L, port: &SlavePort<L>) -> L {
-                match self { $(Self::$Kind(part) => part.receive_position(position_m, payload, port),)* }
+            fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
+                match self { $(Self::$Kind(part) => part.receive_position(position_m, arrived, port),)* }
             }
 
             #[inline(always)]
-            fn limit_reference(&mut self, reference_m: L, payload: L, port: &SlavePort<L>) -> L {
-                match self { $(Self::$Kind(part) => part.limit_reference(reference_m, payload, port),)* }
+            fn limit_reference(&mut self, reference_m: L, port: &SlavePort<L>) -> L {
+                match self { $(Self::$Kind(part) => part.limit_reference(reference_m, port),)* }
             }
 
             #[inline(always)]
-            fn slave_sends(&mut self) -> L {
+            fn slave_sends(&mut self) -> Payload<L> {
                 match self { $(Self::$Kind(part) => part.slave_sends(),)* }
             }
 
             #[inline(always)]
-            fn receive_force(&mut self, force_n: L, payload: L, velocity_m_per_s: L) -> L {
-                match self { $(Self::$Kind(part) => part.receive_force(force_n, payload, velocity_m_per_s),)* }
+            fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, velocity_m_per_s: L) -> L {
+                match self { $(Self::$Kind(part) => part.receive_force(force_n, arrived, velocity_m_per_s),)* }
             }
 
             #[inline(always)]
-            fn limit_force(&mut self, force_n: L, payload: L, velocity_m_per_s: L) -> L {
-                match self { $(Self::$Kind(part) => part.limit_force(force_n, payload, velocity_m_per_s),)* }
+            fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
+                match self { $(Self::$Kind(part) => part.limit_force(force_n, velocity_m_per_s),)* }
+            }
+
+            fn promised_j(&self) -> Option<L> {
+                match self { $(Self::$Kind(part) => part.promised_j(),)* }
             }
 
             fn dissipated_j(&self) -> L {

@@ -68,3 +68,13 @@ pub struct Machines {
     /// Feedback force per measured force.
     pub force_scale: f64,
 }
+
+impl Machines {
+    /// Energy at the master per energy at the slave: force scale over position scale, 1 for an open loop.
+    ///
+    /// A loop that a scale of 0 opens has no common energy.
+    #[must_use]
+    pub fn energy_scale(&self) -> f64 {
+        if self.position_scale == 0.0 { 1.0 } else { self.force_scale / self.position_scale }
+    }
+}

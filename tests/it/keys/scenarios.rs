@@ -110,7 +110,7 @@ const VARIANTS: &[&str] = &[
     "master.coupling=as-printed master.force_integral_gain=1.0 operator.end_m=-0.02 operator.start_m=0.0",
     "master.coupling=as-printed master.force_integral_gain=0.5 operator.kind=sine operator.start_m=0.0",
     "master.coupling=as-printed master.force_integral_gain=0.5 operator.kind=sine operator.start_m=0.0 \
-     passivity.scheme=time-domain passivity.budget_j=0 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
+     passivity.scheme=time-domain passivity.budget_j=1e-6 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
     "master.coupling=as-printed master.force_integral_gain=0.1 operator.kind=sine operator.start_m=0.0 \
      operator.amplitude_m=-0.003 tissue.skin.rupture_force_n=0.001 tissue.skin.cutting_force_n=0.001 \
      tissue.skin.thickness_m=0.01 tissue.skin.grip_n=0.001 tissue.skin.friction_n_per_m=0.1",
@@ -120,7 +120,7 @@ const VARIANTS: &[&str] = &[
      channel.outages_s=[0.1,0.15,0.3,0.35,0.5,0.55] channel.recovery_force_rate_n_per_s=5",
     // A late wall.
     "tissue.kind=kelvin-voigt tissue.stiffness_n_per_m=1000 tissue.damping_n_s_per_m=0 controller.kind=position-position \
-     passivity.scheme=time-domain passivity.budget_j=0 channel.forward_delay_s=0.05 channel.backward_delay_s=0.05 \
+     passivity.scheme=time-domain passivity.budget_j=1e-6 channel.forward_delay_s=0.05 channel.backward_delay_s=0.05 \
      channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false operator.reflex=none \
      operator.kind=ramp operator.end_m=0.02 operator.speed_m_per_s=0.04 sensor.force_bandwidth_hz=0 \
      sensor.force_range_n=20 simulation.duration_s=2",

@@ -2,6 +2,7 @@
 
 pub mod closed_forms;
 pub mod pair;
+pub mod passive_cases;
 pub mod server;
 pub mod test_folder;
 
@@ -15,8 +16,11 @@ use trocar::detection::{CusumDetector, DetectorSettings};
 use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms};
 use trocar::estimation::{AnyEstimator, RlsSettings};
 use trocar::operator::{HumanOperator, Motion, Ramp};
+use trocar::plant::{ControlTiming, SlaveParameters, SlaveStep};
 use trocar::sensor::{AnySensor, SensorSettings};
-use trocar::teleoperation::{ControllerSettings, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings};
+use trocar::teleoperation::{
+    ControllerSettings, Lines, Link, LinkSettings, Machines, PAYLOAD, PassivitySettings, RecoverySettings,
+};
 use trocar::time::TickGrid;
 use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
 
@@ -98,8 +102,14 @@ impl ClosedLoop {
             recovery: RecoverySettings::DEFAULT,
             passivity: PassivitySettings::DEFAULT,
         };
-        let directions = (Delay::new(self.delay_ticks, [0.0; 5]), Delay::new(self.delay_ticks, [0.0; 6]));
-        Link::new(&settings, directions, tick_s, 0.0).expect("valid")
+        let lines = Lines {
+            forward: Delay::new(self.delay_ticks, [0.0; 4]),
+            backward: Delay::new(self.delay_ticks, [0.0; 5]),
+            forward_payload: Delay::new(self.delay_ticks, [0.0; PAYLOAD]),
+            backward_payload: Delay::new(self.delay_ticks, [0.0; PAYLOAD]),
+        };
+        let slave = SlaveStep::new(&SlaveParameters::default(), ControlTiming::Continuous, tick_s).expect("valid");
+        Link::new(&settings, lines, &slave, tick_s, 0.0).expect("valid")
     }
 
     pub fn engine<P: Plants<f64>>(&self, plants: P) -> Engine<P, Any<f64>> {

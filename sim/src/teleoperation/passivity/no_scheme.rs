@@ -18,13 +18,18 @@ impl<L> Default for NoScheme<L> {
     }
 }
 
-impl<L: Lane> PassivityScheme<L> for NoScheme<L> {}
+impl<L: Lane> PassivityScheme<L> for NoScheme<L> {
+    #[inline(always)]
+    fn sends_payload(&self) -> bool {
+        false
+    }
+}
 
 impl<L: Lane> BuiltInScheme<L> for NoScheme<L> {
     const KEYS: &'static [&'static [Key]] = &[];
 
-    fn build(_settings: &PassivitySettings, _context: &SchemeContext<L>) -> Option<Self> {
-        Some(Self::default())
+    fn build(_settings: &PassivitySettings, _context: &SchemeContext<L>) -> Self {
+        Self::default()
     }
 }
 

@@ -6,7 +6,7 @@ use crate::lane::Lane;
 #[derive(Debug, Clone, Copy)]
 pub(in crate::teleoperation) struct Port<L> {
     force: L,
-    position: L,
+    pub(in crate::teleoperation) position: L,
     /// Energy transferred so far, in J.
     pub(in crate::teleoperation) energy_j: L,
 }
@@ -48,8 +48,12 @@ pub struct SlavePort<L> {
     pub force_n: L,
     /// Cost of moving the slave against the measured force, scaled to the master, in J/m.
     pub cost_j_per_m: L,
-    /// Work since the last tick, scaled to the master, in J.
+    /// Work since the last tick, scaled to the master, in J; 0 where a reference is limited.
     pub work_j: L,
+    /// Position in m.
+    pub position_m: L,
+    /// Velocity in m/s.
+    pub velocity_m_per_s: L,
 }
 
 crate::lane::gather!(Port { force, position, energy_j });

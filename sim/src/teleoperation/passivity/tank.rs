@@ -1,7 +1,10 @@
 //! An energy tank on each side.
 
-use super::meter::Meter;
-use super::{BuiltInScheme, PassivityScheme, SchemeContext, SlavePort};
+use super::account::Account;
+use super::budget::ENERGY;
+use super::force_limit::ForceLimit;
+use super::reference_limit::ReferenceLimit;
+use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, RESERVE, SchemeContext, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
@@ -27,123 +30,119 @@ const MAX_LEVELS: f64 = 10.0;
 ///
 /// ```text
 /// H_m += F_ed Δx_h + received - sent      F_ed = F + d v_h,  d = limit · max(1 - H_m / level, 0)
-///                                         |F| <= H_m / |T v_h| where it drives the hand
 /// H_s -= f_e Δx_e - received + sent       H_s limits the steps of the reference
 /// ```
-/// At each tick each tank sends a fraction of its energy, as a running total, so that a lost sample loses no energy.
+/// At each tick each tank sends a fraction of its energy, as a running total, so that a lost sample loses no energy. Both
+/// tanks are full at the start. The promise, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
+///
+/// ```text
+/// E_m - E_s >= -2 tank_level_j    at every tick
+/// ```
+/// A tank pays for the motion to which a command commits the slave, its lag included, so this holds at the physical ports
+/// and from a preloaded contact too.
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
+    level: L,
     inverse_level: L,
+    reserve: L,
     max: L,
     share: L,
     max_damping: L,
-    tick_s: L,
-    meter: Meter<L>,
-    master: L,
-    slave: L,
-    master_sent: L,
-    slave_sent: L,
-    master_received: L,
-    slave_received: L,
-    fed_back: L,
-    /// The passivity layer's change of the force command, in N.
-    changed: L,
-    /// Energy in J that the damping took from the hand for the tank, or that was withheld from the hand.
-    dissipated_j: L,
+    master: Account<L>,
+    slave: Account<L>,
+    force: ForceLimit<L>,
+    reference: ReferenceLimit<L>,
+}
+
+impl<L: Lane> Tank<L> {
+    /// Discards the excess of a tank over its capacity, and sends a share of what it need not keep (J); returns the running
+    /// total.
+    #[inline(always)]
+    fn share(tank: &mut Account<L>, max: L, share: L, kept_j: L) -> L {
+        tank.energy_j = tank.energy_j.min(max);
+        tank.send(share * (tank.energy_j - kept_j).max(L::zero()))
+    }
 }
 
 impl<L: Lane> PassivityScheme<L> for Tank<L> {
     #[inline(always)]
-    fn master_sends(&mut self, displacement_m: L) -> L {
-        self.master = self.master + self.fed_back * displacement_m;
-        self.dissipated_j = self.dissipated_j + self.changed * displacement_m;
-        self.master = self.master.min(self.max);
-        let sent = self.share * self.master.max(L::zero());
-        self.master = self.master - sent;
-        self.master_sent = self.master_sent + sent;
-        self.master_sent
+    fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        self.master.add(self.force.work_j(displacement_m));
+        payload[ENERGY] = Self::share(&mut self.master, self.max, self.share, L::zero());
+        payload
     }
 
     #[inline(always)]
-    fn limit_reference(&mut self, target_m: L, energy: L, port: &SlavePort<L>) -> L {
-        self.slave = self.slave + (energy - self.slave_received) - port.work_j;
-        self.slave_received = energy;
-        self.slave = self.slave.min(self.max);
-        self.meter.follow(target_m, port.cost_j_per_m, self.slave)
+    fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
+        self.slave.receive(arrived.payload[ENERGY]);
+        self.slave.add(-port.work_j);
+        position_m
     }
 
     #[inline(always)]
-    fn slave_sends(&mut self) -> L {
-        let sent = self.share * self.slave.max(L::zero());
-        self.slave = self.slave - sent;
-        self.slave_sent = self.slave_sent + sent;
-        self.slave_sent
+    fn limit_reference(&mut self, target_m: L, port: &SlavePort<L>) -> L {
+        self.slave.energy_j = self.slave.energy_j.min(self.max);
+        self.reference.follow(target_m, target_m, port, self.slave.energy_j - self.reserve)
     }
 
     #[inline(always)]
-    fn limit_force(&mut self, force: L, energy: L, velocity: L) -> L {
-        let zero = L::zero();
-        self.master = self.master + (energy - self.master_received);
-        self.master_received = energy;
-        let drives_hand = (force * velocity).lt(zero);
-        let travel = (self.tick_s * velocity).abs();
-        let max_n = self.master.max(zero) / L::select(drives_hand, travel, L::splat(1.0));
-        let limited = L::select(drives_hand, force.clamp(-max_n, max_n), force);
-        let damping = self.max_damping * (L::splat(1.0) - self.master * self.inverse_level).clamp(zero, L::splat(1.0));
-        self.fed_back = limited + damping * velocity;
-        self.changed = self.fed_back - force;
-        self.fed_back
+    fn slave_sends(&mut self) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        payload[ENERGY] = Self::share(&mut self.slave, self.max, self.share, self.reference.committed_j);
+        payload
+    }
+
+    #[inline(always)]
+    fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
+        self.force.show(force_n);
+        self.master.receive(arrived.payload[ENERGY]);
+        force_n
+    }
+
+    #[inline(always)]
+    fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let damping = self.max_damping * (one - self.master.energy_j * self.inverse_level).clamp(zero, one);
+        self.force.limit(force_n, damping, velocity_m_per_s, self.master.energy_j - self.reserve)
+    }
+
+    fn promised_j(&self) -> Option<L> {
+        Some(self.level + self.level)
     }
 
     fn dissipated_j(&self) -> L {
-        self.dissipated_j
+        self.force.dissipated_j
     }
 
     fn refused_j(&self) -> L {
-        self.meter.refused_j
+        self.reference.refused_j
     }
 }
 
 impl<L: Lane> BuiltInScheme<L> for Tank<L> {
     const KEYS: &'static [&'static [Key]] = &[TankSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
 
-    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Option<Self> {
-        let (numbers, zero) = (&settings.tank, L::zero());
+    fn held_dampings(settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
+        [Some(settings.damping.with_key()), None]
+    }
+
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
+        let (numbers, catch_up) = (&settings.tank, &settings.catch_up);
         let level = L::splat(numbers.tank_level_j);
-        Some(Self {
+        Self {
+            level,
             inverse_level: L::splat(1.0 / numbers.tank_level_j),
+            reserve: L::splat(RESERVE * numbers.tank_level_j),
             max: L::splat(MAX_LEVELS * numbers.tank_level_j),
             share: L::splat(numbers.tank_share),
             max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
-            tick_s: L::splat(context.tick_s),
-            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, context.tick_s, context.reference_m),
-            master: level,
-            slave: level,
-            master_sent: zero,
-            slave_sent: zero,
-            master_received: zero,
-            slave_received: zero,
-            fed_back: zero,
-            changed: zero,
-            dissipated_j: zero,
-        })
+            master: Account::new(level),
+            slave: Account::new(level),
+            force: ForceLimit::new(context),
+            reference: ReferenceLimit::new(context, catch_up.max_stiffness_n_per_m, catch_up.catch_up_speed_m_per_s),
+        }
     }
 }
 
-crate::lane::gather!(Tank {
-    inverse_level,
-    max,
-    share,
-    max_damping,
-    tick_s,
-    meter,
-    master,
-    slave,
-    master_sent,
-    slave_sent,
-    master_received,
-    slave_received,
-    fed_back,
-    changed,
-    dissipated_j,
-});
+crate::lane::gather!(Tank { level, inverse_level, reserve, max, share, max_damping, master, slave, force, reference });

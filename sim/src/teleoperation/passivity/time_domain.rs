@@ -1,129 +1,92 @@
 //! Passivity observer and controller in the time domain, at both ports.
 
-use super::meter::Meter;
-use super::{BuiltInScheme, PassivityScheme, SchemeContext, SlavePort};
+use super::budget::{Budget, ENERGY, SHORTAGE};
+use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SlavePort};
 use crate::lane::Lane;
-use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
+use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
 
-trocar_core::settings! {
-    /// The scheme's own settings.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct TimeDomainSettings in "passivity." {
-        /// Energy that each port may deliver before it receives any (time-domain).
-        budget_j: f64 [NON_NEGATIVE] = 5e-3,
-    }
-}
-
-/// After Hannaford and Ryu (2002, *Time-domain passivity control of haptic interfaces*), with a separate energy
-/// observer per direction, so that it is valid under delay (Ryu, Artigas and Preusche 2010).
+/// After Hannaford and Ryu (2002, *Time-domain passivity control of haptic interfaces*), with an observer and a
+/// controller at each side of a delayed link (Ryu, Artigas and Preusche 2010, *A passive bilateral control scheme for a
+/// teleoperator with time-varying communication delay*).
+///
+/// The promise, with `E_m = Σ F_ed Δx_h`, `E_s = ∫ f_e dx_e` scaled to the master and any passive or active tissue up to
+/// `max_stiffness_n_per_m`:
 ///
 /// ```text
-/// master   E_out(t) - E_pc(t) <= E_in of the slave, as received, + budget, else F_ed += α v_h
-/// slave    E_out(t)           <= E_in of the master, as received, + budget, else the reference stops
+/// E_m - E_s >= -2 budget_j    at every tick
 /// ```
-/// `α` removes the excess within a tick, up to the damping limit.
+/// The ports are the physical ones: the slave's account pays for the motion of the needle, its lag included, and not for
+/// that of the reference. Two additions keep the needle from being left behind (position drift: Chawda, Van Quang,
+/// O'Malley and Ryu 2014, *Compensating position drift in time domain passivity approach based teleoperation*; Coelho,
+/// Singh, Muskardin, Balachandran and Kondak 2018, *Smoother position-drift compensation for time domain passivity approach
+/// based teleoperation*): a slave that was held back catches up while its account allows it, and a hand that moves while
+/// the slave is short of energy is damped, which pays for it.
 #[derive(Debug, Clone)]
 pub struct TimeDomain<L> {
-    budget: L,
-    max_damping: L,
-    inverse_tick: L,
-    meter: Meter<L>,
-    master_in: L,
-    master_out: L,
-    slave_in: L,
-    slave_out: L,
-    /// The totals as received by the other side.
-    received_master_in: L,
-    received_slave_in: L,
-    law_force: L,
-    added_force: L,
-    dissipated_j: L,
+    budget: Budget<L>,
 }
 
 impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     #[inline(always)]
-    fn master_sends(&mut self, displacement_m: L) -> L {
-        let zero = L::zero();
-        let work = self.law_force * displacement_m;
-        self.master_in = self.master_in + work.max(zero);
-        self.master_out = self.master_out + (-work).max(zero);
-        self.dissipated_j = self.dissipated_j + self.added_force * displacement_m;
-        self.master_in
+    fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        payload[ENERGY] = self.budget.master_sends(displacement_m);
+        payload
     }
 
     #[inline(always)]
-    fn limit_reference(&mut self, target_m: L, energy: L, port: &SlavePort<L>) -> L {
-        self.received_master_in = self.received_master_in.max(energy);
-        self.slave_out = self.slave_out + port.work_j.max(L::zero());
-        self.slave_in = self.slave_in + (-port.work_j).max(L::zero());
-        let left = self.received_master_in + self.budget - self.slave_out;
-        self.meter.follow(target_m, port.cost_j_per_m, left)
+    fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
+        self.budget.slave_receives(&arrived.payload, port);
+        position_m
     }
 
     #[inline(always)]
-    fn slave_sends(&mut self) -> L {
-        self.slave_in
+    fn limit_reference(&mut self, target_m: L, port: &SlavePort<L>) -> L {
+        self.budget.limit_reference(target_m, target_m, port)
     }
 
     #[inline(always)]
-    fn limit_force(&mut self, force: L, energy: L, velocity: L) -> L {
-        let zero = L::zero();
-        self.received_slave_in = self.received_slave_in.max(energy);
-        let left = self.received_slave_in + self.budget + self.dissipated_j - self.master_out;
-        let power = velocity * velocity;
-        let moves = power.gt(zero);
-        let needed = (-left).max(zero) * self.inverse_tick / L::select(moves, power, L::splat(1.0));
-        let damping = L::select(moves, needed.min(self.max_damping), zero);
-        self.law_force = force;
-        self.added_force = damping * velocity;
-        force + self.added_force
+    fn slave_sends(&mut self) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        (payload[ENERGY], payload[SHORTAGE]) = self.budget.slave_sends();
+        payload
+    }
+
+    #[inline(always)]
+    fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
+        self.budget.master_receives(force_n, &arrived.payload);
+        force_n
+    }
+
+    #[inline(always)]
+    fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
+        self.budget.limit_force(force_n, velocity_m_per_s)
+    }
+
+    fn promised_j(&self) -> Option<L> {
+        Some(self.budget.promised_j())
     }
 
     fn dissipated_j(&self) -> L {
-        self.dissipated_j
+        self.budget.force.dissipated_j
     }
 
     fn refused_j(&self) -> L {
-        self.meter.refused_j
+        self.budget.reference.refused_j
     }
 }
 
 impl<L: Lane> BuiltInScheme<L> for TimeDomain<L> {
-    const KEYS: &'static [&'static [Key]] = &[TimeDomainSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
+    const KEYS: &'static [&'static [Key]] = &[BudgetSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
 
-    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Option<Self> {
-        let zero = L::zero();
-        Some(Self {
-            budget: L::splat(settings.time_domain.budget_j),
-            max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
-            inverse_tick: L::splat(1.0 / context.tick_s),
-            meter: Meter::new(settings.catch_up.catch_up_speed_m_per_s, context.tick_s, context.reference_m),
-            master_in: zero,
-            master_out: zero,
-            slave_in: zero,
-            slave_out: zero,
-            received_master_in: zero,
-            received_slave_in: zero,
-            law_force: zero,
-            added_force: zero,
-            dissipated_j: zero,
-        })
+    fn held_dampings(settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
+        [Some(settings.damping.with_key()), None]
+    }
+
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
+        Self { budget: Budget::new(settings, context, settings.catch_up.catch_up_speed_m_per_s) }
     }
 }
 
-crate::lane::gather!(TimeDomain {
-    budget,
-    max_damping,
-    inverse_tick,
-    meter,
-    master_in,
-    master_out,
-    slave_in,
-    slave_out,
-    received_master_in,
-    received_slave_in,
-    law_force,
-    added_force,
-    dissipated_j,
-});
+crate::lane::gather!(TimeDomain { budget });

@@ -1,114 +1,278 @@
 //! Wave variables.
 
-use super::{BuiltInScheme, PassivityScheme, SchemeContext, SlavePort};
+use super::budget::{Budget, ENERGY, SHORTAGE};
+use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SlavePort};
 use crate::lane::Lane;
-use crate::teleoperation::PassivitySettings;
+use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
     /// Settings of the wave variables.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct WavesSettings in "passivity." {
-        /// Wave impedance b (wave-variables).
-        wave_impedance_n_s_per_m: f64 [POSITIVE] = 40.0,
+        /// Wave impedance b (wave-variables); below 2 m / T with the master's mass m and the tick T.
+        ///
+        /// While the needle pushes, the link gives way like a spring of about `b / T`, with the delay `T`. The default is stiffer
+        /// than the arm for delays up to 0.1 s.
+        wave_impedance_n_s_per_m: f64 [POSITIVE] = 90.0,
+        /// Time constant with which the slave returns to the hand's position (wave-variables).
+        drift_time_s: f64 [POSITIVE] = 0.2,
     }
 }
+
+/// Time constant in s of the filter on the wave that returns to the master.
+///
+/// A wave that the master reflects arrives again after the two delays with the opposite sign; without a delay it would
+/// alternate from tick to tick. A low-pass filter of a wave is passive (Niemeyer and Slotine 2004, *Telemanipulation with
+/// time delays*). This one acts above 30 Hz, beyond the bandwidth of hand and slave.
+const FILTER_S: f64 = 5e-3;
+
+/// Where a payload holds the wave over the last tick.
+const WAVE: usize = 1;
+/// Where a payload holds the running energy of the wave.
+const WAVE_ENERGY: usize = 2;
 
 /// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*): the link carries the waves `u = (b v + F) /
 /// √(2b)` forward and `v = (b v - F) / √(2b)` back in place of velocity and force. A delay cannot amplify them.
 ///
 /// ```text
-/// master  u = √(2b) v_h - v_arrived         F_ed = b v_h - √(2b) v_arrived
-/// slave   v_s = √(2/b) u_arrived - F_e / b  v = u_arrived - √(2/b) F_e,  x_ref = ∫ v_s
+/// master  F_ed = b Δx_h / T - √(2b) v_arrived / T   u = (b Δx_h + F_ed T) / √(2b)
+/// slave   Δx_ref = √(2/b) u_arrived - f_e T / b     v = (b Δx_ref - f_e T) / √(2b)
 /// ```
-/// The payload is the wave's integral, so that lost or late samples lose nothing and positions do not drift.
+/// The promise is that of the time-domain scheme, at the physical ports:
+///
+/// ```text
+/// E_m - E_s >= -2 budget_j    at every tick
+/// ```
+/// The waves are passive at `(f_e, x_ref)`, and the needle follows the reference with a lag. An energy budget on both
+/// sides ([`Budget`]) accounts for this lag, for augmentation, and for links with jitter and loss. There the last sample
+/// is held while what was received less what was spent, plus the budget, pays for it (Hirche and Buss 2004, *Packet loss
+/// effects in passive telepresence systems*; 2012, *Human-oriented control for haptic teleoperation*). The position is sent
+/// besides the waves. A slave that is ahead of the hand, or behind it without a force, returns to it slowly, which compensates
+/// for drift (Chawda and O'Malley 2015,
+/// *Position synchronization in bilateral teleoperation under time-varying communication delays*).
+///
+/// The force never exceeds the largest tissue force that has arrived: without it a hand in free motion would drag `b v`.
+/// Without delay positions and forces are sent, under the same budget.
 #[derive(Debug, Clone)]
 pub struct Waves<L> {
+    budget: Budget<L>,
+    is_immediate: bool,
     impedance: L,
-    tick_s: L,
+    tick: L,
     inverse_tick: L,
-    /// `√(2b)` and `√(2/b)`.
+    position_scale: L,
+    inverse_scale: L,
+    /// `√(2b)`, `1 / √(2b)`, `√(2/b)` and `1 / b`.
     gain_out: L,
+    inverse_gain_out: L,
     gain_in: L,
     inverse_impedance: L,
-    forward_sent: L,
-    forward_received: L,
-    back_sent: L,
-    back_received: L,
-    /// The wave that came back to the master at the last tick, times the tick.
+    drift_share: L,
+    max_drift: L,
+    forward: SupervisedWave<L>,
+    back: SupervisedWave<L>,
+    forward_energy: L,
+    back_wave: L,
+    back_energy: L,
+    /// The last displacement of the master in m.
+    moved: L,
+    filter_share: L,
+    /// The returned wave, filtered.
     returned: L,
-    /// On the master's scale.
+    /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and as the
+    /// waves command it now.
     reference: L,
+    target: L,
+    force_n: L,
+    /// The hand's position as it has arrived, on the slave's scale, in m.
+    hand: L,
+}
+
+/// A wave that is held between samples as far as its energy allows.
+#[derive(Debug, Clone)]
+struct SupervisedWave<L> {
+    half_inverse_tick: L,
+    budget: L,
+    held: L,
+    spent: L,
+}
+
+impl<L: Lane> SupervisedWave<L> {
+    /// The wave over this tick.
+    #[inline(always)]
+    fn receive(&mut self, arrived: &Arrived<L>) -> L {
+        let zero = L::zero();
+        self.held = L::select(arrived.is_fresh, arrived.payload[WAVE], self.held);
+        let cost = self.held * self.held * self.half_inverse_tick;
+        let left = (arrived.payload[WAVE_ENERGY] + self.budget - self.spent).max(zero);
+        let is_short = cost.gt(left);
+        let share = (left / L::select(is_short, cost, L::splat(1.0))).sqrt();
+        let wave = L::select(is_short, self.held * share, self.held);
+        self.spent = self.spent + wave * wave * self.half_inverse_tick;
+        wave
+    }
 }
 
 impl<L: Lane> PassivityScheme<L> for Waves<L> {
     #[inline(always)]
-    fn master_sends(&mut self, displacement_m: L) -> L {
-        self.forward_sent = self.forward_sent + (self.gain_out * displacement_m - self.returned);
-        self.forward_sent
+    fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        self.moved = displacement_m;
+        let wave = (self.impedance * displacement_m + self.budget.force.force_n * self.tick) * self.inverse_gain_out;
+        self.forward_energy = self.forward_energy + wave * wave * self.forward.half_inverse_tick;
+        payload[ENERGY] = self.budget.master_sends(displacement_m);
+        (payload[WAVE], payload[WAVE_ENERGY]) = (wave, self.forward_energy);
+        payload
     }
 
     #[inline(always)]
-    fn receive_position(&mut self, _position_m: L, wave: L, port: &SlavePort<L>) -> L {
-        let arrived = wave - self.forward_received;
-        self.forward_received = wave;
-        self.reference =
-            self.reference + (self.gain_in * arrived - self.inverse_impedance * port.force_n * self.tick_s);
-        self.back_sent = self.back_sent + (arrived - self.gain_in * port.force_n * self.tick_s);
-        self.reference
+    fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
+        self.budget.slave_receives(&arrived.payload, port);
+        self.hand = position_m * self.position_scale;
+        self.target = position_m;
+        if self.is_immediate {
+            return position_m;
+        }
+        let wave = self.forward.receive(arrived);
+        let drift = ((position_m - self.reference) * self.drift_share).clamp(-self.max_drift, self.max_drift);
+        // A slave behind the hand that pushes is the stretch of the link, and no drift.
+        let is_stretch = drift.gt(L::zero()) & port.force_n.gt(L::zero());
+        let drift = L::select(is_stretch, L::zero(), drift);
+        self.force_n = port.force_n;
+        let pushed = self.inverse_impedance * port.force_n * self.tick;
+        self.target = self.reference + (self.gain_in * wave - pushed) + drift;
+        self.target
     }
 
     #[inline(always)]
-    fn slave_sends(&mut self) -> L {
-        self.back_sent
+    fn limit_reference(&mut self, commanded_m: L, port: &SlavePort<L>) -> L {
+        // Without the hand's way in an event, for which the operator does not pay in advance.
+        let hand_m = commanded_m + (self.hand - self.target * self.position_scale);
+        let reference_m = self.budget.limit_reference(commanded_m, hand_m, port);
+        // What the budget withholds is withheld from the waves; what the supervisor changes is not, so that the freeze is
+        // felt by the force law and not as a wall.
+        let reference = self.target - (commanded_m - reference_m) * self.inverse_scale;
+        let moved = self.impedance * (reference - self.reference);
+        self.back_wave = (moved - self.force_n * self.tick) * self.inverse_gain_out;
+        self.back_energy = self.back_energy + self.back_wave * self.back_wave * self.back.half_inverse_tick;
+        self.reference = reference;
+        reference_m
     }
 
     #[inline(always)]
-    fn receive_force(&mut self, _force_n: L, wave: L, velocity_m_per_s: L) -> L {
-        self.returned = wave - self.back_received;
-        self.back_received = wave;
-        self.impedance * velocity_m_per_s - self.gain_out * self.returned * self.inverse_tick
+    fn slave_sends(&mut self) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        (payload[ENERGY], payload[SHORTAGE]) = self.budget.slave_sends();
+        (payload[WAVE], payload[WAVE_ENERGY]) = (self.back_wave, self.back_energy);
+        payload
+    }
+
+    #[inline(always)]
+    fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
+        self.budget.master_receives(force_n, &arrived.payload);
+        if self.is_immediate {
+            return force_n;
+        }
+        self.returned = self.returned + self.filter_share * (self.back.receive(arrived) - self.returned);
+        let shown_n = self.budget.force.shown_n;
+        let force_n = (self.impedance * self.moved - self.gain_out * self.returned) * self.inverse_tick;
+        force_n.clamp(-shown_n, shown_n)
+    }
+
+    #[inline(always)]
+    fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
+        self.budget.limit_force(force_n, velocity_m_per_s)
+    }
+
+    fn promised_j(&self) -> Option<L> {
+        Some(self.budget.promised_j())
+    }
+
+    fn dissipated_j(&self) -> L {
+        self.budget.force.dissipated_j
+    }
+
+    fn refused_j(&self) -> L {
+        self.budget.reference.refused_j
     }
 }
 
 impl<L: Lane> BuiltInScheme<L> for Waves<L> {
     const CARRIES_POSITIONS: bool = false;
-    const KEYS: &'static [&'static [Key]] = &[WavesSettings::KEYS];
+    const KEYS: &'static [&'static [Key]] =
+        &[BudgetSettings::KEYS, WavesSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
 
-    /// Without delay the two transformations cancel out.
-    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Option<Self> {
-        if context.is_immediate {
-            return None;
-        }
+    fn held_dampings(settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
+        let impedance = ("passivity.wave_impedance_n_s_per_m", settings.waves.wave_impedance_n_s_per_m);
+        [Some(impedance), Some(settings.damping.with_key())]
+    }
+
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
         let (b, tick_s, zero) = (settings.waves.wave_impedance_n_s_per_m, context.tick_s, L::zero());
-        Some(Self {
+        let catch_up = settings.catch_up.catch_up_speed_m_per_s;
+        let wave = SupervisedWave {
+            half_inverse_tick: L::splat(0.5 / tick_s),
+            budget: L::splat(settings.budget.budget_j),
+            held: zero,
+            spent: zero,
+        };
+        // The drift's speed has a limit of its own: a wave is as fast as the hand.
+        let speed = if context.is_immediate { catch_up } else { f64::INFINITY };
+        Self {
+            budget: Budget::new(settings, context, speed),
+            is_immediate: context.is_immediate,
             impedance: L::splat(b),
-            tick_s: L::splat(tick_s),
+            tick: L::splat(tick_s),
             inverse_tick: L::splat(1.0 / tick_s),
+            position_scale: L::splat(context.position_scale),
+            inverse_scale: L::splat(1.0 / context.position_scale),
             gain_out: L::splat((2.0 * b).sqrt()),
+            inverse_gain_out: L::splat(1.0 / (2.0 * b).sqrt()),
             gain_in: L::splat((2.0 / b).sqrt()),
             inverse_impedance: L::splat(1.0 / b),
-            forward_sent: zero,
-            forward_received: zero,
-            back_sent: zero,
-            back_received: zero,
+            drift_share: L::splat((tick_s / settings.waves.drift_time_s).min(1.0)),
+            max_drift: L::splat(catch_up * tick_s),
+            forward: wave.clone(),
+            back: wave,
+            forward_energy: zero,
+            back_wave: zero,
+            back_energy: zero,
+            moved: zero,
+            filter_share: L::splat(tick_s / (tick_s + FILTER_S)),
             returned: zero,
             reference: context.start_m,
-        })
+            target: context.start_m,
+            force_n: zero,
+            hand: context.reference_m,
+        }
     }
 }
 
+crate::lane::gather!(SupervisedWave { half_inverse_tick, budget, held, spent });
 crate::lane::gather!(Waves {
+    budget,
     impedance,
-    tick_s,
+    tick,
     inverse_tick,
+    position_scale,
+    inverse_scale,
     gain_out,
+    inverse_gain_out,
     gain_in,
     inverse_impedance,
-    forward_sent,
-    forward_received,
-    back_sent,
-    back_received,
+    drift_share,
+    max_drift,
+    forward,
+    back,
+    forward_energy,
+    back_wave,
+    back_energy,
+    moved,
+    filter_share,
     returned,
     reference,
-});
+    target,
+    force_n,
+    hand,
+} same { is_immediate });
