@@ -1,6 +1,7 @@
 //! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
 mod calibration;
+mod certificate;
 mod columns;
 mod comparison;
 mod detection;
@@ -29,6 +30,7 @@ mod terminal_chart;
 mod wrap;
 
 pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
+pub use certificate::certificate_json;
 pub use columns::ColumnFormat;
 pub use comparison::{all_metrics_text, comparison_csv, comparison_text, facts_text, finding_text, row_cells};
 pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection};

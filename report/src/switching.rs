@@ -8,9 +8,10 @@ use super::figures::{self, SwitchingView};
 use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
+use super::certificate::rows;
 use super::{Folder, Table};
 use trocar_sim::augmentation::Reengage;
-use trocar_sim::stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching};
+use trocar_sim::stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching};
 use trocar_sim::stability_check::StabilityStudy;
 
 fn policy(reengage: Reengage) -> &'static str {
@@ -66,10 +67,8 @@ pub(super) fn switching_lines(study: &StabilityStudy, switching: &Switching) -> 
         Some(found) => {
             let _ = writeln!(
                 text,
-                "certificate: the motion decays under any sequence of events with {} of teleoperation between them; margin {:.1e}, {} \
-                 conditions verified",
+                "certificate: the motion decays under any sequence of events with {} of teleoperation between them; {} conditions verified",
                 ms(found.dwell_ticks),
-                found.margin,
                 found.conditions,
             );
         }
@@ -85,34 +84,50 @@ pub(super) fn switching_lines(study: &StabilityStudy, switching: &Switching) -> 
             (None, false) => "not certified".to_owned(),
         }
     );
-    let certified = switching.certificate.as_ref().map(|found| found.contraction.sqrt());
-    let _ = writeln!(
-        text,
-        "growth per event at {}: {} in the worst sequence found, at most {} in all enumerated sequences{}",
-        ms(switching.dwell_ticks),
-        significant(switching.growth.lower),
-        significant(switching.growth.upper),
-        certified.map_or(String::new(), |certified| format!(", at most {certified:.6} by the certificate")),
-    );
+    if let Some(covers) = switching.covers_lost_contact {
+        let word = if covers { "certified" } else { "not certified" };
+        let _ = writeln!(text, "with a needle that may lose contact at any tick: {word}");
+    }
+    let found = switching.growth.found;
+    let _ = match &switching.at_refractory {
+        Some(certificate) => {
+            let certified = certificate.contraction.sqrt();
+            writeln!(
+                text,
+                "growth per event at {}: {} found with the stiffness chosen at every tick, at most {} by the certificate, {} times as much",
+                ms(phases.refractory),
+                significant(found),
+                significant(certified),
+                significant(certified / found),
+            )
+        }
+        None => writeln!(
+            text,
+            "growth per event at {}: {} found with the stiffness chosen at every tick",
+            ms(phases.refractory),
+            significant(found)
+        ),
+    };
     let _ = match switching.growing_dwell_ticks {
         None => writeln!(text, "no growing sequence found, down to one tick between events"),
         Some(ticks) => writeln!(text, "growing sequences found with {} between events", ms(ticks)),
     };
-    if switching.shown.lower >= 1.0 {
+    if switching.shown.found >= 1.0 {
         let _ = writeln!(
             text,
             "with the enforced time, the motion grows {} times from one event to the next: see worst_events.toml",
-            significant(switching.shown.lower),
+            significant(switching.shown.found),
         );
     }
     if let Some(reach) = &switching.reach {
         let _ = writeln!(
             text,
-            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events (worst found: {} mm), and the \
-             feedback force is at most {} N",
-            significant(reach.slave_bound),
+            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events (found: {} mm), and the feedback \
+             force is at most {} N (found: {} N)",
+            significant(reach.slave.0),
             significant(reach.slave_found),
-            significant(1e-3 * reach.force_bound_n_per_m),
+            significant(1e-3 * reach.force.0),
+            significant(1e-3 * reach.force_found),
         );
     }
     text
@@ -183,8 +198,13 @@ pub(super) fn switching_object(study: &StabilityStudy) -> Json {
             })
         })
         .collect();
-    let p = |matrix: &nalgebra::DMatrix<f64>| -> Vec<Vec<f64>> {
-        matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+    let of_certificate = |found: &Certificate| {
+        json!({
+            "dwell_s": s(found.dwell_ticks),
+            "contraction": found.contraction,
+            "conditions": found.conditions,
+            "p_at_events": rows(&found.p_at_events()),
+        })
     };
     json!({
         "stiffness_n_per_m": [softest, stiffest],
@@ -194,25 +214,22 @@ pub(super) fn switching_object(study: &StabilityStudy) -> Json {
         "is_certified": study.is_certified(),
         "is_certified_for_range": switching.is_certified(),
         "covers_tissue": study.covers_tissue(),
-        "certificate": switching.certificate.as_ref().map(|found| json!({
-            "dwell_s": s(found.dwell_ticks),
-            "margin": found.margin,
-            "contraction": found.contraction,
-            "conditions": found.conditions,
-            "p_at_events": p(&found.at_events),
-        })),
+        "covers_lost_contact": switching.covers_lost_contact,
+        "certificate": switching.certificate.as_ref().map(of_certificate),
         "growth_per_event": {
-            "dwell_s": s(switching.dwell_ticks),
-            "found": switching.growth.lower,
-            "enumerated": switching.growth.upper,
-            "products": switching.growth.products,
-            "found_on_one_stiffness_at_refractory": switching.shown.lower,
+            "dwell_s": s(switching.phases.refractory),
+            "found": switching.growth.found,
+            "found_changes_of_stiffness": switching.growth.changes,
+            "certified": switching.at_refractory.as_ref().map(|found| found.contraction.sqrt()),
+            "found_on_one_stiffness": switching.shown.found,
             "growing_dwell_s": switching.growing_dwell_ticks.map(s),
         },
         "reach": switching.reach.as_ref().map(|reach| json!({
-            "slave_bound_m_per_m": reach.slave_bound,
+            "slave_bound_m_per_m": reach.slave.0,
             "slave_found_m_per_m": reach.slave_found,
-            "force_bound_n_per_m": reach.force_bound_n_per_m,
+            "force_bound_n_per_m": reach.force.0,
+            "force_found_n_per_m": reach.force_found,
+            "slave_on_one_stiffness_m_per_m": reach.simulated,
             "worst_stiffness_n_per_m": reach.worst.stiffness_n_per_m,
             "worst_events_s": reach.worst.starts.iter().map(|&tick| s(tick)).collect::<Vec<_>>(),
             "worst_held_s": s(reach.worst.held_ticks),
@@ -225,16 +242,14 @@ pub(super) fn switching_object(study: &StabilityStudy) -> Json {
 /// Returns `switching.csv`: a row per analysed dwell time.
 #[must_use]
 pub fn switching_csv(switching: &Switching) -> String {
-    let mut text = "dwell_s,margin,certified_growth,found_growth,enumerated_growth\n".to_owned();
+    let mut text = "dwell_s,certified_growth,found_growth\n".to_owned();
     for point in &switching.by_dwell {
         let _ = writeln!(
             text,
-            "{},{},{},{},{}",
+            "{},{},{}",
             shortest(seconds(switching, point.dwell_ticks)),
-            shortest(point.margin),
-            point.contraction.map_or(String::new(), |factor| shortest(factor.sqrt())),
-            shortest(point.growth.0),
-            shortest(point.growth.1),
+            point.certified.map_or(String::new(), shortest),
+            shortest(point.found),
         );
     }
     text
@@ -262,9 +277,8 @@ pub fn switching_picture(folder: &Folder, switching: &Switching) -> Result<(), P
     let points = &switching.by_dwell;
     let figure = figures::switching(&SwitchingView {
         dwell_s: points.iter().map(|point| seconds(switching, point.dwell_ticks)).collect(),
-        certified: points.iter().map(|point| point.contraction.map_or(f64::NAN, f64::sqrt)).collect(),
-        found: points.iter().map(|point| point.growth.0).collect(),
-        enumerated: points.iter().map(|point| point.growth.1).collect(),
+        certified: points.iter().map(|point| point.certified.unwrap_or(f64::NAN)).collect(),
+        found: points.iter().map(|point| point.found).collect(),
     })?;
     Ok(keep(folder, "switching", &figure)?)
 }

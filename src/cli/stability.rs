@@ -7,7 +7,7 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
-    Folder, boundary_csv, map_csv, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
+    Folder, boundary_csv, certificate_json, map_csv, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
     stability_text, switching_csv, switching_picture,
 };
 use trocar_sim::scenario::Source;
@@ -87,6 +87,9 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         folder.write("switching.csv", switching_csv(switching).as_bytes())?;
         folder.write("released.csv", released_csv(switching).as_bytes())?;
         switching_picture(&folder, switching)?;
+        if let Some(certificate) = certificate_json(switching) {
+            folder.write("certificate.json", certificate.as_bytes())?;
+        }
         let source = Source::parse(&args.scenario);
         let shown = stability_check::worst_events(&source, &args.changes.settings, switching)?;
         folder.write("worst_events.toml", shown.echo().as_bytes())?;

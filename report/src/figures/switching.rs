@@ -18,8 +18,6 @@ pub struct SwitchingView {
     pub certified: Vec<f64>,
     /// Growth per event of the worst sequence found.
     pub found: Vec<f64>,
-    /// Upper bound of the growth per event over all enumerated sequences.
-    pub enumerated: Vec<f64>,
 }
 
 /// Draws the growth per event against the teleoperation between two events. Below 1 the motion decays.
@@ -27,22 +25,21 @@ pub struct SwitchingView {
 /// # Errors
 /// [`FigureError::Empty`] without a dwell, [`FigureError::Length`] for columns of unequal lengths.
 pub fn switching(view: &SwitchingView) -> Result<Figure, FigureError> {
-    let columns =
-        [("certified", view.certified.len()), ("found", view.found.len()), ("enumerated", view.enumerated.len())];
+    let columns = [("certified", view.certified.len()), ("found", view.found.len())];
     super::check("switching", "switching", view.dwell_s.len(), &columns)?;
     let Some((low, high)) = extent(view.dwell_s.iter().copied()) else {
         return Err(FigureError::Empty { figure: "switching" });
     };
     let x_axis = Axis::log10((low / 1.1, high * 1.1));
     let x: Vec<f64> = view.dwell_s.iter().map(|dwell| x_axis.place(*dwell)).collect();
-    let all = view.certified.iter().chain(&view.found).chain(&view.enumerated).copied();
+    let all = view.certified.iter().chain(&view.found).copied();
     let (min, max) = extent(all.filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
     let min = min.max(MIN_GROWTH);
-    let [certified, found, enumerated] = [RUNS[0], RUNS[1], RUNS[2]];
+    let [certified, found] = [RUNS[0], RUNS[1]];
     let line = |y, stroke| Trace { x: &x, y, scale: 1.0, stroke };
     let panel = Panel {
         x_caption: "Teleoperation between events (s)",
-        traces: vec![line(&view.certified, certified), line(&view.enumerated, enumerated), line(&view.found, found)],
+        traces: vec![line(&view.certified, certified), line(&view.found, found)],
         levels: vec![(1.0, THRESHOLD)],
         ..Panel::over_time(x_axis, Axis::log10((min / 1.5, 1.5 * max.max(1.0))), "Growth per event")
     };
@@ -50,7 +47,6 @@ pub fn switching(view: &SwitchingView) -> Result<Figure, FigureError> {
     let legend = vec![
         (Sample::Line(certified), "certified bound for any events and tissue".to_owned()),
         (Sample::Line(found), "worst sequence found".to_owned()),
-        (Sample::Line(enumerated), "bound over the enumerated sequences".to_owned()),
         (Sample::Line(THRESHOLD), "above 1 the motion grows".to_owned()),
     ];
     Grid { legends: vec![legend], common: vec![], rows }.draw()
@@ -66,7 +62,6 @@ mod tests {
             dwell_s: vec![0.01, 0.1, 1.0],
             certified: vec![f64::NAN, 0.9, 0.8],
             found: vec![0.3, 0.2, 0.1],
-            enumerated: vec![0.31, 0.21, 0.11],
         };
         let figure = switching(&view).expect("a figure");
         assert!(figure.svg.contains("Growth per event"));

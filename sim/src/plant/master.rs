@@ -53,15 +53,19 @@ trocar_core::settings! {
     /// chosen here: both stiffnesses change by a factor of 2 and both dampings by its square root, so that the damping
     /// ratios and the mass are unchanged.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper) {
+    pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper, roles: ArmRoles = ArmRoles::AsPrinted) {
         /// Stiffness between arm and master.
-        k_a_n_per_m: f64 [NON_NEGATIVE] => "from the grip; 733 for the paper's" grip.stiffness_factor() * 733.0,
+        k_a_n_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 733 as printed"
+            grip.stiffness_factor() * roles.at_master(733.0, 14998.0),
         /// Damping between arm and master.
-        b_a_n_s_per_m: f64 [NON_NEGATIVE] => "from the grip; 37.3 for the paper's" grip.damping_factor() * 37.3,
+        b_a_n_s_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 37.3 as printed"
+            grip.damping_factor() * roles.at_master(37.3, 178.0),
         /// Stiffness between desired position and arm.
-        k_h_n_per_m: f64 [NON_NEGATIVE] => "from the grip; 14998 for the paper's" grip.stiffness_factor() * 14998.0,
+        k_h_n_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 14998 as printed"
+            grip.stiffness_factor() * roles.at_master(14998.0, 733.0),
         /// Damping between desired position and arm.
-        b_h_n_s_per_m: f64 [NON_NEGATIVE] => "from the grip; 178 for the paper's" grip.damping_factor() * 178.0,
+        b_h_n_s_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 178 as printed"
+            grip.damping_factor() * roles.at_master(178.0, 37.3),
         /// Mass of the arm.
         m_h_kg: f64 [MASS] => "from the grip; 1.88 for the paper's" 1.88,
     }
@@ -77,6 +81,29 @@ trocar_core::choice! {
         "relaxed" => Relaxed,
         /// Twice as stiff.
         "firm" => Firm,
+    }
+}
+
+trocar_core::choice! {
+    /// Which of the arm's two springs is at the master.
+    ///
+    /// In de Vlugt et al. the stiff pair is the grip between hand and handle, and the soft pair the arm behind the hand.
+    /// Eq. 32 with the printed values has them the other way round.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum ArmRoles at "arm.roles" = AsPrinted {
+        /// The soft pair at the master, as in eq. 32 with the printed values.
+        "as-printed" => AsPrinted,
+        /// The stiff pair at the master, as in de Vlugt et al.: a higher stability limit without delay, a lower one with delay.
+        "de-vlugt" => DeVlugt,
+    }
+}
+
+impl ArmRoles {
+    const fn at_master(self, printed: f64, of_de_vlugt: f64) -> f64 {
+        match self {
+            Self::AsPrinted => printed,
+            Self::DeVlugt => of_de_vlugt,
+        }
     }
 }
 

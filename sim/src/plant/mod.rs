@@ -9,7 +9,7 @@ mod master;
 mod slave;
 
 pub use actuator::{ActuatorLimits, MotorStep};
-pub use master::{ArmParameters, Coupling, Grip, MasterParameters, MasterStep, master_system};
+pub use master::{ArmParameters, ArmRoles, Coupling, Grip, MasterParameters, MasterStep, master_system};
 pub use slave::{Damping, SlaveParameters, SlaveStep, slave_system};
 
 use thiserror::Error;

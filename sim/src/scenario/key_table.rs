@@ -12,7 +12,7 @@ use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{MotionSettings, ReflexSettings, TremorSettings};
-use crate::plant::{ActuatorLimits, ArmParameters, Grip, MasterParameters, SlaveParameters};
+use crate::plant::{ActuatorLimits, ArmParameters, ArmRoles, Grip, MasterParameters, SlaveParameters};
 use crate::recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
 use crate::sensor::SensorSettings;
 use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySettings, RecoverySettings, Scales};
@@ -48,10 +48,11 @@ pub const SECTIONS: [(&str, &str); 23] = [
 /// Every key, in the order in which they are written; the layers' keys are last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 30] = [
+const GROUPS: [&[Key]; 31] = [
     RunSettings::KEYS,
     MasterParameters::KEYS,
     Grip::KEYS,
+    ArmRoles::KEYS,
     ArmParameters::KEYS,
     SlaveParameters::KEYS,
     ComplianceSettings::KEYS,

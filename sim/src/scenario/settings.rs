@@ -2,7 +2,7 @@
 
 use super::error::ScenarioError;
 use super::values::Values;
-use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, Grip, MasterParameters};
+use crate::plant::{ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterParameters};
 use crate::teleoperation::{ComplianceSettings, ControllerKind};
 
 const MASTER_LIMIT: &str = "actuator.master_force_limit_n";
@@ -19,10 +19,11 @@ pub(super) fn master(values: &mut Values) -> Result<MasterParameters, ScenarioEr
     MasterParameters::read(values, couples_positions)
 }
 
-/// The arm's parameters: the grip's, unless a key overrides them.
+/// The arm's parameters: those of grip and roles, unless a key overrides them.
 pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
     let grip = Grip::read(values)?;
-    ArmParameters::read(values, grip)
+    let roles = ArmRoles::read(values)?;
+    ArmParameters::read(values, grip, roles)
 }
 
 /// The actuators' limits, checked against the controllers' timing.

@@ -51,6 +51,6 @@ pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use settings::LoopSettings;
 pub use switching::{
-    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, LONGEST_DWELL_S, Phases, Reach, Sequence, Switching,
-    SwitchingSettings,
+    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, LONGEST_DWELL_S, Lyapunov, Phases, Reach,
+    Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
 };

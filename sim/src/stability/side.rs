@@ -16,8 +16,21 @@ pub(super) struct Side {
     pub(super) now: DVector<f64>,
     pub(super) before: Option<DVector<f64>>,
     pub(super) c: DVector<f64>,
+    /// The part of the command that comes from the side itself, which `a` contains: of `F_ed` at the master, of the
+    /// reference at the slave.
+    pub(super) own: DVector<f64>,
+    /// The measured force scaled to the master, in N; 0 at the master.
+    pub(super) force: DVector<f64>,
     /// Effect of the desired position now and at the next tick; empty for the slave.
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
+}
+
+/// Whether a side's matrix contains the part of its command that comes from itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum OwnPart {
+    Closed,
+    /// Left out, because a supervisor decides about the whole command.
+    Open,
 }
 
 /// A state matrix of fixed size to which states are added.
@@ -87,6 +100,15 @@ impl Side {
     /// The master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of the
     /// slave's reference.
     pub(super) fn master(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
+        Self::master_with(machines, settings, OwnPart::Closed)
+    }
+
+    /// As [`Side::master`], with or without its own part.
+    pub(super) fn master_with(
+        machines: &Machines,
+        settings: &LoopSettings,
+        own: OwnPart,
+    ) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let scale = link.machines.position_scale;
@@ -141,18 +163,29 @@ impl Side {
                 input
             }
         };
-        states.a += &now * local.transpose();
+        if own == OwnPart::Closed {
+            states.a += &now * local.transpose();
+        }
         let mut sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
         if at_slave.acceleration != 0.0 {
             sent += acceleration(&mut states, &velocity, settings) * at_slave.acceleration;
         }
         let split = machines.late_master.as_ref().map(|late| place(&late.feedback));
         let desired = (place(&step.desired_now), place(&step.desired_next));
-        Ok(Self::of(states, now, split, sent, Some(desired)))
+        Ok(Self::of(states, now, split, [sent, local, zero()], Some(desired)))
     }
 
     /// The slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
     pub(super) fn slave(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
+        Self::slave_with(machines, settings, OwnPart::Closed)
+    }
+
+    /// As [`Side::slave`], with or without its own part.
+    pub(super) fn slave_with(
+        machines: &Machines,
+        settings: &LoopSettings,
+        own: OwnPart,
+    ) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let step = &machines.slave;
@@ -186,7 +219,11 @@ impl Side {
             }
         };
         let read = reading(&mut states, &force, settings);
-        let deflection = &read * at_slave.own_force + &force * link.machines.compliance_m_per_n;
+        let local = &read * -at_slave.own_force;
+        let mut deflection = &force * link.machines.compliance_m_per_n;
+        if own == OwnPart::Closed {
+            deflection -= &local;
+        }
         states.a -= &now * deflection.transpose();
         let mut sent = &read * (at_master.force * link.machines.force_scale)
             - &position * at_master.position
@@ -195,7 +232,8 @@ impl Side {
             sent -= acceleration(&mut states, &velocity, settings) * at_master.inertia;
         }
         let split = machines.late_slave.as_ref().map(|late| place(&late.reference));
-        Ok(Self::of(states, now, split, sent, None))
+        let measured = read * link.machines.force_scale;
+        Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
     /// Keeps only the used states. In a split tick the last sample acts first, the new one for the rest:
@@ -204,7 +242,7 @@ impl Side {
         states: States,
         whole: DVector<f64>,
         late: Option<DVector<f64>>,
-        sent: DVector<f64>,
+        [sent, own, force]: [DVector<f64>; 3],
         desired: Option<(DVector<f64>, DVector<f64>)>,
     ) -> Self {
         let n = states.used;
@@ -218,6 +256,8 @@ impl Side {
             now: cut(now),
             before: before.map(cut),
             c: cut(sent),
+            own: cut(own),
+            force: cut(force),
             desired: desired.map(|(now, next)| (cut(now), cut(next))),
         }
     }

@@ -1,255 +1,383 @@
 //! The certificate: found by a solver, verified independently.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::DMatrix;
+use std::collections::BTreeMap;
 
-use super::conditions::{Choice, Conditions, Space, size};
-use super::interval::{Enclosure, Interval, exact, is_positive_definite};
-use super::modes::Modes;
+use super::conditions::{Choice, Condition, Conditions, Count, Focus, Function, NamedMap, Term};
+use super::interval::{Enclosure, exact, is_positive_definite, middle, power, product, transpose};
+use super::modes::{Modes, Space};
+use super::scaling::Scales;
 use super::sdp;
 use super::settings::Phases;
 use crate::stability::StabilityError;
-
-/// Number of doublings in a Gramian's sum: 2^40 ticks, longer than any transient.
-const DOUBLINGS: usize = 40;
 
 /// The minimum margin of a certificate: far above the solver's accuracy of 1e-8, so that the dwell is the same on every
 /// machine.
 const MIN_MARGIN: f64 = 1e-3;
 
-/// Lyapunov functions that prove that every sequence of events decays.
+/// Shares of a range of numbers of ticks at which the solver knows a condition; it is verified for all.
+const KNOWN_SHARES: [f64; 8] = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
+
+/// Times that the solver is called, each time with the numbers of ticks that failed.
+const MAX_ROUNDS: usize = 5;
+
+/// Ticks on the way above which a function has an arbitrary part on `SEGMENTS` means of them, and a diagonal part.
+const MAX_FULL_DELAY: usize = 4;
+const SEGMENTS: usize = 4;
+
+/// A quadratic function of a certificate.
+#[derive(Debug, Clone)]
+pub struct Lyapunov {
+    /// Its name, with the number of its node in time.
+    pub name: String,
+    /// `P̂` in `V = zᵀ P̂ z`, with the scaled states `z = S⁻¹ x`.
+    pub matrix: DMatrix<f64>,
+    /// Place of its space in [`Certificate::spaces`].
+    pub space: usize,
+}
+
+/// The states of a phase.
+#[derive(Debug, Clone)]
+pub struct StateSpace {
+    /// Its name.
+    pub name: String,
+    /// Name and unit of each state, in order.
+    pub states: Vec<(String, &'static str)>,
+    /// `S`, from scaled states to states.
+    pub scale: DMatrix<f64>,
+}
+
+/// A map from the states of one space to those of another.
+#[derive(Debug, Clone)]
+pub struct StateMap {
+    /// Its name.
+    pub name: String,
+    /// Place of the space that it leads from.
+    pub from: usize,
+    /// Place of the space that it leads to.
+    pub to: usize,
+    /// The map.
+    pub matrix: DMatrix<f64>,
+}
+
+/// `f Mᵀ P M` with `M` a product of maps.
+#[derive(Debug, Clone)]
+pub struct Summand {
+    /// `f`.
+    pub factor: f64,
+    /// Place of the function.
+    pub function: usize,
+    /// Places of the maps, the first one applied last, and whether the map is raised to each power of the condition.
+    pub maps: Vec<(usize, bool)>,
+}
+
+/// A sum that is positive definite.
+#[derive(Debug, Clone)]
+pub struct Inequality {
+    /// What it ensures.
+    pub name: &'static str,
+    /// Place of the space of its rows.
+    pub rows: usize,
+    /// The powers for which it holds, from the first to the last.
+    pub powers: Option<(u64, u64)>,
+    /// The terms.
+    pub terms: Vec<Summand>,
+}
+
+/// Lyapunov functions that prove that every sequence of events decays, or that a quantity stays within a bound.
 #[derive(Debug, Clone)]
 pub struct Certificate {
     /// Required ticks of teleoperation between two events.
     pub dwell_ticks: u64,
-    /// Verified bound of the ratio of `V` at the beginnings of consecutive events; below 1.
+    /// Verified bound of the ratio of `V` at the beginnings of consecutive events, at most 1 and not reached.
     pub contraction: f64,
-    /// The solver's common margin of all scaled conditions.
+    /// Verified factor of `V` per tick of teleoperation, at most 1.
+    pub decay: f64,
+    /// The solver's common margin of all scaled conditions; it need not be the maximum.
     pub margin: f64,
-    /// Number of verified conditions.
-    pub conditions: usize,
-    /// `P` of the function at the beginning of events, on the loop's states.
-    pub at_events: DMatrix<f64>,
-    /// All matrices, each with its space.
-    matrices: Vec<(DMatrix<f64>, Space)>,
+    /// Number of verified conditions, each power counted.
+    pub conditions: u64,
+    /// Place of the function at the beginning of events.
+    pub at_events: usize,
+    /// The states of each phase.
+    pub spaces: Vec<StateSpace>,
+    /// The functions.
+    pub functions: Vec<Lyapunov>,
+    /// The maps.
+    pub maps: Vec<StateMap>,
+    /// What was verified.
+    pub inequalities: Vec<Inequality>,
 }
 
 impl Certificate {
-    /// The matrices of the functions on a space.
-    pub(super) fn in_space(&self, space: Space) -> impl Iterator<Item = &(DMatrix<f64>, Space)> {
-        self.matrices.iter().filter(move |(_, known)| *known == space)
+    /// Bound of the growth per event with a dwell that is at least the certificate's.
+    #[must_use]
+    pub fn growth_after(&self, dwell_ticks: u64) -> f64 {
+        let longer = dwell_ticks.saturating_sub(self.dwell_ticks);
+        // Rounded up: the power has some roundings.
+        (self.contraction * self.decay.powf(longer as f64)).sqrt() * (1.0 + 1e-12)
+    }
+
+    /// `P` of the function at the beginning of events, on the states themselves.
+    #[must_use]
+    pub fn p_at_events(&self) -> DMatrix<f64> {
+        let function = &self.functions[self.at_events];
+        let scale = &self.spaces[function.space].scale;
+        let inverse = scale.clone().try_inverse().unwrap_or_else(|| scale.clone());
+        let plain = inverse.transpose() * &function.matrix * inverse;
+        (&plain + plain.transpose()) * 0.5
     }
 }
 
-/// The map from scaled states to states of a space; it maps the unit ball to the states reachable by the loop's inputs.
-fn scales(modes: &Modes) -> Result<impl Fn(Space) -> DMatrix<f64>, StabilityError> {
-    let n = modes.states();
-    let middle = (modes.teleoperation(0) + modes.teleoperation(1)) * 0.5;
-    let size_of = |column: &DMatrix<f64>| column.norm().max(f64::MIN_POSITIVE);
-    // The inputs are normalised by the position that each reaches.
-    let inputs = [modes.of_reference(), modes.of_force(), modes.of_desired()];
-    let mut gramian: DMatrix<f64> = DMatrix::zeros(n, n);
-    for input in &inputs {
-        let mut sum = input * input.transpose();
-        let mut step = middle.clone();
-        for _ in 0..DOUBLINGS {
-            sum += &step * &sum * step.transpose();
-            step = &step * &step;
-        }
-        let position = sum[(0, 0)].max(f64::MIN_POSITIVE);
-        gramian += sum / position;
+/// The maps of all conditions between scaled states.
+pub(super) struct Enclosures<'a> {
+    modes: &'a Modes,
+    scales: Scales,
+    maps: Vec<Enclosure>,
+}
+
+/// `M^n` for all numbers of a range: products of a few powers, so that roundings do not accumulate.
+struct Powers<'a> {
+    base: &'a Enclosure,
+    begin: u64,
+    steps: Vec<Enclosure>,
+    leaps: BTreeMap<u64, Enclosure>,
+}
+
+impl<'a> Powers<'a> {
+    fn new(base: &'a Enclosure, (begin, end): (u64, u64)) -> Self {
+        let stride = ((end - begin) as f64).sqrt() as u64 + 1;
+        Self { base, begin, steps: (0..stride).map(|n| power(base, n)).collect(), leaps: BTreeMap::new() }
     }
-    let spread = gramian.diagonal().map(|value| 1e-10 * value);
-    gramian += DMatrix::from_diagonal(&spread);
-    let gramian = gramian.map(|value| if value.is_finite() { value } else { 0.0 });
-    let of_loop = Cholesky::new(gramian)
-        .map(|found| found.l())
-        .ok_or(StabilityError::Solver { status: "the loop's states do not scale".into() })?;
-    let inverse = of_loop.clone().try_inverse().ok_or(StabilityError::Solver { status: "singular".into() })?;
-    // A metre of reference and a newton of force, scaled by their equilibria.
-    let rest = |input: &DMatrix<f64>| {
-        let apart = DMatrix::identity(n, n) - modes.apart(0);
-        let state = apart.lu().solve(input).unwrap_or_else(|| input.clone());
-        size_of(&(&inverse * state))
-    };
-    let (metre, newton) = (rest(&modes.of_reference()), rest(&modes.of_force()));
-    let frozen = modes.frozen_states();
-    Ok(move |space| {
-        let with = |extra: &[f64]| {
-            let all = n + extra.len();
-            let mut scale = DMatrix::zeros(all, all);
-            scale.view_mut((0, 0), (n, n)).copy_from(&of_loop);
-            for (k, value) in extra.iter().enumerate() {
-                scale[(n + k, n + k)] = 1.0 / value;
+
+    fn get(&mut self, n: u64) -> Enclosure {
+        let stride = self.steps.len() as u64;
+        let (leap, step) = ((n - self.begin) / stride, (n - self.begin) % stride);
+        let begin = self.begin;
+        let leap = self.leaps.entry(leap).or_insert_with(|| power(self.base, begin + leap * stride));
+        product(&self.steps[step as usize], leap)
+    }
+}
+
+impl<'a> Enclosures<'a> {
+    fn new(modes: &'a Modes, scales: Scales, maps: &[NamedMap]) -> Self {
+        let scaled = |map: &NamedMap| scales.scaled(modes, &map.matrix, map.is_exact, (map.from, map.to));
+        let maps = maps.iter().map(scaled).collect();
+        Self { modes, scales, maps }
+    }
+
+    fn powers(&self, condition: &Condition) -> Option<Powers<'_>> {
+        let range = condition.counts?;
+        let map = condition.terms.iter().flat_map(|term| &term.maps).find(|(_, count)| *count == Count::Each)?.0;
+        Some(Powers::new(&self.maps[map], range))
+    }
+
+    /// The product of a term's maps, with the power for [`Count::Each`].
+    fn chain(&self, term: &Term, of_each: Option<&Enclosure>) -> Enclosure {
+        let mut all: Option<Enclosure> = None;
+        for (map, count) in &term.maps {
+            let one = match (count, of_each) {
+                (Count::Each, Some(power)) => power,
+                _ => &self.maps[*map],
+            };
+            all = Some(match all {
+                None => one.clone(),
+                Some(before) => product(&before, one),
+            });
+        }
+        all.unwrap_or_default()
+    }
+
+    /// The enclosure of a condition's matrix, for exact functions.
+    fn of(&self, condition: &Condition, functions: &[DMatrix<f64>], of_each: Option<&Enclosure>) -> Enclosure {
+        let mut sum: Option<Enclosure> = None;
+        for term in &condition.terms {
+            let map = self.chain(term, of_each);
+            let mut value = product(&transpose(&map), &product(&exact(&functions[term.unknown]), &map));
+            for entry in value.iter_mut().flatten() {
+                *entry = *entry * term.factor;
             }
-            scale
-        };
-        match space {
-            Space::Loop => with(&[]),
-            Space::Frozen => with(&[metre, newton, newton][..frozen - n]),
-            Space::Fading => with(&[newton]),
-            Space::Gap => DMatrix::from_element(1, 1, 1.0 / metre),
+            sum = Some(match sum {
+                None => value,
+                Some(before) => {
+                    before.iter().zip(&value).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x + *y).collect()).collect()
+                }
+            });
         }
-    })
+        sum.unwrap_or_default()
+    }
+
+    /// The first number in the range for which a condition is not verified, besides those that are skipped: 0 if it has no
+    /// range.
+    fn failure(&self, condition: &Condition, functions: &[DMatrix<f64>]) -> Option<u64> {
+        let (Some((begin, end)), Some(mut powers)) = (condition.counts, self.powers(condition)) else {
+            return (!is_positive_definite(&self.of(condition, functions, None))).then_some(0);
+        };
+        (begin..=end).find(|&n| !is_positive_definite(&self.of(condition, functions, Some(&powers.get(n)))))
+    }
+
+    /// The condition for the solver, at the given numbers.
+    fn for_solver(&self, condition: &Condition, known: &[u64]) -> Vec<sdp::Condition> {
+        let at = |of_each: Option<&Enclosure>| sdp::Condition {
+            terms: condition
+                .terms
+                .iter()
+                .map(|term| sdp::Term {
+                    factor: 0.5 * (term.factor.low + term.factor.high),
+                    unknown: term.unknown,
+                    map: middle(&self.chain(term, of_each)),
+                })
+                .collect(),
+            weight: condition.weight,
+        };
+        match self.powers(condition) {
+            None => vec![at(None)],
+            Some(mut powers) => known.iter().map(|&n| at(Some(&powers.get(n)))).collect(),
+        }
+    }
+
+    /// The parts of an unknown function.
+    fn unknown(&self, function: &Function) -> sdp::Unknown {
+        let size = self.modes.size(function.space);
+        let (n, delay) = (self.modes.states(), self.modes.delay());
+        if delay <= MAX_FULL_DELAY || size < n {
+            return sdp::Unknown { parts: vec![DMatrix::identity(size, size)] };
+        }
+        let machines = n - delay;
+        let mut whole = DMatrix::zeros(machines + SEGMENTS + (size - n), size);
+        for k in 0..machines {
+            whole[(k, k)] = 1.0;
+        }
+        for k in 0..SEGMENTS {
+            let (from, to) = (k * delay / SEGMENTS, (k + 1) * delay / SEGMENTS);
+            for tick in from..to {
+                whole[(machines + k, machines + tick)] = 1.0 / ((to - from) as f64).sqrt();
+            }
+        }
+        for k in 0..size - n {
+            whole[(machines + SEGMENTS + k, n + k)] = 1.0;
+        }
+        let single = (machines..n).map(|k| DMatrix::from_fn(1, size, |_, j| f64::from(u8::from(j == k))));
+        sdp::Unknown { parts: std::iter::once(whole).chain(single).collect() }
+    }
 }
 
-/// The quantities whose bounds a certificate minimises.
-#[derive(Debug, Clone)]
-pub(super) struct Focus {
-    /// The initial states.
-    pub(super) starts: Vec<DVector<f64>>,
-    /// The quantities to bound: rows on each space's states.
-    pub(super) rows: Vec<(Space, DMatrix<f64>)>,
-    /// A certificate with a margin for the same conditions.
-    pub(super) plain: Certificate,
-}
-
-/// The fraction of a certificate with a margin that is added to one without, in factors of four.
-const MIN_DILUTION: f64 = 1e-6;
-const DILUTIONS: i32 = 12;
-
-/// The fixed margin of the conditions when bounds are minimised.
-const FIXED_MARGIN: f64 = 1e-6;
-
-/// The verified certificate for a dwell, if there is one: with the maximum margin, or the minimum bound of the focus.
+/// The verified certificate for a choice, if there is one.
 ///
 /// # Errors
-/// [`StabilityError::Solver`].
-pub(super) fn certify(
-    modes: &Modes,
-    phases: Phases,
-    choice: Choice,
-    focus: Option<&Focus>,
-) -> Result<Option<Certificate>, StabilityError> {
-    Ok(attempt(modes, phases, choice, focus)?.certificate)
-}
-
-/// A certificate if found, and the solver's margin.
-#[derive(Debug, Clone)]
-pub(super) struct Attempt {
-    pub(super) margin: f64,
-    pub(super) certificate: Option<Certificate>,
-}
-
-/// As [`certify`].
-///
-/// # Errors
-/// [`StabilityError::Solver`].
+/// [`StabilityError::Solver`] if the states cannot be scaled. A solver that fails finds no certificate.
 pub(super) fn attempt(
     modes: &Modes,
     phases: Phases,
     choice: Choice,
     focus: Option<&Focus>,
-) -> Result<Attempt, StabilityError> {
-    let conditions = Conditions::new(modes, phases, choice);
-    let scale = scales(modes)?;
-    let mut scaled_conditions = conditions.scaled(&scale);
-    let mut normal = sdp::Normal::Traces;
-    let at_events = *conditions.roles.dwelling.last().unwrap_or(&0);
-    if let Some(Focus { starts, rows, .. }) = focus {
-        for condition in &mut scaled_conditions {
-            (condition.offset, condition.weight) = (FIXED_MARGIN * condition.weight, 0.0);
+) -> Result<Option<Certificate>, StabilityError> {
+    let conditions = Conditions::new(modes, phases, choice, focus);
+    let scales = Scales::new(modes)?;
+    let scales = focus.map_or_else(|| scales.clone(), |focus| scales.with_focus(modes, focus));
+    let enclosures = Enclosures::new(modes, scales, &conditions.maps);
+    let unknowns: Vec<sdp::Unknown> = conditions.functions.iter().map(|one| enclosures.unknown(one)).collect();
+    let mut known: Vec<Vec<u64>> = conditions.list.iter().map(|condition| shares(condition.counts)).collect();
+    for _ in 0..MAX_ROUNDS {
+        let for_solver: Vec<sdp::Condition> = (conditions.list.iter().zip(&known))
+            .flat_map(|(condition, known)| enclosures.for_solver(condition, known))
+            .collect();
+        let Ok((functions, margin)) = sdp::solve(&unknowns, &for_solver, Some(MIN_MARGIN)) else { break };
+        if margin < MIN_MARGIN {
+            break;
         }
-        let longest = rows.iter().map(|(space, row)| (row * scale(*space)).norm()).fold(f64::MIN_POSITIVE, f64::max);
-        for (space, row) in rows {
-            let scaled_row = row * scale(*space) / longest;
-            let unknowns = conditions.unknowns.iter().enumerate().filter(|(_, known)| *known == space);
-            for (unknown, _) in unknowns {
-                let map = DMatrix::identity(scaled_row.len(), scaled_row.len());
-                let terms = vec![sdp::Term { factor: 1.0, unknown, map }];
-                scaled_conditions.push(sdp::Condition {
-                    terms,
-                    weight: 0.0,
-                    row: Some(scaled_row.clone()),
-                    offset: 0.0,
-                });
+        let mut fails_in_a_range = false;
+        let mut fails = false;
+        for (condition, known) in conditions.list.iter().zip(&mut known) {
+            if let Some(number) = enclosures.failure(condition, &functions) {
+                fails = true;
+                if condition.counts.is_some() && !known.contains(&number) {
+                    known.push(number);
+                    fails_in_a_range = true;
+                }
             }
         }
-        let inverse = scale(Space::Loop).try_inverse().unwrap_or_else(|| scale(Space::Loop));
-        let starts: Vec<DVector<f64>> = starts.iter().map(|start| &inverse * start).collect();
-        let longest = starts.iter().map(|start| start.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        normal = sdp::Normal::Level(at_events, starts.into_iter().map(|start| start / longest).collect());
+        if !fails {
+            return Ok(Some(build(&conditions, &enclosures, choice, &functions, margin)));
+        }
+        if !fails_in_a_range {
+            break;
+        }
     }
-    let (scaled, margin) = match sdp::solve(&conditions.sizes(modes), &scaled_conditions, &normal) {
-        // The bound is then less tight.
-        Err(_) if focus.is_some() => return Ok(Attempt { margin: 0.0, certificate: None }),
-        solved => solved?,
+    Ok(None)
+}
+
+/// The numbers of a range that the solver knows.
+fn shares(range: Option<(u64, u64)>) -> Vec<u64> {
+    let Some((begin, end)) = range else { return vec![] };
+    let mut numbers: Vec<u64> =
+        KNOWN_SHARES.iter().map(|share| begin + (share * (end - begin) as f64).round() as u64).collect();
+    numbers.dedup();
+    numbers
+}
+
+/// The certificate for others to check.
+fn build(
+    conditions: &Conditions,
+    enclosures: &Enclosures<'_>,
+    choice: Choice,
+    functions: &[DMatrix<f64>],
+    margin: f64,
+) -> Certificate {
+    let mut spaces: Vec<Space> = vec![];
+    let mut place = |space: Space| {
+        spaces.iter().position(|known| *known == space).unwrap_or_else(|| {
+            spaces.push(space);
+            spaces.len() - 1
+        })
     };
-    if margin < MIN_MARGIN && focus.is_none() {
-        return Ok(Attempt { margin, certificate: None });
-    }
-    let matrices: Vec<DMatrix<f64>> = scaled
-        .iter()
-        .zip(&conditions.unknowns)
-        .map(|(matrix, &space)| {
-            let inverse =
-                scale(space).try_inverse().unwrap_or_else(|| DMatrix::identity(size(modes, space), size(modes, space)));
-            let plain = inverse.transpose() * matrix * inverse;
-            // Exactly symmetric.
-            (&plain + plain.transpose()) * 0.5
+    let of_functions: Vec<Lyapunov> = (conditions.functions.iter().zip(functions))
+        .map(|(function, matrix)| Lyapunov {
+            name: function.name.clone(),
+            matrix: matrix.clone(),
+            space: place(function.space),
         })
         .collect();
-    let holds = |matrices: &[DMatrix<f64>]| {
-        conditions.list.iter().all(|condition| is_positive_definite(&condition.enclosure(matrices)))
-    };
-    let matrices = match focus {
-        None => Some(matrices).filter(|matrices| holds(matrices)),
-        // The minimum bound lies on the boundary of the feasible set. The conditions are homogeneous: adding a little
-        // of a certificate with a margin restores feasibility.
-        Some(Focus { plain, .. }) => (0..DILUTIONS).find_map(|k| {
-            let share = MIN_DILUTION * 4.0_f64.powi(k);
-            let diluted = matrices.iter().zip(&plain.matrices).map(|(matrix, (other, _))| matrix + other * share);
-            Some(diluted.collect::<Vec<_>>()).filter(|matrices| holds(matrices))
-        }),
-    };
-    let Some(matrices) = matrices else { return Ok(Attempt { margin, certificate: None }) };
-    let certificate = Some(Certificate {
-        dwell_ticks: choice.dwell,
-        contraction: contraction(&conditions, &matrices),
-        margin,
-        conditions: conditions.list.len(),
-        at_events: matrices[at_events].clone(),
-        matrices: matrices.into_iter().zip(conditions.unknowns).collect(),
-    });
-    Ok(Attempt { margin, certificate })
-}
-
-/// The verified contraction of `V` over an event, by bisection.
-fn contraction(conditions: &Conditions, matrices: &[DMatrix<f64>]) -> f64 {
-    let entering: Vec<_> = conditions.list.iter().filter(|condition| condition.name == "entering").collect();
-    let holds = |factor: f64| {
-        entering.iter().all(|condition| {
-            let mut other = (*condition).clone();
-            for term in other.terms.iter_mut().filter(|term| term.factor.low > 0.0) {
-                term.factor = term.factor * Interval::exact(factor);
-            }
-            is_positive_definite(&other.enclosure(matrices))
+    let maps: Vec<StateMap> = (conditions.maps.iter())
+        .map(|map| StateMap {
+            name: map.name.clone(),
+            from: place(map.from),
+            to: place(map.to),
+            matrix: map.matrix.clone(),
         })
+        .collect();
+    let summand = |term: &Term| Summand {
+        factor: 0.5 * (term.factor.low + term.factor.high),
+        function: term.unknown,
+        maps: term.maps.iter().map(|(map, count)| (*map, *count == Count::Each)).collect(),
     };
-    let (mut below, mut above) = (0.0, 1.0);
-    for _ in 0..30 {
-        let middle = 0.5 * (below + above);
-        if holds(middle) { above = middle } else { below = middle }
+    let inequalities: Vec<Inequality> = (conditions.list.iter())
+        .map(|condition| Inequality {
+            name: condition.name,
+            rows: place(condition.rows),
+            powers: condition.counts,
+            terms: condition.terms.iter().map(summand).collect(),
+        })
+        .collect();
+    let modes = enclosures.modes;
+    let spaces = spaces
+        .into_iter()
+        .map(|space| StateSpace {
+            name: format!("{space:?}"),
+            states: modes.names(space),
+            scale: enclosures.scales.of(modes, space),
+        })
+        .collect();
+    Certificate {
+        dwell_ticks: choice.dwell,
+        contraction: choice.contraction,
+        decay: conditions.decay,
+        margin,
+        conditions: conditions.list.iter().map(|one| one.counts.map_or(1, |(begin, end)| end - begin + 1)).sum(),
+        at_events: conditions.at_events,
+        spaces,
+        functions: of_functions,
+        maps,
+        inequalities,
     }
-    above
-}
-
-/// The verified minimum `bound` with `(c x)² <= bound² xᵀ P x`, to a part in a thousand.
-pub(super) fn peak(p: &DMatrix<f64>, c: &DMatrix<f64>) -> f64 {
-    let Some(inverse) = p.clone().try_inverse() else { return f64::INFINITY };
-    let square = (c * inverse * c.transpose())[(0, 0)];
-    let mut bound = square.abs().sqrt().max(f64::MIN_POSITIVE);
-    // The first value that verifies, from the unverified minimum upwards.
-    for _ in 0..60 {
-        bound *= 1.0005;
-        let weight = Interval::exact((1.0 / (bound * bound)).next_up());
-        let outer: Enclosure = (0..c.len())
-            .map(|i| (0..c.len()).map(|j| Interval::rounded(c[i]) * Interval::rounded(c[j]) * weight).collect())
-            .collect();
-        let rest: Enclosure =
-            exact(p).iter().zip(&outer).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x - *y).collect()).collect();
-        if is_positive_definite(&rest) {
-            return bound;
-        }
-    }
-    f64::INFINITY
 }

@@ -1,63 +1,72 @@
 //! The inequalities of a certificate.
 //!
-//! Each mode has a Lyapunov function `V = xᵀ P x`, linked along the phases of an event. With the maps of `modes.rs`, at
-//! both ends `v` of the stiffness's range (the maps are affine in `K`, the inequalities convex in the maps, so they
-//! also hold for each `K` between, and for one that changes from tick to tick):
+//! A quadratic function `V = zᵀ P z` belongs to each phase, on the states `z` that matter in it, and the phases are
+//! linked along an event. The maps are those of `modes.rs`, at every vertex `v` of the tissue's range: the inequalities
+//! are convex in the maps, so they also hold for each tissue between, and for one that changes from tick to tick.
+//!
+//! A ramp's gap `g` only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights whose sum is 1. The maps
+//! are linear, so the motion is the same mixture of motions with pulses, each a gap that is held for `n` ticks and then
+//! 0. The function at the next event is convex, so its value is at most the largest one of a pulse: it suffices that it
+//! decays for every pulse. There are two branches, "held" on the states with the gap and "dropped" on those without:
 //!
 //! ```text
-//! dwelling        A_vᵀ P_T(t+1) A_v < P_T(t), 0 <= t < d - 1;   then A_vᵀ P_T(d-1) A_v < P_T(d-1)
-//! entering        E_vᵀ P_F E_v < P_T(d-1);   where all frozen ticks are equal, E is followed by the shortest freeze
-//! frozen          F_vᵀ P_F F_v < (1 + ε) P_F
-//! releasing       Rᵀ (P_R(0) ⊕ p_R(0)) R < (1 + ε)^-(longest - shortest) P_F
-//! cross-fade      (B_vᵀ P_R(t+1) B_v) ⊕ p_R(t+1) < P_R(t) ⊕ p_R(t)
-//! faded           P_G < P_R(end), γ < p_R(end)
-//! closing the gap [A_v b]ᵀ P_G [A_v b] < a P_G ⊕ (1 - a) γ, so that max(xᵀ P_G x, γ g²) cannot grow while |g| does not
-//! closed          P_T(0) < P_G
+//! entering   P_S(0) after release, freeze and the last tick, < ρ P_T(d-1); for each length of the freeze
+//! held       cross-fade on (x, φ, g) with P_S(t); then teleoperation on (x, g) with P_H:
+//!            P_H after a tick < a P_H + (1 - a) γ g²,   γ g² < P_S(0)
+//! dropping   P_R(t) on (x, φ) < P_S(t);   P_T(0) on x < a P_H + (1 - a) γ g²
+//! dropped    cross-fade with P_R(t); then teleoperation with P_T(t), 0 <= t <= d - 1, and P_T(d-1) from then on;
+//!            V decreases by a factor μ per tick of teleoperation
 //! ```
-//! With at least `d` ticks of teleoperation between events, `V` decreases from the beginning of one event to that of
-//! the next: the state converges exponentially for every order and length of the phases (dwell-time conditions after
-//! Geromel and Colaneri, *SIAM J. Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked,
-//! *IEEE Trans. Autom. Control* 56, 2011). A kept gap (`clutch`) persists into the next event: the function at the
-//! events is then `max(xᵀ P_G x, γ g²)`, and no dwell is needed.
+//! `max(P_H, γ g²)` cannot grow while the gap is held, however long. With at least `d` ticks of teleoperation between
+//! events, `V` at the beginning of an event is at most `ρ μ^(d-1) < 1` times that at the one before: the state converges
+//! exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri, *SIAM J.
+//! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
+//! 56, 2011). A gap that is kept (`clutch`) stays in the held branch, and the next event begins in it.
 //!
-//! `P_T` and `P_R` are linear in time between nodes; a condition for a tick is then also linear in time, and holds
-//! within a piece if it holds for its first and last tick.
+//! The functions are linear in time between nodes; a condition for a tick is then also linear in time, and holds within
+//! a piece if it holds for its first and last tick. Where the frozen map depends on the tissue, functions `P_F(t)` on the
+//! frozen states replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
+//!
+//! A bound of a quantity `c z` follows from `s (c z)² < V` in each phase, with `V < s b²` at the start: then `|c z| < b`.
 
 use nalgebra::DMatrix;
 
-use super::interval::{Enclosure, exact, middle, power, product, rounded, transpose};
-use super::modes::Modes;
-use super::sdp;
+use super::interval::{Interval, power};
+use super::modes::{Modes, Space};
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
 
-/// Number of pieces of `P_T`.
-const DWELL_PIECES: u64 = 2;
+/// The weight of a condition per second relative to one per event: a tick's condition has the share of a tick.
+const PER_SECOND: f64 = 10.0;
 
-/// Number of pieces of `P_R`.
-const BLEND_PIECES: u64 = 1;
+/// Nodes of the functions while frozen, as shares of the shortest freeze.
+const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
-/// The factor by which `V` may grow between the shortest and the longest freeze.
-pub(super) const GROWTH_FROZEN: f64 = 1.1;
-
-/// The weight of a condition per tick relative to one per event.
-const PER_TICK: f64 = 1e-2;
-
-/// A space of states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Space {
-    Loop,
-    Frozen,
-    Fading,
-    Gap,
+/// A map with a name, from the states of one space to those of another.
+#[derive(Debug, Clone)]
+pub(super) struct NamedMap {
+    pub(super) name: String,
+    pub(super) from: Space,
+    pub(super) to: Space,
+    pub(super) matrix: DMatrix<f64>,
+    /// Whether it only selects states, without rounding.
+    pub(super) is_exact: bool,
 }
 
-/// `c Mᵀ X M`, with an enclosure of the map.
+/// How often a map is applied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Count {
+    Once,
+    /// As often as each number of the condition's range.
+    Each,
+}
+
+/// `f Mᵀ P M`, with `M` a product of maps, the first one applied last.
 #[derive(Debug, Clone)]
 pub(super) struct Term {
-    pub(super) factor: super::interval::Interval,
+    pub(super) factor: Interval,
     pub(super) unknown: usize,
-    pub(super) map: Enclosure,
+    pub(super) maps: Vec<(usize, Count)>,
 }
 
 /// A sum of terms that must be positive definite.
@@ -65,28 +74,30 @@ pub(super) struct Term {
 pub(super) struct Condition {
     pub(super) name: &'static str,
     pub(super) terms: Vec<Term>,
-    /// The spaces of its rows.
-    pub(super) rows: Vec<Space>,
+    /// The states of its rows.
+    pub(super) rows: Space,
     pub(super) weight: f64,
+    /// The numbers for [`Count::Each`], from the first to the last.
+    pub(super) counts: Option<(u64, u64)>,
 }
 
-/// All conditions for a dwell, and their unknown matrices.
+/// An unknown function.
+#[derive(Debug, Clone)]
+pub(super) struct Function {
+    pub(super) name: String,
+    pub(super) space: Space,
+}
+
+/// All conditions for a dwell, with their functions and maps.
 #[derive(Debug, Clone)]
 pub(super) struct Conditions {
-    pub(super) unknowns: Vec<Space>,
+    pub(super) functions: Vec<Function>,
+    pub(super) maps: Vec<NamedMap>,
     pub(super) list: Vec<Condition>,
-    pub(super) roles: Roles,
-}
-
-/// The roles of the unknowns.
-#[derive(Debug, Clone)]
-pub(super) struct Roles {
-    /// `P_T` at the nodes; the last one is constant from then on. Only `P_G` if the gap is kept.
-    pub(super) dwelling: Vec<usize>,
-    pub(super) frozen: usize,
-    pub(super) fading: Vec<usize>,
-    /// `P_G` and `γ`.
-    pub(super) closing: Option<(usize, usize)>,
+    /// The function at the beginning of events.
+    pub(super) at_events: usize,
+    /// `μ`.
+    pub(super) decay: f64,
 }
 
 /// The parameters of a certificate.
@@ -94,60 +105,75 @@ pub(super) struct Roles {
 pub(super) struct Choice {
     /// Ticks of teleoperation between events.
     pub(super) dwell: u64,
-    /// `a` of the conditions above, a multiple of a power of 1/2 so that `1 - a` is exact.
-    pub(super) decay: f64,
+    /// Time constant of `a` in s: how fast the function on a held gap forgets.
+    pub(super) hold_s: f64,
+    /// `ρ μ^(d-1)`.
+    pub(super) contraction: f64,
+    /// The decay of `V` in teleoperation in 1/s: `μ = exp(-rate · tick)`.
+    pub(super) rate_per_s: f64,
+    /// Pieces of the functions in time, in each phase.
+    pub(super) pieces: u64,
+}
+
+/// A quantity to bound after the release of the hand.
+#[derive(Debug, Clone)]
+pub(super) struct Focus {
+    /// Rows over all states, and whether they count in every space or only where the force last fed back is one.
+    pub(super) rows: Vec<DMatrix<f64>>,
+    /// The row of the quantity at a frozen tick.
+    pub(super) frozen: DMatrix<f64>,
+    /// `b`.
+    pub(super) bound: f64,
+    /// States at the start.
+    pub(super) starts: Vec<DMatrix<f64>>,
 }
 
 /// Builds the conditions.
 struct Builder<'a> {
     modes: &'a Modes,
-    unknowns: Vec<Space>,
+    phases: Phases,
+    functions: Vec<Function>,
+    maps: Vec<NamedMap>,
     list: Vec<Condition>,
+    /// The weight of a condition for a tick.
+    per_tick: f64,
+    /// `a`, and `1 - a`, which is exact.
+    held: (f64, f64),
+    /// `μ`, and `ρ`.
+    decay: f64,
+    at_entry: f64,
 }
 
-fn number(value: f64) -> super::interval::Interval {
-    super::interval::Interval::exact(value)
+/// The functions of one event.
+struct Roles {
+    /// `P_T`.
+    dropped: Vec<usize>,
+    /// `P_R`.
+    fading: Vec<usize>,
+    /// `P_S`.
+    fading_held: Vec<usize>,
+    /// `P_H`: one, or with a kept gap at the nodes of the dwell.
+    held: Vec<usize>,
+    /// `γ`.
+    gap: Option<usize>,
+    /// `P_F`, with the ticks since the alarm; the last one is constant from then on.
+    frozen: Vec<(usize, u64)>,
+    /// `Γ`.
+    constants: Option<usize>,
+}
+
+fn number(value: f64) -> Interval {
+    Interval::exact(value)
+}
+
+/// `μ^(d-1)`.
+fn decay_over(decay: f64, dwell: u64) -> Interval {
+    power(&vec![vec![number(decay)]], dwell - 1)[0][0]
 }
 
 /// A quotient, with rounding.
-fn share(part: u64, whole: u64) -> super::interval::Interval {
-    super::interval::Interval::rounded(part as f64 / whole as f64)
-}
-
-impl Builder<'_> {
-    fn unknown(&mut self, space: Space) -> usize {
-        self.unknowns.push(space);
-        self.unknowns.len() - 1
-    }
-
-    fn add(&mut self, name: &'static str, rows: &[Space], weight: f64, terms: Vec<Term>) {
-        self.list.push(Condition { name, terms, rows: rows.to_vec(), weight });
-    }
-
-    fn size(&self, spaces: &[Space]) -> usize {
-        spaces.iter().map(|&space| size(self.modes, space)).sum()
-    }
-
-    /// The rows of an identity that select the part at `index` of a sum of spaces.
-    fn part(&self, spaces: &[Space], index: usize) -> Enclosure {
-        let before = self.size(&spaces[..index]);
-        let rows = self.size(&spaces[index..=index]);
-        exact(&DMatrix::from_fn(rows, self.size(spaces), |i, j| f64::from(u8::from(before + i == j))))
-    }
-}
-
-/// Number of states of a space.
-pub(super) fn size(modes: &Modes, space: Space) -> usize {
-    match space {
-        Space::Loop => modes.states(),
-        Space::Frozen => modes.frozen_states(),
-        Space::Fading => modes.states() + 1,
-        Space::Gap => 1,
-    }
-}
-
-fn term(factor: super::interval::Interval, unknown: usize, map: &Enclosure) -> Term {
-    Term { factor, unknown, map: map.clone() }
+fn share(part: u64, whole: u64) -> Interval {
+    Interval::rounded(part as f64 / whole as f64)
 }
 
 /// The lengths of a phase's pieces in ticks.
@@ -157,232 +183,400 @@ fn pieces(ticks: u64, max: u64) -> Vec<u64> {
 }
 
 impl Conditions {
-    pub(super) fn new(modes: &Modes, phases: Phases, choice: Choice) -> Self {
-        let mut builder = Builder { modes, unknowns: vec![], list: vec![] };
-        let closing = modes.has_gap().then(|| (builder.unknown(Space::Loop), builder.unknown(Space::Gap)));
-        let lengths = if modes.gap_closes() { pieces(choice.dwell - 1, DWELL_PIECES) } else { vec![] };
-        let dwelling = match closing {
-            Some((of_loop, _)) if !modes.gap_closes() => vec![of_loop],
-            _ => (0..=lengths.len()).map(|_| builder.unknown(Space::Loop)).collect(),
+    pub(super) fn new(modes: &Modes, phases: Phases, choice: Choice, focus: Option<&Focus>) -> Self {
+        let kept = (-modes.tick_s / choice.hold_s).exp();
+        let decay = if modes.gap_closes() { (-modes.tick_s * choice.rate_per_s).exp() } else { 1.0 };
+        let at_entry = choice.contraction / decay_over(decay, choice.dwell).high;
+        let mut builder = Builder {
+            modes,
+            phases,
+            functions: vec![],
+            maps: vec![],
+            list: vec![],
+            per_tick: modes.tick_s * PER_SECOND,
+            held: (kept, 1.0 - kept),
+            decay,
+            at_entry: at_entry.next_down(),
         };
-        let frozen = builder.unknown(Space::Frozen);
-        let faded = pieces(phases.blend, BLEND_PIECES);
-        let fading: Vec<usize> = (0..=faded.len()).map(|_| builder.unknown(Space::Fading)).collect();
-        let gaps: Vec<usize> =
-            if modes.has_gap() { (0..=faded.len()).map(|_| builder.unknown(Space::Gap)).collect() } else { vec![] };
-        let roles = Roles { dwelling, frozen, fading: fading.clone(), closing };
-
-        for unknown in 0..builder.unknowns.len() {
-            let rows = [builder.unknowns[unknown]];
-            let one = builder.part(&rows, 0);
-            builder.add("positive", &rows, PER_TICK, vec![term(number(1.0), unknown, &one)]);
+        let dwell = pieces(choice.dwell - 1, choice.pieces);
+        let fade = pieces(phases.blend, choice.pieces);
+        let roles = builder.roles(&dwell, &fade);
+        for unknown in 0..builder.functions.len() {
+            let rows = builder.functions[unknown].space;
+            let one = builder.select(rows, rows);
+            builder.add("positive", rows, vec![builder.term(number(1.0), unknown, &[one])]);
         }
-        builder.dwell(&roles, &lengths);
-        builder.freeze(&roles, &gaps, phases, choice);
-        builder.fade(&roles, &gaps, &faded);
-        builder.close(&roles, &gaps, choice);
-        Self { unknowns: builder.unknowns, list: builder.list, roles }
-    }
-
-    /// The sizes of the unknown matrices.
-    pub(super) fn sizes(&self, modes: &Modes) -> Vec<usize> {
-        self.unknowns.iter().map(|&space| size(modes, space)).collect()
-    }
-
-    /// The conditions for the solver, on states scaled by `scale`, which maps scaled states to states.
-    pub(super) fn scaled(&self, scale: impl Fn(Space) -> DMatrix<f64>) -> Vec<sdp::Condition> {
-        let inverse = |space| scale(space).try_inverse().unwrap_or_else(|| scale(space));
-        self.list
-            .iter()
-            .map(|condition| {
-                let blocks: Vec<DMatrix<f64>> = condition.rows.iter().map(|&space| scale(space)).collect();
-                let all: usize = blocks.iter().map(DMatrix::nrows).sum();
-                let mut rows = DMatrix::zeros(all, all);
-                let mut at = 0;
-                for block in &blocks {
-                    rows.view_mut((at, at), block.shape()).copy_from(block);
-                    at += block.nrows();
-                }
-                let terms = condition.terms.iter().map(|term| sdp::Term {
-                    factor: 0.5 * (term.factor.low + term.factor.high),
-                    unknown: term.unknown,
-                    map: inverse(self.unknowns[term.unknown]) * middle(&term.map) * &rows,
-                });
-                sdp::Condition { terms: terms.collect(), weight: condition.weight, row: None, offset: 0.0 }
-            })
-            .collect()
-    }
-}
-
-impl Condition {
-    /// The enclosure of the condition's matrix, for exact unknown matrices.
-    pub(super) fn enclosure(&self, unknowns: &[DMatrix<f64>]) -> Enclosure {
-        let mut sum: Option<Enclosure> = None;
-        for Term { factor, unknown, map } in &self.terms {
-            let mut value = product(&transpose(map), &product(&exact(&unknowns[*unknown]), map));
-            for entry in value.iter_mut().flatten() {
-                *entry = *entry * *factor;
-            }
-            sum = Some(match sum {
-                None => value,
-                Some(before) => {
-                    before.iter().zip(&value).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x + *y).collect()).collect()
-                }
-            });
+        builder.enter(&roles);
+        builder.fade(&roles, &fade);
+        if modes.gap_closes() {
+            builder.drop_gap(&roles);
+            builder.dwell(&roles, &dwell);
+        } else {
+            builder.dwell_with_gap(&roles, &dwell);
         }
-        sum.unwrap_or_default()
+        if let Some(focus) = focus {
+            builder.bound(&roles, focus);
+        }
+        let Builder { functions, maps, list, decay, .. } = builder;
+        let at_events = if modes.gap_closes() { &roles.dropped } else { &roles.held };
+        Self { functions, maps, list, at_events: *at_events.last().unwrap_or(&0), decay }
     }
 }
 
 impl Builder<'_> {
-    fn dwell(&mut self, roles: &Roles, lengths: &[u64]) {
-        if !self.modes.gap_closes() {
+    fn function(&mut self, name: &str, node: usize, space: Space) -> usize {
+        self.functions.push(Function { name: format!("{name}_{node}"), space });
+        self.functions.len() - 1
+    }
+
+    fn nodes(&mut self, name: &str, count: usize, space: Space) -> Vec<usize> {
+        (0..count).map(|node| self.function(name, node, space)).collect()
+    }
+
+    fn roles(&mut self, dwell: &[u64], fade: &[u64]) -> Roles {
+        let modes = self.modes;
+        let closes = modes.gap_closes();
+        let fading = fade.len() + 1;
+        // Functions that are linked stand next to each other, which keeps the solver's matrix narrow.
+        let (mut frozen, mut constants) = (vec![], None);
+        if !modes.is_frozen_map_unique() {
+            let shortest = self.phases.held.0 as f64;
+            // The motion is fast after the alarm and slow later.
+            let mut ticks: Vec<u64> = FROZEN_SHARES.iter().map(|share| (share * shortest) as u64).collect();
+            ticks.dedup();
+            for (node, tick) in ticks.into_iter().enumerate() {
+                frozen.push((self.function("frozen", node, Space::Frozen), tick));
+            }
+            constants = Some(self.function("held_while_frozen", 0, Space::Held));
+        }
+        let (mut of_fading, mut fading_held) = (vec![], vec![]);
+        for node in 0..fading {
+            if modes.has_gap() {
+                fading_held.push(self.function("cross_fade_with_gap", node, Space::FadingGap));
+            }
+            if closes {
+                of_fading.push(self.function("cross_fade", node, Space::Fading));
+            }
+        }
+        let (mut held, mut gap) = (vec![], None);
+        if modes.has_gap() {
+            held = self.nodes("teleoperation_with_gap", if closes { 1 } else { dwell.len() + 1 }, Space::LoopGap);
+        }
+        let dropped = if closes { self.nodes("teleoperation", dwell.len() + 1, Space::Loop) } else { vec![] };
+        if modes.has_gap() {
+            gap = Some(self.function("gap", 0, Space::Gap));
+        }
+        Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
+    }
+
+    /// The map of a name; it is built once.
+    fn map(&mut self, name: String, from: Space, to: Space, matrix: impl FnOnce(&Modes) -> DMatrix<f64>) -> usize {
+        if let Some(known) = self.maps.iter().position(|map| map.name == name && map.from == from && map.to == to) {
+            return known;
+        }
+        let matrix = matrix(self.modes);
+        self.maps.push(NamedMap { name, from, to, matrix, is_exact: false });
+        self.maps.len() - 1
+    }
+
+    fn between(&mut self, name: String, from: Space, to: Space, all: impl FnOnce(&Modes) -> DMatrix<f64>) -> usize {
+        self.map(name, from, to, |modes| modes.between(&all(modes), from, to))
+    }
+
+    /// The states that two spaces share.
+    fn select(&mut self, from: Space, to: Space) -> usize {
+        let at = self.map(format!("{to:?}_of_{from:?}"), from, to, |modes| match (from, to) {
+            (Space::Number, Space::Number) => DMatrix::identity(1, 1),
+            _ => modes.selection(from, to),
+        });
+        self.maps[at].is_exact = true;
+        at
+    }
+
+    fn term(&self, factor: Interval, unknown: usize, maps: &[usize]) -> Term {
+        Term { factor, unknown, maps: maps.iter().map(|&map| (map, Count::Once)).collect() }
+    }
+
+    fn add(&mut self, name: &'static str, rows: Space, terms: Vec<Term>) {
+        self.list.push(Condition { name, terms, rows, weight: self.per_tick, counts: None });
+    }
+
+    /// `to` after `map` is below `from`.
+    fn below(&mut self, name: &'static str, rows: Space, to: usize, map: usize, from: Vec<Term>) {
+        let mut terms = from;
+        terms.push(self.term(number(-1.0), to, &[map]));
+        self.add(name, rows, terms);
+    }
+
+    /// `P(t) - Mᵀ P(t+1) M` at the first and the last tick of a piece, `P` linear between its ends.
+    fn along(&mut self, name: &'static str, rows: Space, nodes: (usize, usize), ticks: u64, map: usize) {
+        self.decaying(name, rows, nodes, ticks, (map, 1.0));
+    }
+
+    /// `μ P(t) - Mᵀ P(t+1) M` likewise.
+    fn decaying(
+        &mut self,
+        name: &'static str,
+        rows: Space,
+        (from, to): (usize, usize),
+        ticks: u64,
+        (map, decay): (usize, f64),
+    ) {
+        let one = self.select(rows, rows);
+        let last = if ticks == 1 { None } else { Some(ticks - 1) };
+        for tick in std::iter::once(0).chain(last) {
+            let mut terms = vec![];
+            for (share_to, sign, map) in [(tick, decay, one), (tick + 1, -1.0, map)] {
+                for (part, node) in [(ticks - share_to, from), (share_to, to)] {
+                    if part > 0 {
+                        let factor = if part == ticks { number(1.0) } else { share(part, ticks) };
+                        terms.push(self.term(factor * number(sign), node, &[map]));
+                    }
+                }
+            }
+            self.add(name, rows, terms);
+        }
+    }
+
+    /// `a P_H + (1 - a) γ g²` on the states with the gap.
+    fn held_level(&mut self, roles: &Roles) -> Vec<Term> {
+        let (Some(&of_loop), Some(gap)) = (roles.held.last(), roles.gap) else { return vec![] };
+        let rows = Space::LoopGap;
+        let (one, of_gap) = (self.select(rows, rows), self.select(rows, Space::Gap));
+        let (kept, rest) = self.held;
+        vec![self.term(number(kept), of_loop, &[one]), self.term(number(rest), gap, &[of_gap])]
+    }
+
+    /// The function at the beginning of events, times `ρ`, and the space of its rows.
+    fn at_events(&mut self, roles: &Roles) -> (Space, Vec<Term>) {
+        let contraction = number(self.at_entry);
+        if self.modes.gap_closes() {
+            let one = self.select(Space::Loop, Space::Loop);
+            let last = *roles.dropped.last().unwrap_or(&0);
+            return (Space::Loop, vec![self.term(contraction, last, &[one])]);
+        }
+        let mut level = self.held_level(roles);
+        for term in &mut level {
+            term.factor = term.factor * contraction;
+        }
+        (Space::LoopGap, level)
+    }
+
+    /// The last tick of teleoperation and the beginning of an event.
+    fn entry(&mut self, vertex: usize, rows: Space) -> usize {
+        self.between(format!("entry_{vertex}"), rows, Space::Frozen, |modes| modes.freeze() * modes.teleoperation(vertex))
+    }
+
+    /// The tissues at which the beginning of re-engaging differs.
+    fn releases(&self) -> std::ops::Range<usize> {
+        if self.modes.has_unique_motion() { 0..1 } else { self.modes.vertices() }
+    }
+
+    /// From the beginning of an event to that of re-engaging.
+    fn enter(&mut self, roles: &Roles) {
+        let (space, first) = match (roles.fading_held.first(), roles.fading.first()) {
+            (Some(&held), _) => (Space::FadingGap, held),
+            (None, Some(&fading)) => (Space::Fading, fading),
+            (None, None) => return,
+        };
+        let (rows, level) = self.at_events(roles);
+        let releases: Vec<usize> = self
+            .releases()
+            .map(|vertex| self.between(format!("release_{vertex}"), Space::Frozen, space, |modes| modes.release(vertex)))
+            .collect();
+        if roles.frozen.is_empty() {
+            let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
+            for vertex in self.modes.vertices() {
+                let entry = self.entry(vertex, rows);
+                for &release in &releases {
+                    let maps = vec![(release, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
+                    let mut terms = level.clone();
+                    terms.push(Term { factor: number(-1.0), unknown: first, maps });
+                    let counts = Some(self.phases.held);
+                    self.list.push(Condition { name: "entering", terms, rows, weight: self.per_event(), counts });
+                }
+            }
             return;
         }
-        let rows = [Space::Loop];
-        let one = self.part(&rows, 0);
-        let maps: Vec<Enclosure> = (0..2).map(|vertex| rounded(&self.modes.teleoperation(vertex))).collect();
-        for (&last, map) in std::iter::repeat(&roles.dwelling[lengths.len()]).zip(&maps) {
-            let terms = vec![term(number(1.0), last, &one), term(number(-1.0), last, map)];
-            self.add("dwelling", &rows, PER_TICK, terms);
-        }
-        for (piece, &ticks) in lengths.iter().enumerate() {
-            let nodes = (roles.dwelling[piece], roles.dwelling[piece + 1]);
-            for map in &maps {
-                for terms in along(nodes, ticks, &one, map) {
-                    self.add("dwelling", &rows, PER_TICK, terms);
+        let Some(constants) = roles.constants else { return };
+        let whole = Space::Frozen;
+        let (one, kept) = (self.select(whole, whole), self.select(whole, Space::Held));
+        let (decay, rest) = self.held;
+        let last = roles.frozen[roles.frozen.len() - 1].0;
+        for vertex in self.modes.vertices() {
+            let entry = self.entry(vertex, rows);
+            for (function, maps) in [(roles.frozen[0].0, vec![entry]), (constants, vec![kept, entry])] {
+                let mut terms = level.clone();
+                terms.push(self.term(number(-1.0), function, &maps));
+                let weight = self.per_event();
+                self.list.push(Condition { name: "entering", terms, rows, weight, counts: None });
+            }
+            for &share in self.modes.shares() {
+                let name = format!("frozen_{vertex}_{share}");
+                let map = self.between(name, whole, whole, |modes| modes.frozen(vertex, share));
+                let from = self.list.len();
+                for pair in roles.frozen.windows(2) {
+                    self.decaying("frozen", whole, (pair[0].0, pair[1].0), pair[1].1 - pair[0].1, (map, decay));
+                }
+                let level = vec![self.term(number(decay), last, &[one])];
+                self.below("frozen", whole, last, map, level);
+                let constant = self.term(number(rest), constants, &[kept]);
+                for condition in &mut self.list[from..] {
+                    condition.terms.push(constant.clone());
                 }
             }
+        }
+        for release in releases {
+            let level = vec![self.term(number(decay), last, &[one]), self.term(number(rest), constants, &[kept])];
+            self.below("releasing", whole, first, release, level);
         }
     }
 
-    fn freeze(&mut self, roles: &Roles, gaps: &[usize], phases: Phases, choice: Choice) {
-        let modes = self.modes;
-        let (shortest, longest) = phases.held;
-        let is_unique = modes.is_frozen_map_unique();
-        let extra = if is_unique { longest - shortest } else { longest };
-        let at_events = *roles.dwelling.last().unwrap_or(&0);
-        for vertex in 0..2 {
-            let mut map = rounded(&modes.entry(vertex));
-            if is_unique {
-                map = product(&power(&rounded(&modes.frozen(0, 1.0)), shortest), &map);
-            }
-            let (rows, mut terms) = match roles.closing {
-                Some((of_loop, of_gap)) if !modes.gap_closes() => {
-                    let rows = vec![Space::Loop, Space::Gap];
-                    let gap = term(number(1.0 - choice.decay), of_gap, &self.part(&rows, 1));
-                    let terms = vec![term(number(choice.decay), of_loop, &self.part(&rows, 0)), gap];
-                    (rows, terms)
-                }
-                _ => {
-                    let rows = vec![Space::Loop];
-                    let terms = vec![term(number(1.0), at_events, &self.part(&rows, 0))];
-                    (rows, terms)
-                }
-            };
-            terms.push(term(number(-1.0), roles.frozen, &map));
-            self.add("entering", &rows, 1.0, terms);
-        }
-        let rows = [Space::Frozen];
-        let one = self.part(&rows, 0);
-        let rate = if extra == 0 { 0.0 } else { GROWTH_FROZEN.ln() / extra as f64 };
-        // An exact double, and its power rounded up.
-        let rate = 1.0 + (rate * 2.0_f64.powi(40)).floor() * 2.0_f64.powi(-40);
-        let grown = power(&vec![vec![number(rate)]], extra)[0][0];
-        if extra > 0 {
-            for vertex in 0..if is_unique { 1 } else { 2 } {
-                for &share in modes.shares() {
-                    let map = rounded(&modes.frozen(vertex, share));
-                    let terms = vec![term(number(rate), roles.frozen, &one), term(number(-1.0), roles.frozen, &map)];
-                    self.add("frozen", &rows, (rate - 1.0).min(PER_TICK), terms);
-                }
-            }
-        }
-        let shrunk = number((1.0 / grown.high).next_down());
-        let mut terms =
-            vec![term(shrunk, roles.frozen, &one), term(number(-1.0), roles.fading[0], &rounded(&modes.release()))];
-        terms.extend(gaps.first().map(|&gap| term(number(-1.0), gap, &rounded(&modes.gap()))));
-        self.add("releasing", &rows, 1.0, terms);
+    fn per_event(&self) -> f64 {
+        if self.modes.gap_closes() { 1.0 } else { self.per_tick }
     }
 
-    fn fade(&mut self, roles: &Roles, gaps: &[usize], lengths: &[u64]) {
-        let modes = self.modes;
+    fn fade(&mut self, roles: &Roles, lengths: &[u64]) {
         let all: u64 = lengths.iter().sum();
         let weight = |tick: u64| cross_fade(tick as f64 / all as f64);
-        let rows: &[Space] = if modes.has_gap() { &[Space::Fading, Space::Gap] } else { &[Space::Fading] };
-        let width = self.size(rows);
-        let one = self.part(rows, 0);
-        let mut begin = 0;
-        for (piece, &ticks) in lengths.iter().enumerate() {
-            // The corners of the range of `(w, w K)`.
-            let (min, max) = (if piece == 0 { 0.0 } else { weight(begin) }, weight(begin + ticks));
-            let mut corners = vec![(0, max), (1, max), (0, min)];
-            if min > 0.0 {
-                corners.push((1, min));
+        let branches = [(Space::Fading, &roles.fading), (Space::FadingGap, &roles.fading_held)];
+        for (space, nodes) in branches.into_iter().filter(|(_, nodes)| !nodes.is_empty()) {
+            let mut begin = 0;
+            for (piece, &ticks) in lengths.iter().enumerate() {
+                // The weights of the piece's ticks: from that of its first to that of its last.
+                let (min, max) = (weight(begin + 1), weight(begin + ticks));
+                begin += ticks;
+                for vertex in self.modes.vertices() {
+                    for weight in if ticks == 1 { vec![max] } else { vec![min, max] } {
+                        let name = format!("cross_fade_{vertex}_{weight}");
+                        let map = self.between(name, space, space, |modes| modes.blend(vertex, weight));
+                        self.along("cross-fade", space, (nodes[piece], nodes[piece + 1]), ticks, map);
+                    }
+                }
             }
-            begin += ticks;
-            for (vertex, weight) in corners {
-                let map = rounded(&modes.blend(vertex, weight).columns(0, width).into_owned());
-                let of_states = along((roles.fading[piece], roles.fading[piece + 1]), ticks, &one, &map);
-                let mut of_gap = vec![];
-                if modes.has_gap() {
-                    let gap = self.part(rows, 1);
-                    of_gap = along((gaps[piece], gaps[piece + 1]), ticks, &gap, &gap);
-                }
-                for (k, mut terms) in of_states.into_iter().enumerate() {
-                    terms.extend(of_gap.get(k).cloned().unwrap_or_default());
-                    self.add("cross-fade", rows, PER_TICK, terms);
-                }
+        }
+        let drop_at_ticks = self.select(Space::FadingGap, Space::Fading);
+        let held = self.select(Space::FadingGap, Space::FadingGap);
+        for (&with_gap, &without) in roles.fading_held.iter().zip(&roles.fading) {
+            let from = vec![self.term(number(1.0), with_gap, &[held])];
+            self.below("dropping", Space::FadingGap, without, drop_at_ticks, from);
+        }
+        if let (Some(&last), Some(&next)) = (roles.fading.last(), roles.dropped.first()) {
+            let (one, of_loop) =
+                (self.select(Space::Fading, Space::Fading), self.select(Space::Fading, Space::Loop));
+            let from = vec![self.term(number(1.0), last, &[one])];
+            self.below("faded", Space::Fading, next, of_loop, from);
+        }
+        if let (Some(&last), Some(&next), Some(&first), Some(gap)) =
+            (roles.fading_held.last(), roles.held.first(), roles.fading_held.first(), roles.gap)
+        {
+            let of_loop = self.select(Space::FadingGap, Space::LoopGap);
+            let from = vec![self.term(number(1.0), last, &[held])];
+            self.below("faded", Space::FadingGap, next, of_loop, from);
+            let of_gap = self.select(Space::FadingGap, Space::Gap);
+            let from = vec![self.term(number(1.0), first, &[held])];
+            self.below("gap", Space::FadingGap, gap, of_gap, from);
+        }
+    }
+
+    fn teleoperation(&mut self, vertex: usize, rows: Space) -> usize {
+        self.between(format!("teleoperation_{vertex}"), rows, rows, |modes| modes.teleoperation(vertex))
+    }
+
+    fn drop_gap(&mut self, roles: &Roles) {
+        let (Some(&held), Some(&next)) = (roles.held.last(), roles.dropped.first()) else { return };
+        let rows = Space::LoopGap;
+        for vertex in self.modes.vertices() {
+            let map = self.teleoperation(vertex, rows);
+            let level = self.held_level(roles);
+            self.below("held", rows, held, map, level);
+        }
+        let of_loop = self.select(rows, Space::Loop);
+        let level = self.held_level(roles);
+        self.below("dropping", rows, next, of_loop, level);
+    }
+
+    fn dwell(&mut self, roles: &Roles, lengths: &[u64]) {
+        let rows = Space::Loop;
+        let one = self.select(rows, rows);
+        let last = roles.dropped[lengths.len()];
+        for vertex in self.modes.vertices() {
+            let map = self.teleoperation(vertex, rows);
+            let decay = self.decay;
+            let from = vec![self.term(number(decay), last, &[one])];
+            self.below("dwelling", rows, last, map, from);
+            for (piece, &ticks) in lengths.iter().enumerate() {
+                let nodes = (roles.dropped[piece], roles.dropped[piece + 1]);
+                self.decaying("dwelling", rows, nodes, ticks, (map, decay));
             }
         }
     }
 
-    fn close(&mut self, roles: &Roles, gaps: &[usize], choice: Choice) {
-        let modes = self.modes;
-        let end = roles.fading[roles.fading.len() - 1];
-        let n = modes.states();
-        let rows = [Space::Fading];
-        let whole = self.part(&rows, 0);
-        let of_loop = exact(&DMatrix::identity(n, n + 1));
-        let next = roles.closing.map_or(roles.dwelling[0], |(closing, _)| closing);
-        let terms = vec![term(number(1.0), end, &whole), term(number(-1.0), next, &of_loop)];
-        self.add("faded", &rows, PER_TICK, terms);
-        let (Some((closing, of_gap)), Some(&last)) = (roles.closing, gaps.last()) else { return };
-        let rows = [Space::Gap];
-        let one = self.part(&rows, 0);
-        self.add("faded", &rows, PER_TICK, vec![term(number(1.0), last, &one), term(number(-1.0), of_gap, &one)]);
-        let rows = [Space::Loop, Space::Gap];
-        for vertex in 0..2 {
-            let terms = vec![
-                term(number(choice.decay), closing, &self.part(&rows, 0)),
-                term(number(1.0 - choice.decay), of_gap, &self.part(&rows, 1)),
-                term(number(-1.0), closing, &rounded(&modes.apart_by_gap(vertex))),
-            ];
-            self.add("closing the gap", &rows, PER_TICK, terms);
-        }
-        if modes.gap_closes() {
-            let rows = [Space::Loop];
-            let one = self.part(&rows, 0);
-            let terms = vec![term(number(1.0), closing, &one), term(number(-1.0), roles.dwelling[0], &one)];
-            self.add("closed", &rows, PER_TICK, terms);
-        }
-    }
-}
-
-/// `P(t) - Mᵀ P(t+1) M` at the first and the last tick of a piece, `P` linear between its ends.
-fn along((from, to): (usize, usize), ticks: u64, one: &Enclosure, map: &Enclosure) -> Vec<Vec<Term>> {
-    let minus = |interval: super::interval::Interval| number(0.0) - interval;
-    let at = |tick: u64| {
-        let mut terms = vec![];
-        for (share_to, sign, map) in [(tick, false, one), (tick + 1, true, map)] {
-            for (part, node) in [(ticks - share_to, from), (share_to, to)] {
-                if part > 0 {
-                    let factor = if part == ticks { number(1.0) } else { share(part, ticks) };
-                    terms.push(term(if sign { minus(factor) } else { factor }, node, map));
-                }
+    /// The dwell with a kept gap.
+    fn dwell_with_gap(&mut self, roles: &Roles, lengths: &[u64]) {
+        let rows = Space::LoopGap;
+        let Some(&last) = roles.held.last() else { return };
+        for vertex in self.modes.vertices() {
+            let map = self.teleoperation(vertex, rows);
+            let level = self.held_level(roles);
+            self.below("held", rows, last, map, level);
+            for (piece, &ticks) in lengths.iter().enumerate() {
+                self.along("dwelling", rows, (roles.held[piece], roles.held[piece + 1]), ticks, map);
             }
         }
-        terms
-    };
-    if ticks == 1 { vec![at(0)] } else { vec![at(0), at(ticks - 1)] }
+    }
+
+    /// The bound of a quantity.
+    fn bound(&mut self, roles: &Roles, focus: &Focus) {
+        let size = self.function("bound", 0, Space::Number);
+        let one = self.select(Space::Number, Space::Number);
+        self.add("positive", Space::Number, vec![self.term(number(1.0), size, &[one])]);
+        let functions: Vec<(usize, Space)> =
+            self.functions.iter().map(|function| function.space).enumerate().filter(|(k, _)| *k != size).collect();
+        for (function, space) in functions {
+            if matches!(space, Space::Gap | Space::Held | Space::Frozen) {
+                continue;
+            }
+            let whole = self.select(space, space);
+            for (k, row) in focus.rows.iter().enumerate() {
+                let narrow = self.modes.row(row, space);
+                if narrow.iter().all(|value| *value == 0.0) {
+                    continue;
+                }
+                let map = self.map(format!("quantity_{k}"), space, Space::Number, |_| narrow);
+                let from = vec![self.term(number(1.0), function, &[whole])];
+                self.below("bounded", space, size, map, from);
+            }
+        }
+        let (rows, _) = self.at_events(roles);
+        let last = *roles.dropped.last().or(roles.held.last()).unwrap_or(&0);
+        let quantity = self.modes.row(&focus.frozen, Space::Frozen);
+        let quantity = self.map("quantity_frozen".into(), Space::Frozen, Space::Number, |_| quantity);
+        let whole = self.select(rows, rows);
+        if roles.frozen.is_empty() {
+            let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
+            for vertex in self.modes.vertices() {
+                let entry = self.entry(vertex, rows);
+                let maps = vec![(quantity, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
+                let of_event = self.term(number(1.0), last, &[whole]);
+                let terms = vec![of_event, Term { factor: number(-1.0), unknown: size, maps }];
+                let counts = Some((0, self.phases.held.1));
+                self.list.push(Condition { name: "bounded", terms, rows, weight: self.per_tick, counts });
+            }
+        } else {
+            let whole = self.select(Space::Frozen, Space::Frozen);
+            for &(frozen, _) in &roles.frozen {
+                let from = vec![self.term(number(1.0), frozen, &[whole])];
+                self.below("bounded", Space::Frozen, size, quantity, from);
+            }
+        }
+        let square = number(focus.bound) * number(focus.bound);
+        for (k, start) in focus.starts.iter().enumerate() {
+            let narrow = self.modes.row(&start.transpose(), rows).transpose();
+            let start = self.map(format!("start_{k}"), Space::Start, rows, |_| narrow);
+            let level = self.map("level".into(), Space::Start, Space::Number, |_| DMatrix::identity(1, 1));
+            let terms = vec![self.term(square, size, &[level]), self.term(number(-1.0), last, &[start])];
+            self.add("start", Space::Start, terms);
+        }
+    }
 }

@@ -67,7 +67,8 @@ impl EventBound {
         let (softest, stiffest) = settings.stiffness_n_per_m;
         for k in 0..STIFFNESSES {
             let stiffness = softest + (stiffest - softest) * k as f64 / (STIFFNESSES - 1) as f64;
-            let here = SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), ..settings.clone() };
+            let here =
+                SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), loses_contact: false, ..settings.clone() };
             let modes = Modes::new(&here)?;
             all.release(&modes, settings.phases(), settings.of_loop.tick_s, speed_m_per_s, gap_m);
         }
@@ -76,16 +77,19 @@ impl EventBound {
 
     /// Simulates the end of one event.
     fn release(&mut self, modes: &Modes, phases: Phases, tick_s: f64, speed_m_per_s: f64, gap_m: f64) {
-        let n = modes.states();
         let at = modes.master_states();
         let apart = modes.apart(0);
+        let n = apart.nrows();
         let (of_reference, of_force, of_desired) = (modes.of_reference(), modes.of_force(), modes.of_desired());
-        let (hand, slave, felt) = (modes.hand(), modes.slave(), modes.force(0));
+        let (hand, slave, felt) = (modes.hand(0), modes.slave(), modes.force(0));
         let read = |row: &DMatrix<f64>, state: &DVector<f64>| (row * state)[(0, 0)];
-        let scale = hand.iter().copied().fold(0.0, f64::max);
+        // The hand's positions on the way are those of the hand at rest.
+        let sent = modes.without_delay().hand(0);
+        let scale = sent.iter().copied().fold(0.0, f64::max);
         let desired_m = gap_m / scale;
         let mut state = DVector::zeros(n);
         (state[0], state[2]) = (desired_m, desired_m);
+        state.rows_mut(modes.states() - modes.delay(), modes.delay()).fill(scale * desired_m);
         let mut gap = match self.reengage {
             Reengage::Snap => 0.0,
             Reengage::Ramp { .. } | Reengage::Clutch => -gap_m,

@@ -39,7 +39,7 @@ impl Interval {
     }
 
     /// `self / divisor` for a divisor above 0.
-    fn over(self, divisor: Self) -> Self {
+    pub(super) fn over(self, divisor: Self) -> Self {
         let inverse = Self { low: (1.0 / divisor.high).next_down(), high: (1.0 / divisor.low).next_up() };
         self * inverse
     }

@@ -1,16 +1,22 @@
 //! The maximum motion through events: a certified bound, and the maximum that was found.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::SwitchingSettings;
-use super::certificate::{Certificate, Focus, certify, peak};
-use super::conditions::{Choice, GROWTH_FROZEN, Space};
-use super::interval::{middle, power, product, rounded};
+use super::ascent::{Steps, farthest};
+use super::certificate::{Certificate, attempt};
+use super::conditions::{Choice, Focus};
 use super::modes::Modes;
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
 use crate::stability::StabilityError;
+
+/// The ratio of a bound to one without a certificate at which the search ends.
+const MAX_RATIO: f64 = 1.1;
+
+/// The largest bound tried, relative to what was found.
+const LARGEST: f64 = 64.0;
 
 /// Number of stiffnesses on which sequences are tried.
 const STIFFNESSES: usize = 4;
@@ -24,16 +30,20 @@ const EVENTS: usize = 2;
 
 /// Motion of the slave and feedback force after the hand is released at rest away from its desired position, per metre
 /// of that distance, at every tick of every admissible sequence of events.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Reach {
-    /// Verified bound of the slave's position in m/m.
-    pub slave_bound: f64,
-    /// Verified bound of the feedback force in N/m.
-    pub force_bound_n_per_m: f64,
-    /// The sequence with the maximum motion of the slave from the first event on.
-    pub worst: Sequence,
-    /// That maximum, in m/m.
+    /// Verified bound of the slave's position in m/m, with its certificate.
+    pub slave: (f64, Certificate),
+    /// Verified bound of the feedback force in N/m, with its certificate.
+    pub force: (f64, Certificate),
+    /// The largest motion of the slave found, in m/m, from the first event on; the tissue varies at every tick.
     pub slave_found: f64,
+    /// The largest feedback force found, in N/m.
+    pub force_found: f64,
+    /// The sequence on one constant stiffness with the largest motion of the slave.
+    pub worst: Sequence,
+    /// That motion, in m/m.
+    pub simulated: f64,
 }
 
 /// Events at given ticks, on one stiffness.
@@ -62,150 +72,117 @@ impl Reach {
     /// [`StabilityError`].
     pub(super) fn of(
         settings: &SwitchingSettings,
-        modes: &Modes,
+        (modes, steps): (&Modes, &Steps<'_>),
         phases: Phases,
         choice: Choice,
     ) -> Result<Option<Self>, StabilityError> {
-        let (of_slave, of_force) = rayon::join(
-            || bound(modes, phases, choice, &slave_rows(modes)),
-            || bound(modes, phases, choice, &force_rows(modes)),
+        let starts: Vec<DMatrix<f64>> =
+            modes.vertices().map(|vertex| DMatrix::from_column_slice(modes.places_all(), 1, modes.after_step(vertex).as_slice())).collect();
+        let focus = |rows: Vec<DMatrix<f64>>, frozen: DMatrix<f64>| Focus { rows, frozen, bound: 1.0, starts: starts.clone() };
+        let of_force: Vec<DMatrix<f64>> =
+            modes.vertices().map(|vertex| modes.force(vertex)).chain([modes.fed_back()]).collect();
+        // In a frozen or a blended tick the force is among these.
+        let felt = [modes.fed_back()];
+        let slave_found = farthest(steps, choice.dwell, &[modes.slave()]);
+        let force_found = farthest(steps, choice.dwell, &felt);
+        let (slave, force) = rayon::join(
+            || bound(modes, phases, choice, &focus(vec![modes.slave()], modes.slave()), slave_found),
+            || bound(modes, phases, choice, &focus(of_force.clone(), modes.fed_back()), force_found),
         );
-        let (Some(slave_bound), Some(force_bound_n_per_m)) = (of_slave?, of_force?) else { return Ok(None) };
-        let (worst, slave_found) = farthest(settings, phases, choice.dwell)?;
-        Ok(Some(Self { slave_bound, force_bound_n_per_m, worst, slave_found }))
+        let (Some(slave), Some(force)) = (slave?, force?) else { return Ok(None) };
+        let (worst, simulated) = on_one_stiffness(settings, phases, choice.dwell)?;
+        Ok(Some(Self { slave, force, slave_found: slave_found.max(simulated), force_found, worst, simulated }))
     }
 }
 
-fn wider(row: &DMatrix<f64>, columns: usize) -> DMatrix<f64> {
-    let mut wide = DMatrix::zeros(1, columns);
-    wide.view_mut((0, 0), (1, row.len())).copy_from(row);
-    wide
-}
-
-/// The slave's position in each space.
-fn slave_rows(modes: &Modes) -> Vec<(Space, DMatrix<f64>)> {
-    let (n, row) = (modes.states(), modes.slave());
-    let frozen = wider(&row, modes.frozen_states());
-    vec![(Space::Loop, row.clone()), (Space::Fading, wider(&row, n + 1)), (Space::Frozen, frozen)]
-}
-
-/// The feedback force in each space: at both ends of the stiffness's range, and in the cross-fade at both of its ends.
-fn force_rows(modes: &Modes) -> Vec<(Space, DMatrix<f64>)> {
-    let (n, frozen) = (modes.states(), modes.frozen_states());
-    let kept = |columns: usize, at: usize| DMatrix::from_fn(1, columns, |_, j| f64::from(u8::from(j == at)));
-    let mut rows = vec![(Space::Fading, kept(n + 1, n)), (Space::Frozen, kept(frozen, n + 1))];
-    for vertex in 0..2 {
-        let row = modes.force(vertex);
-        rows.extend([(Space::Fading, wider(&row, n + 1)), (Space::Loop, row)]);
-    }
-    rows
-}
-
-/// The verified maximum of the rows after the release of the hand.
+/// The smallest verified bound of a quantity, above what was found, with its certificate.
 fn bound(
     modes: &Modes,
     phases: Phases,
     choice: Choice,
-    rows: &[(Space, DMatrix<f64>)],
-) -> Result<Option<f64>, StabilityError> {
-    let starts: Vec<DVector<f64>> = (0..2).map(|vertex| modes.after_step(vertex)).collect();
-    let mut focused = rows.to_vec();
-    let frozen_row = rows.iter().find(|(space, _)| *space == Space::Frozen).map(|(_, row)| row.clone());
-    // Up to the shortest freeze there is no Lyapunov function: each tick is bounded separately. A few of them suffice
-    // for the solver.
-    let step = rounded(&modes.frozen(0, 1.0));
-    let entries: Vec<DMatrix<f64>> = (0..2).map(|vertex| modes.entry(vertex)).collect();
-    let of_entry = |now: &DMatrix<f64>, entry: &DMatrix<f64>| {
-        frozen_row.as_ref().map(|row| (row * now * entry).columns(0, modes.states()).into_owned())
+    focus: &Focus,
+    found: f64,
+) -> Result<Option<(f64, Certificate)>, StabilityError> {
+    let at = |bound: f64| -> Result<Option<Certificate>, StabilityError> {
+        attempt(modes, phases, choice, Some(&Focus { bound, ..focus.clone() }))
     };
-    if modes.is_frozen_map_unique() {
-        for ticks in [1, 5, 20, 60].into_iter().filter(|&ticks| ticks <= phases.held.0) {
-            let now = middle(&power(&step, ticks));
-            focused.extend(entries.iter().filter_map(|entry| Some((Space::Loop, of_entry(&now, entry)?))));
+    let found = found.max(f64::MIN_POSITIVE);
+    let mut best = None;
+    let mut ratio: f64 = 1.2;
+    let mut fails: f64 = 1.0;
+    while best.is_none() && ratio <= LARGEST {
+        match at(found * ratio)? {
+            Some(certificate) => best = Some((ratio, certificate)),
+            None => {
+                fails = ratio;
+                ratio = 1.0 + 2.0 * (ratio - 1.0);
+            }
         }
     }
-    let Some(plain) = certify(modes, phases, choice, None)? else { return Ok(None) };
-    let focus = Focus { starts: starts.clone(), rows: focused, plain: plain.clone() };
-    let focused = certify(modes, phases, choice, Some(&focus))?;
-    let max = |found: &Certificate| {
-        let p = &found.at_events;
-        let level = |start: &DVector<f64>| (start.transpose() * p * start)[(0, 0)];
-        let level = starts.iter().map(level).fold(0.0, f64::max).sqrt() * (1.0 + 1e-9);
-        let mut max: f64 = 0.0;
-        for (space, row) in rows {
-            let grown = if *space == Space::Frozen { GROWTH_FROZEN.sqrt() } else { 1.0 };
-            for (matrix, _) in found.in_space(*space) {
-                max = max.max(grown * peak(matrix, row));
-            }
+    let Some((mut ratio, mut certificate)) = best else { return Ok(None) };
+    while ratio > MAX_RATIO * fails {
+        let middle = (ratio * fails).sqrt();
+        match at(found * middle)? {
+            Some(other) => (ratio, certificate) = (middle, other),
+            None => fails = middle,
         }
-        if modes.is_frozen_map_unique() {
-            let mut now = power(&step, 0);
-            for _ in 0..=phases.held.0 {
-                for row in entries.iter().filter_map(|entry| of_entry(&middle(&now), entry)) {
-                    max = max.max(peak(p, &row));
-                }
-                now = product(&step, &now);
-            }
-        }
-        level * max
-    };
-    let bounds = [focused, Some(plain)].into_iter().flatten().map(|found| max(&found));
-    Ok(bounds.filter(|bound| bound.is_finite()).reduce(f64::min))
+    }
+    Ok(Some((found * ratio, certificate)))
 }
 
 /// Simulates the maps for motions so small that a ramp closes its gap within a tick; returns the slave's maximum
 /// position from the first event on.
 fn simulate(modes: &Modes, phases: Phases, sequence: &Sequence, extra_ticks: u64) -> f64 {
-    let n = modes.states();
     let share = *modes.shares().last().unwrap_or(&1.0);
     let (teleoperation, frozen, slave) = (modes.teleoperation(0), modes.frozen(0, share), modes.slave());
+    let (freeze, release, closed) = (modes.freeze(), modes.release(0), modes.closed());
     let blends: Vec<DMatrix<f64>> =
         (1..=phases.blend).map(|tick| modes.blend(0, cross_fade(tick as f64 / phases.blend as f64))).collect();
     let mut state = modes.after_step(0);
     let mut max: f64 = 0.0;
     let mut tick = 1;
+    let seen = |state: &nalgebra::DVector<f64>| (&slave * state)[0].abs();
     for &start in &sequence.starts {
         while tick + 1 < start {
             state = &teleoperation * state;
             tick += 1;
             if Some(&start) != sequence.starts.first() {
-                max = max.max((&slave * &state)[(0, 0)].abs());
+                max = max.max(seen(&state));
             }
         }
-        let entry = modes.entry(0);
-        let mut y = entry.columns(0, n) * &state;
-        max = max.max(y[modes.master_states()].abs());
+        state = &freeze * (&teleoperation * state);
+        max = max.max(seen(&state));
         for _ in 0..sequence.held_ticks {
-            y = &frozen * y;
-            max = max.max(y[modes.master_states()].abs());
+            state = &frozen * state;
+            max = max.max(seen(&state));
         }
-        let mut gap = if modes.has_gap() { (modes.gap() * &y)[(0, 0)] } else { 0.0 };
-        let mut z = (modes.release() * &y).push(gap);
+        state = &release * state;
         for blend in &blends {
-            let next = blend * &z;
-            gap = if modes.gap_closes() { 0.0 } else { gap };
-            z = next.push(gap);
-            max = max.max(z[modes.master_states()].abs());
+            state = blend * state;
+            if modes.gap_closes() {
+                state = &closed * state;
+            }
+            max = max.max(seen(&state));
         }
-        state = z.rows(0, n).into_owned();
         tick = start + sequence.held_ticks + phases.blend;
     }
     for _ in 0..extra_ticks {
         state = &teleoperation * state;
-        max = max.max((&slave * &state)[(0, 0)].abs());
+        max = max.max(seen(&state));
     }
     max
 }
 
-/// The tried sequence with the maximum motion of the slave: each event is added at its worst start time.
-fn farthest(settings: &SwitchingSettings, phases: Phases, dwell: u64) -> Result<(Sequence, f64), StabilityError> {
+/// The tried sequence on one stiffness with the maximum motion of the slave: each event is added at its worst start time.
+fn on_one_stiffness(settings: &SwitchingSettings, phases: Phases, dwell: u64) -> Result<(Sequence, f64), StabilityError> {
     let (softest, stiffest) = settings.stiffness_n_per_m;
     let (shortest, longest) = phases.held;
     let tried: Vec<(Sequence, f64)> = (0..STIFFNESSES * 2)
         .into_par_iter()
         .map(|k| {
             let stiffness = softest + (stiffest - softest) * (k / 2) as f64 / (STIFFNESSES - 1) as f64;
-            let here = SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), ..settings.clone() };
+            let here =
+                SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), loses_contact: false, ..settings.clone() };
             let modes = Modes::new(&here)?;
             let held_ticks = if k % 2 == 0 { shortest } else { longest };
             let mut best = (Sequence { stiffness_n_per_m: stiffness, starts: vec![], held_ticks }, 0.0);

@@ -3,7 +3,7 @@
 use crate::augmentation::{AugmentationSettings, Reengage};
 use crate::scenario::Scenario;
 use crate::stability::LoopSettings;
-use crate::teleoperation::{ControllerKind, Scheme};
+use crate::teleoperation::Scheme;
 use crate::time::nearest_ticks;
 
 /// A loop with events, on a tissue whose stiffness is in a range at every tick.
@@ -16,7 +16,12 @@ pub struct SwitchingSettings {
     /// Minimum and maximum `K` in N/m: the force is `K(t) p + B v` with any `K(t)` in between, which includes every
     /// nonlinear tissue whose force stays in the sector.
     pub stiffness_n_per_m: (f64, f64),
+    /// Whether the needle may lose contact at any tick: the force is then 0.
+    pub loses_contact: bool,
 }
+
+/// Maximum ticks of both delays together.
+const MAX_DELAY_TICKS: u64 = 24;
 
 /// Lengths of the phases in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,18 +52,26 @@ impl SwitchingSettings {
         of_loop: LoopSettings,
         stiffness_n_per_m: (f64, f64),
     ) -> Result<Self, &'static str> {
-        let link = &scenario.link;
-        let lines = of_loop.forward().whole + of_loop.backward().whole;
+        let (forward, backward) = (of_loop.forward(), of_loop.backward());
         if !scenario.augmentation.enabled {
             return Err("augmentation.enabled = false: there are no events");
         }
-        if lines > 0 || of_loop.forward().share + of_loop.backward().share > 0.0 {
-            return Err("with a delay the two sides switch at different times, which the certificate does not cover");
+        if forward.share + backward.share > 0.0 {
+            return Err("a delay that is not a whole number of ticks splits a tick, which the certificate does not cover");
         }
-        if link.controller.kind != ControllerKind::PositionForce || link.passivity.scheme != Scheme::None {
-            return Err("the certificate covers the paper's controller, position-force without a passivity scheme");
+        if forward.whole + backward.whole > MAX_DELAY_TICKS {
+            return Err("the certificate covers delays of up to 24 ticks for both ways together");
         }
-        Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m })
+        if scenario.link.passivity.scheme != Scheme::None {
+            return Err("the certificate does not cover passivity schemes");
+        }
+        Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m, loses_contact: false })
+    }
+
+    /// Whole ticks of both delays together.
+    #[must_use]
+    pub fn delay_ticks(&self) -> u64 {
+        self.of_loop.forward().whole + self.of_loop.backward().whole
     }
 
     /// The lengths of its phases.

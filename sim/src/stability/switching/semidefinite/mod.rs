@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! maximise   bᵀy
-//! such that  S_k = C_k + Σ_i y_i A_ki  is positive semidefinite for each block k,   aᵀy = e
+//! such that  S_k = Σ_i y_i A_ki  is positive semidefinite for each block k,   aᵀy = e
 //! ```
 //! The multipliers of the blocks are matrices `X_k`, that of the equation is a number `λ`. At the optimum `S_k` and `X_k` are
 //! positive semidefinite, `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
@@ -13,38 +13,21 @@
 //! quadratic cone program solvers*, 2010). It is implemented here because the available libraries call BLAS and LAPACK,
 //! whose unmangled symbols would become part of every program that uses this crate.
 //!
-//! An iteration factors one dense matrix with a row per variable. It takes a few milliseconds for 300 variables.
+//! An iteration factors one matrix with a row per variable, within its envelope. The
+//! entries of that matrix come from products of the small maps of each block, not from a matrix per variable.
 
+mod block;
+mod factors;
 mod newton;
 mod scaling;
 mod triangle;
 
 use nalgebra::{DMatrix, DVector};
 
+pub(super) use block::{Block, Congruence, matrix_at, starts};
 use newton::Newton;
 use scaling::{Scaling, min_eigenvalue};
-pub(super) use triangle::{entries, row};
-use triangle::{pack, unpack};
-
-/// One matrix that must be positive semidefinite.
-#[derive(Debug, Clone)]
-pub(super) struct Block {
-    /// Rows of the matrix.
-    pub(super) size: usize,
-    /// The variables that it depends on.
-    pub(super) variables: Vec<usize>,
-    /// A column per variable of `variables`: the matrix `A_ki`, packed by [`row`] with entries off the diagonal times √2.
-    pub(super) map: DMatrix<f64>,
-    /// `C_k`, packed likewise.
-    pub(super) constant: DVector<f64>,
-}
-
-impl Block {
-    /// `Σ_i y_i A_ki`, packed.
-    fn image(&self, y: &DVector<f64>) -> DVector<f64> {
-        &self.map * DVector::from_iterator(self.variables.len(), self.variables.iter().map(|&i| y[i]))
-    }
-}
+pub(super) use triangle::row;
 
 /// A programme as above.
 #[derive(Debug, Clone)]
@@ -54,12 +37,14 @@ pub(super) struct Programme {
     /// `a` and `e`.
     pub(super) equation: (DVector<f64>, f64),
     pub(super) blocks: Vec<Block>,
+    /// An objective that suffices: the search ends when it is reached, or when the multipliers prove that it cannot be.
+    pub(super) enough: Option<f64>,
 }
 
 /// How the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Status {
-    /// Feasible and optimal to [`TOLERANCE`].
+    /// Feasible and optimal to [`TOLERANCE`], or decided about what is enough.
     Solved,
     /// The best point before rounding errors or the limit of iterations ended the search.
     Stalled,
@@ -78,6 +63,9 @@ pub(super) struct Solution {
 
 /// Relative residuals and relative gap at which a programme counts as solved.
 const TOLERANCE: f64 = 1e-8;
+
+/// Relative residuals at which a point or its multipliers decide about what is enough.
+const DECIDED: f64 = 1e-9;
 
 /// Norm of `y` up to which a programme is proved infeasible.
 const MAX_NORM: f64 = 1e6;
@@ -103,8 +91,8 @@ struct Iterate {
 struct Residuals {
     /// `b + Σ_k A_kᵀ X_k - λ a`.
     of_multipliers: DVector<f64>,
-    /// `C_k + Σ_i y_i A_ki - S_k`, packed.
-    of_blocks: Vec<DVector<f64>>,
+    /// `Σ_i y_i A_ki - S_k`.
+    of_blocks: Vec<DMatrix<f64>>,
     /// `e - aᵀy`.
     of_equation: f64,
 }
@@ -135,6 +123,9 @@ pub(super) fn solve(programme: &Programme) -> Solution {
         if accuracy < TOLERANCE {
             return Solution { status: Status::Solved, ..best };
         }
+        if programme.is_decided(&now, &residuals) {
+            return Solution { y: now.y, status: Status::Solved, accuracy };
+        }
         if programme.is_infeasible(&now, &residuals) {
             return Solution { status: Status::Infeasible, ..best };
         }
@@ -164,8 +155,7 @@ impl Iterate {
         self.y.axpy(by_s, &direction.y, 1.0);
         self.multiplier += by_x * direction.multiplier;
         for (k, block) in programme.blocks.iter().enumerate() {
-            let of_s = block.image(&direction.y) + &residuals.of_blocks[k];
-            self.s[k] += unpack(&of_s, block.size) * by_s;
+            self.s[k] += (block.image(&direction.y) + &residuals.of_blocks[k]) * by_s;
             self.x[k] += scalings[k].unscaled_multiplier(&direction.x[k]) * by_x;
         }
     }
@@ -175,11 +165,10 @@ impl Programme {
     /// The start: least squares for primal and dual, shifted into the cone.
     fn start(&self) -> Option<Iterate> {
         let scalings: Vec<Scaling> = self.blocks.iter().map(|block| Scaling::identity(block.size)).collect();
-        let zeros = || self.blocks.iter().map(|block| DVector::zeros(block.constant.len())).collect::<Vec<_>>();
-        let of_blocks = self.blocks.iter().map(|block| block.constant.clone()).collect();
-        // Smallest S with S = C + A y and aᵀy = e.
+        let zeros = || self.blocks.iter().map(|block| DMatrix::zeros(block.size, block.size)).collect::<Vec<_>>();
+        // Smallest S with S = A y and aᵀy = e.
         let none = DVector::zeros(self.objective.len());
-        let residuals = Residuals { of_multipliers: none, of_blocks, of_equation: self.equation.1 };
+        let residuals = Residuals { of_multipliers: none, of_blocks: zeros(), of_equation: self.equation.1 };
         let direction = Newton::new(self, &scalings, &residuals)?.direction(None);
         let (y, s) = (direction.y, direction.s);
         // Smallest X with b + Aᵀ X = λ a.
@@ -194,29 +183,33 @@ impl Programme {
         let mut of_multipliers = &self.objective - a * now.multiplier;
         let mut of_blocks = vec![];
         for (k, block) in self.blocks.iter().enumerate() {
-            of_blocks.push(&block.constant + block.image(&now.y) - pack(&now.s[k]));
-            let adjoint = block.map.tr_mul(&pack(&now.x[k]));
-            for (&variable, value) in block.variables.iter().zip(adjoint.iter()) {
-                of_multipliers[variable] += value;
-            }
+            of_blocks.push(block.image(&now.y) - &now.s[k]);
+            block.add_adjoint(&now.x[k], &mut of_multipliers);
         }
         Residuals { of_multipliers, of_blocks, of_equation: e - a.dot(&now.y) }
     }
 
-    /// `Σ_k <C_k, X_k> + λ e`: a bound of the objective if the multipliers satisfy their equation.
+    /// `λ e`: a bound of the objective if the multipliers satisfy their equation.
     fn bound(&self, now: &Iterate) -> f64 {
-        let of_block = |(block, x): (&Block, &DMatrix<f64>)| block.constant.dot(&pack(x));
-        now.multiplier * self.equation.1 + self.blocks.iter().zip(&now.x).map(of_block).sum::<f64>()
+        now.multiplier * self.equation.1
+    }
+
+    /// Whether a feasible point has enough, or the multipliers prove that none has.
+    fn is_decided(&self, now: &Iterate, residuals: &Residuals) -> bool {
+        let Some(enough) = self.enough else { return false };
+        let of_blocks = residuals.of_blocks.iter().map(DMatrix::norm_squared).sum::<f64>().sqrt();
+        let is_feasible = of_blocks < DECIDED && residuals.of_equation.abs() < DECIDED * self.equation.1.abs();
+        let is_bound = residuals.of_multipliers.norm() < DECIDED * self.objective.norm();
+        is_feasible && self.objective.dot(&now.y) > enough || is_bound && self.bound(now) < enough
     }
 
     fn accuracy(&self, now: &Iterate, residuals: &Residuals) -> f64 {
         let objective = self.objective.dot(&now.y);
-        let constant = self.blocks.iter().map(|block| block.constant.norm_squared()).sum::<f64>().sqrt();
-        let of_blocks = residuals.of_blocks.iter().map(DVector::norm_squared).sum::<f64>().sqrt();
+        let of_blocks = residuals.of_blocks.iter().map(DMatrix::norm_squared).sum::<f64>().sqrt();
         let gap: f64 = now.s.iter().zip(&now.x).map(|(s, x)| s.dot(x)).sum();
         [
             residuals.of_multipliers.norm() / (1.0 + self.objective.norm()),
-            of_blocks / (1.0 + constant),
+            of_blocks,
             residuals.of_equation.abs() / (1.0 + self.equation.1.abs()),
             gap / (1.0 + objective.abs()),
         ]
@@ -225,7 +218,7 @@ impl Programme {
     }
 
     /// Whether the multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions. A `y` that
-    /// does has `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = Σ_k <C_k, X_k> + λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
+    /// does has `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
     fn is_infeasible(&self, now: &Iterate, residuals: &Residuals) -> bool {
         let bound = self.bound(now);
         MAX_NORM * (&residuals.of_multipliers - &self.objective).norm() < -bound

@@ -1,16 +1,16 @@
 //! The linear equations of one iteration.
 //!
-//! With `B_k` the maps in scaled coordinates, `Λ_k` the scaled point and the residuals `r`, a direction to the target `T_k` is
+//! With `B_k Δy = Gᵀ (Σ_i Δy_i A_ki) G` the maps in scaled coordinates, `Λ_k` the scaled point and the residuals `r`, a direction to the target `T_k` is
 //!
 //! ```text
 //! ΔS_k = B_k Δy + r_k,   ΔX_k = T_k - ΔS_k,   Σ_k B_kᵀ ΔX_k - Δλ a = -r,   aᵀ Δy = r_e
 //! ```
 //! and so `H Δy + Δλ a = r + Σ_k B_kᵀ (T_k - r_k)` with `H = Σ_k B_kᵀ B_k`, positive definite.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
+use super::factors::Factors;
 use super::scaling::Scaling;
-use super::triangle::{pack, unpack};
 use super::{Direction, Programme, Residuals};
 
 /// Relative increase of the diagonal of `H` that ensures that its factors exist.
@@ -23,12 +23,10 @@ pub(super) struct Newton<'a> {
     programme: &'a Programme,
     scalings: &'a [Scaling],
     residuals: &'a Residuals,
-    /// `B_k`.
-    maps: Vec<DMatrix<f64>>,
-    /// `r_k` in scaled coordinates, packed.
-    of_blocks: Vec<DVector<f64>>,
+    /// `r_k` in scaled coordinates.
+    of_blocks: Vec<DMatrix<f64>>,
     h: DMatrix<f64>,
-    factors: Cholesky<f64, Dyn>,
+    factors: Factors,
     /// `H⁻¹ a`.
     of_equation: DVector<f64>,
 }
@@ -38,26 +36,18 @@ impl<'a> Newton<'a> {
     pub(super) fn new(programme: &'a Programme, scalings: &'a [Scaling], residuals: &'a Residuals) -> Option<Self> {
         let n = programme.objective.len();
         let mut h = DMatrix::zeros(n, n);
-        let (mut maps, mut of_blocks) = (vec![], vec![]);
+        let mut of_blocks = vec![];
         for ((block, scaling), residual) in programme.blocks.iter().zip(scalings).zip(&residuals.of_blocks) {
-            let congruence = scaling.congruence();
-            let map = &congruence * &block.map;
-            let product = map.transpose() * &map;
-            for (column, &j) in block.variables.iter().enumerate() {
-                for (row, &i) in block.variables.iter().enumerate() {
-                    h[(i, j)] += product[(row, column)];
-                }
-            }
-            maps.push(map);
-            of_blocks.push(congruence * residual);
+            block.add_gram(scaling.g(), &mut h);
+            of_blocks.push(scaling.scaled(residual));
         }
         let mut regular = h.clone();
         for k in 0..n {
             regular[(k, k)] += REGULARISATION * h[(k, k)];
         }
-        let factors = Cholesky::new(regular)?;
+        let factors = Factors::new(&regular)?;
         let of_equation = factors.solve(&programme.equation.0);
-        Some(Self { programme, scalings, residuals, maps, of_blocks, h, factors, of_equation })
+        Some(Self { programme, scalings, residuals, of_blocks, h, factors, of_equation })
     }
 
     /// Solves `H u + v a = rhs`, `aᵀ u = e`.
@@ -86,20 +76,14 @@ impl<'a> Newton<'a> {
         for (k, block) in blocks.iter().enumerate() {
             let mut target = -&self.of_blocks[k];
             if let Some(targets) = targets {
-                target += pack(&targets[k]);
+                target += &targets[k];
             }
-            let adjoint = self.maps[k].tr_mul(&target);
-            for (&variable, value) in block.variables.iter().zip(adjoint.iter()) {
-                rhs[variable] += value;
-            }
+            block.add_adjoint(&self.scalings[k].unscaled_multiplier(&target), &mut rhs);
         }
         let (y, multiplier) = self.solve(&rhs, self.residuals.of_equation);
         let (mut s, mut x) = (vec![], vec![]);
         for (k, block) in blocks.iter().enumerate() {
-            let of_variables = block.variables.iter().map(|&i| y[i]);
-            let packed =
-                &self.maps[k] * DVector::from_iterator(block.variables.len(), of_variables) + &self.of_blocks[k];
-            let of_s = unpack(&packed, block.size);
+            let of_s = self.scalings[k].scaled(&block.image(&y)) + &self.of_blocks[k];
             x.push(match targets {
                 Some(targets) => &targets[k] - &of_s,
                 None => -&of_s,

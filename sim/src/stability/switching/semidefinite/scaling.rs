@@ -1,9 +1,8 @@
 //! The scaling of Nesterov and Todd for one block: coordinates in which a matrix and its multiplier are the same diagonal matrix.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
-use std::f64::consts::SQRT_2;
 
-use super::triangle::{entries, row, symmetric};
+use super::triangle::symmetric;
 
 /// Maximum number of sweeps of an eigenvalue iteration.
 const MAX_SWEEPS: usize = 10_000;
@@ -40,23 +39,13 @@ impl Scaling {
         Self { g: DMatrix::identity(size, size), lambda: DVector::from_element(size, 1.0) }
     }
 
-    /// The matrix that maps a packed `A` to the packed `Gᵀ A G`.
-    pub(super) fn congruence(&self) -> DMatrix<f64> {
-        let (g, n) = (&self.g, self.lambda.len());
-        let mut map = DMatrix::zeros(entries(n), entries(n));
-        for q in 0..n {
-            for p in 0..=q {
-                let mut column = map.column_mut(row(p, q));
-                let factor = if p == q { 0.5 } else { 1.0 / SQRT_2 };
-                for j in 0..n {
-                    for i in 0..j {
-                        column[row(i, j)] = factor * SQRT_2 * (g[(p, i)] * g[(q, j)] + g[(q, i)] * g[(p, j)]);
-                    }
-                    column[row(j, j)] = 2.0 * factor * g[(p, j)] * g[(q, j)];
-                }
-            }
-        }
-        map
+    pub(super) fn g(&self) -> &DMatrix<f64> {
+        &self.g
+    }
+
+    /// `Gᵀ A G`.
+    pub(super) fn scaled(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
+        symmetric(&self.g.tr_mul(&(a * &self.g)))
     }
 
     /// `G X Gᵀ`: a multiplier from scaled coordinates to its own.
@@ -97,7 +86,6 @@ pub(super) fn min_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::triangle::pack;
     use super::*;
 
     fn positive(n: usize, seed: f64) -> DMatrix<f64> {
@@ -113,7 +101,7 @@ mod tests {
             let lambda = DMatrix::from_diagonal(&scaling.lambda);
             assert!((scaling.g.transpose() * &s * &scaling.g - &lambda).norm() < 1e-12);
             assert!((scaling.unscaled_multiplier(&lambda) - &x).norm() < 1e-12);
-            assert!((scaling.congruence() * pack(&s) - pack(&lambda)).norm() < 1e-12);
+            assert!((scaling.scaled(&s) - &lambda).norm() < 1e-12);
             let r = positive(n, 0.3);
             let d = scaling.quotient(&r);
             assert!(((&lambda * &d + &d * &lambda) * 0.5 - r).norm() < 1e-12);

@@ -1,5 +1,6 @@
 //! Programmes with known answers.
 
+use super::triangle::entries;
 use super::*;
 use std::f64::consts::PI;
 
@@ -7,16 +8,13 @@ use std::f64::consts::PI;
 fn homogeneous(count: usize, objective: &[(usize, f64)]) -> Programme {
     let unit = |k: usize| DVector::from_fn(count, |i, _| f64::from(u8::from(i == k)));
     let objective = objective.iter().map(|&(k, value)| unit(k) * value).sum();
-    Programme { objective, equation: (unit(count - 1), 1.0), blocks: vec![] }
+    Programme { objective, equation: (unit(count - 1), 1.0), blocks: vec![], enough: None }
 }
 
 impl Programme {
     /// Adds `Σ_i y_i A_i` as a matrix that must be positive semidefinite.
     fn with(mut self, terms: &[(usize, DMatrix<f64>)]) -> Self {
-        let packed: Vec<DVector<f64>> = terms.iter().map(|(_, matrix)| pack(matrix)).collect();
-        let constant = DVector::zeros(packed[0].len());
-        let variables = terms.iter().map(|(variable, _)| *variable).collect();
-        self.blocks.push(Block { size: terms[0].1.nrows(), variables, map: DMatrix::from_columns(&packed), constant });
+        self.blocks.push(Block { size: terms[0].1.nrows(), congruences: vec![], loose: terms.to_vec() });
         self
     }
 }
@@ -81,6 +79,7 @@ fn the_largest_value_over_matrices_of_trace_one_is_the_largest_eigenvalue() {
         objective: DVector::zeros(entries(n)),
         equation: (DVector::zeros(entries(n)), 1.0),
         blocks: vec![],
+        enough: None,
     };
     for (k, i, j) in unknown(n, 0) {
         programme.objective[k] = unit(n, i, j).dot(&matrix);
@@ -143,4 +142,32 @@ fn an_optimum_that_is_not_reached_is_never_surpassed() {
     let programme = homogeneous(3, &[(0, -1.0)]).with(&[(0, unit(2, 0, 0)), (2, unit(2, 0, 1)), (1, unit(2, 1, 1))]);
     let solution = solve(&programme);
     assert!(solution.y[0] > -1e-7 && solution.y[0] < 1e-3, "{solution:?}");
+}
+
+#[test]
+fn congruences_of_unknown_matrices_are_sums_over_their_entries() {
+    // P - Aᵀ P A - Q as congruences and entry by entry.
+    let a = DMatrix::from_row_slice(3, 3, &[0.9, 0.5, 0.0, -0.3, 0.7, 0.2, 0.1, 0.0, -0.5]);
+    let q = DMatrix::from_diagonal(&DVector::from_column_slice(&[1.0, 2.0, 3.0]));
+    let trace: Vec<(usize, f64)> = (0..3).map(|k| (row(k, k), -1.0)).collect();
+    let mut whole = homogeneous(7, &trace);
+    let congruence = |factor, map: &DMatrix<f64>| Congruence { factor, start: 0, map: map.clone() };
+    let congruences = vec![congruence(1.0, &DMatrix::identity(3, 3)), congruence(-1.0, &a)];
+    whole.blocks.push(Block { size: 3, congruences, loose: vec![(entries(3), -&q)] });
+    let single = homogeneous(7, &trace).with(&lyapunov(&a, &q));
+    assert!((solved(&whole) - solved(&single)).norm() < 1e-6);
+}
+
+#[test]
+fn a_search_ends_when_it_is_decided() {
+    let programme = |enough| Programme { enough: Some(enough), ..homogeneous(2, &[(0, 1.0)]) };
+    let bounded = |enough| programme(enough).with(&[(1, number(1.0)), (0, number(-1.0))]).with(&[(0, number(1.0))]);
+    assert!(solved_y(&bounded(0.5)) > 0.5);
+    assert!(solved_y(&bounded(2.0)) <= 1.0 + 1e-6);
+}
+
+fn solved_y(programme: &Programme) -> f64 {
+    let solution = solve(programme);
+    assert_eq!(solution.status, Status::Solved);
+    solution.y[0]
 }

@@ -1,0 +1,93 @@
+"""The certificate of events: verified again by the manual's script, and against an independent solver."""
+
+import json
+import runpy
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY
+
+SCRIPT = REPOSITORY / "docs" / "src" / "concepts" / "verify_certificate.py"
+
+
+@pytest.fixture(scope="module")
+def written(cli, tmp_path_factory):
+    """certificate.json of the shipped scenario."""
+    folder = tmp_path_factory.mktemp("certificate")
+    small = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:2000:4"]
+    done = cli("stability", "paper/augmented", *small, "--quiet", "--out", folder)
+    assert done.returncode == 0, done.stderr
+    return json.loads((folder / "augmented" / "certificate.json").read_text())
+
+
+def test_the_script_is_short_and_verifies_every_certificate(written):
+    assert len(SCRIPT.read_text().splitlines()) <= 80
+    verify = runpy.run_path(str(SCRIPT))["verify"]
+    assert set(written["certificates"]) == {"shortest_dwell", "growth_at_refractory", "needle", "feedback_force"}
+    for certificate in written["certificates"].values():
+        count, worst = verify(certificate)
+        assert count > 1000 and worst > 0
+
+
+def test_the_script_refuses_a_changed_certificate(written):
+    verify = runpy.run_path(str(SCRIPT))["verify"]
+    certificate = json.loads(json.dumps(written["certificates"]["shortest_dwell"]))
+    changed = next(one for one in certificate["maps"] if one["name"] == "teleoperation_1")
+    changed["matrix"][0][0] *= 1.05
+    with pytest.raises(AssertionError):
+        verify(certificate)
+
+
+def test_states_have_names_and_units(written):
+    states = written["certificates"]["shortest_dwell"]["spaces"]["FadingGap"]["states"]
+    names = [(state["name"], state["unit"]) for state in states]
+    assert names[:4] == [("x_h", "m"), ("v_h", "m/s"), ("x_a", "m"), ("v_a", "m/s")]
+    assert names[-2:] == [("force_fed_back", "N"), ("gap", "m")]
+
+
+def best_margin(certificate):
+    """The largest common margin of the inequalities of a certificate file, by cvxpy."""
+    cvxpy = pytest.importorskip("cvxpy")
+    scale = {name: np.array(space["scale"]) for name, space in certificate["spaces"].items()}
+    functions = [cvxpy.Variable((len(scale[f["space"]]),) * 2, symmetric=True) for f in certificate["functions"]]
+    maps = [np.linalg.solve(scale[m["to"]], np.array(m["matrix"]) @ scale[m["from"]]) for m in certificate["maps"]]
+    margin = cvxpy.Variable()
+    conditions = []
+    for inequality in certificate["inequalities"]:
+        first, last = inequality["powers"] or (0, 0)
+        for power in sorted({first, first + (last - first) // 10, (first + last) // 2, last}):
+            total = 0
+            for term in inequality["terms"]:
+                chain = np.eye(len(scale[inequality["rows"]]))
+                for factor in reversed(term["maps"]):
+                    step = maps[factor["map"]]
+                    chain = (np.linalg.matrix_power(step, power) if factor["is_power"] else step) @ chain
+                total = total + term["factor"] * chain.T @ functions[term["function"]] @ chain
+            weight = 1.0 if inequality["name"] == "entering" else 0.01
+            conditions.append((total + total.T) / 2 >> weight * margin * np.eye(total.shape[0]))
+    rows = sum(function.shape[0] for function in functions)
+    conditions += [sum(cvxpy.trace(function) for function in functions) == rows, margin <= 1]
+    problem = cvxpy.Problem(cvxpy.Maximize(margin), conditions)
+    problem.solve(solver="CLARABEL")
+    return margin.value
+
+
+CASES = [
+    ((), "50:600", 11),
+    ((), "50:1000", 41),
+    ((), "50:2000", 315),
+    (("scaling.force=2",), "50:600", 42),
+    (("scaling.force=4",), "50:600", 172),
+]
+
+
+@pytest.mark.parametrize(("settings", "tissue", "limit_ms"), CASES, ids=str)
+def test_an_independent_solver_agrees_on_the_dwell(cli, tmp_path, settings, tissue, limit_ms):
+    small = ["--x", "scaling.position=0.9:1:2", "--y", "tissue.stiffness_n_per_m=100:200:2", "--tissue", tissue]
+    changes = [word for setting in settings for word in ("--set", setting)]
+    done = cli("stability", "paper/augmented", *small, *changes, "--quiet", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    certificate = json.loads((tmp_path / "augmented" / "certificate.json").read_text())["certificates"]["shortest_dwell"]
+    assert 1e3 * certificate["dwell_s"] <= limit_ms
+    # The same conditions are feasible for the other solver too.
+    assert best_margin(certificate) > 1e-4

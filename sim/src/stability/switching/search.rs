@@ -1,0 +1,167 @@
+//! The search for the certificate with the shortest dwell, and for the one with the smallest growth.
+
+use rayon::prelude::*;
+
+use super::ascent::{Growth, Steps, growth};
+use super::certificate::{Certificate, attempt};
+use super::conditions::Choice;
+use super::modes::Modes;
+use super::settings::Phases;
+use super::{DwellPoint, LONGEST_DWELL_S, SwitchingSettings};
+use crate::stability::StabilityError;
+
+/// The ratio of dwells at which the search for the shortest certified one ends.
+const MAX_RATIO: f64 = 1.05;
+
+/// The dwells at which certificates are tried first, in s.
+const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
+
+/// Time constants of a function on a held gap, in s. Each is tried.
+const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
+
+/// Rates of decay of `V` in teleoperation as shares of the slowest mode's. The next one is tried if one fails.
+const RATES: [f64; 2] = [0.95, 0.0];
+
+/// The ratio of growths at which the search for the smallest ends.
+const MAX_GROWTH_RATIO: f64 = 1.4;
+
+/// Longer dwells for which the growth is shown, as multiples of the refractory time.
+const LONGER: [u64; 3] = [1, 2, 4];
+
+/// Pieces of the functions in each phase: a few without a delay, one with many states.
+const PIECES: u64 = 2;
+const MAX_STATES_WITH_PIECES: usize = 12;
+
+/// The search.
+pub(super) struct Search<'a> {
+    modes: &'a Modes,
+    phases: Phases,
+    longest: u64,
+    pieces: u64,
+    /// The time constant of the shortest dwell.
+    hold_s: Option<f64>,
+    shortest: Option<u64>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Self {
+        let longest = ((LONGEST_DWELL_S / settings.of_loop.tick_s) as u64).max(2);
+        let pieces = if modes.states() <= MAX_STATES_WITH_PIECES { PIECES } else { 1 };
+        Self { modes, phases, longest, pieces, hold_s: None, shortest: None }
+    }
+
+    fn holds(&self) -> &'static [f64] {
+        if self.modes.has_gap() { &HOLDS_S } else { &HOLDS_S[..1] }
+    }
+
+    fn certify(&self, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
+        match attempt(self.modes, self.phases, choice, None) {
+            // The states of an unstable loop do not scale.
+            Err(StabilityError::Solver { .. }) => Ok(None),
+            attempt => attempt,
+        }
+    }
+
+    fn plain(&self, dwell: u64, hold_s: f64) -> Choice {
+        Choice { dwell, hold_s, contraction: 1.0, rate_per_s: 0.0, pieces: self.pieces }
+    }
+
+    /// The certificate of a dwell with the first time constant that gives one.
+    fn with_holds(&self, dwell: u64, holds: &[f64]) -> Result<Option<(Certificate, f64)>, StabilityError> {
+        let Some((first, others)) = holds.split_first() else { return Ok(None) };
+        let at = |hold_s: f64| Ok(self.certify(self.plain(dwell, hold_s))?.map(|found| (found, hold_s)));
+        if let Some(found) = at(*first)? {
+            return Ok(Some(found));
+        }
+        let found: Vec<Option<(Certificate, f64)>> =
+            others.par_iter().map(|&hold_s| at(hold_s)).collect::<Result<_, StabilityError>>()?;
+        Ok(found.into_iter().flatten().next())
+    }
+
+    /// Whether a dwell is certified.
+    pub(super) fn is_certified(&self, dwell: u64) -> Result<bool, StabilityError> {
+        Ok(self.with_holds(dwell, self.holds())?.is_some())
+    }
+
+    /// The certificate with the shortest dwell.
+    pub(super) fn shortest(&mut self) -> Result<Option<Certificate>, StabilityError> {
+        let ticks = |seconds: f64| ((seconds / self.modes.tick_s).round() as u64).clamp(1, self.longest);
+        let mut fails = 0;
+        let mut found = None;
+        for dwell in DWELLS_S.map(ticks) {
+            found = self.with_holds(dwell, self.holds())?;
+            if found.is_some() {
+                break;
+            }
+            fails = dwell;
+        }
+        let Some((mut best, mut hold_s)) = found else { return Ok(None) };
+        while best.dwell_ticks > fails + 1 && best.dwell_ticks as f64 > MAX_RATIO * fails as f64 {
+            let middle = ((best.dwell_ticks as f64) * (fails as f64).max(0.5)).sqrt().round() as u64;
+            let middle = middle.clamp(fails + 1, best.dwell_ticks - 1);
+            match self.with_holds(middle, &[hold_s])? {
+                Some(found) => (best, hold_s) = found,
+                None => fails = middle,
+            }
+        }
+        (self.hold_s, self.shortest) = (Some(hold_s), Some(best.dwell_ticks));
+        Ok(Some(best))
+    }
+
+    /// The choice for a dwell, after the shortest one was found.
+    pub(super) fn choice(&self, dwell: u64) -> Option<Choice> {
+        Some(self.plain(dwell, self.hold_s?))
+    }
+
+    /// The certificate with the smallest growth per event at a dwell; `found` is a growth that occurs.
+    pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
+        let Some(hold_s) = self.hold_s else { return Ok(None) };
+        let slowest = self.modes.slowest_decay_per_s()?;
+        let mut best = self.certify(self.plain(dwell, hold_s))?;
+        let mut fails = found.clamp(1e-6, 1.0);
+        let mut growth: f64 = 1.0;
+        while best.is_some() && growth > MAX_GROWTH_RATIO * fails {
+            let middle = (growth * fails).sqrt();
+            let mut other = None;
+            for share in RATES {
+                // `V` is a square.
+                let rate_per_s = 2.0 * share * slowest;
+                let choice = Choice { contraction: middle * middle, rate_per_s, ..self.plain(dwell, hold_s) };
+                other = self.certify(choice)?;
+                if other.is_some() {
+                    break;
+                }
+            }
+            match other {
+                Some(other) => (growth, best) = (middle, Some(other)),
+                None => fails = middle,
+            }
+        }
+        Ok(best)
+    }
+
+    /// Certified and found growth at the shortest certified dwell, the refractory time and longer ones.
+    pub(super) fn by_dwell(
+        &self,
+        steps: &Steps<'_>,
+        at_refractory: Option<&Certificate>,
+        found: &Growth,
+    ) -> Result<Vec<DwellPoint>, StabilityError> {
+        let refractory = self.phases.refractory;
+        let mut dwells: Vec<u64> = LONGER.iter().map(|times| refractory * times).collect();
+        dwells.extend(self.shortest);
+        dwells.sort_unstable();
+        dwells.dedup();
+        dwells.retain(|dwell| *dwell <= self.longest || *dwell == refractory);
+        let point = |dwell: u64| -> Result<DwellPoint, StabilityError> {
+            let found = if dwell == refractory { found.found } else { growth(steps, dwell)?.found };
+            let certified = match (at_refractory, self.shortest) {
+                (Some(certificate), _) if dwell >= refractory => Some(certificate.growth_after(dwell)),
+                (_, Some(shortest)) if dwell >= shortest => Some(1.0),
+                _ => None,
+            };
+            Ok(DwellPoint { dwell_ticks: dwell, certified, found })
+        };
+        dwells.into_par_iter().map(point).collect()
+    }
+}

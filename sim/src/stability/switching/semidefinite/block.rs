@@ -1,0 +1,122 @@
+//! One matrix that must be positive semidefinite, as a sum of congruences of unknown matrices.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::triangle::{entries, row, symmetric};
+
+/// `f Mᵀ Z M`, with `Z` one of the unknown symmetric matrices.
+#[derive(Debug, Clone)]
+pub(in super::super) struct Congruence {
+    pub(in super::super) factor: f64,
+    /// The first variable of `Z`; its triangle follows by columns.
+    pub(in super::super) start: usize,
+    /// `M`, with a column per row of the block.
+    pub(in super::super) map: DMatrix<f64>,
+}
+
+/// `Σ f Mᵀ Z M + Σ y_i A_i`.
+#[derive(Debug, Clone)]
+pub(in super::super) struct Block {
+    /// Rows of the matrix.
+    pub(in super::super) size: usize,
+    pub(in super::super) congruences: Vec<Congruence>,
+    /// Variables with a symmetric matrix each.
+    pub(in super::super) loose: Vec<(usize, DMatrix<f64>)>,
+}
+
+/// The unknown matrix at `start`.
+pub(in super::super) fn matrix_at(y: &DVector<f64>, start: usize, size: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(size, size, |i, j| y[start + row(i.min(j), i.max(j))])
+}
+
+/// The product of an entry of the triangle with a matrix takes both halves.
+fn twice_off_diagonal(p: usize, q: usize) -> f64 {
+    if p == q { 1.0 } else { 2.0 }
+}
+
+impl Block {
+    /// The matrix at `y`.
+    pub(super) fn image(&self, y: &DVector<f64>) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(self.size, self.size);
+        for Congruence { factor, start, map } in &self.congruences {
+            let z = matrix_at(y, *start, map.nrows());
+            sum += map.tr_mul(&(z * map)) * *factor;
+        }
+        for (variable, matrix) in &self.loose {
+            sum += matrix * y[*variable];
+        }
+        symmetric(&sum)
+    }
+
+    /// Adds `<A_i, X>` to row `i`, for each variable.
+    pub(super) fn add_adjoint(&self, x: &DMatrix<f64>, rows: &mut DVector<f64>) {
+        for Congruence { factor, start, map } in &self.congruences {
+            let product = map * x * map.transpose();
+            for q in 0..map.nrows() {
+                for p in 0..=q {
+                    rows[start + row(p, q)] += factor * twice_off_diagonal(p, q) * product[(p, q)];
+                }
+            }
+        }
+        for (variable, matrix) in &self.loose {
+            rows[*variable] += matrix.dot(x);
+        }
+    }
+
+    /// Adds `<Gᵀ A_i G, Gᵀ A_j G>` to entry `(i, j)`, for all variables.
+    ///
+    /// With `N = M G` and `Q = N N'ᵀ` the entry for `Z_pq` and `Z'_rs` is `Q_pr Q_qs + Q_ps Q_qr`, so that no matrix per
+    /// variable is built.
+    pub(super) fn add_gram(&self, g: &DMatrix<f64>, h: &mut DMatrix<f64>) {
+        let scaled: Vec<DMatrix<f64>> = self.congruences.iter().map(|one| &one.map * g).collect();
+        let weight = |p: usize, q: usize| if p == q { std::f64::consts::FRAC_1_SQRT_2 } else { std::f64::consts::SQRT_2 };
+        for (k, a) in self.congruences.iter().enumerate() {
+            for (l, b) in self.congruences.iter().enumerate().take(k + 1) {
+                let product = &scaled[k] * scaled[l].transpose();
+                let factor = a.factor * b.factor;
+                for s in 0..b.map.nrows() {
+                    for r in 0..=s {
+                        let (to, outer) = (b.start + row(r, s), factor * weight(r, s));
+                        for q in 0..a.map.nrows() {
+                            for p in 0..=q {
+                                let sum = product[(p, r)] * product[(q, s)] + product[(p, s)] * product[(q, r)];
+                                let entry = outer * weight(p, q) * sum;
+                                let at = a.start + row(p, q);
+                                h[(at, to)] += entry;
+                                if k != l {
+                                    h[(to, at)] += entry;
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let loose: Vec<DMatrix<f64>> = self.loose.iter().map(|(_, matrix)| g.tr_mul(&(matrix * g))).collect();
+        for (k, (variable, _)) in self.loose.iter().enumerate() {
+            for (l, (other, _)) in self.loose.iter().enumerate() {
+                h[(*variable, *other)] += loose[k].dot(&loose[l]);
+            }
+            for (one, n) in self.congruences.iter().zip(&scaled) {
+                let product = n * &loose[k] * n.transpose();
+                for q in 0..one.map.nrows() {
+                    for p in 0..=q {
+                        let entry = one.factor * twice_off_diagonal(p, q) * product[(p, q)];
+                        h[(*variable, one.start + row(p, q))] += entry;
+                        h[(one.start + row(p, q), *variable)] += entry;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Number of variables of matrices of the given sizes, and the first variable of each.
+pub(in super::super) fn starts(sizes: impl IntoIterator<Item = usize>) -> (Vec<usize>, usize) {
+    let (mut starts, mut next) = (vec![], 0);
+    for size in sizes {
+        starts.push(next);
+        next += entries(size);
+    }
+    (starts, next)
+}

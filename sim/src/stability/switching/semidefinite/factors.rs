@@ -1,0 +1,97 @@
+//! Cholesky factors of a sparse symmetric matrix.
+//!
+//! Row `i` of the factor begins where row `i` of the matrix has its first entry that is not 0 (its envelope; George and
+//! Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981). The unknown matrices of a programme are
+//! linked like a chain, so most rows begin near the diagonal.
+
+use nalgebra::{DMatrix, DVector};
+
+/// `H = L Lᵀ`, by rows within the envelope.
+pub(super) struct Factors {
+    /// First column of each row.
+    first: Vec<usize>,
+    rows: Vec<Vec<f64>>,
+}
+
+/// The inner product, in four independent sums.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (whole, rest) = (a.len() / 4 * 4, a.len() % 4);
+    for (x, y) in a[..whole].chunks_exact(4).zip(b[..whole].chunks_exact(4)) {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    for k in 0..rest {
+        sums[0] += a[whole + k] * b[whole + k];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+impl Factors {
+    /// The factors of a symmetric matrix; `None` if it is not positive definite.
+    pub(super) fn new(h: &DMatrix<f64>) -> Option<Self> {
+        let n = h.nrows();
+        // The matrix is symmetric: a row is a column, which is contiguous.
+        let row = |i: usize| &h.as_slice()[i * n..i * n + i + 1];
+        let first: Vec<usize> = (0..n).map(|i| row(i).iter().position(|value| *value != 0.0).unwrap_or(i)).collect();
+        let mut rows: Vec<Vec<f64>> = Vec::with_capacity(n);
+        for i in 0..n {
+            let begin = first[i];
+            let mut now = row(i)[begin..].to_vec();
+            for j in begin..i {
+                let from = begin.max(first[j]);
+                let (a, b) = (&now[from - begin..j - begin], &rows[j][from - first[j]..j - first[j]]);
+                now[j - begin] = (now[j - begin] - dot(a, b)) / rows[j][j - first[j]];
+            }
+            let square = now[i - begin] - dot(&now[..i - begin], &now[..i - begin]);
+            if !(square > 0.0 && square.is_finite()) {
+                return None;
+            }
+            now[i - begin] = square.sqrt();
+            rows.push(now);
+        }
+        Some(Self { first, rows })
+    }
+
+    /// `H⁻¹ b`.
+    pub(super) fn solve(&self, b: &DVector<f64>) -> DVector<f64> {
+        let n = self.rows.len();
+        let mut x = b.clone();
+        let values = x.as_mut_slice();
+        for i in 0..n {
+            let (begin, row) = (self.first[i], &self.rows[i]);
+            values[i] = (values[i] - dot(&row[..i - begin], &values[begin..i])) / row[i - begin];
+        }
+        for i in (0..n).rev() {
+            let (begin, row) = (self.first[i], &self.rows[i]);
+            let value = values[i] / row[i - begin];
+            values[i] = value;
+            for (k, entry) in row[..i - begin].iter().enumerate() {
+                values[begin + k] -= entry * value;
+            }
+        }
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_banded_matrix_with_a_full_row_is_factored_within_its_envelope() {
+        let n = 23;
+        let h = DMatrix::from_fn(n, n, |i: usize, j: usize| match (i == n - 1 || j == n - 1, i.abs_diff(j)) {
+            (_, 0) => 6.0,
+            (true, _) => 0.1,
+            (_, 1..=2) => -1.0,
+            _ => 0.0,
+        });
+        let factors = Factors::new(&h).expect("positive definite");
+        assert!(factors.rows[10].len() == 3 && factors.rows[n - 1].len() == n);
+        let b = DVector::from_fn(n, |k, _| (k as f64).sin());
+        assert!((&h * factors.solve(&b) - &b).norm() < 1e-13);
+        assert!(Factors::new(&-h).is_none());
+    }
+}
