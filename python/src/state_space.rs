@@ -2,8 +2,9 @@
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use trocar_sim::lti::{self, Continuous};
+use trocar_sim::lti::{self, Complex64, Continuous, Discrete};
 use trocar_sim::plant::{ControlTiming, master_system, slave_system};
+use trocar_sim::stability::{ClosedLoop, LoopSettings};
 
 use crate::arrays::matrix;
 use crate::error;
@@ -12,10 +13,27 @@ use crate::scenario::Scenario;
 /// Times, and outputs by rows.
 type Response<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// A side in continuous time, `x' = A x + B u`, `y = C x + D u`, with the names of its signals.
+enum System {
+    /// `x' = A x + B u`.
+    Continuous(lti::StateSpace<Continuous>),
+    /// `x_{k+1} = A x_k + B u_k`.
+    Discrete(lti::StateSpace<Discrete>),
+}
+
+/// Calls a method of a system of either kind.
+macro_rules! either {
+    ($this:expr, $system:ident => $value:expr) => {
+        match &$this.system {
+            System::Continuous($system) => $value,
+            System::Discrete($system) => $value,
+        }
+    };
+}
+
+/// A side in continuous time or the loop from tick to tick, `y = C x + D u`, with the names of its signals.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct StateSpace {
-    system: lti::StateSpace<Continuous>,
+    system: System,
     #[pyo3(get)]
     name: &'static str,
     #[pyo3(get)]
@@ -36,28 +54,57 @@ macro_rules! rows {
 impl StateSpace {
     #[getter]
     fn a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, rows!(self.system.a()), self.system.states())
+        either!(self, system => matrix(py, rows!(system.a()), system.states()))
     }
 
     #[getter]
     fn b<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, rows!(self.system.b()), self.system.inputs())
+        either!(self, system => matrix(py, rows!(system.b()), system.inputs()))
     }
 
     #[getter]
     fn c<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, rows!(self.system.c()), self.system.states())
+        either!(self, system => matrix(py, rows!(system.c()), system.states()))
     }
 
     #[getter]
     fn d<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, rows!(self.system.d()), self.system.inputs())
+        either!(self, system => matrix(py, rows!(system.d()), system.inputs()))
     }
 
     /// Returns the poles as (real, imaginary) parts.
     fn poles(&self) -> PyResult<Vec<(f64, f64)>> {
-        let poles = self.system.poles().map_err(error::value)?;
+        let poles = either!(self, system => system.poles()).map_err(error::value)?;
         Ok(poles.into_iter().map(|pole| (pole.re, pole.im)).collect())
+    }
+
+    /// The time between two states in s; `None` in continuous time.
+    #[getter]
+    fn tick_s(&self) -> Option<f64> {
+        match &self.system {
+            System::Continuous(_) => None,
+            System::Discrete(system) => Some(system.tick_s()),
+        }
+    }
+
+    /// Returns real and imaginary parts of the response from an input to an output at frequencies in Hz.
+    fn frequency_response(
+        &self,
+        frequency_hz: Vec<f64>,
+        input: usize,
+        output: usize,
+    ) -> PyResult<Vec<(f64, f64)>> {
+        let at = |hertz: f64| -> PyResult<(f64, f64)> {
+            let omega = std::f64::consts::TAU * hertz;
+            let response = match &self.system {
+                System::Continuous(system) => system.evaluate(Complex64::new(0.0, omega)),
+                System::Discrete(system) => system.evaluate(Complex64::from_polar(1.0, omega * system.tick_s())),
+            };
+            let response = response.map_err(error::value)?;
+            let value = response.get((output, input)).ok_or_else(|| error::value("no such input or output"))?;
+            Ok((value.re, value.im))
+        };
+        frequency_hz.into_iter().map(at).collect()
     }
 
     /// Returns times, and outputs by rows, after a unit step of an input.
@@ -68,7 +115,11 @@ impl StateSpace {
         tick_s: f64,
         samples: usize,
     ) -> PyResult<Response<'py>> {
-        let response = lti::step_response(&self.system, input, tick_s, samples).map_err(error::value)?;
+        let response = match &self.system {
+            System::Continuous(system) => lti::step_response(system, input, tick_s, samples),
+            System::Discrete(system) => lti::step_response_discrete(system, input, samples),
+        };
+        let response = response.map_err(error::value)?;
         Ok((PyArray1::from_vec(py, response.time_s), matrix(py, rows!(response.outputs), samples)?))
     }
 }
@@ -95,7 +146,12 @@ pub(crate) fn state_space(scenario: &Scenario, side: &str) -> PyResult<StateSpac
             vec![if is_sampled { "motor_command" } else { "slave_reference_m" }],
             vec!["slave_position_m", "slave_velocity_m_per_s"],
         ),
-        other => return Err(error::value(format!("side is {other:?}, must be \"master\" or \"slave\""))),
+        "loop-gain" | "closed-loop" => return of_loop(scenario, side),
+        other => {
+            return Err(error::value(format!(
+                "side is {other:?}, must be \"master\", \"slave\", \"loop-gain\" or \"closed-loop\""
+            )));
+        }
     };
     let system = system.map_err(error::value)?;
     let known: &[&str] = match side {
@@ -110,5 +166,18 @@ pub(crate) fn state_space(scenario: &Scenario, side: &str) -> PyResult<StateSpac
     };
     let state = |index: usize| known.get(index).map_or_else(|| format!("state_{index}"), |name| (*name).to_owned());
     let states = (0..system.states()).map(state).collect();
-    Ok(StateSpace { system, name, inputs, outputs, states })
+    Ok(StateSpace { system: System::Continuous(system), name, inputs, outputs, states })
+}
+
+/// The loop from tick to tick.
+fn of_loop(scenario: &trocar_sim::scenario::Scenario, side: &str) -> PyResult<StateSpace> {
+    let closed = ClosedLoop::new(&LoopSettings::of(scenario)).map_err(error::value)?;
+    let (system, name) = match side {
+        "loop-gain" => (closed.loop_gain_system(), "loop-gain"),
+        _ => (closed.closed_loop_system(), "closed-loop"),
+    };
+    let system = system.map_err(error::value)?;
+    let states = (0..system.system.states()).map(|index| format!("state_{index}")).collect();
+    let (inputs, outputs) = (system.inputs, system.outputs);
+    Ok(StateSpace { system: System::Discrete(system.system), name, inputs, outputs, states })
 }

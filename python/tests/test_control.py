@@ -52,3 +52,45 @@ def test_the_poles_are_those_of_the_independent_computation():
 def test_the_static_gain_of_the_slave_is_one():
     gain = trocar.state_space("paper/classical", "slave").to_control().dcgain()
     np.testing.assert_allclose(np.ravel(gain)[0], 1.0, rtol=1e-9)
+
+
+ARCHITECTURES = ["position-force", "local-force", "position-position", "four-channel"]
+DELAYS = [{}, {"channel.forward_delay_s": 0.005, "channel.backward_delay_s": 0.003}, {"channel.forward_delay_s": 0.0025}]
+FREQUENCIES_HZ = np.geomspace(0.1, 400.0, 60)
+
+
+@pytest.mark.parametrize("delay", DELAYS, ids=str)
+@pytest.mark.parametrize("kind", ARCHITECTURES)
+def test_the_loop_agrees(kind, delay):
+    scenario = trocar.Scenario.load("paper/classical", **{"controller.kind": kind}, **delay)
+    gain, closed = (trocar.state_space(scenario, side) for side in ("loop-gain", "closed-loop"))
+    theirs = gain.to_control()
+    assert theirs.dt == gain.tick_s == scenario["simulation.tick_s"]
+    omega = 2 * np.pi * FREQUENCIES_HZ
+    expected = theirs(np.exp(1j * omega * gain.tick_s))
+    np.testing.assert_allclose(gain.frequency_response(FREQUENCIES_HZ), expected, rtol=1e-9)
+    # Positive feedback around the loop gain gives the poles of the closed loop. A power of the delay's matrix has poles at 0 that
+    # rounding spreads; poles well away from 0 are compared.
+    ours = np.sort_complex(closed.poles())
+    around = np.sort_complex(control.feedback(theirs, 1, sign=1).poles())
+    ours, around = (values[np.abs(values) > 0.7] for values in (ours, around))
+    np.testing.assert_allclose(ours, around, rtol=1e-9, atol=1e-9)
+    responses = closed.to_control()(np.exp(1j * omega * gain.tick_s), squeeze=False)
+    for output in range(3):
+        np.testing.assert_allclose(closed.frequency_response(FREQUENCIES_HZ, output=output), responses[output, 0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("delay", DELAYS, ids=str)
+@pytest.mark.parametrize("kind", ARCHITECTURES)
+def test_the_margins_agree(kind, delay):
+    scenario = trocar.Scenario.load("paper/classical", **{"controller.kind": kind}, **delay)
+    margins = trocar.stability(scenario, x="scaling.force=0.9:1:2", y="scaling.position=0.9:1:2").report["margins"]
+    theirs = trocar.state_space(scenario, "loop-gain").to_control()
+    at = lambda hertz: theirs(np.exp(2j * np.pi * hertz * theirs.dt))  # noqa: E731
+    if margins["gain"] is not None:
+        # The loop gain, times the margin, is 1.
+        assert abs(margins["gain"] * at(margins["gain_frequency_hz"]) - 1) < 1e-9
+    if margins["phase_rad"] is not None:
+        gain = at(margins["phase_frequency_hz"])
+        assert abs(abs(gain) - 1) < 1e-9
+        assert abs(abs(np.angle(gain)) - margins["phase_rad"]) < 1e-9

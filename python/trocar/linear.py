@@ -104,7 +104,8 @@ def stability(
 
 
 class StateSpace:
-    """One side of the teleoperator in continuous time: ``x' = A x + B u``, ``y = C x + D u``, in SI units.
+    """One side of the teleoperator in continuous time, ``x' = A x + B u``, or the loop from tick to tick, with
+    ``y = C x + D u``, in SI units.
 
     Attributes
     ----------
@@ -114,6 +115,8 @@ class StateSpace:
         Names of the signals, with their units.
     name : str
         Name of the side.
+    tick_s : float or None
+        Time between two states; ``None`` in continuous time.
     """
 
     def __init__(self, core: _core.StateSpace) -> None:
@@ -121,9 +124,10 @@ class StateSpace:
         self.A, self.B, self.C, self.D = core.a, core.b, core.c, core.d
         self.inputs, self.outputs, self.states = core.inputs, core.outputs, core.states
         self.name = core.name
+        self.tick_s: float | None = core.tick_s
 
     def poles(self) -> NDArray[np.complex128]:
-        """Returns the poles, in 1/s; shape (states,)."""
+        """Returns the poles, shape (states,): in 1/s, or in the z plane for the loop."""
         return np.array([complex(real, imaginary) for real, imaginary in self._core.poles()], dtype=np.complex128)
 
     def step_response(
@@ -132,21 +136,32 @@ class StateSpace:
         """Returns times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input from rest."""
         return self._core.step_response(input, tick_s, samples)
 
+    def frequency_response(self, frequency_hz: Any, input: int = 0, output: int = 0) -> NDArray[np.complex128]:
+        """Returns the response from an input to an output at frequencies in Hz; shape (frequencies,)."""
+        frequencies = [float(value) for value in np.atleast_1d(frequency_hz)]
+        pairs = self._core.frequency_response(frequencies, input, output)
+        return np.array([complex(real, imaginary) for real, imaginary in pairs], dtype=np.complex128)
+
     def to_control(self) -> control.StateSpace:
         """Returns the system as a ``control.StateSpace`` with signal names."""
         import control
 
+        time = [] if self.tick_s is None else [self.tick_s]
         return control.StateSpace(
-            self.A, self.B, self.C, self.D, inputs=self.inputs, outputs=self.outputs, states=self.states, name=self.name
+            self.A, self.B, self.C, self.D, *time, inputs=self.inputs, outputs=self.outputs, states=self.states, name=self.name
         )
 
     def __repr__(self) -> str:
         return f"StateSpace({self.name}: {', '.join(self.inputs)} -> {', '.join(self.outputs)}; {len(self.states)} states)"
 
 
-def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["master", "slave"]) -> StateSpace:
+def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["master", "slave", "loop-gain", "closed-loop"]) -> StateSpace:
     """Returns one side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35),
     or the slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"``, the plants without controllers.
+
+    ``"loop-gain"`` is the loop in permanent contact from tick to tick, open where the slave's signal arrives at the master, with
+    all delays: the closed loop's poles are where its response is 1, so negative feedback has its opposite. ``"closed-loop"`` leads
+    from the desired position to both positions and the feedback force.
 
     >>> import trocar
     >>> trocar.state_space("paper/classical", "slave").A.shape

@@ -7,12 +7,13 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
-    Folder, boundary_csv, certificate_json, map_csv, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
+    Folder, boundary_csv, certificate_json, locus_csv, loop_gain_csv, loop_picture, map_csv, poles_csv, population_csv,
+    population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures, step_csv,
     stability_text, switching_csv, switching_picture,
 };
 use trocar_sim::scenario::Source;
-use trocar_sim::stability::Axis;
-use trocar_sim::stability_check::{self, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_sim::stability::{Axis, Locus, LoopResponse, Population};
+use trocar_sim::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
@@ -28,6 +29,9 @@ Examples:
   trocar stability my.toml --x tissue.damping_n_s_per_m=0:50:100 \\
       --y tissue.stiffness_n_per_m=10:10000:100
                                             Z-width
+  trocar stability my.toml --locus channel.delay_s=0:0.1:50
+                                            poles over the delay
+  trocar stability my.toml --arms 1000      limits over people
   trocar stability my.toml --simulate       and compare with simulations";
 
 /// Analyse the stability of the loop.
@@ -49,6 +53,12 @@ pub(super) struct StabilityArgs {
     /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events
     #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_TISSUE)]
     tissue: String,
+    /// Also compute the poles of the closed loop over a parameter, into locus.csv
+    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT")]
+    locus: Option<String>,
+    /// Also compute the limits of so many arms drawn at random around the scenario's, into population.csv
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    arms: Option<u64>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
     #[arg(long)]
     report: bool,
@@ -65,6 +75,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         let reason = format!("sets the same parameter as --x {}; choose two different parameters", args.x);
         return Err(CliError::Axis { axis: args.y.clone(), reason });
     }
+    let of_locus = args.locus.as_ref().map(axis).transpose()?;
     let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
     let mut study = StabilityStudy::of(&scenario, (x, y), tissue(&args.tissue)?)?;
     if args.simulate {
@@ -83,6 +94,22 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     folder.write("stability_map.csv", map_csv(map, check.as_ref()).as_bytes())?;
     folder.write("stability_boundary.csv", boundary_csv(map).as_bytes())?;
     folder.write("ports.csv", ports_csv(analysis).as_bytes())?;
+    let response = LoopResponse::of(&analysis.settings).map_err(CheckError::from)?;
+    folder.write("poles.csv", poles_csv(&response).as_bytes())?;
+    folder.write("loop_gain.csv", loop_gain_csv(&response).as_bytes())?;
+    if let Some(step) = step_csv(&response) {
+        folder.write("step.csv", step.as_bytes())?;
+    }
+    loop_picture(&folder, &response)?;
+    if let Some(axis) = &of_locus {
+        let locus = Locus::of(&analysis.settings, axis).map_err(CheckError::from)?;
+        folder.write("locus.csv", locus_csv(&locus, analysis.settings.tick_s).as_bytes())?;
+    }
+    let of_arms = |count: u64| Population::of(&analysis.settings, count as usize, scenario.seed);
+    let population = args.arms.map(of_arms).transpose().map_err(CheckError::from)?;
+    if let Some(population) = &population {
+        folder.write("population.csv", population_csv(population).as_bytes())?;
+    }
     if let Ok(switching) = switching {
         folder.write("switching.csv", switching_csv(switching).as_bytes())?;
         folder.write("released.csv", released_csv(switching).as_bytes())?;
@@ -102,10 +129,13 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if args.output.json {
         terminal::print(&json)?;
     } else if !args.output.quiet {
-        let text = stability_text(&study);
+        let mut text = stability_text(&study);
+        if let Some(population) = &population {
+            text = format!("{text}\n{}", population_text(population));
+        }
         let switching_figure = if switching.is_ok() { ", switching.png" } else { "" };
         let files = folder.path().display();
-        terminal::print(&format!("{text}\nfigures: stability.png, ports.png{switching_figure}; files: {files}\n"))?;
+        terminal::print(&format!("{text}\nfigures: stability.png, ports.png, loop.png{switching_figure}; files: {files}\n"))?;
         if args.report {
             report::print_path(&folder)?;
         }

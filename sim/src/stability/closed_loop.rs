@@ -17,8 +17,8 @@ pub struct ClosedLoop {
     tick_s: f64,
     forward: u64,
     backward: u64,
-    master: Side,
-    slave: Side,
+    pub(super) master: Side,
+    pub(super) slave: Side,
     responses: [Response; 2],
     /// Poles of both sides without the link.
     pub(super) open_poles: Vec<Complex64>,
@@ -103,6 +103,23 @@ impl ClosedLoop {
     /// [`StabilityError::TooLarge`] if the delay needs more states than allowed.
     #[allow(clippy::type_complexity, reason = "three parts that are always destructured at once")]
     pub fn matrix(&self) -> Result<(DMatrix<f64>, [DVector<f64>; 2], usize), StabilityError> {
+        let (open, input, arrives) = self.open()?;
+        let matrix = open + &input * arrives.transpose();
+        let of_master = self.master.a.nrows();
+        let whole = |part: &DVector<f64>| {
+            let mut all = DVector::zeros(matrix.nrows());
+            all.rows_mut(0, of_master).copy_from(part);
+            all
+        };
+        let desired = match &self.master.desired {
+            Some((now, next)) => [whole(now), whole(next)],
+            None => [whole(&DVector::zeros(of_master)), whole(&DVector::zeros(of_master))],
+        };
+        Ok((matrix, desired, of_master))
+    }
+
+    /// The loop that is open where the slave's signal arrives at the master: its matrix, its input and its output.
+    pub(super) fn open(&self) -> Result<(DMatrix<f64>, DVector<f64>, DVector<f64>), StabilityError> {
         let states = self.states();
         if states > MAX_STATES {
             return Err(StabilityError::TooLarge { ticks: self.round_trip_ticks(), states, max: MAX_STATES });
@@ -114,6 +131,7 @@ impl ClosedLoop {
         let mut matrix = DMatrix::zeros(n, n);
         matrix.view_mut((0, 0), (of_master, of_master)).copy_from(&self.master.a);
         matrix.view_mut((of_master, of_master), (of_slave, of_slave)).copy_from(&self.slave.a);
+        let (mut input, mut output) = (DVector::zeros(n), DVector::zeros(n));
         // From which side, through which delay line, to which side.
         let ways = [
             (&self.master, 0, (lines_at, forward), &self.slave, of_master),
@@ -133,27 +151,22 @@ impl ClosedLoop {
                 }
                 arrives[line + ticks - 1] = 1.0;
             }
-            let mut rows = matrix.rows_mut(to_at, to.now.len());
-            rows += &to.now * arrives.transpose();
+            let mut effect = DVector::zeros(n);
+            effect.rows_mut(to_at, to.now.len()).copy_from(&to.now);
             if let Some(before) = &to.before {
-                let mut column = rows.column_mut(held);
+                let mut column = matrix.view_mut((to_at, held), (before.len(), 1));
                 column += before;
-                matrix.row_mut(held).copy_from(&arrives.transpose());
+                effect[held] = 1.0;
                 held += 1;
             }
+            if to_at == 0 {
+                (input, output) = (effect, arrives);
+            } else {
+                matrix += effect * arrives.transpose();
+            }
         }
-        let input = |part: &DVector<f64>| {
-            let mut all = DVector::zeros(n);
-            all.rows_mut(0, of_master).copy_from(part);
-            all
-        };
-        let desired = match &self.master.desired {
-            Some((now, next)) => [input(now), input(next)],
-            None => [DVector::zeros(n), DVector::zeros(n)],
-        };
-        Ok((matrix, desired, of_master))
+        Ok((matrix, input, output))
     }
-
     /// Whether the loop is asymptotically stable.
     ///
     /// # Errors

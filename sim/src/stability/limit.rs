@@ -91,6 +91,11 @@ impl<'a> StabilityTester<'a> {
         ClosedLoop::new(&settings)?.is_stable()
     }
 
+    /// Whether the machines are the same with another value.
+    pub(super) fn has_machines_of(&self, parameter: Parameter, value: f64) -> bool {
+        self.machines.matches(&self.settings.with(parameter, value))
+    }
+
     /// The boundary between two values, by bisection: the last value with the verdict `first`.
     pub(super) fn boundary(
         &self,

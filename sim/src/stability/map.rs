@@ -69,12 +69,27 @@ impl StabilityMap {
     }
 }
 
-/// The verdict at each point of a grid, in parallel by rows.
-pub(super) fn verdicts<T: Send>(
+/// The verdict at each point of a grid, in parallel by rows, or by columns if only `x` changes the machines: then their
+/// matrix exponentials are computed once a column.
+pub(super) fn verdicts<T: Send + Copy>(
     settings: &LoopSettings,
     (x, y): (&Axis, &Axis),
     verdict: impl Fn(&StabilityTester<'_>, f64, f64) -> Result<T, StabilityError> + Sync,
 ) -> Result<Vec<T>, StabilityError> {
+    let tester = StabilityTester::new(settings)?;
+    // Two values of a delay may split a tick alike.
+    let changes = |axis: &Axis| (0..axis.count.min(8)).any(|k| !tester.has_machines_of(axis.parameter, axis.value(k)));
+    if changes(x) && !changes(y) {
+        let columns: Vec<Vec<T>> = (0..x.count)
+            .into_par_iter()
+            .map(|column| {
+                let of_column = settings.with(x.parameter, x.value(column));
+                let tester = StabilityTester::new(&of_column)?;
+                (0..y.count).map(|row| verdict(&tester, x.value(column), y.value(row))).collect()
+            })
+            .collect::<Result<_, _>>()?;
+        return Ok((0..y.count).flat_map(|row| columns.iter().map(move |column| column[row])).collect());
+    }
     let rows: Vec<Vec<T>> = (0..y.count)
         .into_par_iter()
         .map(|row| {
@@ -91,7 +106,9 @@ pub(super) fn verdicts<T: Send>(
 /// # Errors
 /// [`StabilityError`] if the loop cannot be built or analysed at a point.
 pub fn map(settings: &LoopSettings, x: Axis, y: Axis) -> Result<StabilityMap, StabilityError> {
-    let stable = verdicts(settings, (&x, &y), |tester, x_value, _| tester.is_stable(&[(x.parameter, x_value)]))?;
+    let stable = verdicts(settings, (&x, &y), |tester, x_value, y_value| {
+        tester.is_stable(&[(x.parameter, x_value), (y.parameter, y_value)])
+    })?;
     let mut map = StabilityMap { x, y, stable, boundary: vec![] };
     map.boundary = boundary(settings, &map)?;
     Ok(map)

@@ -23,11 +23,13 @@ mod closed_loop;
 mod coverage;
 mod error;
 mod limit;
+mod loop_response;
 mod machines;
 mod map;
 mod margins;
 mod mode;
 mod parameter;
+mod population;
 mod ports;
 mod response;
 mod sampled;
@@ -35,6 +37,7 @@ mod sensitivity;
 mod settings;
 mod side;
 mod switching;
+mod systems;
 mod winding;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
@@ -42,14 +45,17 @@ pub use closed_loop::ClosedLoop;
 pub use coverage::{LeftOut, TissueKind, left_out, unmodelled};
 pub use error::StabilityError;
 pub use limit::{Limit, Search, largest_stable};
+pub use loop_response::LoopResponse;
 pub use map::{Axis, Spacing, StabilityMap, is_near_boundary, map};
 pub use margins::Margins;
 pub use mode::Mode;
 pub use parameter::Parameter;
+pub use population::{Arm, Population, Quantile};
 pub use ports::{Hybrid, Ports, is_passive_impedance};
 pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use settings::LoopSettings;
+pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use switching::{
     Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, LONGEST_DWELL_S, Lyapunov, Phases, Reach,
     Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,

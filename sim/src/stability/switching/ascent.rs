@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::modes::{Modes, Space};
+use super::semidefinite::times;
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
 use crate::lti::eigenvalues;
@@ -165,9 +166,9 @@ fn dominant(matrix: &DMatrix<f64>) -> Result<Option<Dominant>, StabilityError> {
 fn product(steps: &[Choices], chosen: &[usize], narrow: &(DMatrix<f64>, DMatrix<f64>)) -> DMatrix<f64> {
     let mut all = narrow.0.clone();
     for (step, &choice) in steps.iter().zip(chosen) {
-        all = &step[choice] * all;
+        all = times(&step[choice], &all);
     }
-    &narrow.1 * all
+    times(&narrow.1, &all)
 }
 
 fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {

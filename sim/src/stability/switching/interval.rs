@@ -62,9 +62,9 @@ impl Sub for Interval {
 impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        let ends = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
-        let min = ends.iter().copied().fold(f64::INFINITY, f64::min);
-        let max = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (a, b) = (self.low * other.low, self.low * other.high);
+        let (c, d) = (self.high * other.low, self.high * other.high);
+        let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
         // A product with an exact 0 is exact; most entries of the maps are.
         if min == 0.0 && max == 0.0 { Self::exact(0.0) } else { Self { low: min.next_down(), high: max.next_up() } }
     }
@@ -86,10 +86,17 @@ pub(super) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
 /// `A B`.
 pub(super) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     let columns = b.first().map_or(0, Vec::len);
-    let entry = |row: &Vec<Interval>, j: usize| {
-        row.iter().zip(b).map(|(x, other)| *x * other[j]).fold(Interval::exact(0.0), |sum, x| sum + x)
+    let of_row = |row: &Vec<Interval>| {
+        let mut sums = vec![Interval::exact(0.0); columns];
+        // A product with an exact 0 is exact; many entries of the maps are.
+        for (x, other) in row.iter().zip(b).filter(|(x, _)| x.low != 0.0 || x.high != 0.0) {
+            for (sum, y) in sums.iter_mut().zip(other) {
+                *sum = *sum + *x * *y;
+            }
+        }
+        sums
     };
-    a.iter().map(|row| (0..columns).map(|j| entry(row, j)).collect()).collect()
+    a.iter().map(of_row).collect()
 }
 
 /// `Aⁿ`, by squaring.

@@ -111,7 +111,7 @@ impl Switching {
             if dwell == 1 {
                 break;
             }
-            dwell = (dwell / 2).max(1);
+            dwell = (dwell / 4).max(1);
         }
         let by_dwell = search.by_dwell(&steps, at_refractory.as_ref(), &growth)?;
         Ok(Self {

@@ -1,7 +1,9 @@
 //! One matrix that must be positive semidefinite, as a sum of congruences of unknown matrices.
 
 use nalgebra::{DMatrix, DVector};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
+use super::small::{times, times_transposed, transposed_times};
 use super::triangle::{entries, row, symmetric};
 
 /// `f Mᵀ Z M`, with `Z` one of the unknown symmetric matrices.
@@ -40,7 +42,7 @@ impl Block {
         let mut sum = DMatrix::zeros(self.size, self.size);
         for Congruence { factor, start, map } in &self.congruences {
             let z = matrix_at(y, *start, map.nrows());
-            sum += map.tr_mul(&(z * map)) * *factor;
+            sum += transposed_times(map, &times(&z, map)) * *factor;
         }
         for (variable, matrix) in &self.loose {
             sum += matrix * y[*variable];
@@ -51,7 +53,7 @@ impl Block {
     /// Adds `<A_i, X>` to row `i`, for each variable.
     pub(super) fn add_adjoint(&self, x: &DMatrix<f64>, rows: &mut DVector<f64>) {
         for Congruence { factor, start, map } in &self.congruences {
-            let product = map * x * map.transpose();
+            let product = times_transposed(&times(map, x), map);
             for q in 0..map.nrows() {
                 for p in 0..=q {
                     rows[start + row(p, q)] += factor * twice_off_diagonal(p, q) * product[(p, q)];
@@ -63,47 +65,51 @@ impl Block {
         }
     }
 
-    /// Adds `<Gᵀ A_i G, Gᵀ A_j G>` to entry `(i, j)`, for all variables.
+    /// Adds `<Gᵀ A_i G, Gᵀ A_j G>` for all variables: the sum of `h` and its transpose has them.
     ///
     /// With `N = M G` and `Q = N N'ᵀ` the entry for `Z_pq` and `Z'_rs` is `Q_pr Q_qs + Q_ps Q_qr`, so that no matrix per
     /// variable is built.
     pub(super) fn add_gram(&self, g: &DMatrix<f64>, h: &mut DMatrix<f64>) {
-        let scaled: Vec<DMatrix<f64>> = self.congruences.iter().map(|one| &one.map * g).collect();
-        let weight = |p: usize, q: usize| if p == q { std::f64::consts::FRAC_1_SQRT_2 } else { std::f64::consts::SQRT_2 };
+        let scaled: Vec<DMatrix<f64>> = self.congruences.iter().map(|one| times(&one.map, g)).collect();
+        let weight = |p: usize, q: usize| if p == q { FRAC_1_SQRT_2 } else { SQRT_2 };
         for (k, a) in self.congruences.iter().enumerate() {
             for (l, b) in self.congruences.iter().enumerate().take(k + 1) {
-                let product = &scaled[k] * scaled[l].transpose();
-                let factor = a.factor * b.factor;
+                let product = times_transposed(&scaled[k], &scaled[l]);
+                let (rows, n) = (product.as_slice(), a.map.nrows());
+                // A block of its own counts once in the sum with the transpose.
+                let factor = a.factor * b.factor * if k == l { 0.5 } else { 1.0 };
                 for s in 0..b.map.nrows() {
+                    let of_s = &rows[s * n..(s + 1) * n];
                     for r in 0..=s {
-                        let (to, outer) = (b.start + row(r, s), factor * weight(r, s));
-                        for q in 0..a.map.nrows() {
-                            for p in 0..=q {
-                                let sum = product[(p, r)] * product[(q, s)] + product[(p, s)] * product[(q, r)];
-                                let entry = outer * weight(p, q) * sum;
-                                let at = a.start + row(p, q);
-                                h[(at, to)] += entry;
-                                if k != l {
-                                    h[(to, at)] += entry;
-                                }
+                        let of_r = &rows[r * n..(r + 1) * n];
+                        let outer = factor * weight(r, s) * SQRT_2;
+                        let to = (b.start + row(r, s)) * h.nrows() + a.start;
+                        let column = &mut h.as_mut_slice()[to..to + entries(n)];
+                        for q in 0..n {
+                            let (x, y) = (outer * of_s[q], outer * of_r[q]);
+                            let target = &mut column[row(0, q)..=row(q, q)];
+                            for ((entry, u), v) in target.iter_mut().zip(of_r).zip(of_s) {
+                                *entry += u * x + v * y;
                             }
+                            // The last entry is on the diagonal.
+                            target[q] -= (1.0 - FRAC_1_SQRT_2 / SQRT_2) * (of_r[q] * x + of_s[q] * y);
                         }
                     }
                 }
             }
         }
-        let loose: Vec<DMatrix<f64>> = self.loose.iter().map(|(_, matrix)| g.tr_mul(&(matrix * g))).collect();
+        let loose: Vec<DMatrix<f64>> =
+            self.loose.iter().map(|(_, matrix)| transposed_times(g, &times(matrix, g))).collect();
         for (k, (variable, _)) in self.loose.iter().enumerate() {
             for (l, (other, _)) in self.loose.iter().enumerate() {
-                h[(*variable, *other)] += loose[k].dot(&loose[l]);
+                h[(*variable, *other)] += 0.5 * loose[k].dot(&loose[l]);
             }
             for (one, n) in self.congruences.iter().zip(&scaled) {
-                let product = n * &loose[k] * n.transpose();
+                let product = times_transposed(&times(n, &loose[k]), n);
                 for q in 0..one.map.nrows() {
                     for p in 0..=q {
                         let entry = one.factor * twice_off_diagonal(p, q) * product[(p, q)];
                         h[(*variable, one.start + row(p, q))] += entry;
-                        h[(one.start + row(p, q), *variable)] += entry;
                     }
                 }
             }

@@ -20,6 +20,7 @@ mod block;
 mod factors;
 mod newton;
 mod scaling;
+mod small;
 mod triangle;
 
 use nalgebra::{DMatrix, DVector};
@@ -27,6 +28,7 @@ use nalgebra::{DMatrix, DVector};
 pub(super) use block::{Block, Congruence, matrix_at, starts};
 use newton::Newton;
 use scaling::{Scaling, min_eigenvalue};
+pub(super) use small::times;
 pub(super) use triangle::row;
 
 /// A programme as above.

@@ -41,6 +41,7 @@ impl<'a> Newton<'a> {
             block.add_gram(scaling.g(), &mut h);
             of_blocks.push(scaling.scaled(residual));
         }
+        h += h.transpose();
         let mut regular = h.clone();
         for k in 0..n {
             regular[(k, k)] += REGULARISATION * h[(k, k)];

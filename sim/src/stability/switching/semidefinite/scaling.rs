@@ -2,6 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
+use super::small::{times, times_transposed, transposed_times};
 use super::triangle::symmetric;
 
 /// Maximum number of sweeps of an eigenvalue iteration.
@@ -45,12 +46,12 @@ impl Scaling {
 
     /// `Gᵀ A G`.
     pub(super) fn scaled(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
-        symmetric(&self.g.tr_mul(&(a * &self.g)))
+        symmetric(&transposed_times(&self.g, &times(a, &self.g)))
     }
 
     /// `G X Gᵀ`: a multiplier from scaled coordinates to its own.
     pub(super) fn unscaled_multiplier(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
-        symmetric(&(&self.g * x * self.g.transpose()))
+        symmetric(&times_transposed(&times(&self.g, x), &self.g))
     }
 
     /// The `D` with `(Λ D + D Λ) / 2 = R`.

@@ -1,0 +1,136 @@
+//! Poles, zeros, loop gain, step and root locus, and a population of arms, as CSV and text.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use super::figures::{self, LoopView};
+use super::number::significant;
+use super::pictures::{PictureError, keep};
+use super::tables::shortest;
+use super::{Folder, Table};
+use trocar_sim::lti::Complex64;
+use trocar_sim::stability::{Locus, LoopResponse, Population};
+
+/// The cells of a pole or zero: both parts, modulus, and as `s = ln(z) / T` frequency in Hz and damping ratio.
+fn cells(z: Complex64, tick_s: f64) -> String {
+    let s = z.ln() / tick_s;
+    let is_known = z.norm() > 0.0 && s.norm() > 0.0;
+    let damping = if is_known { shortest(-s.re / s.norm()) } else { String::new() };
+    let frequency = if is_known { shortest(s.im.abs() / TAU) } else { String::new() };
+    format!("{},{},{},{frequency},{damping}", shortest(z.re), shortest(z.im), shortest(z.norm()))
+}
+
+/// Returns `poles.csv`: all poles and zeros of the closed loop and of the loop gain.
+#[must_use]
+pub fn poles_csv(response: &LoopResponse) -> String {
+    let mut text = "system,kind,re,im,modulus,frequency_hz,damping_ratio\n".to_owned();
+    for one in &response.poles {
+        for (kind, values) in [("pole", &one.poles), ("zero", &one.zeros)] {
+            for &z in values {
+                let _ = writeln!(text, "{},{kind},{}", one.system, cells(z, response.tick_s));
+            }
+        }
+    }
+    text
+}
+
+/// The phase in degrees, without jumps.
+fn phases(response: &LoopResponse) -> Vec<f64> {
+    let mut phases: Vec<f64> = vec![];
+    for (_, gain) in &response.gain {
+        let phase = gain.arg().to_degrees();
+        let turns = phases.last().map_or(0.0, |before| ((before - phase) / 360.0).round());
+        phases.push(phase + 360.0 * turns);
+    }
+    phases
+}
+
+/// Returns `loop_gain.csv`: the loop gain over frequency.
+#[must_use]
+pub fn loop_gain_csv(response: &LoopResponse) -> String {
+    let mut text = "frequency_hz,re,im,magnitude,phase_deg\n".to_owned();
+    for ((hertz, gain), phase) in response.gain.iter().zip(phases(response)) {
+        let cells = [*hertz, gain.re, gain.im, gain.norm(), phase].map(shortest);
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    text
+}
+
+/// Returns `step.csv`: the response to a unit step of the desired position.
+#[must_use]
+pub fn step_csv(response: &LoopResponse) -> Option<String> {
+    let step = response.step.as_ref()?;
+    let mut text = "time_s,master_position_m_per_m,slave_position_m_per_m,feedback_force_n_per_m\n".to_owned();
+    for (k, time_s) in step.time_s.iter().enumerate() {
+        let cells = [*time_s, step.outputs[(0, k)], step.outputs[(1, k)], step.outputs[(2, k)]].map(shortest);
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    Some(text)
+}
+
+/// Returns `locus.csv`: the poles of the closed loop over a parameter.
+#[must_use]
+pub fn locus_csv(locus: &Locus, tick_s: f64) -> String {
+    let mut text = format!("{},re,im,modulus,frequency_hz,damping_ratio\n", locus.parameter.key());
+    for (value, poles) in &locus.branches {
+        for &pole in poles {
+            let _ = writeln!(text, "{},{}", shortest(*value), cells(pole, tick_s));
+        }
+    }
+    text
+}
+
+/// Writes the figure `loop`: Bode diagram, Nyquist diagram and step of the feedback force.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn loop_picture(folder: &Folder, response: &LoopResponse) -> Result<(), PictureError> {
+    let margins = &response.margins;
+    let figure = figures::loop_response(&LoopView {
+        frequency_hz: response.gain.iter().map(|(hertz, _)| *hertz).collect(),
+        magnitude: response.gain.iter().map(|(_, gain)| gain.norm()).collect(),
+        phase_deg: phases(response),
+        real: response.gain.iter().map(|(_, gain)| gain.re).collect(),
+        imaginary: response.gain.iter().map(|(_, gain)| gain.im).collect(),
+        gain_margin: margins.gain.zip(margins.gain_frequency_hz),
+        time_s: response.step.as_ref().map_or(vec![], |step| step.time_s.clone()),
+        force: response.step.as_ref().map_or(vec![], |step| step.outputs.row(2).iter().copied().collect()),
+    })?;
+    Ok(keep(folder, "loop", &figure)?)
+}
+
+/// Returns `population.csv`: a row per arm.
+#[must_use]
+pub fn population_csv(population: &Population) -> String {
+    let mut text = "k_a_factor,b_a_factor,k_h_factor,b_h_factor,m_h_factor,is_stable,largest_stable_n_per_m\n".to_owned();
+    for arm in &population.arms {
+        let limit = if arm.stiffness_n_per_m.is_finite() { shortest(arm.stiffness_n_per_m) } else { String::new() };
+        let factors = arm.factors.map(shortest).join(",");
+        let _ = writeln!(text, "{factors},{},{limit}", u8::from(arm.is_stable));
+    }
+    text
+}
+
+/// Returns the limits of a population as text.
+#[must_use]
+pub fn population_text(population: &Population) -> String {
+    let newtons = |value: f64| {
+        if value.is_finite() { format!("{} N/m", significant(value)) } else { "above the search range".to_owned() }
+    };
+    let (share, (low, high)) = population.stable_share;
+    let mut text = format!(
+        "{} arms: the loop is stable with {:.1} % of them (95 % interval {:.1} to {:.1} %)\n",
+        population.arms.len(),
+        100.0 * share,
+        100.0 * low,
+        100.0 * high,
+    );
+    let mut table = Table::new(["arms with a smaller limit", "maximum stable stiffness", "95 % interval"]);
+    for one in &population.quantiles {
+        let interval = format!("{} to {}", newtons(one.interval.0), newtons(one.interval.1));
+        table.row([format!("{} %", significant(100.0 * one.share)), newtons(one.value), interval]);
+    }
+    let worst = newtons(population.worst.stiffness_n_per_m);
+    let _ = write!(text, "{table}smallest limit found in the whole range of arms: {worst}\n");
+    text
+}

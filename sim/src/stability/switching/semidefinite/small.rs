@@ -1,0 +1,32 @@
+//! Products of small matrices, without the packing that pays off for large ones.
+
+use nalgebra::DMatrix;
+
+/// `A B`.
+pub(in super::super) fn times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let (rows, inner) = a.shape();
+    let mut product = DMatrix::zeros(rows, b.ncols());
+    if rows == 0 {
+        return product;
+    }
+    let columns = a.as_slice();
+    for (j, to) in product.as_mut_slice().chunks_exact_mut(rows).enumerate() {
+        for k in 0..inner {
+            let factor = b[(k, j)];
+            for (entry, value) in to.iter_mut().zip(&columns[k * rows..(k + 1) * rows]) {
+                *entry += value * factor;
+            }
+        }
+    }
+    product
+}
+
+/// `A Bᵀ`.
+pub(super) fn times_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    times(a, &b.transpose())
+}
+
+/// `Aᵀ B`.
+pub(super) fn transposed_times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    times(&a.transpose(), b)
+}
