@@ -88,12 +88,7 @@ impl StateSpace {
     }
 
     /// Returns real and imaginary parts of the response from an input to an output at frequencies in Hz.
-    fn frequency_response(
-        &self,
-        frequency_hz: Vec<f64>,
-        input: usize,
-        output: usize,
-    ) -> PyResult<Vec<(f64, f64)>> {
+    fn frequency_response(&self, frequency_hz: Vec<f64>, input: usize, output: usize) -> PyResult<Vec<(f64, f64)>> {
         let at = |hertz: f64| -> PyResult<(f64, f64)> {
             let omega = std::f64::consts::TAU * hertz;
             let response = match &self.system {

@@ -62,9 +62,8 @@ fn object(switching: &Switching, certificate: &Certificate, bound: Option<Json>)
         .map(|one| {
             let terms: Vec<Json> = (one.terms.iter())
                 .map(|term| {
-                    let maps: Vec<Json> = (term.maps.iter())
-                        .map(|(map, is_power)| json!({ "map": map, "is_power": is_power }))
-                        .collect();
+                    let maps: Vec<Json> =
+                        (term.maps.iter()).map(|(map, is_power)| json!({ "map": map, "is_power": is_power })).collect();
                     json!({ "factor": term.factor, "function": term.function, "maps": maps })
                 })
                 .collect();

@@ -102,7 +102,8 @@ pub fn loop_picture(folder: &Folder, response: &LoopResponse) -> Result<(), Pict
 /// Returns `population.csv`: a row per arm.
 #[must_use]
 pub fn population_csv(population: &Population) -> String {
-    let mut text = "k_a_factor,b_a_factor,k_h_factor,b_h_factor,m_h_factor,is_stable,largest_stable_n_per_m\n".to_owned();
+    let mut text =
+        "k_a_factor,b_a_factor,k_h_factor,b_h_factor,m_h_factor,is_stable,largest_stable_n_per_m\n".to_owned();
     for arm in &population.arms {
         let limit = if arm.stiffness_n_per_m.is_finite() { shortest(arm.stiffness_n_per_m) } else { String::new() };
         let factors = arm.factors.map(shortest).join(",");

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use serde_json::{Value as Json, json};
 
+use super::certificate::rows;
 use super::figures::{self, SwitchingView};
 use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
-use super::certificate::rows;
 use super::{Folder, Table};
 use trocar_sim::augmentation::Reengage;
 use trocar_sim::stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching};

@@ -8,8 +8,8 @@ use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
     Folder, boundary_csv, certificate_json, locus_csv, loop_gain_csv, loop_picture, map_csv, poles_csv, population_csv,
-    population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures, step_csv,
-    stability_text, switching_csv, switching_picture,
+    population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures, stability_text,
+    step_csv, switching_csv, switching_picture,
 };
 use trocar_sim::scenario::Source;
 use trocar_sim::stability::{Axis, Locus, LoopResponse, Population};
@@ -135,7 +135,9 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         }
         let switching_figure = if switching.is_ok() { ", switching.png" } else { "" };
         let files = folder.path().display();
-        terminal::print(&format!("{text}\nfigures: stability.png, ports.png, loop.png{switching_figure}; files: {files}\n"))?;
+        terminal::print(&format!(
+            "{text}\nfigures: stability.png, ports.png, loop.png{switching_figure}; files: {files}\n"
+        ))?;
         if args.report {
             report::print_path(&folder)?;
         }

@@ -323,7 +323,9 @@ fn the_command_writes_what_it_says_of_the_switching() {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
     }
     let out = folder.path("out/augmented");
-    for name in ["switching.csv", "certificate.json", "released.csv", "switching.svg", "switching.png", "worst_events.toml"] {
+    for name in
+        ["switching.csv", "certificate.json", "released.csv", "switching.svg", "switching.png", "worst_events.toml"]
+    {
         assert!(out.join(name).is_file(), "{name}");
     }
     folder.good(&["check", out.join("worst_events.toml").to_str().expect("a path")]);

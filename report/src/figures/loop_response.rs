@@ -53,9 +53,9 @@ pub fn loop_response(view: &LoopView) -> Result<Figure, FigureError> {
     let of_magnitude = Axis::log10((min.max(MIN_MAGNITUDE) / 1.5, 1.5 * max.max(1.0)));
     let shown: Vec<f64> = view.magnitude.iter().map(|value| value.max(MIN_MAGNITUDE)).collect();
     let [blue, vermilion] = [RUNS[0], RUNS[1]];
-    let mark = view.gain_margin.map(|(margin, hertz)| {
-        (vec![(x_axis.place(hertz), of_magnitude.place(1.0 / margin))], vermilion)
-    });
+    let mark = view
+        .gain_margin
+        .map(|(margin, hertz)| (vec![(x_axis.place(hertz), of_magnitude.place(1.0 / margin))], vermilion));
     let bode = Panel {
         x_caption: "Frequency (Hz)",
         traces: vec![Trace { x: &x, y: &shown, scale: 1.0, stroke: blue }],

@@ -185,8 +185,7 @@ fn growth(switching: &Switching) -> Chart {
     let (x_axis, y_axis) =
         (ChartAxis::new("teleoperation between events", "s").log(), ChartAxis::new("growth", "").log());
     let mut chart = Chart::new("Growth per event: above 1 the motion grows", x_axis, y_axis);
-    chart.series =
-        vec![Series::line("certified bound", "blue"), Series::line("worst sequence found", "vermilion")];
+    chart.series = vec![Series::line("certified bound", "blue"), Series::line("worst sequence found", "vermilion")];
     chart.columns = vec![Columns::new(x, columns)];
     chart.extras.thresholds = vec![Level { value: Few(1.0) }];
     let values = chart.columns.iter().flat_map(|columns| columns.y.iter().flatten());

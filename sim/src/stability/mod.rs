@@ -55,8 +55,8 @@ pub use ports::{Hybrid, Ports, is_passive_impedance};
 pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use settings::LoopSettings;
-pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use switching::{
     Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, LONGEST_DWELL_S, Lyapunov, Phases, Reach,
     Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
 };
+pub use systems::{Locus, LoopSystem, PolesAndZeros};

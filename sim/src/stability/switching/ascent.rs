@@ -264,8 +264,7 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
     for held_ticks in if shortest == longest { vec![shortest] } else { vec![shortest, longest] } {
         for extra in EXTRA_S {
             for &pulse in pulses {
-                let cycle =
-                    Cycle { held_ticks, gap_ticks: ticks(pulse).max(1), dwell_ticks: dwell + ticks(extra) };
+                let cycle = Cycle { held_ticks, gap_ticks: ticks(pulse).max(1), dwell_ticks: dwell + ticks(extra) };
                 tried.extend(modes.vertices().map(|first| (cycle, first)));
             }
         }

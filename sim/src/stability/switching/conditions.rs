@@ -364,7 +364,9 @@ impl Builder<'_> {
 
     /// The last tick of teleoperation and the beginning of an event.
     fn entry(&mut self, vertex: usize, rows: Space) -> usize {
-        self.between(format!("entry_{vertex}"), rows, Space::Frozen, |modes| modes.freeze() * modes.teleoperation(vertex))
+        self.between(format!("entry_{vertex}"), rows, Space::Frozen, |modes| {
+            modes.freeze() * modes.teleoperation(vertex)
+        })
     }
 
     /// The tissues at which the beginning of re-engaging differs.
@@ -382,7 +384,9 @@ impl Builder<'_> {
         let (rows, level) = self.at_events(roles);
         let releases: Vec<usize> = self
             .releases()
-            .map(|vertex| self.between(format!("release_{vertex}"), Space::Frozen, space, |modes| modes.release(vertex)))
+            .map(|vertex| {
+                self.between(format!("release_{vertex}"), Space::Frozen, space, |modes| modes.release(vertex))
+            })
             .collect();
         if roles.frozen.is_empty() {
             let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
@@ -462,8 +466,7 @@ impl Builder<'_> {
             self.below("dropping", Space::FadingGap, without, drop_at_ticks, from);
         }
         if let (Some(&last), Some(&next)) = (roles.fading.last(), roles.dropped.first()) {
-            let (one, of_loop) =
-                (self.select(Space::Fading, Space::Fading), self.select(Space::Fading, Space::Loop));
+            let (one, of_loop) = (self.select(Space::Fading, Space::Fading), self.select(Space::Fading, Space::Loop));
             let from = vec![self.term(number(1.0), last, &[one])];
             self.below("faded", Space::Fading, next, of_loop, from);
         }

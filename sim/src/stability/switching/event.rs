@@ -67,8 +67,11 @@ impl EventBound {
         let (softest, stiffest) = settings.stiffness_n_per_m;
         for k in 0..STIFFNESSES {
             let stiffness = softest + (stiffest - softest) * k as f64 / (STIFFNESSES - 1) as f64;
-            let here =
-                SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), loses_contact: false, ..settings.clone() };
+            let here = SwitchingSettings {
+                stiffness_n_per_m: (stiffness, stiffness),
+                loses_contact: false,
+                ..settings.clone()
+            };
             let modes = Modes::new(&here)?;
             all.release(&modes, settings.phases(), settings.of_loop.tick_s, speed_m_per_s, gap_m);
         }

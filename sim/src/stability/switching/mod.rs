@@ -91,14 +91,17 @@ impl Switching {
         let certificate = search.shortest()?;
         let is_certified = certificate.as_ref().is_some_and(|found| found.dwell_ticks <= phases.refractory);
         let growth = ascent::growth(&steps, phases.refractory)?;
-        let at_refractory = if is_certified { search.tightest(phases.refractory, growth.found)? } else { None };
-        let covers_lost_contact = if is_certified { Some(Self::keeps_without_contact(settings, phases)?) } else { None };
-        let reach = match search.choice(phases.refractory) {
+        let tightest = || if is_certified { search.tightest(phases.refractory, growth.found) } else { Ok(None) };
+        let without_contact = || is_certified.then(|| Self::keeps_without_contact(settings, phases)).transpose();
+        let reach = || match search.choice(phases.refractory) {
             Some(choice) if is_certified && settings.delay_ticks() == 0 => {
-                Reach::of(settings, (&modes, &steps), phases, choice)?
+                Reach::of(settings, (&modes, &steps), phases, choice)
             }
-            _ => None,
+            _ => Ok(None),
         };
+        let (at_refractory, (covers_lost_contact, reach)) =
+            rayon::join(tightest, || rayon::join(without_contact, reach));
+        let (at_refractory, covers_lost_contact, reach) = (at_refractory?, covers_lost_contact?, reach?);
         let alone = |vertex| products::growth(&modes, phases, phases.refractory, vertex);
         let [softest, stiffest] = [alone(0)?, alone(1)?];
         let mut growing_dwell_ticks = None;

@@ -168,8 +168,13 @@ impl Modes {
             of_loop.push((format!("slave_{k}"), "1"));
         }
         of_loop.extend((1..=self.delay).map(|k| (format!("hand_{k}_ticks_ago"), "m")));
-        let extra =
-            [("reference", "m"), ("force_fed_back", "N"), ("force_at_alarm", "N"), ("tissue_at_alarm", "N"), ("gap", "m")];
+        let extra = [
+            ("reference", "m"),
+            ("force_fed_back", "N"),
+            ("force_at_alarm", "N"),
+            ("tissue_at_alarm", "N"),
+            ("gap", "m"),
+        ];
         let all: Vec<(String, &'static str)> =
             of_loop.into_iter().chain(extra.map(|(name, unit)| own(name, unit))).collect();
         if matches!(space, Space::Number | Space::Start) {

@@ -76,9 +76,12 @@ impl Reach {
         phases: Phases,
         choice: Choice,
     ) -> Result<Option<Self>, StabilityError> {
-        let starts: Vec<DMatrix<f64>> =
-            modes.vertices().map(|vertex| DMatrix::from_column_slice(modes.places_all(), 1, modes.after_step(vertex).as_slice())).collect();
-        let focus = |rows: Vec<DMatrix<f64>>, frozen: DMatrix<f64>| Focus { rows, frozen, bound: 1.0, starts: starts.clone() };
+        let starts: Vec<DMatrix<f64>> = modes
+            .vertices()
+            .map(|vertex| DMatrix::from_column_slice(modes.places_all(), 1, modes.after_step(vertex).as_slice()))
+            .collect();
+        let focus =
+            |rows: Vec<DMatrix<f64>>, frozen: DMatrix<f64>| Focus { rows, frozen, bound: 1.0, starts: starts.clone() };
         let of_force: Vec<DMatrix<f64>> =
             modes.vertices().map(|vertex| modes.force(vertex)).chain([modes.fed_back()]).collect();
         // In a frozen or a blended tick the force is among these.
@@ -174,15 +177,22 @@ fn simulate(modes: &Modes, phases: Phases, sequence: &Sequence, extra_ticks: u64
 }
 
 /// The tried sequence on one stiffness with the maximum motion of the slave: each event is added at its worst start time.
-fn on_one_stiffness(settings: &SwitchingSettings, phases: Phases, dwell: u64) -> Result<(Sequence, f64), StabilityError> {
+fn on_one_stiffness(
+    settings: &SwitchingSettings,
+    phases: Phases,
+    dwell: u64,
+) -> Result<(Sequence, f64), StabilityError> {
     let (softest, stiffest) = settings.stiffness_n_per_m;
     let (shortest, longest) = phases.held;
     let tried: Vec<(Sequence, f64)> = (0..STIFFNESSES * 2)
         .into_par_iter()
         .map(|k| {
             let stiffness = softest + (stiffest - softest) * (k / 2) as f64 / (STIFFNESSES - 1) as f64;
-            let here =
-                SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), loses_contact: false, ..settings.clone() };
+            let here = SwitchingSettings {
+                stiffness_n_per_m: (stiffness, stiffness),
+                loses_contact: false,
+                ..settings.clone()
+            };
             let modes = Modes::new(&here)?;
             let held_ticks = if k % 2 == 0 { shortest } else { longest };
             let mut best = (Sequence { stiffness_n_per_m: stiffness, starts: vec![], held_ticks }, 0.0);

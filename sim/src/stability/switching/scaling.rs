@@ -108,7 +108,13 @@ impl Scales {
     }
 
     /// The enclosure of a map between scaled states, `S_to⁻¹ M S_from`.
-    pub(super) fn scaled(&self, modes: &Modes, map: &DMatrix<f64>, is_exact: bool, (from, to): (Space, Space)) -> Enclosure {
+    pub(super) fn scaled(
+        &self,
+        modes: &Modes,
+        map: &DMatrix<f64>,
+        is_exact: bool,
+        (from, to): (Space, Space),
+    ) -> Enclosure {
         let inner = if is_exact { exact(map) } else { rounded(map) };
         let mut rows = product(&inner, &exact(&self.of(modes, from)));
         let scale = self.of(modes, to);

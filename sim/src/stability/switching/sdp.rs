@@ -117,8 +117,7 @@ mod tests {
     fn the_margin_of_a_contraction_is_what_it_leaves() {
         // X = I is the best for A = a I: the margin is 1 - a².
         for a in [0.0, 0.5, 0.99] {
-            let (found, margin) =
-                solve(&[whole(2)], &common(&[DMatrix::identity(2, 2) * a]), None).expect("solved");
+            let (found, margin) = solve(&[whole(2)], &common(&[DMatrix::identity(2, 2) * a]), None).expect("solved");
             assert!((margin - (1.0 - a * a)).abs() < 1e-7 && (&found[0] - DMatrix::identity(2, 2)).norm() < 1e-3);
             // Diagonal matrices contain the best one.
             let rows = [0, 1].map(|k| DMatrix::from_fn(1, 2, |_, j| f64::from(u8::from(j == k))));

@@ -19,11 +19,11 @@ const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
 /// Time constants of a function on a held gap, in s. Each is tried.
 const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
 
-/// Rates of decay of `V` in teleoperation as shares of the slowest mode's. The next one is tried if one fails.
+/// Rates of decay of `V` in teleoperation as shares of the slowest mode's. The first with a certificate is used.
 const RATES: [f64; 2] = [0.95, 0.0];
 
 /// The ratio of growths at which the search for the smallest ends.
-const MAX_GROWTH_RATIO: f64 = 1.4;
+const MAX_GROWTH_RATIO: f64 = 2.0;
 
 /// Longer dwells for which the growth is shown, as multiples of the refractory time.
 const LONGER: [u64; 3] = [1, 2, 4];
@@ -117,21 +117,22 @@ impl<'a> Search<'a> {
     pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
         let Some(hold_s) = self.hold_s else { return Ok(None) };
         let slowest = self.modes.slowest_decay_per_s()?;
-        let mut best = self.certify(self.plain(dwell, hold_s))?;
+        let mut best = None;
+        let mut rate_per_s = 0.0;
+        for share in RATES {
+            // `V` is a square.
+            rate_per_s = 2.0 * share * slowest;
+            best = self.certify(Choice { rate_per_s, ..self.plain(dwell, hold_s) })?;
+            if best.is_some() {
+                break;
+            }
+        }
         let mut fails = found.clamp(1e-6, 1.0);
         let mut growth: f64 = 1.0;
         while best.is_some() && growth > MAX_GROWTH_RATIO * fails {
             let middle = (growth * fails).sqrt();
-            let mut other = None;
-            for share in RATES {
-                // `V` is a square.
-                let rate_per_s = 2.0 * share * slowest;
-                let choice = Choice { contraction: middle * middle, rate_per_s, ..self.plain(dwell, hold_s) };
-                other = self.certify(choice)?;
-                if other.is_some() {
-                    break;
-                }
-            }
+            let choice = Choice { contraction: middle * middle, rate_per_s, ..self.plain(dwell, hold_s) };
+            let other = self.certify(choice)?;
             match other {
                 Some(other) => (growth, best) = (middle, Some(other)),
                 None => fails = middle,

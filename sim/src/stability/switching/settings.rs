@@ -57,7 +57,9 @@ impl SwitchingSettings {
             return Err("augmentation.enabled = false: there are no events");
         }
         if forward.share + backward.share > 0.0 {
-            return Err("a delay that is not a whole number of ticks splits a tick, which the certificate does not cover");
+            return Err(
+                "a delay that is not a whole number of ticks splits a tick, which the certificate does not cover",
+            );
         }
         if forward.whole + backward.whole > MAX_DELAY_TICKS {
             return Err("the certificate covers delays of up to 24 ticks for both ways together");
