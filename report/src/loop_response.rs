@@ -132,6 +132,6 @@ pub fn population_text(population: &Population) -> String {
         table.row([format!("{} %", significant(100.0 * one.share)), newtons(one.value), interval]);
     }
     let worst = newtons(population.worst.stiffness_n_per_m);
-    let _ = write!(text, "{table}smallest limit found in the whole range of arms: {worst}\n");
+    let _ = writeln!(text, "{table}smallest limit found in the whole range of arms: {worst}");
     text
 }
