@@ -1,15 +1,9 @@
 //! `certificate.json`: all that is needed to verify the certificates again.
 
-use nalgebra::DMatrix;
 use serde_json::{Value as Json, json};
 
-use super::switching::seconds;
+use super::switching::{rows, seconds};
 use trocar_sim::stability::{Certificate, Switching};
-
-/// The rows of a matrix.
-pub(super) fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
 
 /// Returns `certificate.json`; `None` without a certificate.
 ///

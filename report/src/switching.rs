@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use serde_json::{Value as Json, json};
 
-use super::certificate::rows;
 use super::figures::{self, SwitchingView};
 use super::number::significant;
 use super::pictures::{PictureError, keep};
@@ -174,6 +173,11 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
         ]);
     }
     table
+}
+
+/// The rows of a matrix.
+pub(super) fn rows(matrix: &nalgebra::DMatrix<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 /// Returns the part `switching` of `stability.json`.

@@ -90,7 +90,6 @@ const ARCHITECTURES: &[Part] = &[
             ("sim/src/stability/limit.rs", "the limit in closed form is the paper's"),
             ("sim/src/stability/sampled.rs", "the reduced loop is the paper's"),
             ("sim/src/stability/sensitivity.rs", "the paper's has no coupling"),
-            ("sim/src/stability/switching/settings.rs", "the certificate is for the paper's"),
         ],
     ),
     ("architecture/local_force.rs", &["LocalForce"], &[BOTH]),

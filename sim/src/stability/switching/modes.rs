@@ -169,7 +169,7 @@ impl Modes {
         }
         of_loop.extend((1..=self.delay).map(|k| (format!("hand_{k}_ticks_ago"), "m")));
         let extra = [
-            ("reference", "m"),
+            ("held_reference", "m"),
             ("force_fed_back", "N"),
             ("force_at_alarm", "N"),
             ("tissue_at_alarm", "N"),
