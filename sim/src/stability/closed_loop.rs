@@ -119,6 +119,7 @@ impl ClosedLoop {
     }
 
     /// The loop that is open where the slave's signal arrives at the master: its matrix, its input and its output.
+    #[allow(clippy::type_complexity, reason = "three parts that are always destructured at once")]
     pub(super) fn open(&self) -> Result<(DMatrix<f64>, DVector<f64>, DVector<f64>), StabilityError> {
         let states = self.states();
         if states > MAX_STATES {
