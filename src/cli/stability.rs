@@ -136,7 +136,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         let switching_figure = if switching.is_ok() { ", switching.png" } else { "" };
         let files = folder.path().display();
         terminal::print(&format!(
-            "{text}\nfigures: stability.png, ports.png, loop.png{switching_figure}; files: {files}\n"
+            "{text}\nfigures: stability.png, ports.png, loop.png{switching_figure}\nfiles: {files}\n"
         ))?;
         if args.report {
             report::print_path(&folder)?;
