@@ -72,7 +72,9 @@ fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
         .filter(|value| value.is_none())
         .count()
     });
-    let link = metrics.link.map_or(1, |link| usize::from(link.given_up_s.is_none()));
+    let link = metrics
+        .link
+        .map_or(1, |link| [link.given_up_s, link.promised_energy_j].iter().filter(|value| value.is_none()).count());
     undefined.iter().filter(|value| value.is_none()).count() + events.sum::<usize>() + link
 }
 
