@@ -84,7 +84,7 @@ def test_a_former_name_of_a_metric_is_taken_with_a_warning():
 
 def test_a_frame_a_figure_and_a_table(run):
     frame = run.to_dataframe()
-    assert frame.shape == (17000, 16) and frame.index.name == "time_s"
+    assert frame.shape == (17000, 20) and frame.index.name == "time_s"
     assert len(run.plot(figsize=(4, 6)).axes) == 3
     assert run._repr_html_().startswith("<table>") and "detection delay" in run._repr_html_()
     assert "detection delay" in str(run) and repr(run) == "Run('augmented', 17000 ticks)"
