@@ -83,9 +83,10 @@ pub fn energy(view: &EnergyView<'_>) -> Result<Figure, FigureError> {
     let entries = |lines: &[Line<'_>; 4]| -> Vec<_> {
         lines.iter().map(|&(_, stroke, name)| (Sample::Line(stroke), name.to_owned())).collect()
     };
-    let mut of_balances = entries(&balances);
+    let mut legend = entries(&ports);
+    legend.extend(entries(&balances).into_iter().map(|(sample, name)| (sample, format!("below: {name}"))));
     if level.is_some() {
-        of_balances.push((Sample::Line(PROMISE), "-E_0".to_owned()));
+        legend.push((Sample::Line(PROMISE), "-E_0".to_owned()));
     }
-    Grid { legends: vec![entries(&ports), of_balances], common: vec![], rows: rows.into() }.draw()
+    Grid { legends: vec![legend], common: vec![], rows: rows.into() }.draw()
 }

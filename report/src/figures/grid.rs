@@ -70,7 +70,8 @@ impl Grid<'_> {
         let common = flow(&self.common, page - RIGHT_MARGIN - MARGIN - labels[0], faces);
         let top = MARGIN + legend_height + common.1 + 6.0;
         let body: f64 = self.rows.iter().map(|row| row.height + head_height(row)).sum();
-        let height = top + body + X_LABELS + MARGIN;
+        let labelled = (0..self.rows.len()).filter(|index| self.is_x_labelled(*index)).count();
+        let height = top + body + X_LABELS * labelled as f64 + MARGIN;
 
         canvas::render(height.ceil() as i32, |area| {
             for (left, layout) in &legends {
@@ -85,7 +86,7 @@ impl Grid<'_> {
                     area.draw_text(&title, &style::title(), at)?;
                 }
                 y += head_height(row);
-                let x_labelled = index + 1 == self.rows.len();
+                let x_labelled = self.is_x_labelled(index);
                 let below = if x_labelled { X_LABELS } else { 0.0 };
                 for (c, panel) in row.panels.iter().enumerate() {
                     let (width, height) = (units(column), units(row.height + below));
@@ -93,10 +94,16 @@ impl Grid<'_> {
                     let part = area.clone().shrink((units(lefts[c]), units(y)), (width, height));
                     panel.draw(&part, &place)?;
                 }
-                y += row.height;
+                y += row.height + below;
             }
             Ok(())
         })
+    }
+
+    /// Whether a row has labels on its x axis: the last of those with one axis.
+    fn is_x_labelled(&self, index: usize) -> bool {
+        let caption = |index: usize| Some(self.rows.get(index)?.panels.first()?.x_caption);
+        caption(index + 1).is_none() || caption(index + 1) != caption(index)
     }
 
     /// Returns the width of the caption and the widest tick label of a column.
