@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use trocar_sim::lti::{self, Complex64, Continuous, Discrete};
 use trocar_sim::plant::{ControlTiming, master_system, slave_system};
-use trocar_sim::stability::{ClosedLoop, LoopSettings};
+use trocar_sim::stability::{ClosedLoop, LoopSettings, LoopSystem, StabilityError};
 
 use crate::arrays::matrix;
 use crate::error;
@@ -124,9 +124,9 @@ impl StateSpace {
 pub(crate) fn state_space(scenario: &Scenario, side: &str) -> PyResult<StateSpace> {
     let scenario = &scenario.scenario;
     let is_sampled = scenario.timing == ControlTiming::Sampled;
-    let (system, name, inputs, outputs) = match side {
-        "master" => (
-            master_system(&scenario.master, &scenario.arm, scenario.timing),
+    match side {
+        "master" => of_side(
+            master_system(&scenario.master, &scenario.arm, scenario.timing).map_err(error::value)?,
             "master",
             vec![
                 "desired_position_m",
@@ -134,44 +134,50 @@ pub(crate) fn state_space(scenario: &Scenario, side: &str) -> PyResult<StateSpac
                 if is_sampled { "motor_force_n" } else { "feedback_force_n" },
             ],
             vec!["operator_force_n", if is_sampled { "motor_minus_operator_force_n" } else { "force_error_n" }],
+            &[
+                "master_position_m",
+                "master_velocity_m_per_s",
+                "arm_position_m",
+                "arm_velocity_m_per_s",
+                "force_error_integral_n_s",
+            ],
         ),
-        "slave" => (
-            slave_system(&scenario.slave, scenario.timing),
+        "slave" => of_side(
+            slave_system(&scenario.slave, scenario.timing).map_err(error::value)?,
             "slave",
             vec![if is_sampled { "motor_command" } else { "slave_reference_m" }],
             vec!["slave_position_m", "slave_velocity_m_per_s"],
+            &["slave_position_m", "slave_velocity_m_per_s"],
         ),
-        "loop-gain" | "closed-loop" => return of_loop(scenario, side),
-        other => {
-            return Err(error::value(format!(
-                "side is {other:?}, must be \"master\", \"slave\", \"loop-gain\" or \"closed-loop\""
-            )));
-        }
-    };
-    let system = system.map_err(error::value)?;
-    let known: &[&str] = match side {
-        "master" => &[
-            "master_position_m",
-            "master_velocity_m_per_s",
-            "arm_position_m",
-            "arm_velocity_m_per_s",
-            "force_error_integral_n_s",
-        ],
-        _ => &["slave_position_m", "slave_velocity_m_per_s"],
-    };
+        "loop-gain" => of_loop(scenario, "loop-gain", ClosedLoop::loop_gain_system),
+        "closed-loop" => of_loop(scenario, "closed-loop", ClosedLoop::closed_loop_system),
+        other => Err(error::value(format!(
+            "side is {other:?}, must be \"master\", \"slave\", \"loop-gain\" or \"closed-loop\""
+        ))),
+    }
+}
+
+/// A side, with the names of its first states.
+fn of_side(
+    system: lti::StateSpace<Continuous>,
+    name: &'static str,
+    inputs: Vec<&'static str>,
+    outputs: Vec<&'static str>,
+    known: &[&str],
+) -> PyResult<StateSpace> {
     let state = |index: usize| known.get(index).map_or_else(|| format!("state_{index}"), |name| (*name).to_owned());
     let states = (0..system.states()).map(state).collect();
     Ok(StateSpace { system: System::Continuous(system), name, inputs, outputs, states })
 }
 
-/// The loop from tick to tick.
-fn of_loop(scenario: &trocar_sim::scenario::Scenario, side: &str) -> PyResult<StateSpace> {
+/// The loop from tick to tick, in one of its forms.
+fn of_loop(
+    scenario: &trocar_sim::scenario::Scenario,
+    name: &'static str,
+    form: impl Fn(&ClosedLoop) -> Result<LoopSystem, StabilityError>,
+) -> PyResult<StateSpace> {
     let closed = ClosedLoop::new(&LoopSettings::of(scenario)).map_err(error::value)?;
-    let (system, name) = match side {
-        "loop-gain" => (closed.loop_gain_system(), "loop-gain"),
-        _ => (closed.closed_loop_system(), "closed-loop"),
-    };
-    let system = system.map_err(error::value)?;
+    let system = form(&closed).map_err(error::value)?;
     let states = (0..system.system.states()).map(|index| format!("state_{index}")).collect();
     let (inputs, outputs) = (system.inputs, system.outputs);
     Ok(StateSpace { system: System::Discrete(system.system), name, inputs, outputs, states })

@@ -120,9 +120,9 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     }
     let warnings = Warnings::new(&args.output);
     let ends = [plan.scenario(0)?, plan.scenario(cases.saturating_sub(1))?];
-    if ends.iter().all(|scenario| !scenario.has_random_numbers()) {
-        warnings.print(&seeds_without_effect(&ends[..1], plan.design.seeds));
-    }
+    let is_quiet = ends.iter().all(|scenario| !scenario.has_random_numbers());
+    let printed = if is_quiet { seeds_without_effect(&ends[..1], plan.design.seeds) } else { vec![] };
+    warnings.print(&printed);
     announce(args, &ends, manifest.part.1 - manifest.part.0)?;
     folder.write(SWEEP, plan.canonical().as_bytes())?;
     let part = Part::open(&folder.path().join(CASES), layout)?;
@@ -143,7 +143,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         let words = ["sweep".to_owned(), page::shown(file)].into_iter().chain(page::set_flags(&args.settings));
         command_line(words.chain(["--report".to_owned()]))
     });
-    let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]), report: line };
+    let whole = Whole { design, canonical, manifest, rows: Rows(vec![part]), report: line, printed };
     finish(&folder, whole, &args.output, &warnings)?;
     drop_packs(&folder);
     warnings.finish()

@@ -73,7 +73,7 @@ fn removal(reason: &MissReason, threshold: &mut f64) -> String {
             "augmentation.enabled=false".into()
         }
         MissReason::AlarmOfAnother { .. } => "detector.settle_s=0".into(),
-        MissReason::NotReady | MissReason::NoFall => "detector.distance=squared-drop".into(),
+        MissReason::NotReady { .. } | MissReason::NoFall => "detector.distance=squared-drop".into(),
     }
 }
 
@@ -187,6 +187,21 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
         "base = \"hand/reflex\"\nmetrics = [\"operator_energy_j\"]\n[axes]\ntissue.stiffness_n_per_m = [100.0, 200.0]\n",
     );
     folder.refused(&["sweep", "sweep.toml"], &["axes.tissue.stiffness_n_per_m has no effect", "sweep.toml:4"]);
+    let set = |kinds: &str| {
+        format!(
+            "base = \"hand/reflex\"\nmetrics = [\"operator_energy_j\"]\n[set]\ntissue.stiffness_n_per_m = 300.0\n[axes]\n{kinds}"
+        )
+    };
+    folder.file("set.toml", set("scaling.force = [1.0, 1.1]\n"));
+    folder.refused(&["sweep", "set.toml"], &["tissue.stiffness_n_per_m has no effect", "set.toml:4"]);
+    let given = ["sweep", "sweep.toml", "--set", "tissue.stiffness_n_per_m=300"];
+    folder.file(
+        "sweep.toml",
+        "base = \"hand/reflex\"\nmetrics = [\"operator_energy_j\"]\n[axes]\nscaling.force = [1.0, 1.1]\n",
+    );
+    folder.refused(&given, &["tissue.stiffness_n_per_m has no effect"]);
+    folder.file("kinds.toml", set("tissue.kind = [\"layers\", \"kelvin-voigt\"]\n"));
+    folder.good(&["sweep", "kinds.toml"]);
 }
 
 #[test]
@@ -303,6 +318,8 @@ fn seeds_without_noise_are_told() {
     let quiet = said(&["sweep", "quiet.toml"]);
     assert!(quiet.contains("warning[unchanged-metrics]"), "{quiet}");
     assert!(quiet.contains("warning[seeds-without-effect]") && quiet.contains("6 cases"), "{quiet}");
+    let summary = folder.text("out/quiet/summary.json");
+    assert!(summary.contains("\"seeds-without-effect\""), "{summary}");
     assert!(!said(&["sweep", "noisy.toml"]).contains("seeds-without-effect"));
     folder.file("quiet.toml", sweep("0.01"));
     folder.refused(&["sweep", "quiet.toml"], &["force_noise_std_n"]);

@@ -1,7 +1,7 @@
 //! Whether the numbers of a recording can be those of a needle insertion.
 
 use super::{Detection, LabelMiss};
-use crate::detection::{DetectorSettings, DistanceKind};
+use crate::detection::DetectorSettings;
 use crate::warning::{Code, Warning};
 
 /// Minimum and maximum sampling rate without a warning, in Hz.
@@ -226,14 +226,14 @@ fn contact(detection: &Detection) -> Option<Warning> {
     let armed = detection.conditions.iter().filter(|conditions| conditions.in_contact() && conditions.armed()).count();
     let share = armed as f64 / in_contact as f64;
     (in_contact as f64 * detection.interval_s >= MIN_CONTACT_S && share < MIN_ARMED).then(|| {
-        let (why, key, remedy) = match detection.detector.distance.kind {
-            DistanceKind::Adaptive => (
-                "it learns from the first 50 samples, and a force that does not change disarms it",
+        let (why, key, remedy) = match detection.detector.distance.kind.waits_for() {
+            Some(waits_for) => (
+                format!("it waits for {waits_for}"),
                 "detector.distance",
                 "begin the recording earlier, or choose another detector",
             ),
-            _ => (
-                "g keeps exceeding the threshold",
+            None => (
+                "g keeps exceeding the threshold".to_owned(),
                 "detector.drift",
                 "the noise or the model's error is too large for the settings: `trocar calibrate` computes others",
             ),

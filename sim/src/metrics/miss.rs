@@ -7,9 +7,7 @@ use std::ops::RangeInclusive;
 use serde::Serialize;
 
 use crate::augmentation::{AugmentationSettings, Mode};
-use crate::detection::{
-    AlarmConditions, CusumDetector, Decision, Detector as _, DetectorSettings, DistanceKind, Evidence, Motion,
-};
+use crate::detection::{AlarmConditions, CusumDetector, Decision, Detector as _, DetectorSettings, Evidence, Motion};
 use crate::time::nearest_ticks;
 use crate::warning::{Code, Warning};
 
@@ -32,9 +30,12 @@ pub enum MissReason {
         /// For how long it must be quiet, in s.
         settle_s: f64,
     },
-    /// The adaptive detector did not know the noise yet, or the force had long not changed.
-    NotReady,
-    /// The adaptive detector saw no fall that counts.
+    /// A detector that arms itself did not judge yet.
+    NotReady {
+        /// What it waited for.
+        waits_for: &'static str,
+    },
+    /// A detector that arms itself saw no fall that counts.
     NoFall,
     /// The force did not fall below a predicted resisting force.
     NoDrop,
@@ -92,7 +93,7 @@ impl MissReason {
         match self {
             Self::NotInContact { .. } => "estimator.contact_m",
             Self::NotArmed { .. } => "detector.settle_s",
-            Self::NotReady | Self::NoFall => "detector.distance",
+            Self::NotReady { .. } | Self::NoFall => "detector.distance",
             Self::NoDrop => "detector.drop_only",
             Self::WrongMotion { .. } => "detector.motion",
             Self::TooShallow { .. } => "detector.minimum_depth_m",
@@ -119,7 +120,7 @@ impl MissReason {
             Self::NotArmed { .. } => {
                 "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
             }
-            Self::NotReady => "begin the recording earlier, and check that the force is renewed at every sample",
+            Self::NotReady { .. } => "begin the recording earlier, and check that the force is renewed at every sample",
             Self::NoFall => "look at the force there; other kinds of detector.distance do not judge by the fall alone",
             Self::NoDrop => "set detector.drop_only = false",
             Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
@@ -153,7 +154,7 @@ impl MissReason {
             Self::BelowThreshold { reached } => cusum.threshold *= NEAR_MAX * reached,
             Self::BelowDrift { largest } => cusum.drift = 0.5 * largest,
             Self::EventUnderWay { .. } | Self::Refractory { .. } | Self::EarlierEvent => augmentation.enabled = false,
-            Self::NotReady | Self::NoFall | Self::AlarmOfAnother { .. } => {}
+            Self::NotReady { .. } | Self::NoFall | Self::AlarmOfAnother { .. } => {}
         }
     }
 }
@@ -172,11 +173,9 @@ impl Display for MissReason {
                 ms(*quiet_s),
                 ms(*settle_s)
             ),
-            Self::NotReady => {
-                f.write_str("not armed: the first samples, from which the detector learns, or the force had not changed for 0.2 s")
-            }
+            Self::NotReady { waits_for } => write!(f, "not armed: the detector waits for {waits_for}"),
             Self::NoFall => f.write_str(
-                "no fall: the force did not fall by a tenth, beyond what motion and relaxation explain, or a fall was under way",
+                "no fall: the force did not fall beyond what the detector takes for motion and relaxation, or a fall was under way",
             ),
             Self::NoDrop => f.write_str("detector.drop_only: the force did not fall below a predicted resisting force"),
             Self::WrongMotion { velocity_m_per_s } => {
@@ -380,7 +379,7 @@ impl MissRule<'_> {
                 let reached = MissReason::BelowThreshold { reached: (max / threshold).min(1.0) };
                 std::iter::once(reached).chain(failed).collect()
             }
-            None if self.is_adaptive() => vec![MissReason::NoFall],
+            None if self.waits_for().is_some() => vec![MissReason::NoFall],
             None => {
                 let largest = samples.iter().map(|(_, sample)| sample.distance).fold(0.0, f64::max);
                 let drift = MissReason::BelowDrift { largest };
@@ -394,8 +393,9 @@ impl MissRule<'_> {
         Some(Miss { reason: *reason, also: also.to_vec() })
     }
 
-    fn is_adaptive(&self) -> bool {
-        self.detector.distance.kind == DistanceKind::Adaptive
+    /// See [`DistanceKind::waits_for`](crate::detection::DistanceKind::waits_for).
+    fn waits_for(&self) -> Option<&'static str> {
+        self.detector.distance.kind.waits_for()
     }
 
     /// The conditions that a sample above the threshold fails.
@@ -406,8 +406,10 @@ impl MissRule<'_> {
         }
         let quiet_s = conditions.quiet_samples * self.tick_s;
         let settle_s = self.detector.arming.settle_s;
-        let not_armed =
-            if self.is_adaptive() { MissReason::NotReady } else { MissReason::NotArmed { quiet_s, settle_s } };
+        let not_armed = match self.waits_for() {
+            Some(waits_for) => MissReason::NotReady { waits_for },
+            None => MissReason::NotArmed { quiet_s, settle_s },
+        };
         let all = [
             (conditions.armed, not_armed),
             (conditions.is_drop, MissReason::NoDrop),

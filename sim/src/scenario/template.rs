@@ -114,13 +114,15 @@ impl Template {
     /// keys, each with its first value and the place of its values.
     ///
     /// # Errors
-    /// As [`Scenario::load`], for the scenario with the first values; an open key that a setting or an entry fixes.
+    /// As [`Scenario::load`], for the scenario with the first values; an open key that a setting or an entry fixes, and
+    /// one of them that does not act.
     pub fn new(
         base: &Source,
         entries: Vec<Entry>,
         settings: &[String],
         open: &[(&'static Key, Value, Place)],
     ) -> Result<Self, ScenarioError> {
+        let is_open = |path: &str| open.iter().any(|(key, ..)| key.path == path);
         let mut written = Values::default();
         let mut given = vec![];
         for setting in settings.iter().rev() {
@@ -128,7 +130,7 @@ impl Template {
         }
         given.extend(entries);
         for entry in &given {
-            if open.iter().any(|(key, ..)| key.path == entry.path) {
+            if is_open(&entry.path) {
                 let message = format!("{} is both swept and set", entry.path);
                 return Err(ScenarioError::new(message)
                     .at(Some(entry.value_place.clone()))
@@ -145,6 +147,7 @@ impl Template {
             written.derive("name", Value::Text(harmless_name(&base.stem())));
         }
         written.fill_defaults();
+        written.check_acting(|key| is_open(key.path) || written.unmet(key).any(|acts| is_open(acts.key)))?;
         let first = Scenario::resolve(written.clone())?;
         let keys: Vec<&'static Key> = open.iter().map(|(key, ..)| *key).collect();
         let mut parts: Vec<Part> = vec![];

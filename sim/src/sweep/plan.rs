@@ -147,8 +147,6 @@ impl Plan {
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Resolves and builds scenarios at the ends of the axes, so that invalid values are errors before the sweep
-    /// starts.
     /// Checks that every axis acts: for the kinds of the first case, or because the kinds are an axis as well.
     fn check_acting(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
@@ -168,6 +166,8 @@ impl Plan {
             .remedy(format!("remove the axis, or change {} in [set]", acts.key)))
     }
 
+    /// Resolves and builds scenarios at the ends of the axes, so that invalid values are errors before the sweep
+    /// starts.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let ends: Vec<Vec<Value>> = axes

@@ -24,6 +24,8 @@ pub(super) struct Whole<'a> {
     pub(super) rows: Rows,
     /// The command that reproduces it, if a report is requested.
     pub(super) report: Option<String>,
+    /// Warnings that were printed before it ran.
+    pub(super) printed: Vec<Warning>,
 }
 
 /// Writes the tables, the findings and the figures, and prints the summary. The manifest is written last, so that an interruption
@@ -38,7 +40,7 @@ pub(super) fn finish(
 }
 
 fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warnings) -> Result<(), CliError> {
-    let Whole { design, canonical, manifest, rows, report: line } = whole;
+    let Whole { design, canonical, manifest, rows, report: line, printed } = whole;
     let hash = &manifest.sweep_sha256;
     folder.write(SWEEP, canonical.as_bytes())?;
     let tables = || -> Result<(), CliError> {
@@ -49,7 +51,9 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
         Ok(())
     };
     let summary = || -> Result<Vec<Warning>, CliError> {
-        let findings = findings(design, &rows)?;
+        let mut findings = findings(design, &rows)?;
+        let found = findings.warnings.clone();
+        findings.warnings.splice(0..0, printed);
         folder.write("summary.csv", sweep_summary_csv(&findings).as_bytes())?;
         folder.write("summary.json", sweep_json(design, hash, &findings).as_bytes())?;
         folder.write("summary.txt", sweep_text(design, &findings).as_bytes())?;
@@ -59,7 +63,7 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
             folder.write(page::FILE, html.as_bytes())?;
         }
         sweep_pictures(folder, design, &findings)?;
-        Ok(findings.warnings)
+        Ok(found)
     };
     let (tables, summary) = rayon::join(tables, summary);
     tables?;

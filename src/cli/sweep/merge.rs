@@ -52,7 +52,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
         command_line(words.chain(["--report".to_owned()]))
     });
     let warnings = Warnings::new(&args.output);
-    let whole = Whole { design: &design, canonical: &canonical, manifest, rows, report: line };
+    let whole = Whole { design: &design, canonical: &canonical, manifest, rows, report: line, printed: vec![] };
     finish(&folder, whole, &args.output, &warnings)?;
     warnings.finish()
 }

@@ -24,6 +24,9 @@ const WINDOWS_S: [f64; 5] = [2e-3, 4e-3, 8e-3, 16e-3, 32e-3];
 /// Time before a window with which the force is compared, in s. The spike of an impact is shorter.
 const REFERENCE_S: f64 = 15e-3;
 
+/// Number of bins of a part of the reference.
+const PART: usize = 5;
+
 /// Interval of the present velocity, in s.
 const INSTANT_S: f64 = 4e-3;
 
@@ -114,15 +117,15 @@ pub struct Adaptive<L> {
     bins: f64,
     newest: usize,
     force: [L; BINS],
-    /// Maximum force of the reference up to each bin.
-    peak: [L; BINS],
     /// The force that the motion does not explain.
     surplus: [L; BINS],
-    /// Minimum surplus of the reference up to each bin.
-    low: [L; BINS],
     position: [L; BINS],
-    /// Maximum position of the reference up to each bin.
-    high: [L; BINS],
+    /// Maximum force, minimum surplus and maximum position of the reference up to each bin.
+    peak: Extremes<L>,
+    low: Extremes<L>,
+    high: Extremes<L>,
+    /// The motion up to each bin.
+    motion: [Motion<L>; BINS],
     scales: [L; WINDOWS_S.len()],
     /// Running means of `Δx²` and `Δx Δf`.
     moments: [L; 2],
@@ -138,6 +141,8 @@ pub struct Adaptive<L> {
 impl<L: Lane> BuiltIn for Adaptive<L> {
     const UNIT: &'static str = "1";
     const ACCUMULATES: bool = false;
+    const WAITS_FOR: Option<&'static str> =
+        Some("50 samples, or 50 ms above 1 kHz, to learn the noise, and for a force that has changed within 0.2 s");
 
     fn tuning(_hypotheses: &Hypotheses) -> (f64, f64) {
         (THRESHOLD, 0.0)
@@ -153,11 +158,12 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
             bins: 0.0,
             newest: 0,
             force: [zero; BINS],
-            peak: [zero; BINS],
             surplus: [zero; BINS],
-            low: [zero; BINS],
             position: [zero; BINS],
-            high: [zero; BINS],
+            peak: Extremes::new(zero),
+            low: Extremes::new(zero),
+            high: Extremes::new(zero),
+            motion: [Motion { velocity: zero, inverse: zero, fall: zero }; BINS],
             scales: [zero; WINDOWS_S.len()],
             moments: [zero; 2],
             stiffest: zero,
@@ -203,7 +209,7 @@ impl<L: Lane> Adaptive<L> {
     /// The value of `bins` ago.
     #[inline(always)]
     fn ago(&self, values: &[L; BINS], bins: usize) -> L {
-        values[(self.newest + BINS - bins) % BINS]
+        values[before(self.newest, bins)]
     }
 
     /// The change over the last `bins`.
@@ -212,18 +218,12 @@ impl<L: Lane> Adaptive<L> {
         values[self.newest] - self.ago(values, bins)
     }
 
-    /// The extreme over the reference up to now.
-    #[inline(always)]
-    fn extreme(&self, values: &[L; BINS], choose: impl Fn(L, L) -> L) -> L {
-        (1..self.times.reference).fold(values[self.newest], |all, bins| choose(all, self.ago(values, bins)))
-    }
-
     /// Processes a bin.
     #[inline(always)]
     fn process(&mut self, force: L, position: L) {
         if self.bins == 0.0 {
-            (self.force, self.peak) = ([force; BINS], [force; BINS]);
-            (self.position, self.high) = ([position; BINS], [position; BINS]);
+            (self.force, self.peak) = ([force; BINS], Extremes::new(force));
+            (self.position, self.high) = ([position; BINS], Extremes::new(position));
         }
         self.bins += 1.0;
         let last_surplus = self.surplus[self.newest];
@@ -233,9 +233,12 @@ impl<L: Lane> Adaptive<L> {
         let stiffness = self.stiffness();
         let explained = stiffness * self.change(&self.position, 1);
         self.surplus[self.newest] = last_surplus + self.change(&self.force, 1) - explained;
-        self.low[self.newest] = self.extreme(&self.surplus, L::min);
-        self.peak[self.newest] = self.extreme(&self.force, L::max);
-        self.high[self.newest] = self.extreme(&self.position, L::max);
+        let (newest, reference) = (self.newest, self.times.reference);
+        self.low.update(&self.surplus, newest, reference, L::min);
+        self.peak.update(&self.force, newest, reference, L::max);
+        self.high.update(&self.position, newest, reference, L::max);
+
+        self.motion[newest] = self.motion();
 
         let released = self.released(stiffness);
         let largest = (0..WINDOWS_S.len()).fold(L::zero(), |all, index| all.max(self.relative_fall(index, released)));
@@ -243,11 +246,8 @@ impl<L: Lane> Adaptive<L> {
         let held = self.hold.update(force, self.scales[0], &self.times);
         if let Some(ended) = held.ended {
             // The next fall counts from here.
-            let surplus = self.surplus[self.newest];
-            for bin in 0..BINS {
-                self.low[bin] = L::select(ended, surplus, self.low[bin]);
-                self.peak[bin] = L::select(ended, force, self.peak[bin]);
-            }
+            self.low.forget(ended, self.surplus[self.newest]);
+            self.peak.forget(ended, force);
         }
         let counts = !held.was_holding & L::Mask::splat(self.bins >= KNOWN_BINS);
         let value = L::select(counts, largest, L::zero());
@@ -276,13 +276,26 @@ impl<L: Lane> Adaptive<L> {
         L::select(squares.gt(zero), (products / squares).max(zero), zero)
     }
 
+    /// The motion over the last reference.
+    #[inline(always)]
+    fn motion(&self) -> Motion<L> {
+        let reference = self.times.reference;
+        let velocity = self.change(&self.position, reference) * L::splat(self.times.per_reference);
+        Motion {
+            velocity,
+            inverse: L::splat(1.0) / velocity.max(L::splat(SLOW_M_PER_S)),
+            fall: (-self.change(&self.surplus, reference)).max(L::zero()),
+        }
+    }
+
     /// The force in N that the needle's retreat from its deepest position can release.
     #[inline(always)]
     fn released(&self, stiffness: L) -> L {
         let reference = self.times.reference;
         let longest = BINS - 1 - reference;
         // The maxima of four references side by side cover the longest window and the reference before it.
-        let parts = [0, reference, 2 * reference, 3 * reference].map(|bins| self.ago(&self.high, bins.min(longest)));
+        let parts =
+            [0, reference, 2 * reference, 3 * reference].map(|bins| self.ago(&self.high.whole, bins.min(longest)));
         let deepest = parts.into_iter().fold(self.position[self.newest], L::max);
         let retreat = deepest - self.position[self.newest] + self.bin.steps[0];
         stiffness.max(self.stiffest) * retreat
@@ -292,28 +305,24 @@ impl<L: Lane> Adaptive<L> {
     #[inline(always)]
     fn relative_fall(&self, index: usize, released: L) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let Times { reference, .. } = self.times;
         let window = self.times.windows[index];
         let (force, surplus) = (self.force[self.newest], self.surplus[self.newest]);
-        let before = self.ago(&self.peak, window);
+        let peak = self.ago(&self.peak.whole, window);
 
-        let past_advance = self.ago(&self.position, window) - self.ago(&self.position, window + reference);
-        let past_velocity = past_advance * L::splat(self.times.per_reference);
+        let motion = &self.motion[before(self.newest, window)];
         let velocity = self.change(&self.position, self.times.instant) * L::splat(self.times.per_instant);
-        let lost = (past_velocity - velocity) / past_velocity.max(L::splat(SLOW_M_PER_S));
+        let lost = (motion.velocity - velocity) * motion.inverse;
         let stopped = (lost - L::splat(EVEN_SHARE)) * L::splat(1.0 / (1.0 - EVEN_SHARE));
-        let slowing = L::splat(VISCOUS_SHARE) * before.max(zero) * stopped.clamp(zero, one);
+        let slowing = L::splat(VISCOUS_SHARE) * peak.max(zero) * stopped.clamp(zero, one);
 
-        let past_fall = self.ago(&self.surplus, window + reference) - self.ago(&self.surplus, window);
-        let continued = past_fall.max(zero) * L::splat(TREND * window as f64 / reference as f64);
-
-        let drop = self.ago(&self.low, window) - surplus - continued;
-        let fall = drop.min(before - force - released) - slowing;
-        let least = (L::splat(LEAST_SHARE) * before).max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
+        let continued = motion.fall * L::splat(self.times.trends[index]);
+        let drop = self.ago(&self.low.whole, window) - surplus - continued;
+        let fall = drop.min(peak - force - released) - slowing;
+        let least = (L::splat(LEAST_SHARE) * peak).max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
         let counts = fall.gt(least) & self.change(&self.position, window).ge(zero);
         let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
         // Nothing falls by more than there was: noise around zero force is no fall.
-        L::select(counts, fall.min(before) / scale, zero)
+        L::select(counts, fall.min(peak), zero) / scale
     }
 
     /// Updates the scales and the stiffest load.
@@ -335,21 +344,75 @@ impl<L: Lane> Adaptive<L> {
         self.recent_load = (self.recent_load * L::splat(self.times.load_decay)).max(self.force[self.newest]);
         let (rise, advance) = last;
         let resolution = self.bin.steps[0];
-        let load = rise / advance.max(resolution).max(L::splat(ROUNDING[0]));
         let is_load = rise.gt(L::splat(LOAD) * self.scales[WINDOWS_S.len() - 1]) & advance.ge(-resolution);
-        let decayed = self.stiffest * L::splat(self.times.stiffest_decay);
-        self.stiffest = L::select(is_load, load.max(decayed), decayed);
+        let load = L::select(is_load, rise, L::zero()) / advance.max(resolution).max(L::splat(ROUNDING[0]));
+        self.stiffest = load.max(self.stiffest * L::splat(self.times.stiffest_decay));
     }
 }
 
 crate::lane::gather!(Adaptive {
-    bin, force, peak, surplus, low, position, high, scales, moments, stiffest, recent_load, hold, tail, value
+    bin, force, surplus, position, peak, low, high, motion, scales, moments, stiffest, recent_load, hold, tail, value
 } same { times, bins, newest });
+
+/// The bin so many before another one.
+#[inline(always)]
+fn before(bin: usize, bins: usize) -> usize {
+    (bin + BINS - bins) % BINS
+}
+
+/// The extremes of a signal over the reference up to each bin.
+///
+/// They are the extremes of extremes over parts of the reference: of the square root of the comparisons.
+#[derive(Debug, Clone)]
+struct Extremes<L> {
+    parts: [L; BINS],
+    whole: [L; BINS],
+}
+
+impl<L: Lane> Extremes<L> {
+    fn new(value: L) -> Self {
+        Self { parts: [value; BINS], whole: [value; BINS] }
+    }
+
+    /// Processes the newest of the values.
+    #[inline(always)]
+    fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize, choose: impl Fn(L, L) -> L) {
+        let part = PART.min(reference);
+        let in_part = (1..part).map(|bins| values[before(newest, bins)]);
+        self.parts[newest] = in_part.fold(values[newest], &choose);
+        let last = reference - part;
+        let parts = (1..reference.div_ceil(part)).map(|index| self.parts[before(newest, (index * part).min(last))]);
+        self.whole[newest] = parts.fold(self.parts[newest], &choose);
+    }
+
+    /// Forgets what was, in the lanes of the mask.
+    #[inline(always)]
+    fn forget(&mut self, mask: L::Mask, value: L) {
+        self.whole = self.whole.map(|old| L::select(mask, value, old));
+    }
+}
+
+crate::lane::gather!(Extremes { parts, whole });
+
+/// Motion and force over the reference up to a bin.
+#[derive(Debug, Clone, Copy)]
+struct Motion<L> {
+    /// Mean velocity in m/s.
+    velocity: L,
+    /// Its inverse, at most that of a slow motion.
+    inverse: L,
+    /// By how much the surplus fell, in N.
+    fall: L,
+}
+
+crate::lane::gather!(Motion { velocity, inverse, fall });
 
 /// The times in bins, and what follows from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Times {
     windows: [usize; WINDOWS_S.len()],
+    /// What a fall over the reference adds over each window, in multiples of it.
+    trends: [f64; WINDOWS_S.len()],
     reference: usize,
     stiffness: usize,
     instant: usize,
@@ -370,9 +433,11 @@ impl Times {
         // A bin is at least 1 ms long, so the longest window and the reference before it are at most 47 of the 64 bins.
         let bins = |time_s: f64| (libm::round(time_s / bin_s) as usize).max(1);
         let per = |time_s: f64| 1.0 / (bins(time_s) as f64 * bin_s);
+        let (windows, reference) = (WINDOWS_S.map(bins), bins(REFERENCE_S));
         Self {
-            windows: WINDOWS_S.map(bins),
-            reference: bins(REFERENCE_S),
+            windows,
+            trends: windows.map(|window| TREND * window as f64 / reference as f64),
+            reference,
             stiffness: bins(STIFFNESS_INTERVAL_S),
             instant: bins(INSTANT_S),
             hold: bins(HOLD_S) as f64,

@@ -90,6 +90,8 @@ trait BuiltIn {
     const IS_ONE_SIDED: bool = false;
     /// Whether it is here to compare others with: a few lines without a model of the tissue.
     const IS_BASELINE: bool = false;
+    /// What a distance with [`Distance::is_ready`] waits for; `None` for those that are armed from outside.
+    const WAITS_FOR: Option<&'static str> = None;
 
     /// Threshold γ and drift ν that follow from the hypotheses, in the unit of the distance.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
@@ -149,6 +151,15 @@ macro_rules! distances {
             pub fn is_baseline(self) -> bool {
                 match self {
                     $(Self::$Part => $Part::<f64>::IS_BASELINE,)*
+                }
+            }
+
+            /// What a distance that arms itself waits for; `None` for those that
+            /// [`ArmingSettings`](super::ArmingSettings) arms.
+            #[must_use]
+            pub fn waits_for(self) -> Option<&'static str> {
+                match self {
+                    $(Self::$Part => $Part::<f64>::WAITS_FOR,)*
                 }
             }
 

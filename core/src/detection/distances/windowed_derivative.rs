@@ -45,6 +45,7 @@ impl<L: Lane> BuiltIn for WindowedDerivative<L> {
     const UNIT: &'static str = "1";
     const ACCUMULATES: bool = false;
     const IS_BASELINE: bool = true;
+    const WAITS_FOR: Option<&'static str> = Some("50 ms to learn the noise, and for 0.1 s after an alarm");
 
     fn tuning(_hypotheses: &Hypotheses) -> (f64, f64) {
         (7.0, 0.0)

@@ -78,7 +78,9 @@ impl Hand {
             // The wanted position leads the needle by what the hand gives way.
             Matter::Membranes => contact.end_m() + 4e-3,
             Matter::Nothing => 30e-3,
-            _ => contact.surface_m + contact.depth_m(uniform(random, 2.0, 12.0)) + 2e-3,
+            Matter::Foam | Matter::Spring | Matter::RigidStop => {
+                contact.surface_m + contact.depth_m(uniform(random, 2.0, 12.0)) + 2e-3
+            }
         };
         match self {
             Self::Ramp | Self::Tremble => {
