@@ -169,6 +169,20 @@ fn delays_and_other_architectures_are_certified() {
 }
 
 #[test]
+fn a_gap_that_is_kept_is_certified_in_contact() {
+    let switching = analysed(&["augmentation.reengage=clutch"], TISSUE);
+    let found = switching.certificate.as_ref().expect("certified");
+    assert!(switching.is_certified() && found.dwell_ticks > 1, "{} ms", found.dwell_ticks);
+    // On the softest tissue an event keeps 93 % of the gap: the spring of the arm against both springs.
+    let arm = &switching.settings.of_loop.arm;
+    let spring = arm.k_a_n_per_m * arm.k_h_n_per_m / (arm.k_a_n_per_m + arm.k_h_n_per_m);
+    let at_rest = spring / (spring + TISSUE.0);
+    assert!((switching.growth.found / at_rest - 1.0).abs() < 0.01, "{} {at_rest}", switching.growth.found);
+    // Out of contact the gap stays as it is.
+    assert_eq!(switching.covers_lost_contact, Some(false));
+}
+
+#[test]
 fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
     let short = [
         "augmentation.min_hold_s=0.02",
@@ -178,8 +192,11 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
         "augmentation.refractory_s=0.15",
     ];
     let snap = ["augmentation.reengage=snap"];
+    let clutch = ["augmentation.reengage=clutch"];
     // Number of sequences, and the ticks of each.
-    for (settings, count, ticks) in [(&[][..], 2_000, 2_500), (&snap[..], 2_000, 2_500), (&short[..], 96_000, 240)] {
+    for (settings, count, ticks) in
+        [(&[][..], 2_000, 2_500), (&snap[..], 1_000, 2_500), (&clutch[..], 1_000, 2_500), (&short[..], 96_000, 240)]
+    {
         let switching = analysed(settings, TISSUE);
         assert!(switching.is_certified(), "{settings:?}");
         let reach = switching.reach.as_ref().expect("bounded");
