@@ -148,6 +148,16 @@ impl Switching {
         Ok(Search::new(settings, &modes, settings.phases())?.shortest()?.map(|found| found.dwell_ticks))
     }
 
+    /// Whether `dwell_ticks` of teleoperation between events are certified: one programme or a few, where
+    /// [`Switching::certified_dwell`] solves a dozen. With long delays each one takes seconds.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn certifies(settings: &SwitchingSettings, dwell_ticks: u64) -> Result<bool, StabilityError> {
+        let modes = Modes::new(settings)?;
+        Search::new(settings, &modes, settings.phases())?.is_certified(dwell_ticks.max(1))
+    }
+
     /// Whether the refractory time is at least the certified dwell, so that every sequence of events is stable.
     #[must_use]
     pub fn is_certified(&self) -> bool {
