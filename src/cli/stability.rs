@@ -186,7 +186,7 @@ fn command(args: &StabilityArgs, name: &str) -> String {
 
 /// Parses the damping of walls, `LOW:HIGH:COUNT`.
 fn walls(text: &str) -> Result<Axis, CliError> {
-    let axis = format!("{}={text}:linear", Parameter::Damping.key());
+    let axis = format!("{}={text}", Parameter::Damping.key());
     Axis::parse(&axis).map_err(|reason| CliError::Axis { axis: text.to_owned(), reason })
 }
 

@@ -611,11 +611,20 @@ impl Builder<'_> {
                     continue;
                 }
                 let map = self.map(format!("quantity_{k}"), space, Space::Number, |_| narrow);
-                let from = vec![self.term(number(1.0), function, &[whole])];
+                let from = match roles.gap.filter(|_| !self.modes.gap_closes()) {
+                    // A mean is below max(P, γ g²).
+                    Some(gap) => {
+                        let of_gap = self.select(space, Space::Gap);
+                        let (of_function, rest) = (number(AT_KEPT_GAP), number(1.0 - AT_KEPT_GAP));
+                        vec![self.term(of_function, function, &[whole]), self.term(rest, gap, &[of_gap])]
+                    }
+                    None => vec![self.term(number(1.0), function, &[whole])],
+                };
                 self.below("bounded", space, size, map, from);
             }
         }
         let (rows, _) = self.at_events(roles);
+        let kept = if self.modes.gap_closes() { vec![] } else { self.level(roles, (AT_KEPT_GAP, 1.0 - AT_KEPT_GAP)) };
         let last = *roles.dropped.last().or(roles.held.last()).unwrap_or(&0);
         let quantity = self.modes.row(&focus.frozen, Space::Frozen);
         let quantity = self.map("quantity_frozen".into(), Space::Frozen, Space::Number, |_| quantity);
@@ -625,8 +634,11 @@ impl Builder<'_> {
             for vertex in self.modes.vertices() {
                 let entry = self.entry(vertex, rows);
                 let maps = vec![(quantity, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
-                let of_event = self.term(number(1.0), last, &[whole]);
-                let terms = vec![of_event, Term { factor: number(-1.0), unknown: size, maps }];
+                let mut terms = kept.clone();
+                if terms.is_empty() {
+                    terms.push(self.term(number(1.0), last, &[whole]));
+                }
+                terms.push(Term { factor: number(-1.0), unknown: size, maps });
                 let counts = Some((0, self.phases.held.1));
                 self.list.push(Condition { name: "bounded", terms, rows, weight: self.per_tick, counts });
             }
