@@ -29,6 +29,7 @@ mod table;
 mod tables;
 mod terminal_chart;
 mod wrap;
+mod z_width;
 
 pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
 pub use certificate::certificate_json;
@@ -39,7 +40,9 @@ pub use detections::{DetectionEntry, detections_json, detections_text};
 pub use files::{Folder, OutputError, stream_file, write_file};
 pub use json::{comparison_json, detection_object, run_object, schemes_json, summary_json, to_json};
 pub use live::live_text;
-pub use loop_response::{locus_csv, loop_gain_csv, loop_picture, poles_csv, population_csv, population_text, step_csv};
+pub use loop_response::{
+    locus_csv, locus_picture, loop_gain_csv, loop_picture, poles_csv, population_csv, population_text, step_csv,
+};
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
@@ -54,3 +57,4 @@ pub use table::Table;
 pub use tables::{run_text, write_trace, write_trace_csv};
 pub use terminal_chart::runs_chart;
 pub use wrap::{WIDTH, filled};
+pub use z_width::{z_width_csv, z_width_picture, z_width_text};

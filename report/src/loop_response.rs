@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use super::figures::{self, LoopView};
+use super::figures::{self, LocusView, LoopView};
 use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
@@ -93,10 +93,27 @@ pub fn loop_picture(folder: &Folder, response: &LoopResponse) -> Result<(), Pict
         real: response.gain.iter().map(|(_, gain)| gain.re).collect(),
         imaginary: response.gain.iter().map(|(_, gain)| gain.im).collect(),
         gain_margin: margins.gain.zip(margins.gain_frequency_hz),
+        phase_margin_hz: margins.phase_frequency_hz,
         time_s: response.step.as_ref().map_or(vec![], |step| step.time_s.clone()),
         force: response.step.as_ref().map_or(vec![], |step| step.outputs.row(2).iter().copied().collect()),
     })?;
     Ok(keep(folder, "loop", &figure)?)
+}
+
+/// Writes `locus.svg` and `locus.png`.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn locus_picture(folder: &Folder, locus: &Locus, tick_s: f64) -> Result<(), PictureError> {
+    let continuous = |poles: &[Complex64]| {
+        let each = poles.iter().filter(|z| z.norm() > 0.0).map(|z| z.ln() / tick_s);
+        each.map(|s| (s.re, s.im)).collect()
+    };
+    let figure = figures::locus(&LocusView {
+        caption: locus.parameter.caption().to_owned(),
+        branches: locus.branches.iter().map(|(value, poles)| (*value, continuous(poles))).collect(),
+    })?;
+    Ok(keep(folder, "locus", &figure)?)
 }
 
 /// Returns `population.csv`: a row per arm.

@@ -8,6 +8,7 @@ use super::Folder;
 use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView};
 use super::pictures::{Job, PictureError, draw};
 use super::tables::shortest;
+use super::z_width::z_width_json;
 use trocar_sim::lti::Complex64;
 use trocar_sim::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, is_passive_impedance};
 use trocar_sim::stability_check::{Check, StabilityStudy, Verdict};
@@ -95,6 +96,7 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "phase_frequency_hz": margins.phase_frequency_hz,
             "delay_s": margins.delay_s,
         },
+        "z_width": study.z_width.as_ref().map(z_width_json),
         "limits": limits.iter().map(limit).collect::<Vec<_>>(),
         "sensitivities": sensitivities,
         "ports": {

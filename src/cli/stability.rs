@@ -7,12 +7,12 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
-    Folder, boundary_csv, certificate_json, locus_csv, loop_gain_csv, loop_picture, map_csv, poles_csv, population_csv,
-    population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures, stability_text,
-    step_csv, switching_csv, switching_picture,
+    Folder, boundary_csv, certificate_json, locus_csv, locus_picture, loop_gain_csv, loop_picture, map_csv, poles_csv,
+    population_csv, population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
+    stability_text, step_csv, switching_csv, switching_picture, z_width_csv, z_width_picture, z_width_text,
 };
 use trocar_sim::scenario::Source;
-use trocar_sim::stability::{Axis, Locus, LoopResponse, Population};
+use trocar_sim::stability::{Axis, Locus, LoopResponse, Parameter, Population};
 use trocar_sim::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
@@ -26,8 +26,7 @@ Examples:
                                             another tissue
   trocar stability my.toml --x channel.delay_s=0:0.1:100 \\
       --y scaling.force=0.1:10:100          delay and force scale
-  trocar stability my.toml --x tissue.damping_n_s_per_m=0:50:100 \\
-      --y tissue.stiffness_n_per_m=10:10000:100
+  trocar stability my.toml --z-width 0:50:100
                                             Z-width
   trocar stability my.toml --locus channel.delay_s=0:0.1:50
                                             poles over the delay
@@ -53,9 +52,13 @@ pub(super) struct StabilityArgs {
     /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events
     #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_TISSUE)]
     tissue: String,
-    /// Also compute the poles of the closed loop over a parameter, into locus.csv
+    /// Also compute the poles of the closed loop over a parameter, into locus.csv and locus.png
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT")]
     locus: Option<String>,
+    /// Also compute the Z-width: the maximum stiffness of stable and passive walls over their damping (N·s/m), into
+    /// z_width.csv
+    #[arg(long, value_name = "LOW:HIGH:COUNT")]
+    z_width: Option<String>,
     /// Also compute the limits of so many arms drawn at random around the scenario's, into population.csv
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
@@ -76,8 +79,12 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         return Err(CliError::Axis { axis: args.y.clone(), reason });
     }
     let of_locus = args.locus.as_ref().map(axis).transpose()?;
+    let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
     let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
     let mut study = StabilityStudy::of(&scenario, (x, y), tissue(&args.tissue)?)?;
+    if let Some(axis) = &of_walls {
+        study.compute_z_width(axis)?;
+    }
     if args.simulate {
         let bar = progress::rated_bar(study.map.stable.len(), args.output.quiet);
         bar.set_message("runs");
@@ -104,6 +111,11 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if let Some(axis) = &of_locus {
         let locus = Locus::of(&analysis.settings, axis).map_err(CheckError::from)?;
         folder.write("locus.csv", locus_csv(&locus, analysis.settings.tick_s).as_bytes())?;
+        locus_picture(&folder, &locus, analysis.settings.tick_s)?;
+    }
+    if let Some(z_width) = &study.z_width {
+        folder.write("z_width.csv", z_width_csv(z_width).as_bytes())?;
+        z_width_picture(&folder, z_width)?;
     }
     let of_arms = |count: u64| Population::of(&analysis.settings, count as usize, scenario.seed);
     let population = args.arms.map(of_arms).transpose().map_err(CheckError::from)?;
@@ -133,11 +145,17 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         if let Some(population) = &population {
             text = format!("{text}\n{}", population_text(population));
         }
-        let switching_figure = if switching.is_ok() { ", switching.png" } else { "" };
+        if let Some(z_width) = &study.z_width {
+            text = format!("{text}\n{}", z_width_text(z_width));
+        }
+        let figures: String =
+            [(switching.is_ok(), "switching"), (of_locus.is_some(), "locus"), (of_walls.is_some(), "z_width")]
+                .into_iter()
+                .filter(|(is_drawn, _)| *is_drawn)
+                .map(|(_, name)| format!(", {name}.png"))
+                .collect();
         let files = folder.path().display();
-        terminal::print(&format!(
-            "{text}\nfigures: stability.png, ports.png, loop.png{switching_figure}\nfiles: {files}\n"
-        ))?;
+        terminal::print(&format!("{text}\nfigures: stability.png, ports.png, loop.png{figures}\nfiles: {files}\n"))?;
         if args.report {
             report::print_path(&folder)?;
         }
@@ -164,6 +182,12 @@ fn command(args: &StabilityArgs, name: &str) -> String {
     }
     words.extend(args.simulate.then(|| "--simulate".to_owned()));
     command_line(words.into_iter().chain(["--report".to_owned()]))
+}
+
+/// Parses the damping of walls, `LOW:HIGH:COUNT`.
+fn walls(text: &str) -> Result<Axis, CliError> {
+    let axis = format!("{}={text}", Parameter::Damping.key());
+    Axis::parse(&axis).map_err(|reason| CliError::Axis { axis: text.to_owned(), reason })
 }
 
 /// Parses a range of stiffnesses, `LOW:HIGH`.

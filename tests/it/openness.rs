@@ -36,6 +36,7 @@ const TISSUES: &[Part] = &[
         &[
             ("sim/src/stability/coverage.rs", "the tissue of the linear loop"),
             ("sim/src/stability_check/run.rs", "runs the linear loop"),
+            ("sim/src/stability_check/sequences.rs", "runs the linear loop with events"),
         ],
     ),
     ("hunt_crossley.rs", &["HuntCrossley", "HuntCrossleySettings"], &[]),

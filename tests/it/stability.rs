@@ -7,7 +7,8 @@ use trocar::lti::{Complex64, eigenvalues};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 use trocar::stability::{
-    Analysis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound, Search, largest_stable, sensitivities,
+    Analysis, Axis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound, SampledWall, Search, ZWidth,
+    largest_stable, sensitivities,
 };
 
 /// A ramp into a tissue that begins at the start of the needle, so that contact is permanent.
@@ -332,6 +333,73 @@ fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel(
     assert_eq!(SampledBound::of(&settings(&[])).expect("built"), None);
 }
 
+/// The Z-width over a damping of the walls from 0 to 10 N·s/m.
+fn z_width(settings: &LoopSettings) -> ZWidth {
+    let axis = Axis::parse("tissue.damping_n_s_per_m=0:10:6").expect("an axis");
+    ZWidth::of(settings, &axis).expect("computed")
+}
+
+#[test]
+fn virtual_walls_are_passive_up_to_the_condition_of_colgate_and_schenkel_and_stable_beyond() {
+    for (tick_s, damping) in [("0.001", 4.1), ("0.002", 20.0)] {
+        let tick = format!("simulation.tick_s={tick_s}");
+        let master = format!("master.damping_n_s_per_m={damping}");
+        let settings = settings(&["master.force_integral_gain=0", &tick, &master]);
+        let found = z_width(&settings);
+        let wall = SampledWall { tick_s: settings.tick_s };
+        for (&b, walls) in found.damping_n_s_per_m.iter().zip(found.virtual_walls.as_ref().expect("they apply")) {
+            let Some(passive) = walls.passive_n_per_m else {
+                assert!(b >= damping, "{b}");
+                continue;
+            };
+            // The general condition, over the frequencies, of the same wall.
+            let needed = wall.min_damping_n_s_per_m(|angle| {
+                let before = Complex64::from_polar(1.0, -angle);
+                (Complex64::new(1.0, 0.0) - before) * (b / settings.tick_s) + passive
+            });
+            assert!((needed / damping - 1.0).abs() < 1e-5, "{b}: {needed}");
+            assert!(walls.stable_n_per_m.is_some_and(|stable| stable > passive), "{b}: {walls:?}");
+        }
+    }
+}
+
+#[test]
+fn without_an_arm_virtual_walls_are_stable_up_to_both_dampings() {
+    // K T / 2 = b + B for a mass much heavier than b T and B T (Gil, Avello, Rubio and Florez 2004).
+    let mut alone = settings(&["master.force_integral_gain=0", "master.damping_n_s_per_m=4"]);
+    for parameter in [Parameter::ArmKa, Parameter::ArmBa, Parameter::ArmKh, Parameter::ArmBh] {
+        alone = alone.with(parameter, 0.01);
+    }
+    alone = alone.with(Parameter::MasterMass, 10.0);
+    let found = z_width(&alone);
+    for (b, walls) in found.damping_n_s_per_m.iter().zip(found.virtual_walls.expect("they apply")) {
+        let stable = walls.stable_n_per_m.expect("stable walls");
+        let expected = 2.0 * (4.0 + b) / alone.tick_s;
+        assert!((stable / expected - 1.0).abs() < 0.01, "{b}: {stable} {expected}");
+    }
+}
+
+#[test]
+fn walls_in_the_tissue_end_at_the_limits_of_the_loop_and_of_the_sampled_condition() {
+    let settings = settings(&["master.force_integral_gain=0", "channel.forward_delay_s=0.002"]);
+    let found = z_width(&settings);
+    for (&b, walls) in found.damping_n_s_per_m.iter().zip(&found.tissue) {
+        let here = settings.with(Parameter::Damping, b);
+        let limit = largest_stable(&here, Parameter::Stiffness, Search::of(Parameter::Stiffness)).expect("computed");
+        let stable = walls.stable_n_per_m.expect("stable walls");
+        assert!((stable / limit.stable[0].1 - 1.0).abs() < 1e-9, "{b}: {stable} {:?}", limit.stable);
+        let Some(passive) = walls.passive_n_per_m else { continue };
+        assert!(passive < stable);
+        // Passive in the two-port of continuous time, so up to the error of a hold near the sampling rate.
+        for (share, is_passive) in [(0.97, true), (1.03, false)] {
+            let near = here.with(Parameter::Stiffness, share * passive);
+            let bound = SampledBound::of(&near).expect("computed").expect("it applies");
+            assert_eq!(bound.is_passive(), is_passive, "{b}: {share} of {passive}: {bound:?}");
+        }
+    }
+    assert!(found.tissue[0].passive_n_per_m.is_some());
+}
+
 #[test]
 fn every_architecture_is_analysed_whole() {
     for case in [LOOPS[6], LOOPS[9], LOOPS[10], LOOPS[11], LOOPS[12]] {
@@ -385,9 +453,15 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
         assert!(folder.path("out/late-wall").join(name).is_file(), "{name}");
     }
     assert_eq!(folder.text("out/late-wall/stability_map.csv").lines().count(), 121);
-    let json = folder.good(&[&["stability", "builtin:passivity/late-wall.toml", "--json"][..], &small].concat());
+    let more = ["--z-width", "0:10:5", "--locus", "channel.delay_s=0:0.1:5"];
+    let json = folder.good(&[&["stability", "builtin:passivity/late-wall.toml", "--json"][..], &small, &more].concat());
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["is_stable"], false);
+    assert_eq!(json["z_width"]["tissue"].as_array().map(Vec::len), Some(5));
+    for name in ["z_width.csv", "z_width.png", "locus.csv", "locus.png"] {
+        assert!(folder.path("out/late-wall").join(name).is_file(), "{name}");
+    }
+    folder.refused(&["stability", "--z-width", "0:10"], &["LOW:HIGH:COUNT"]);
     assert_eq!(json["limits"][2]["parameter"], "tissue.stiffness_n_per_m");
     for (axis, phrase) in [
         ("scaling.fore=1:2:3", "scaling.force"),

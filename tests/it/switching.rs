@@ -1,19 +1,13 @@
 //! The certificate of the switching compared with the engine: random sequences of events, and the worst sequence found.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use trocar::augmentation::Reengage;
-use trocar::engine::{Observer, Signals};
-use trocar::scenario::{OperatorSpec, Scenario, Source, TissueSpec};
+use trocar::scenario::{OperatorSpec, Scenario, Source};
 use trocar::stability::{Switching, SwitchingSettings};
-use trocar::stability_check::worst_events;
-use trocar::time::{TickGrid, nearest_ticks};
-use trocar::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
+use trocar::stability_check::{EventRecord, EventRun, random_sequences, without_alarms, worst_events};
+use trocar::time::nearest_ticks;
 
 const TISSUE: (f64, f64) = (50.0, 600.0);
 
@@ -53,56 +47,9 @@ const HOLD: [&str; 8] = [
     "tissue.damping_n_s_per_m=0.0",
 ];
 
-/// Records the slave and the force from the first event on.
-#[derive(Default)]
-struct Extremes {
-    slave_m: f64,
-    force_n: f64,
-    events: u64,
-    /// Position of the slave at the start of each event.
-    at_events_m: Vec<f64>,
-    switched: bool,
-}
-
-impl Observer<f64> for Extremes {
-    fn observe(&mut self, signals: &Signals<f64>) {
-        self.slave_m = self.slave_m.max(signals.slave_position_m.abs());
-        self.force_n = self.force_n.max(signals.feedback_force_n.abs());
-        let is_augmented = signals.mode > 0.5 && signals.mode < 1.5;
-        if is_augmented && !self.switched {
-            self.events += 1;
-            self.at_events_m.push(signals.slave_position_m);
-        }
-        self.switched = is_augmented;
-    }
-}
-
-/// Returns a scenario for thousands of sequences: the needle rests in a spring, the hand is released.
+/// A scenario for thousands of sequences.
 fn at_rest(settings: &[&str]) -> Scenario {
-    let quiet = ["sensor.force_noise_std_n=0.0", "detector.threshold=1e6", "augmentation.exit_quiet_s=0.0"];
-    scenario(&[settings, &quiet].concat())
-}
-
-/// Runs a sequence on a stiffness after a release of the hand at a distance, and returns the record.
-fn run(base: &Scenario, stiffness: f64, distance_m: f64, held: u64, events: &[u64], ticks: u64) -> Extremes {
-    let tick_s = base.grid.tick_s();
-    let mut run = base.clone();
-    run.grid = TickGrid::new(tick_s, ticks as f64 * tick_s).expect("a grid");
-    run.operator =
-        OperatorSpec::Ramp { start_m: distance_m, end_m: 0.0, speed_m_per_s: 2.0 * distance_m.abs() / tick_s };
-    let damping_n_s_per_m = 5.0;
-    run.tissue = TissueSpec::from(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
-        stiffness_n_per_m: stiffness,
-        damping_n_s_per_m,
-        surface: Surface { contact_m: -0.05 },
-    }));
-    run.sensor.force_bias_n = -0.05 * stiffness;
-    run.augmentation.automaton.min_hold_s = held as f64 * tick_s;
-    run.augmentation.automaton.max_hold_s = held as f64 * tick_s;
-    run.events = Arc::from(events);
-    let mut seen = Extremes::default();
-    run.build().expect("built").run(&mut seen).expect("runs");
-    seen
+    without_alarms(&source(), &owned(settings)).expect("loads")
 }
 
 #[test]
@@ -169,6 +116,31 @@ fn delays_and_other_architectures_are_certified() {
 }
 
 #[test]
+fn five_and_ten_ticks_each_way_are_certified_with_the_supervisors_time() {
+    for delay_s in ["0.005", "0.01"] {
+        let settings = ["forward", "backward"].map(|way| format!("channel.{way}_delay_s={delay_s}"));
+        let scenario = Scenario::load(&source(), &settings).expect("loads");
+        let settings = SwitchingSettings::of(&scenario, TISSUE).expect("covered");
+        let refractory = settings.phases().refractory;
+        assert!(Switching::certifies(&settings, refractory).expect("analysed"), "{delay_s}");
+    }
+}
+
+#[test]
+fn a_gap_that_is_kept_is_certified_in_contact() {
+    let switching = analysed(&["augmentation.reengage=clutch"], TISSUE);
+    let found = switching.certificate.as_ref().expect("certified");
+    assert!(switching.is_certified() && found.dwell_ticks > 1, "{} ms", found.dwell_ticks);
+    // On the softest tissue an event keeps 93 % of the gap: the spring of the arm against both springs.
+    let arm = &switching.settings.of_loop.arm;
+    let spring = arm.k_a_n_per_m * arm.k_h_n_per_m / (arm.k_a_n_per_m + arm.k_h_n_per_m);
+    let at_rest = spring / (spring + TISSUE.0);
+    assert!((switching.growth.found / at_rest - 1.0).abs() < 0.01, "{} {at_rest}", switching.growth.found);
+    // Out of contact the gap stays as it is.
+    assert_eq!(switching.covers_lost_contact, Some(false));
+}
+
+#[test]
 fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
     let short = [
         "augmentation.min_hold_s=0.02",
@@ -178,42 +150,25 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
         "augmentation.refractory_s=0.15",
     ];
     let snap = ["augmentation.reengage=snap"];
-    // Number of sequences, and the ticks of each.
-    for (settings, count, ticks) in [(&[][..], 2_000, 2_500), (&snap[..], 2_000, 2_500), (&short[..], 96_000, 240)] {
+    let clutch = ["augmentation.reengage=clutch"];
+    // Number of sequences, the ticks of each, and the minimum share of the bounds that they reach.
+    for (settings, count, ticks, share) in [
+        (&[][..], 2_000, 2_500, 0.1),
+        (&snap[..], 1_000, 2_500, 0.1),
+        (&clutch[..], 1_000, 2_500, 0.06),
+        (&short[..], 96_000, 240, 0.1),
+    ] {
         let switching = analysed(settings, TISSUE);
         assert!(switching.is_certified(), "{settings:?}");
         let reach = switching.reach.as_ref().expect("bounded");
         let base = at_rest(settings);
-        let phases = switching.phases;
-        let begun = AtomicU64::new(0);
-        let farthest: Vec<(f64, f64)> = (0..count)
-            .into_par_iter()
-            .map(|index: u64| {
-                let mut rng = ChaCha8Rng::seed_from_u64(7);
-                rng.set_stream(index);
-                let stiffness = rng.random_range(TISSUE.0..=TISSUE.1);
-                let held = rng.random_range(phases.held.0..=phases.held.1);
-                // From far below to far above the distance that a ramp covers in a tick.
-                let distance_m = 10.0_f64.powf(rng.random_range(-6.0..-2.0));
-                // An alarm at every tick; alarms that are too early are not taken.
-                let mut events = vec![];
-                let mut tick = 0;
-                let every = *[5_u64, 50, 250].get(index as usize % 3).expect("three");
-                while tick < ticks {
-                    tick += rng.random_range(1..=every);
-                    events.push(tick);
-                }
-                let seen = run(&base, stiffness, distance_m, held, &events, ticks);
-                begun.fetch_add(seen.events, Ordering::Relaxed);
-                (seen.slave_m / distance_m, seen.force_n / distance_m)
-            })
-            .collect();
-        let most = farthest.iter().fold((0.0_f64, 0.0_f64), |most, one| (most.0.max(one.0), most.1.max(one.1)));
-        assert!(begun.into_inner() > count, "{settings:?}: hardly any events");
+        let farthest = random_sequences(&base, (TISSUE, switching.phases), (count, ticks), 7).expect("runs");
+        let most = (farthest.slave, farthest.force_n_per_m);
+        assert!(farthest.events > count, "{settings:?}: hardly any events");
         assert!(most.0 <= reach.slave.0, "{settings:?}: {} beyond {}", most.0, reach.slave.0);
         assert!(most.1 <= reach.force.0, "{settings:?}: {} beyond {}", most.1, reach.force.0);
         // The bounds are not trivially large.
-        assert!(most.0 > 0.1 * reach.slave.0 && most.1 > 0.1 * reach.force.0, "{settings:?}: {most:?}");
+        assert!(most.0 > share * reach.slave.0 && most.1 > share * reach.force.0, "{settings:?}: {most:?}");
     }
 }
 
@@ -227,7 +182,7 @@ fn the_engine_agrees_with_the_analysis_on_the_worst_sequence_found() {
         let shown = worst_events(&source(), &[setting], &switching).expect("loads");
         assert_eq!(&shown.events[..], &reach.worst.starts[..]);
         let OperatorSpec::Ramp { start_m, .. } = shown.operator else { panic!("no ramp") };
-        let mut seen = Extremes::default();
+        let mut seen = EventRecord::default();
         // The tick of the release does not belong to an event.
         shown.build().expect("built").run(&mut seen).expect("runs");
         assert_eq!(seen.events, reach.worst.starts.len() as u64);
@@ -249,7 +204,7 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     assert!(switching.shown.found > 1.0);
     // The growth in the engine agrees with the analysis, event by event.
     let shown = worst_events(&source(), &owned(&HOLD), &switching).expect("loads");
-    let mut seen = Extremes::default();
+    let mut seen = EventRecord::default();
     shown.build().expect("built").run(&mut seen).expect("runs");
     let period = switching.shown.worst.len();
     let at = &seen.at_events_m;
@@ -304,7 +259,14 @@ fn scheduled_events_are_taken_where_an_alarm_would_be() {
     let base = at_rest(&[]);
     let held = nearest_ticks(0.5, base.grid.tick_s());
     // The second occurs while frozen, the third in the refractory period; the fourth is taken.
-    let seen = run(&base, 300.0, 1e-5, held, &[100, 300, 750, 1200], 2000);
+    let run = EventRun {
+        stiffness_n_per_m: 300.0,
+        distance_m: 1e-5,
+        held_ticks: held,
+        alarms: vec![100, 300, 750, 1200],
+        ticks: 2000,
+    };
+    let seen = run.run(&base).expect("runs");
     assert_eq!(seen.events, 2);
     let folder = crate::support::test_folder::TestFolder::new();
     for (events, phrase) in [("[-1.0]", "at least 0"), ("[2.0, 1.0]", "must ascend"), ("[1.0, 1.0001]", "ascend")] {

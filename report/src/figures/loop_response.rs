@@ -25,6 +25,8 @@ pub struct LoopView {
     pub imaginary: Vec<f64>,
     /// The gain margin, and its frequency in Hz.
     pub gain_margin: Option<(f64, f64)>,
+    /// The frequency of the phase margin in Hz.
+    pub phase_margin_hz: Option<f64>,
     /// s; empty without a step response.
     pub time_s: Vec<f64>,
     /// Feedback force per metre of desired position, in N/m.
@@ -53,21 +55,35 @@ pub fn loop_response(view: &LoopView) -> Result<Figure, FigureError> {
     let of_magnitude = Axis::log10((min.max(MIN_MAGNITUDE) / 1.5, 1.5 * max.max(1.0)));
     let shown: Vec<f64> = view.magnitude.iter().map(|value| value.max(MIN_MAGNITUDE)).collect();
     let [blue, vermilion] = [RUNS[0], RUNS[1]];
-    let mark = view
+    let of_gain = view
         .gain_margin
         .map(|(margin, hertz)| (vec![(x_axis.place(hertz), of_magnitude.place(1.0 / margin))], vermilion));
+    let at_phase = view.phase_margin_hz.and_then(|hertz| {
+        let next = view.frequency_hz.iter().position(|frequency| *frequency >= hertz)?;
+        let (from, to) = (next.saturating_sub(1), next);
+        let share = if to > from { (x_axis.place(hertz) - x[from]) / (x[to] - x[from]) } else { 0.0 };
+        let phase = view.phase_deg[from] + share * (view.phase_deg[to] - view.phase_deg[from]);
+        Some((x_axis.place(hertz), phase))
+    });
+    let of_phase = at_phase.map(|(place, _)| (vec![(place, of_magnitude.place(1.0))], vermilion));
+    let marks = of_gain.into_iter().chain(of_phase).collect();
+    let phase_mark = at_phase.map(|point| (vec![point], vermilion));
+    let on_circle = at_phase.map(|(_, phase)| {
+        let (im, re) = phase.to_radians().sin_cos();
+        (vec![(re, im)], vermilion)
+    });
     let bode = Panel {
         x_caption: "Frequency (Hz)",
         traces: vec![Trace { x: &x, y: &shown, scale: 1.0, stroke: blue }],
         levels: vec![(1.0, THRESHOLD)],
-        curves: mark.into_iter().collect(),
+        curves: marks,
         ..Panel::over_time(x_axis.clone(), of_magnitude, "|L|")
     };
     let phase = extent(view.phase_deg.iter().copied()).unwrap_or((-180.0, 0.0));
     let phase = Panel {
         x_caption: "Frequency (Hz)",
         traces: vec![Trace { x: &x, y: &view.phase_deg, scale: 1.0, stroke: blue }],
-        levels: vec![],
+        curves: phase_mark.into_iter().collect(),
         ..Panel::over_time(x_axis, Axis::padded(phase, Y_TICKS), "Phase of L (°)")
     };
     let limit = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value.clamp(-NYQUIST, NYQUIST)).collect() };
@@ -76,7 +92,7 @@ pub fn loop_response(view: &LoopView) -> Result<Figure, FigureError> {
     let nyquist = Panel {
         x_caption: "Re L",
         traces: vec![Trace { x: &re, y: &im, scale: 1.0, stroke: blue }],
-        curves: vec![(vec![(1.0, 0.0)], vermilion)],
+        curves: std::iter::once((vec![(1.0, 0.0)], vermilion)).chain(on_circle).collect(),
         ..Panel::over_time(square(), square(), "Im L")
     };
     let row = |height, panel| Row { title: None, height, panels: vec![panel] };
@@ -92,7 +108,7 @@ pub fn loop_response(view: &LoopView) -> Result<Figure, FigureError> {
     }
     let legend = vec![
         (Sample::Line(blue), "loop gain; feedback force after a step of the desired position".to_owned()),
-        (Sample::Line(vermilion), "gain margin; the critical point".to_owned()),
+        (Sample::Line(vermilion), "gain and phase margin; the critical point".to_owned()),
         (Sample::Line(THRESHOLD), "gain of 1".to_owned()),
     ];
     Grid { legends: vec![legend], common: vec![], rows }.draw()

@@ -19,6 +19,7 @@ mod glyphs;
 mod grid;
 mod heat;
 mod limits;
+mod locus;
 mod loop_response;
 mod overlay;
 mod panel;
@@ -40,6 +41,7 @@ pub use delays::delay_histogram;
 pub use energy::{EnergyView, energy};
 pub use estimation::estimation;
 pub use heat::{AxisView, HeatView, heat_map};
+pub use locus::{LocusView, locus};
 pub use loop_response::{LoopView, loop_response};
 pub use overlay::overlay;
 pub use parameters::parameters;
@@ -50,6 +52,7 @@ pub use stability::{MapAxisView, MapView, stability_map};
 pub use switching::{SwitchingView, switching};
 pub use timeline::{MAX_ROWS, Shade, TimelineRow, timeline};
 pub use tornado::{TornadoView, tornado};
+pub use z_width::{WallsView, ZWidthView, z_width};
 
 use plotters::drawing::DrawingAreaErrorKind;
 
@@ -221,3 +224,4 @@ fn check(
 
 #[cfg(test)]
 mod tests;
+mod z_width;

@@ -95,14 +95,18 @@ impl Analysis {
     }
 }
 
+/// The frequencies of the two-port in Hz.
+pub(super) fn frequencies_hz(tick_s: f64) -> impl Iterator<Item = f64> {
+    let highest_hz = (HIGHEST_SHARE / tick_s).max(10.0 * LOWEST_HZ);
+    let step = (highest_hz / LOWEST_HZ).powf(1.0 / (FREQUENCIES - 1) as f64);
+    (0..FREQUENCIES).map(move |k| LOWEST_HZ * step.powi(k as i32))
+}
+
 fn ports(settings: &LoopSettings) -> Result<Vec<PortPoint>, StabilityError> {
     let two_port = Ports::new(settings)?;
     let (force, position) = two_port.scales();
-    let highest_hz = (HIGHEST_SHARE / settings.tick_s).max(10.0 * LOWEST_HZ);
-    let step = (highest_hz / LOWEST_HZ).powf(1.0 / (FREQUENCIES - 1) as f64);
     let mut points = vec![];
-    for k in 0..FREQUENCIES {
-        let frequency_hz = LOWEST_HZ * step.powi(k as i32);
+    for frequency_hz in frequencies_hz(settings.tick_s) {
         let omega = std::f64::consts::TAU * frequency_hz;
         let Some(hybrid) = two_port.at(omega)? else { continue };
         let tissue = two_port.tissue(omega);

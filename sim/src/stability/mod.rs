@@ -39,6 +39,7 @@ mod side;
 mod switching;
 mod systems;
 mod winding;
+mod z_width;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use closed_loop::ClosedLoop;
@@ -60,3 +61,4 @@ pub use switching::{
     Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
+pub use z_width::{Walls, ZWidth};

@@ -8,11 +8,13 @@
 mod events;
 mod own_tissue;
 mod run;
+mod sequences;
 mod study;
 
 pub use events::worst_events;
 pub use own_tissue::TissueRange;
 pub use run::{Verdict, simulate};
+pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};
 pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 use rayon::prelude::*;

@@ -6,8 +6,8 @@ use super::own_tissue::TissueRange;
 use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{
-    Analysis, Axis, LeftOut, LoopSettings, Parameter, StabilityMap, Switching, SwitchingSettings, TissueKind, left_out,
-    map, unmodelled,
+    Analysis, Axis, LeftOut, LoopSettings, Parameter, StabilityMap, Switching, SwitchingSettings, TissueKind, ZWidth,
+    left_out, map, unmodelled,
 };
 use crate::warning::{Code, Warning};
 
@@ -34,6 +34,8 @@ pub struct StabilityStudy {
     pub map: StabilityMap,
     /// The switching analysis, or why there is none.
     pub switching: Result<Switching, &'static str>,
+    /// The Z-width, if it was computed.
+    pub z_width: Option<ZWidth>,
     /// The comparison of the map with the engine, if it was run.
     pub check: Option<Check>,
 }
@@ -57,7 +59,27 @@ impl StabilityStudy {
             Err(reason) => Err(reason),
         };
         let (name, left_out, unmodelled) = (scenario.name.clone(), left_out(scenario), unmodelled(scenario));
-        Ok(Self { name, left_out, unmodelled, tissue_kind, tissue, analysis, map, switching, check: None })
+        Ok(Self {
+            name,
+            left_out,
+            unmodelled,
+            tissue_kind,
+            tissue,
+            analysis,
+            map,
+            switching,
+            z_width: None,
+            check: None,
+        })
+    }
+
+    /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_z_width(&mut self, axis: &Axis) -> Result<(), CheckError> {
+        self.z_width = Some(ZWidth::of(&self.analysis.settings, axis)?);
+        Ok(())
     }
 
     /// Whether the scenario's loop is stable, in contact with its tissue and out of it; `None` where the analysis leaves

@@ -17,6 +17,9 @@ use crate::augmentation::cross_fade;
 use crate::lti::eigenvalues;
 use crate::stability::StabilityError;
 
+/// Ticks with the same map above which its power is computed.
+const LONG_RUN: usize = 20;
+
 /// Maximum number of improvements.
 const MAX_STEPS: usize = 25;
 
@@ -123,11 +126,11 @@ pub(super) fn power(a: &DMatrix<f64>, mut n: u64) -> DMatrix<f64> {
     let (mut result, mut base) = (DMatrix::identity(a.nrows(), a.nrows()), a.clone());
     while n > 0 {
         if n % 2 == 1 {
-            result = &result * &base;
+            result = times(&result, &base);
         }
         n /= 2;
         if n > 0 {
-            base = &base * &base;
+            base = times(&base, &base);
         }
     }
     result
@@ -165,8 +168,19 @@ fn dominant(matrix: &DMatrix<f64>) -> Result<Option<Dominant>, StabilityError> {
 /// The product of the chosen maps on the states of a space.
 fn product(steps: &[Choices], chosen: &[usize], narrow: &(DMatrix<f64>, DMatrix<f64>)) -> DMatrix<f64> {
     let mut all = narrow.0.clone();
-    for (step, &choice) in steps.iter().zip(chosen) {
-        all = times(&step[choice], &all);
+    let is_same = |a: usize, b: usize| chosen[a] == chosen[b] && Arc::ptr_eq(&steps[a], &steps[b]);
+    let mut at = 0;
+    while at < steps.len() {
+        let end = (at + 1..steps.len()).find(|&other| !is_same(at, other)).unwrap_or(steps.len());
+        let map = &steps[at][chosen[at]];
+        if end - at > LONG_RUN {
+            all = times(&power(map, (end - at) as u64), &all);
+        } else {
+            for _ in at..end {
+                all = times(map, &all);
+            }
+        }
+        at = end;
     }
     times(&narrow.1, &all)
 }
@@ -236,7 +250,7 @@ fn ascend(modes: &Modes, steps: &[Choices], first: usize) -> Result<(f64, Vec<us
                     }
                 }
             }
-            back = apply(&steps[tick][chosen[tick]].transpose(), &back);
+            back = apply_transposed(&steps[tick][chosen[tick]], &back);
         }
         if !improve(&mut chosen, &mut value, changes, |other| radius(&product(steps, other, &narrow)))? {
             break;
@@ -246,9 +260,34 @@ fn ascend(modes: &Modes, steps: &[Choices], first: usize) -> Result<(f64, Vec<us
 }
 
 /// A real matrix times a complex vector.
+#[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn apply(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
-    let (re, im) = (matrix * vector.map(|value| value.re), matrix * vector.map(|value| value.im));
-    DVector::from_fn(re.len(), |k, _| Complex::new(re[k], im[k]))
+    let rows = matrix.nrows();
+    let mut product: DVector<Complex<f64>> = DVector::zeros(rows);
+    let (all, to) = (matrix.as_slice(), product.as_mut_slice());
+    for (j, &factor) in vector.as_slice().iter().enumerate() {
+        let column = &all[j * rows..(j + 1) * rows];
+        for i in 0..rows {
+            to[i].re += factor.re * column[i];
+            to[i].im += factor.im * column[i];
+        }
+    }
+    product
+}
+
+/// The transpose of a real matrix times a complex vector.
+#[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
+fn apply_transposed(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
+    let (rows, values) = (matrix.nrows(), vector.as_slice());
+    DVector::from_fn(matrix.ncols(), |j, _| {
+        let column = &matrix.as_slice()[j * rows..(j + 1) * rows];
+        let (mut re, mut im) = (0.0, 0.0);
+        for i in 0..rows {
+            re += values[i].re * column[i];
+            im += values[i].im * column[i];
+        }
+        Complex::new(re, im)
+    })
 }
 
 /// The worst growth per event found with at least `dwell` ticks of teleoperation between events.

@@ -1,10 +1,10 @@
 //! The certificate: found by a solver, verified independently.
 
 use nalgebra::DMatrix;
-use std::collections::BTreeMap;
 
+use super::ascent;
 use super::conditions::{Choice, Condition, Conditions, Count, Focus, Function, NamedMap, Term};
-use super::interval::{Enclosure, exact, is_positive_definite, middle, power, product, transpose};
+use super::interval::{Enclosure, exact, is_positive_definite, middle, power, product, sum, transpose};
 use super::modes::{Modes, Space};
 use super::scaling::Scales;
 use super::sdp;
@@ -136,26 +136,38 @@ pub(super) struct Enclosures<'a> {
     maps: Vec<Enclosure>,
 }
 
-/// `M^n` for all numbers of a range: products of a few powers, so that roundings do not accumulate.
-struct Powers<'a> {
-    base: &'a Enclosure,
+/// `M^n R` for all numbers of a range: products of a few powers, so that roundings do not accumulate.
+struct Powers {
     begin: u64,
+    /// `M^k` for the numbers below the stride.
     steps: Vec<Enclosure>,
-    leaps: BTreeMap<u64, Enclosure>,
+    /// `M^n R` for every number that is a whole number of strides above the first.
+    leaps: Vec<Enclosure>,
 }
 
-impl<'a> Powers<'a> {
-    fn new(base: &'a Enclosure, (begin, end): (u64, u64)) -> Self {
-        let stride = ((end - begin) as f64).sqrt() as u64 + 1;
-        Self { base, begin, steps: (0..stride).map(|n| power(base, n)).collect(), leaps: BTreeMap::new() }
+/// The first powers of a matrix, each from two of half its exponent.
+fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
+    let mut all = vec![power(base, 0), base.clone()];
+    for n in 2..count {
+        all.push(product(&all[n / 2], &all[n - n / 2]));
+    }
+    all.truncate(count);
+    all
+}
+
+impl Powers {
+    fn new(base: &Enclosure, (begin, end): (u64, u64), right: &Enclosure) -> Self {
+        let stride = ((end - begin) as f64).sqrt() as usize + 1;
+        let leaps = (end - begin) as usize / stride + 1;
+        let to_begin = product(&power(base, begin), right);
+        let leaps =
+            first_powers(&power(base, stride as u64), leaps).iter().map(|leap| product(leap, &to_begin)).collect();
+        Self { begin, steps: first_powers(base, stride), leaps }
     }
 
-    fn get(&mut self, n: u64) -> Enclosure {
-        let stride = self.steps.len() as u64;
-        let (leap, step) = ((n - self.begin) / stride, (n - self.begin) % stride);
-        let begin = self.begin;
-        let leap = self.leaps.entry(leap).or_insert_with(|| power(self.base, begin + leap * stride));
-        product(&self.steps[step as usize], leap)
+    fn get(&self, n: u64) -> Enclosure {
+        let (stride, n) = (self.steps.len(), (n - self.begin) as usize);
+        product(&self.steps[n % stride], &self.leaps[n / stride])
     }
 }
 
@@ -166,73 +178,83 @@ impl<'a> Enclosures<'a> {
         Self { modes, scales, maps }
     }
 
-    fn powers(&self, condition: &Condition) -> Option<Powers<'_>> {
-        let range = condition.counts?;
-        let map = condition.terms.iter().flat_map(|term| &term.maps).find(|(_, count)| *count == Count::Each)?.0;
-        Some(Powers::new(&self.maps[map], range))
+    /// The product of maps, the first one applied last; `None` of none.
+    fn chain(&self, maps: &[(usize, Count)]) -> Option<Enclosure> {
+        let (first, others) = maps.split_first()?;
+        Some(others.iter().fold(self.maps[first.0].clone(), |all, (map, _)| product(&all, &self.maps[*map])))
     }
 
-    /// The product of a term's maps, with the power for [`Count::Each`].
-    fn chain(&self, term: &Term, of_each: Option<&Enclosure>) -> Enclosure {
-        let mut all: Option<Enclosure> = None;
-        for (map, count) in &term.maps {
-            let one = match (count, of_each) {
-                (Count::Each, Some(power)) => power,
-                _ => &self.maps[*map],
+    /// The term that depends on a number, with the maps before the power, the map of the power and those after it.
+    #[allow(clippy::type_complexity, reason = "four parts that are always destructured at once")]
+    fn counted<'c>(
+        &self,
+        condition: &'c Condition,
+    ) -> Option<(&'c Term, Option<Enclosure>, &Enclosure, Option<Enclosure>)> {
+        condition.terms.iter().find_map(|term| {
+            let at = term.maps.iter().position(|(_, count)| *count == Count::Each)?;
+            let (before, after) = (self.chain(&term.maps[..at]), self.chain(&term.maps[at + 1..]));
+            Some((term, before, &self.maps[term.maps[at].0], after))
+        })
+    }
+
+    /// The first number in the range for which a condition is not verified: 0 if it has no range.
+    fn failure(&self, condition: &Condition, functions: &[DMatrix<f64>]) -> Option<u64> {
+        let congruence = |term: &Term, map: Option<Enclosure>| {
+            let function = exact(&functions[term.unknown]);
+            let mut value = match map {
+                Some(map) => product(&transpose(&map), &product(&function, &map)),
+                None => function,
             };
-            all = Some(match all {
-                None => one.clone(),
-                Some(before) => product(&before, one),
-            });
-        }
-        all.unwrap_or_default()
-    }
-
-    /// The enclosure of a condition's matrix, for exact functions.
-    fn of(&self, condition: &Condition, functions: &[DMatrix<f64>], of_each: Option<&Enclosure>) -> Enclosure {
-        let mut sum: Option<Enclosure> = None;
-        for term in &condition.terms {
-            let map = self.chain(term, of_each);
-            let mut value = product(&transpose(&map), &product(&exact(&functions[term.unknown]), &map));
             for entry in value.iter_mut().flatten() {
                 *entry = *entry * term.factor;
             }
-            sum = Some(match sum {
-                None => value,
-                Some(before) => {
-                    before.iter().zip(&value).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x + *y).collect()).collect()
-                }
-            });
-        }
-        sum.unwrap_or_default()
-    }
-
-    /// The first number in the range for which a condition is not verified, besides those that are skipped: 0 if it has no
-    /// range.
-    fn failure(&self, condition: &Condition, functions: &[DMatrix<f64>]) -> Option<u64> {
-        let (Some((begin, end)), Some(mut powers)) = (condition.counts, self.powers(condition)) else {
-            return (!is_positive_definite(&self.of(condition, functions, None))).then_some(0);
+            value
         };
-        (begin..=end).find(|&n| !is_positive_definite(&self.of(condition, functions, Some(&powers.get(n)))))
+        let is_fixed = |term: &&Term| term.maps.iter().all(|(_, count)| *count == Count::Once);
+        let fixed = condition.terms.iter().filter(is_fixed).map(|term| congruence(term, self.chain(&term.maps)));
+        let fixed = fixed.reduce(|a, b| sum(&a, &b)).unwrap_or_default();
+        let (Some((begin, end)), Some((term, before, base, after))) = (condition.counts, self.counted(condition))
+        else {
+            return (!is_positive_definite(&fixed)).then_some(0);
+        };
+        let inner = congruence(term, before);
+        let powers = Powers::new(base, (begin, end), &after.unwrap_or_else(|| power(base, 0)));
+        (begin..=end).find(|&n| {
+            let map = powers.get(n);
+            let value = product(&transpose(&map), &product(&inner, &map));
+            !is_positive_definite(&sum(&fixed, &value))
+        })
     }
 
     /// The condition for the solver, at the given numbers.
     fn for_solver(&self, condition: &Condition, known: &[u64]) -> Vec<sdp::Condition> {
-        let at = |of_each: Option<&Enclosure>| sdp::Condition {
+        let plain = |maps: &[(usize, Count)], number: Option<u64>| {
+            let mut all: Option<DMatrix<f64>> = None;
+            for (map, count) in maps {
+                let one = middle(&self.maps[*map]);
+                let one = match (count, number) {
+                    (Count::Each, Some(number)) => ascent::power(&one, number),
+                    _ => one,
+                };
+                all = Some(all.map_or_else(|| one.clone(), |before| before * &one));
+            }
+            all.unwrap_or_else(|| DMatrix::identity(0, 0))
+        };
+        let at = |number: Option<u64>| sdp::Condition {
             terms: condition
                 .terms
                 .iter()
                 .map(|term| sdp::Term {
                     factor: 0.5 * (term.factor.low + term.factor.high),
                     unknown: term.unknown,
-                    map: middle(&self.chain(term, of_each)),
+                    map: plain(&term.maps, number),
                 })
                 .collect(),
             weight: condition.weight,
         };
-        match self.powers(condition) {
+        match condition.counts {
             None => vec![at(None)],
-            Some(mut powers) => known.iter().map(|&n| at(Some(&powers.get(n)))).collect(),
+            Some(_) => known.iter().map(|&number| at(Some(number))).collect(),
         }
     }
 

@@ -21,7 +21,17 @@
 //! events, `V` at the beginning of an event is at most `ρ μ^(d-1) < 1` times that at the one before: the state converges
 //! exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri, *SIAM J.
 //! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
-//! 56, 2011). A gap that is kept (`clutch`) stays in the held branch, and the next event begins in it.
+//! 56, 2011).
+//!
+//! A gap that is kept (`clutch`) stays in the held branch, and the next event begins in it. It changes at events only,
+//! and the state may follow the tissue at a distance from 0 that is proportional to it. The functions in time decrease as
+//! `P_H` does, by `a` towards `γ g²`, and both `P_S` and `γ g²` after the freeze are below a mean of `P_H` and `γ g²` at
+//! the beginning of the event: `max(P, γ g²)` decays from event to event.
+//!
+//! ```text
+//! entering, gap   P_S(0), γ g²  <  ρ (λ P_H + (1 - λ) γ g²)
+//! along           P(t+1) after a tick < a P(t) + (1 - a) γ g²
+//! ```
 //!
 //! The functions are linear in time between nodes; a condition for a tick is then also linear in time, and holds within
 //! a piece if it holds for its first and last tick. Where the frozen map depends on the tissue, functions `P_F(t)` on the
@@ -38,6 +48,12 @@ use crate::augmentation::cross_fade;
 
 /// The weight of a condition per second relative to one per event: a tick's condition has the share of a tick.
 const PER_SECOND: f64 = 10.0;
+
+/// The same if the gap is kept, and an event reduces it by a few per cent only.
+const PER_SECOND_WITH_KEPT_GAP: f64 = 1.0;
+
+/// `λ`: the share of `P_H` at the beginning of an event if the gap is kept. `1 - λ` is exact.
+const AT_KEPT_GAP: f64 = 0.4375;
 
 /// Nodes of the functions while frozen, as shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
@@ -193,7 +209,7 @@ impl Conditions {
             functions: vec![],
             maps: vec![],
             list: vec![],
-            per_tick: modes.tick_s * PER_SECOND,
+            per_tick: modes.tick_s * if modes.gap_closes() { PER_SECOND } else { PER_SECOND_WITH_KEPT_GAP },
             held: (kept, 1.0 - kept),
             decay,
             at_entry: at_entry.next_down(),
@@ -340,11 +356,34 @@ impl Builder<'_> {
 
     /// `a P_H + (1 - a) γ g²` on the states with the gap.
     fn held_level(&mut self, roles: &Roles) -> Vec<Term> {
+        self.level(roles, self.held)
+    }
+
+    /// A mean of `P_H` and `γ g²`.
+    fn level(&mut self, roles: &Roles, (of_function, of_gap): (f64, f64)) -> Vec<Term> {
         let (Some(&of_loop), Some(gap)) = (roles.held.last(), roles.gap) else { return vec![] };
         let rows = Space::LoopGap;
-        let (one, of_gap) = (self.select(rows, rows), self.select(rows, Space::Gap));
+        let (one, gaps) = (self.select(rows, rows), self.select(rows, Space::Gap));
+        vec![self.term(number(of_function), of_loop, &[one]), self.term(number(of_gap), gap, &[gaps])]
+    }
+
+    /// As [`Self::decaying`] by `a` with `(1 - a) γ g²` added: `max(P, γ g²)` cannot grow.
+    fn along_kept_gap(
+        &mut self,
+        name: &'static str,
+        roles: &Roles,
+        (nodes, ticks): ((usize, usize), u64),
+        (rows, map): (Space, usize),
+    ) {
+        let Some(gap) = roles.gap else { return };
         let (kept, rest) = self.held;
-        vec![self.term(number(kept), of_loop, &[one]), self.term(number(rest), gap, &[of_gap])]
+        let from = self.list.len();
+        self.decaying(name, rows, nodes, ticks, (map, kept));
+        let of_gap = self.select(rows, Space::Gap);
+        let constant = self.term(number(rest), gap, &[of_gap]);
+        for condition in &mut self.list[from..] {
+            condition.terms.push(constant.clone());
+        }
     }
 
     /// The function at the beginning of events, times `ρ`, and the space of its rows.
@@ -355,7 +394,7 @@ impl Builder<'_> {
             let last = *roles.dropped.last().unwrap_or(&0);
             return (Space::Loop, vec![self.term(contraction, last, &[one])]);
         }
-        let mut level = self.held_level(roles);
+        let mut level = self.level(roles, (AT_KEPT_GAP, 1.0 - AT_KEPT_GAP));
         for term in &mut level {
             term.factor = term.factor * contraction;
         }
@@ -393,11 +432,14 @@ impl Builder<'_> {
             for vertex in self.modes.vertices() {
                 let entry = self.entry(vertex, rows);
                 for &release in &releases {
-                    let maps = vec![(release, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
-                    let mut terms = level.clone();
-                    terms.push(Term { factor: number(-1.0), unknown: first, maps });
-                    let counts = Some(self.phases.held);
-                    self.list.push(Condition { name: "entering", terms, rows, weight: self.per_event(), counts });
+                    for (name, function, after) in self.entered(roles, (first, space)) {
+                        let maps = [(release, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
+                        let maps = after.into_iter().map(|map| (map, Count::Once)).chain(maps).collect();
+                        let mut terms = level.clone();
+                        terms.push(Term { factor: number(-1.0), unknown: function, maps });
+                        let counts = Some(self.phases.held);
+                        self.list.push(Condition { name, terms, rows, weight: self.per_event(), counts });
+                    }
                 }
             }
             return;
@@ -432,8 +474,22 @@ impl Builder<'_> {
         }
         for release in releases {
             let level = vec![self.term(number(decay), last, &[one]), self.term(number(rest), constants, &[kept])];
-            self.below("releasing", whole, first, release, level);
+            for (_, function, after) in self.entered(roles, (first, space)) {
+                let mut terms = level.clone();
+                terms.push(self.term(number(-1.0), function, &[after.as_slice(), &[release]].concat()));
+                self.add("releasing", whole, terms);
+            }
         }
+    }
+
+    /// The functions at the beginning of re-engaging, with the map to their states if there is one: also that of a gap
+    /// that is kept.
+    fn entered(&mut self, roles: &Roles, (first, space): (usize, Space)) -> Vec<(&'static str, usize, Option<usize>)> {
+        let mut all = vec![("entering", first, None)];
+        if let Some(gap) = roles.gap.filter(|_| !self.modes.gap_closes()) {
+            all.push(("gap", gap, Some(self.select(space, Space::Gap))));
+        }
+        all
     }
 
     fn per_event(&self) -> f64 {
@@ -454,7 +510,12 @@ impl Builder<'_> {
                     for weight in if ticks == 1 { vec![max] } else { vec![min, max] } {
                         let name = format!("cross_fade_{vertex}_{weight}");
                         let map = self.between(name, space, space, |modes| modes.blend(vertex, weight));
-                        self.along("cross-fade", space, (nodes[piece], nodes[piece + 1]), ticks, map);
+                        let nodes = (nodes[piece], nodes[piece + 1]);
+                        if self.modes.gap_closes() {
+                            self.along("cross-fade", space, nodes, ticks, map);
+                        } else {
+                            self.along_kept_gap("cross-fade", roles, (nodes, ticks), (space, map));
+                        }
                     }
                 }
             }
@@ -476,9 +537,11 @@ impl Builder<'_> {
             let of_loop = self.select(Space::FadingGap, Space::LoopGap);
             let from = vec![self.term(number(1.0), last, &[held])];
             self.below("faded", Space::FadingGap, next, of_loop, from);
-            let of_gap = self.select(Space::FadingGap, Space::Gap);
-            let from = vec![self.term(number(1.0), first, &[held])];
-            self.below("gap", Space::FadingGap, gap, of_gap, from);
+            if self.modes.gap_closes() {
+                let of_gap = self.select(Space::FadingGap, Space::Gap);
+                let from = vec![self.term(number(1.0), first, &[held])];
+                self.below("gap", Space::FadingGap, gap, of_gap, from);
+            }
         }
     }
 
@@ -524,7 +587,8 @@ impl Builder<'_> {
             let level = self.held_level(roles);
             self.below("held", rows, last, map, level);
             for (piece, &ticks) in lengths.iter().enumerate() {
-                self.along("dwelling", rows, (roles.held[piece], roles.held[piece + 1]), ticks, map);
+                let nodes = (roles.held[piece], roles.held[piece + 1]);
+                self.along_kept_gap("dwelling", roles, (nodes, ticks), (rows, map));
             }
         }
     }
@@ -547,11 +611,20 @@ impl Builder<'_> {
                     continue;
                 }
                 let map = self.map(format!("quantity_{k}"), space, Space::Number, |_| narrow);
-                let from = vec![self.term(number(1.0), function, &[whole])];
+                let from = match roles.gap.filter(|_| !self.modes.gap_closes()) {
+                    // A mean is below max(P, γ g²).
+                    Some(gap) => {
+                        let of_gap = self.select(space, Space::Gap);
+                        let (of_function, rest) = (number(AT_KEPT_GAP), number(1.0 - AT_KEPT_GAP));
+                        vec![self.term(of_function, function, &[whole]), self.term(rest, gap, &[of_gap])]
+                    }
+                    None => vec![self.term(number(1.0), function, &[whole])],
+                };
                 self.below("bounded", space, size, map, from);
             }
         }
         let (rows, _) = self.at_events(roles);
+        let kept = if self.modes.gap_closes() { vec![] } else { self.level(roles, (AT_KEPT_GAP, 1.0 - AT_KEPT_GAP)) };
         let last = *roles.dropped.last().or(roles.held.last()).unwrap_or(&0);
         let quantity = self.modes.row(&focus.frozen, Space::Frozen);
         let quantity = self.map("quantity_frozen".into(), Space::Frozen, Space::Number, |_| quantity);
@@ -561,8 +634,11 @@ impl Builder<'_> {
             for vertex in self.modes.vertices() {
                 let entry = self.entry(vertex, rows);
                 let maps = vec![(quantity, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
-                let of_event = self.term(number(1.0), last, &[whole]);
-                let terms = vec![of_event, Term { factor: number(-1.0), unknown: size, maps }];
+                let mut terms = kept.clone();
+                if terms.is_empty() {
+                    terms.push(self.term(number(1.0), last, &[whole]));
+                }
+                terms.push(Term { factor: number(-1.0), unknown: size, maps });
                 let counts = Some((0, self.phases.held.1));
                 self.list.push(Condition { name: "bounded", terms, rows, weight: self.per_tick, counts });
             }

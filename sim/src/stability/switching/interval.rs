@@ -84,19 +84,28 @@ pub(super) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
 }
 
 /// `A B`.
+#[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 pub(super) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     let columns = b.first().map_or(0, Vec::len);
     let of_row = |row: &Vec<Interval>| {
         let mut sums = vec![Interval::exact(0.0); columns];
         // A product with an exact 0 is exact; many entries of the maps are.
-        for (x, other) in row.iter().zip(b).filter(|(x, _)| x.low != 0.0 || x.high != 0.0) {
-            for (sum, y) in sums.iter_mut().zip(other) {
-                *sum = *sum + *x * *y;
+        for k in 0..row.len() {
+            let (x, other) = (row[k], &b[k][..columns]);
+            if x.low != 0.0 || x.high != 0.0 {
+                for j in 0..columns {
+                    sums[j] = sums[j] + x * other[j];
+                }
             }
         }
         sums
     };
     a.iter().map(of_row).collect()
+}
+
+/// `A + B`.
+pub(super) fn sum(a: &Enclosure, b: &Enclosure) -> Enclosure {
+    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x + *y).collect()).collect()
 }
 
 /// `Aⁿ`, by squaring.

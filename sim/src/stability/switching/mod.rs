@@ -87,7 +87,7 @@ impl Switching {
         let phases = settings.phases();
         let modes = Modes::new(settings)?;
         let steps = Steps::new(&modes, phases);
-        let mut search = Search::new(settings, &modes, phases);
+        let mut search = Search::new(settings, &modes, phases)?;
         let certificate = search.shortest()?;
         let is_certified = certificate.as_ref().is_some_and(|found| found.dwell_ticks <= phases.refractory);
         let growth = ascent::growth(&steps, phases.refractory)?;
@@ -136,7 +136,7 @@ impl Switching {
     fn keeps_without_contact(settings: &SwitchingSettings, phases: Phases) -> Result<bool, StabilityError> {
         let settings = SwitchingSettings { loses_contact: true, ..settings.clone() };
         let modes = Modes::new(&settings)?;
-        Search::new(&settings, &modes, phases).is_certified(phases.refractory)
+        Search::new(&settings, &modes, phases)?.is_certified(phases.refractory)
     }
 
     /// The shortest certified dwell only, in ticks; `None` without one up to [`LONGEST_DWELL_S`].
@@ -145,7 +145,17 @@ impl Switching {
     /// [`StabilityError`].
     pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
         let modes = Modes::new(settings)?;
-        Ok(Search::new(settings, &modes, settings.phases()).shortest()?.map(|found| found.dwell_ticks))
+        Ok(Search::new(settings, &modes, settings.phases())?.shortest()?.map(|found| found.dwell_ticks))
+    }
+
+    /// Whether `dwell_ticks` of teleoperation between events are certified: one programme or a few, where
+    /// [`Switching::certified_dwell`] solves a dozen. With long delays each one takes seconds.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn certifies(settings: &SwitchingSettings, dwell_ticks: u64) -> Result<bool, StabilityError> {
+        let modes = Modes::new(settings)?;
+        Search::new(settings, &modes, settings.phases())?.is_certified(dwell_ticks.max(1))
     }
 
     /// Whether the refractory time is at least the certified dwell, so that every sequence of events is stable.

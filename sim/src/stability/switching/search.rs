@@ -19,6 +19,9 @@ const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
 /// Time constants of a function on a held gap, in s. Each is tried.
 const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
 
+/// Those of a gap that is kept, relative to the time constant of the slowest mode's square.
+const KEPT_HOLDS: [f64; 3] = [1.6, 2.5, 1.25];
+
 /// Rates of decay of `V` in teleoperation as shares of the slowest mode's. The first with a certificate is used.
 const RATES: [f64; 2] = [0.95, 0.0];
 
@@ -30,6 +33,7 @@ const LONGER: [u64; 3] = [1, 2, 4];
 
 /// Pieces of the functions in each phase: a few without a delay, one with many states.
 const PIECES: u64 = 2;
+const PIECES_WITH_KEPT_GAP: u64 = 4;
 const MAX_STATES_WITH_PIECES: usize = 12;
 
 /// The search.
@@ -38,20 +42,27 @@ pub(super) struct Search<'a> {
     phases: Phases,
     longest: u64,
     pieces: u64,
+    holds_s: Vec<f64>,
     /// The time constant of the shortest dwell.
     hold_s: Option<f64>,
     shortest: Option<u64>,
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Self {
+    pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Result<Self, StabilityError> {
         let longest = ((LONGEST_DWELL_S / settings.of_loop.tick_s) as u64).max(2);
-        let pieces = if modes.states() <= MAX_STATES_WITH_PIECES { PIECES } else { 1 };
-        Self { modes, phases, longest, pieces, hold_s: None, shortest: None }
-    }
-
-    fn holds(&self) -> &'static [f64] {
-        if self.modes.has_gap() { &HOLDS_S } else { &HOLDS_S[..1] }
+        let most = if modes.gap_closes() { PIECES } else { PIECES_WITH_KEPT_GAP };
+        let pieces = if modes.states() <= MAX_STATES_WITH_PIECES { most } else { 1 };
+        let holds_s = match (modes.has_gap(), modes.gap_closes()) {
+            (true, true) => HOLDS_S.to_vec(),
+            (true, false) => {
+                // `V` is a square.
+                let slowest_s = 0.5 / modes.slowest_decay_per_s()?.max(1.0 / LONGEST_DWELL_S);
+                KEPT_HOLDS.map(|times| times * slowest_s).to_vec()
+            }
+            (false, _) => HOLDS_S[..1].to_vec(),
+        };
+        Ok(Self { modes, phases, longest, pieces, holds_s, hold_s: None, shortest: None })
     }
 
     fn certify(&self, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
@@ -80,7 +91,7 @@ impl<'a> Search<'a> {
 
     /// Whether a dwell is certified.
     pub(super) fn is_certified(&self, dwell: u64) -> Result<bool, StabilityError> {
-        Ok(self.with_holds(dwell, self.holds())?.is_some())
+        Ok(self.with_holds(dwell, &self.holds_s)?.is_some())
     }
 
     /// The certificate with the shortest dwell.
@@ -89,7 +100,7 @@ impl<'a> Search<'a> {
         let mut fails = 0;
         let mut found = None;
         for dwell in DWELLS_S.map(ticks) {
-            found = self.with_holds(dwell, self.holds())?;
+            found = self.with_holds(dwell, &self.holds_s)?;
             if found.is_some() {
                 break;
             }

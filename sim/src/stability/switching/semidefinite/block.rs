@@ -69,6 +69,10 @@ impl Block {
     ///
     /// With `N = M G` and `Q = N N'ᵀ` the entry for `Z_pq` and `Z'_rs` is `Q_pr Q_qs + Q_ps Q_qr`, so that no matrix per
     /// variable is built.
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "adapters of iterators are calls if they are compiled in another unit"
+    )]
     pub(super) fn add_gram(&self, g: &DMatrix<f64>, h: &mut DMatrix<f64>) {
         let scaled: Vec<DMatrix<f64>> = self.congruences.iter().map(|one| times(&one.map, g)).collect();
         let weight = |p: usize, q: usize| if p == q { FRAC_1_SQRT_2 } else { SQRT_2 };
@@ -88,8 +92,9 @@ impl Block {
                         for q in 0..n {
                             let (x, y) = (outer * of_s[q], outer * of_r[q]);
                             let target = &mut column[row(0, q)..=row(q, q)];
-                            for ((entry, u), v) in target.iter_mut().zip(of_r).zip(of_s) {
-                                *entry += u * x + v * y;
+                            let (u, v) = (&of_r[..=q], &of_s[..=q]);
+                            for p in 0..=q {
+                                target[p] += u[p] * x + v[p] * y;
                             }
                             // The last entry is on the diagonal.
                             target[q] -= (1.0 - FRAC_1_SQRT_2 / SQRT_2) * (of_r[q] * x + of_s[q] * y);

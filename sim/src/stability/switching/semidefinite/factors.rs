@@ -13,17 +13,20 @@ pub(super) struct Factors {
     rows: Vec<Vec<f64>>,
 }
 
-/// The inner product, in four independent sums.
+/// The inner product of slices of the same length, in four independent sums.
+#[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let b = &b[..a.len()];
     let mut sums = [0.0; 4];
-    let (whole, rest) = (a.len() / 4 * 4, a.len() % 4);
-    for (x, y) in a[..whole].chunks_exact(4).zip(b[..whole].chunks_exact(4)) {
+    let (a, rest) = a.as_chunks::<4>();
+    let (b, other_rest) = b.as_chunks::<4>();
+    for i in 0..a.len() {
         for k in 0..4 {
-            sums[k] += x[k] * y[k];
+            sums[k] += a[i][k] * b[i][k];
         }
     }
-    for k in 0..rest {
-        sums[0] += a[whole + k] * b[whole + k];
+    for k in 0..rest.len() {
+        sums[0] += rest[k] * other_rest[k];
     }
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
@@ -67,8 +70,9 @@ impl Factors {
             let (begin, row) = (self.first[i], &self.rows[i]);
             let value = values[i] / row[i - begin];
             values[i] = value;
-            for (k, entry) in row[..i - begin].iter().enumerate() {
-                values[begin + k] -= entry * value;
+            let to = &mut values[begin..i];
+            for k in 0..to.len() {
+                to[k] -= row[k] * value;
             }
         }
         x

@@ -82,7 +82,7 @@ fn eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
 
 /// The smallest eigenvalue of a symmetric matrix; `None` for a non-finite matrix.
 pub(super) fn min_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
-    Some(eigen(matrix)?.eigenvalues.min())
+    matrix.iter().all(|value| value.is_finite()).then(|| matrix.symmetric_eigenvalues().min())
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 /// `A B`.
+#[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 pub(in super::super) fn times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let (rows, inner) = a.shape();
     let mut product = DMatrix::zeros(rows, b.ncols());
@@ -13,8 +14,9 @@ pub(in super::super) fn times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64
     for (j, to) in product.as_mut_slice().chunks_exact_mut(rows).enumerate() {
         for k in 0..inner {
             let factor = b[(k, j)];
-            for (entry, value) in to.iter_mut().zip(&columns[k * rows..(k + 1) * rows]) {
-                *entry += value * factor;
+            let column = &columns[k * rows..(k + 1) * rows];
+            for i in 0..rows {
+                to[i] += column[i] * factor;
             }
         }
     }

@@ -1,0 +1,48 @@
+//! Random sequences of events on the engine, against the bounds of the certificate.
+//!
+//! ```text
+//! cargo run --release --example sequences -- 1000000
+//! ```
+//! Nine of ten sequences are of 0.24 s, with short events, and one of ten is of 2.5 s, with the events of the shipped
+//! scenario. The needle rests in a spring from 50 to 600 N/m, and the hand is released 1 um to 10 mm from its desired
+//! position. Fails if a needle or a feedback force exceeds its bound.
+
+use std::process::ExitCode;
+
+use trocar::scenario::Source;
+use trocar::stability::{Switching, SwitchingSettings};
+use trocar::stability_check::{random_sequences, without_alarms};
+
+/// Range of stiffness in N/m.
+const TISSUE: (f64, f64) = (50.0, 600.0);
+
+/// Short events, many of which fit into a short run.
+const SHORT: [&str; 5] = [
+    "augmentation.min_hold_s=0.02",
+    "augmentation.max_hold_s=0.1",
+    "augmentation.exit_quiet_s=0.0",
+    "augmentation.blend_s=0.02",
+    "augmentation.refractory_s=0.15",
+];
+
+/// Runs the sequences of some settings; returns whether all stay within the bounds.
+fn compare(settings: &[&str], count: u64, ticks: u64) -> Result<bool, Box<dyn std::error::Error>> {
+    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    let source = Source::parse("builtin:paper/augmented.toml");
+    let base = without_alarms(&source, &settings)?;
+    let switching = Switching::of(&SwitchingSettings::of(&base, TISSUE)?)?;
+    let Some(reach) = &switching.reach else { return Ok(false) };
+    let farthest = random_sequences(&base, (TISSUE, switching.phases), (count, ticks), 7)?;
+    println!(
+        "{count} sequences with {} events: the needle moves at most {:.4} mm per mm, certified {:.4}; the feedback force is at \
+         most {:.1} N/m, certified {:.1}",
+        farthest.events, farthest.slave, reach.slave.0, farthest.force_n_per_m, reach.force.0,
+    );
+    Ok(farthest.slave <= reach.slave.0 && farthest.force_n_per_m <= reach.force.0)
+}
+
+fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let count: u64 = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(10_000);
+    let holds = compare(&SHORT, count - count / 10, 240)? & compare(&[], count / 10, 2_500)?;
+    Ok(if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
