@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use trocar_core::settings::{Fallback, Key, Source as _};
 
-use super::document::{Entry, Source, gather, parse_setting};
+use super::document::{Entry, Source, drop_replaced_layers, gather, parse_setting};
 use super::error::{Place, ScenarioError};
 use super::key_table::KEYS;
 use super::link::link_settings;
@@ -138,7 +138,9 @@ impl Template {
         for (key, value, place) in open {
             written.give(key.path, value.clone(), place.clone());
         }
-        for entry in given.into_iter().chain(gather(base, &[])?) {
+        given.extend(gather(base, &[])?);
+        drop_replaced_layers(&mut given);
+        for entry in given {
             written.take(entry)?;
         }
         if !written.is_given("name") {

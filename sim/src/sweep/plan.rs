@@ -221,7 +221,18 @@ impl Plan {
         );
         let echo = self.template.first().echo();
         let mut is_in_section = false;
+        // A layer has a section by its name.
+        let mut in_list = None;
         for line in echo.lines() {
+            if let Some(list) = line.strip_prefix("[[").and_then(|line| line.strip_suffix("]]")) {
+                in_list = Some(list);
+                continue;
+            }
+            if let Some(name) = in_list.and(line.strip_prefix("name = ")) {
+                let _ = write!(text, "\n[resolved.{}.{}]\n", in_list.unwrap_or_default(), name.trim_matches('"'));
+                in_list = None;
+                continue;
+            }
             // The content identifies a file on any machine, not its path; the seeds are those of the design.
             let is_apart = ["file = ", "delays_file = ", "seed = "].iter().any(|key| line.starts_with(key));
             if let Some(section) = line.strip_prefix('[') {
