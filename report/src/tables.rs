@@ -9,7 +9,7 @@ use super::number::{show, significant};
 use super::wrap::wrapped;
 use trocar_sim::compare::Row;
 use trocar_sim::engine::{COLUMNS, ColumnValues, Trace};
-use trocar_sim::metrics::{Outcome, Unit};
+use trocar_sim::metrics::{Outcome, RuptureMetrics, Unit};
 use trocar_sim::run::Run;
 
 /// Returns a run's outcome as text.
@@ -40,8 +40,15 @@ pub fn run_text(run: &Run) -> String {
             table.row([label, show(*value, unit)]);
         }
     }
-    let _ = write!(text, "{table}{}", wrapped(&alarms_line(run), 2));
+    let _ = write!(text, "{table}{}{}", wrapped(&ruptures_line(run), 2), wrapped(&alarms_line(run), 2));
     text
+}
+
+/// Returns the ruptures of named layers; nothing for other tissues.
+fn ruptures_line(run: &Run) -> String {
+    let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer?));
+    let ruptures: Vec<String> = run.metrics.ruptures.iter().filter_map(of_layer).collect();
+    if ruptures.is_empty() { String::new() } else { format!("ruptures: {}\n", ruptures.join(", ")) }
 }
 
 fn alarms_line(run: &Run) -> String {

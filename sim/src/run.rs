@@ -9,7 +9,7 @@ mod warnings;
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::promise_gaps;
-pub use warnings::seeds_without_effect;
+pub use warnings::{outside_measured, seeds_without_effect};
 
 use thiserror::Error;
 
@@ -59,14 +59,17 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 }
 
 impl Run {
-    /// A scenario with the metrics and the trace of its run, completed by what needs further runs: whether a swing lasts,
-    /// and why ruptures were missed.
+    /// A scenario with the metrics and the trace of its run, completed by the names of the layers that ruptured, and by
+    /// what needs further runs: whether a swing lasts, and why ruptures were missed.
     ///
     /// # Errors
     /// As [`run`].
     pub fn concluded(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Result<Self, RunError> {
         metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
         misses::explain_misses(&scenario, &mut metrics)?;
+        for (rupture, layer) in metrics.ruptures.iter_mut().zip(scenario.rupturing_layers()) {
+            rupture.layer = Some(layer);
+        }
         metrics.ports = port_metrics(&scenario, &trace);
         Ok(Self { scenario, metrics, trace })
     }
@@ -74,7 +77,7 @@ impl Run {
 
 /// [`run`] with some of the user's own parts in place of the scenario's.
 ///
-/// Such a run cannot be repeated: it tells neither why a rupture was missed nor whether a swing lasts.
+/// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether a swing lasts.
 ///
 /// # Errors
 /// As [`run`].

@@ -26,7 +26,7 @@ use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameter
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
 use crate::time::{TickGrid, whole_ticks};
-use crate::tissue::TissueSettings;
+use crate::tissue::{OrganMotion, TissueSettings};
 
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
@@ -105,6 +105,8 @@ pub struct Scenario {
     pub reflex: ReflexSettings,
     /// The tissue.
     pub tissue: TissueSpec,
+    /// Its motion with breathing and heartbeat.
+    pub organ_motion: OrganMotion,
     /// The sensors.
     pub sensor: SensorSettings,
     /// The estimator.
@@ -203,6 +205,7 @@ impl Scenario {
             tremor: TremorSettings::read(&mut values)?,
             reflex: ReflexSettings::read(&mut values)?,
             tissue,
+            organ_motion: OrganMotion::read(&mut values)?,
             sensor: SensorSettings::read(&mut values)?,
             estimator: RlsSettings::read(&mut values)?,
             contact_m: ContactSettings::read(&mut values)?.contact_m,

@@ -200,8 +200,10 @@ fn any_layer() -> String {
     let acts = ANY_LAYER_KEYS.iter().find_map(|key| key.acts_for);
     let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));
     let mut text = format!("# [[{LAYER_LIST}]] # A layer of your own{kinds}.\n");
-    text.push_str(&format!("# name = {DEFAULT_LAYER:?} # Name of the layer.\n"));
-    text.extend(ANY_LAYER_KEYS.iter().filter_map(|key| Default(key.path).text()));
+    // Indented, as they are no keys of the section above.
+    text.push_str(&format!("#   name = {DEFAULT_LAYER:?} # Name of the layer.\n"));
+    let lines = ANY_LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
+    text.extend(lines.map(|line| line.replacen("# ", "#   ", 1)));
     text
 }
 

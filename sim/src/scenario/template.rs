@@ -25,6 +25,7 @@ use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{ReflexSettings, TremorSettings};
 use crate::plant::SlaveParameters;
 use crate::sensor::SensorSettings;
+use crate::tissue::OrganMotion;
 
 /// The part of a scenario that a key affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -274,7 +275,10 @@ impl CaseFactory<'_> {
                 scenario.events = events(values, &scenario.grid)?;
                 scenario.augmentation.validate().map_err(|error| values.out_of_range(&error))?;
             }
-            Part::Tissue => scenario.tissue = tissue(values, &scenario.grid, None)?,
+            Part::Tissue => {
+                scenario.tissue = tissue(values, &scenario.grid, None)?;
+                scenario.organ_motion = OrganMotion::read(values)?;
+            }
             Part::Presliding => {
                 if let TissueSpec::Depth { presliding_m, .. } = &mut scenario.tissue {
                     *presliding_m = values.number("tissue.presliding_m")?;

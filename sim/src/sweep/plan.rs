@@ -6,6 +6,7 @@ use sha2::{Digest, Sha256};
 
 use super::axis::Axis;
 use super::columns::Column;
+use super::correlation::Correlation;
 use super::design::{Design, MAX_CASES, UnitCoordinates};
 use super::error::SweepError;
 use super::file::SweepFile;
@@ -269,6 +270,7 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     Design {
         name: file.name.unwrap_or(stem),
         axes: file.axes,
+        correlations: file.correlations,
         scheme: file.scheme,
         seeds: file.seeds,
         first_seed: file.first_seed.unwrap_or(first_seed),
@@ -307,6 +309,11 @@ fn design_toml(design: &Design) -> String {
     }
     for axis in &design.axes {
         let _ = writeln!(text, "{} = {}", axis.key.path, axis.to_toml());
+    }
+    for Correlation { name, axes, coefficient } in &design.correlations {
+        let paths: Vec<_> = axes.iter().map(|axis| format!("{:?}", design.axes[*axis].key.path)).collect();
+        let coefficient = toml::Value::Float(*coefficient);
+        let _ = write!(text, "\n[correlations.{name}]\naxes = [{}]\ncoefficient = {coefficient}\n", paths.join(", "));
     }
     text
 }

@@ -65,6 +65,21 @@ pub fn sweep_schema() -> Json {
             },
             "set": with(set, "set"),
             "axes": axes,
+            "correlations": { "type": "object", "additionalProperties": {
+                "type": "object",
+                "additionalProperties": false,
+                "required": ["axes", "coefficient"],
+                "properties": {
+                    "axes": with(
+                        json!({ "type": "array", "minItems": 2, "items": { "type": "string" } }),
+                        "correlations.NAME.axes"
+                    ),
+                    "coefficient": with(
+                        json!({ "type": "number", "exclusiveMinimum": -1, "exclusiveMaximum": 1 }),
+                        "correlations.NAME.coefficient"
+                    ),
+                }
+            } },
         }
     })
 }
@@ -102,6 +117,17 @@ fn axis(kind: Kind, meaning: &str) -> Json {
                 "to": { "type": "number" },
                 "points": { "type": "integer", "minimum": 2 },
                 "log": { "type": "boolean" },
+            }
+        }));
+    }
+    if matches!(kind, Kind::Number(_)) {
+        ways.push(json!({
+            "type": "object",
+            "additionalProperties": false,
+            "required": ["median", "spread"],
+            "properties": {
+                "median": { "type": "number", "exclusiveMinimum": 0 },
+                "spread": { "type": "number", "exclusiveMinimum": 1, "maximum": 10 },
             }
         }));
     }

@@ -3,6 +3,7 @@
 use trocar_core::settings::{ActsFor, Key, acting, count, joined};
 
 use super::layer::LAYERED_KEYS;
+use super::literature::Outside;
 use super::*;
 use crate::error::InvalidValue;
 
@@ -31,6 +32,8 @@ macro_rules! tissues {
             /// A recording, replayed by depth.
             $depth($by_depth),
             $(#[doc = concat!("See [`", stringify!($model), "`].")] $model($model<L>),)*
+            /// Any of them, with a moving surface.
+            Moving(Box<Moving<L>>),
         }
 
         impl TissueSettings {
@@ -63,6 +66,15 @@ macro_rules! tissues {
                 }
             }
 
+            /// Its properties outside the range of the measurements.
+            #[must_use]
+            pub fn outside_measured(&self) -> Vec<Outside> {
+                match self {
+                    Self::$recording(_) => vec![],
+                    $(Self::$model(settings) => <$model<f64> as Model>::outside_measured(settings),)*
+                }
+            }
+
             /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
             ///
             /// # Errors
@@ -87,11 +99,12 @@ macro_rules! tissues {
                     Self::$time(part) => part.react(tick, position_m, velocity_m_per_s),
                     Self::$depth(part) => part.react(tick, position_m, velocity_m_per_s),
                     $(Self::$model(part) => part.react(tick, position_m, velocity_m_per_s),)*
+                    Self::Moving(part) => part.react(tick, position_m, velocity_m_per_s),
                 }
             }
         }
 
-        crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model),* });
+        crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model,)* Moving });
     };
 }
 

@@ -3,6 +3,7 @@
 use trocar_core::settings::{Key, Source, count, joined};
 
 use super::layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerParameters};
+use super::literature::{Outside, outside};
 use super::model::Model;
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
@@ -338,6 +339,12 @@ impl<L: Lane> Model for Layers<L> {
             .filter(|(_, layer)| ruptures(layer))
             .map(|(name, _)| name)
             .collect()
+    }
+
+    fn outside_measured(settings: &LayersParameters) -> Vec<Outside> {
+        let present = settings.layers.iter().enumerate().filter(|(_, layer)| layer.is_present());
+        let of_layers = present.flat_map(|(index, layer)| layer.measured(index));
+        outside(of_layers.chain(settings.shaft.measured()))
     }
 }
 

@@ -72,10 +72,15 @@ pub fn layer_key(path: &str) -> Option<&'static Key> {
     keys_of_layer(name)?.1.iter().find(is_wanted)
 }
 
+/// A key of the layer `*` as that of a layer.
+pub(super) fn own_key(name: &str, path: &'static str) -> &'static str {
+    let own = keys_of_layer(name).and_then(|(_, keys)| keys.iter().find(|key| field(key.path) == field(path)));
+    own.map_or(path, |key| key.path)
+}
+
 /// The error of the layer `*` as that of a layer.
 pub(super) fn of_layer(name: &str, error: InvalidValue) -> InvalidValue {
-    let own = keys_of_layer(name).and_then(|(_, keys)| keys.iter().find(|key| field(key.path) == field(error.name)));
-    InvalidValue { name: own.map_or(error.name, |key| key.path), ..error }
+    InvalidValue { name: own_key(name, error.name), ..error }
 }
 
 #[cfg(test)]

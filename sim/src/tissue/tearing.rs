@@ -2,8 +2,9 @@
 
 use trocar_core::settings::{Key, Source, count, joined};
 
+use super::literature::{Outside, outside};
 use super::model::Model;
-use super::named_layers::{DEFAULT_LAYER, LAYER_LIST, of_layer};
+use super::named_layers::{DEFAULT_LAYER, LAYER_LIST, of_layer, own_key};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
 use super::surface::Surface;
@@ -281,6 +282,14 @@ impl<L: Lane> Model for Tearing<L> {
     fn rupturing_layers(settings: &TearingSettings) -> Vec<&'static str> {
         let width_m = settings.crack.crack_width_m;
         settings.layers.iter().filter(|(_, layer)| layer.ruptures(width_m)).map(|(name, _)| *name).collect()
+    }
+
+    fn outside_measured(settings: &TearingSettings) -> Vec<Outside> {
+        let of_layers = settings
+            .layers
+            .iter()
+            .flat_map(|(name, layer)| layer.measured().map(|(key, value, bounds)| (own_key(name, key), value, bounds)));
+        outside(of_layers.chain(settings.shaft.measured()))
     }
 }
 

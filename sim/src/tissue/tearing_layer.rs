@@ -1,5 +1,8 @@
 //! One layer that tears: its parameters, their keys and ranges.
 
+use super::literature::{
+    Bounds, FRICTION_N_PER_M, GRIP_N, STIFFENING_N_PER_M2, STIFFNESS_N_PER_M, THICKNESS_M, TOUGHNESS_J_PER_M2,
+};
 use crate::error::{InvalidValue, require};
 
 trocar_core::settings! {
@@ -61,5 +64,17 @@ impl TearingLayer {
         self.validate()?;
         let (key, relaxation) = ("tissue.layer.*.relaxation_time_s", self.relaxation_time_s);
         require(key, relaxation, relaxation >= tick_s, "at least simulation.tick_s").map(drop)
+    }
+
+    /// The keys of the layer `*` with values and ranges of measurements.
+    pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 6] {
+        [
+            ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),
+            ("tissue.layer.*.stiffness_n_per_m", self.stiffness_n_per_m, &STIFFNESS_N_PER_M),
+            ("tissue.layer.*.stiffening_n_per_m2", self.stiffening_n_per_m2, &STIFFENING_N_PER_M2),
+            ("tissue.layer.*.toughness_j_per_m2", self.toughness_j_per_m2, &TOUGHNESS_J_PER_M2),
+            ("tissue.layer.*.friction_n_per_m", self.friction_n_per_m, &FRICTION_N_PER_M),
+            ("tissue.layer.*.grip_n", self.grip_n, &GRIP_N),
+        ]
     }
 }

@@ -124,6 +124,8 @@ const VARIANTS: &[&str] = &[
      channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false operator.reflex=none \
      operator.kind=ramp operator.end_m=0.02 operator.speed_m_per_s=0.04 sensor.force_bandwidth_hz=0 \
      sensor.force_range_n=20 simulation.duration_s=2",
+    // A tissue that moves.
+    "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
     // Without random numbers.
     "operator.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \
      sensor.position_resolution_m=0 sensor.force_noise_std_n=0",
