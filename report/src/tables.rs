@@ -8,7 +8,7 @@ use super::columns::{Column, ColumnFormat, csv};
 use super::number::{show, significant};
 use super::wrap::wrapped;
 use trocar_sim::compare::Row;
-use trocar_sim::engine::{COLUMNS, ColumnValues, Trace};
+use trocar_sim::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace};
 use trocar_sim::metrics::{Outcome, RuptureMetrics, Unit};
 use trocar_sim::run::Run;
 
@@ -71,14 +71,16 @@ pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// The columns of a trace: those of [`COLUMNS`], then the estimator's extra parameter, if any.
+/// The columns of a trace: those of [`COLUMNS`], then the estimator's extra parameter and the trust in it, if any.
 fn trace_columns(trace: &Trace) -> Vec<Column<'_>> {
     let extra = trace.extra_parameter.as_ref();
     let extra = extra.map(|(name, column)| (*name, ColumnValues::Numbers(column.as_slice())));
-    COLUMNS.into_iter().zip(trace.columns()).chain(extra).collect()
+    let trust =
+        trace.trust.iter().flat_map(|trust| TRUST_COLUMNS.iter().map(|column| column.name).zip(trust.columns()));
+    COLUMNS.into_iter().zip(trace.columns()).chain(extra).chain(trust).collect()
 }
 
-/// Writes `trace.csv`: the columns of [`COLUMNS`], then the estimator's extra parameter, if any. Floats have the shortest form
+/// Writes `trace.csv`: the columns of [`COLUMNS`], then the estimator's extra parameter and the trust in it, if any. Floats have the shortest form
 /// that reads back to the same value.
 ///
 /// # Errors

@@ -53,9 +53,16 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
-    let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
+    let mut trace = empty_trace(&scenario);
     let metrics = observe(&scenario, &mut trace)?;
     Run::concluded(scenario, metrics, trace)
+}
+
+/// An empty trace with all columns of a scenario's run.
+#[must_use]
+pub fn empty_trace(scenario: &Scenario) -> Trace {
+    let column = scenario.estimator.extra_parameter_column();
+    Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m)
 }
 
 impl Run {
@@ -83,7 +90,8 @@ impl Run {
 /// As [`run`].
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
     let column = scenario.estimator.extra_parameter_column();
-    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column.filter(|_| own.estimator.is_none()));
+    let column = column.filter(|_| own.estimator.is_none());
+    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m);
     let mut metrics = observe_with(&scenario, own, &mut trace)?;
     metrics.ports = port_metrics(&scenario, &trace);
     Ok(Run { scenario, metrics, trace })

@@ -65,8 +65,11 @@ fn closed_form(layer: TearingLayer, speed_m_per_s: f64) -> Rupture {
     Rupture { deflection_m: d, force_n: force(d), work_j }
 }
 
+/// How a quantity of a rupture is read.
+type Quantity = fn(&Rupture) -> f64;
+
 /// The slopes of a quantity over the speed, both logarithmic, from each speed to the next.
-fn slopes(ruptures: &[Rupture], quantity: fn(&Rupture) -> f64) -> Vec<f64> {
+fn slopes(ruptures: &[Rupture], quantity: Quantity) -> Vec<f64> {
     let pairs = ruptures.windows(2).zip(SPEEDS_M_PER_S.windows(2));
     pairs.map(|(pair, speed)| (quantity(&pair[1]) / quantity(&pair[0])).ln() / (speed[1] / speed[0]).ln()).collect()
 }
@@ -83,7 +86,7 @@ fn oracle_force_deflection_and_work_at_the_rupture_fall_with_the_speed_as_in_clo
         let fine = |speed: f64| simulated(layer, speed, (1e-7 / speed).min(TICK_S));
         let here = SPEEDS_M_PER_S.map(fine);
         let there = SPEEDS_M_PER_S.map(|speed| closed_form(layer, speed));
-        let quantities: [(&str, fn(&Rupture) -> f64); 3] =
+        let quantities: [(&str, Quantity); 3] =
             [("deflection", |r| r.deflection_m), ("work", |r| r.work_j), ("force", |r| r.force_n)];
         for (name, quantity) in quantities {
             if name == "force" && layer.concentration == 0.0 {
@@ -228,6 +231,29 @@ fn layers_have_names_that_settings_address_and_the_echo_keeps() {
     assert_eq!(again.echo(), echo);
     assert_eq!(again.tissue, scenario.tissue);
     assert_eq!(scenario.rupturing_layers(), ["ligament", "dura", "cord"]);
+}
+
+/// A scenario in which every column of the trust has something to show.
+#[test]
+fn the_trace_tells_when_the_estimate_can_be_trusted() {
+    let run = trocar::run::run(load(NAMED, &["sensor.force_noise_std_n=0.02"]).expect("good")).expect("runs");
+    let trust = run.trace.trust.as_ref().expect("recorded");
+    let flagged = |flag: u8| trust.estimate_flags.iter().filter(|flags| *flags & flag > 0).count();
+    assert_eq!(trust.estimate_flags.len(), run.trace.len());
+    // Before the contact, and at rest after the motion, where the damping cannot be told.
+    assert!(flagged(8) > 100 && flagged(2) > 500, "{} {}", flagged(8), flagged(2));
+    let negative = |k: usize| run.trace.stiffness_n_per_m[k] < 0.0 || run.trace.damping_n_s_per_m[k] < 0.0;
+    assert!((0..run.trace.len()).all(|k| (trust.estimate_flags[k] & 4 > 0) == negative(k)));
+    assert!(trust.excitation.iter().all(|share| (0.0..=1.0).contains(share)));
+    assert!(trust.stiffness_std_n_per_m.iter().all(|std| *std > 0.0 && *std < 2e3));
+    let folder = crate::support::test_folder::TestFolder::new();
+    folder.file("named.toml", NAMED).good(&["run", "named.toml", "--out", "out", "--quiet"]);
+    let csv = folder.text("out/named/trace.csv");
+    assert!(
+        csv.lines().next().is_some_and(|names| names.ends_with("excitation,estimate_flags")),
+        "{:?}",
+        csv.lines().next()
+    );
 }
 
 #[test]
