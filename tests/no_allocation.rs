@@ -80,7 +80,7 @@ fn a_run_with_metrics_allocates_nothing() {
         "layers/through-the-skin",
         "hand/trembling-hand",
         "sensing/sensor-not-ideal",
-        "tearing/epidural",
+        "tearing/yellow-ligament",
         "tearing/firm-phantom",
     ] {
         let scenario = scenario(name);

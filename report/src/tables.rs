@@ -71,16 +71,16 @@ pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// The columns of a trace: those of [`COLUMNS`], then the estimator's extra parameter and the trust in it, if any.
+/// The columns of a trace: those of [`COLUMNS`], then the trust in the estimate and the estimator's extra parameter, if any.
 fn trace_columns(trace: &Trace) -> Vec<Column<'_>> {
     let extra = trace.extra_parameter.as_ref();
     let extra = extra.map(|(name, column)| (*name, ColumnValues::Numbers(column.as_slice())));
     let trust =
         trace.trust.iter().flat_map(|trust| TRUST_COLUMNS.iter().map(|column| column.name).zip(trust.columns()));
-    COLUMNS.into_iter().zip(trace.columns()).chain(extra).chain(trust).collect()
+    COLUMNS.into_iter().zip(trace.columns()).chain(trust).chain(extra).collect()
 }
 
-/// Writes `trace.csv`: the columns of [`COLUMNS`], then the estimator's extra parameter and the trust in it, if any. Floats have the shortest form
+/// Writes `trace.csv`: the columns of [`COLUMNS`], then the trust in the estimate and the estimator's extra parameter, if any. Floats have the shortest form
 /// that reads back to the same value.
 ///
 /// # Errors

@@ -83,7 +83,8 @@ fn the_trace_has_the_columns_of_the_design_and_reads_back() {
             "time_s,desired_position_m,master_position_m,master_velocity_m_per_s,operator_force_n,slave_reference_m,\
              slave_position_m,slave_velocity_m_per_s,tissue_force_n,measured_force_n,feedback_force_n,stiffness_n_per_m,\
              damping_n_s_per_m,residual_n,distance,decision,mode,hand_energy_j,master_energy_j,reference_energy_j,\
-             needle_energy_j"
+             needle_energy_j,stiffness_std_n_per_m,damping_std_n_s_per_m,\
+             excitation,estimate_flags"
         )
     );
     let rows: Vec<Vec<f64>> =

@@ -54,7 +54,7 @@ detector.threshold = { from = 2e-3, to = 0.2, points = 20, log = true }
 
 /// Patients from distributions, with named layers that are tough together.
 const PATIENTS: &str = r#"
-base = "builtin:tearing/epidural.toml"
+base = "builtin:tearing/yellow-ligament.toml"
 metrics = ["detected_ruptures", "max_slave_overshoot_m"]
 [design]
 kind = "latin-hypercube"

@@ -30,7 +30,7 @@ const FILES: &[(&str, &[u8])] = embedded! {
         "passivity/long-delay-time-domain" "passivity/long-delay-waves" "passivity/long-delay-tank"
         "sensing/wrong-detector-settings" "sensing/sensor-not-ideal"
         "strategies/clutch" "strategies/snap"
-        "tearing/epidural" "tearing/firm-phantom";
+        "tearing/yellow-ligament" "tearing/firm-phantom";
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };
 

@@ -296,7 +296,9 @@ mod tests {
         assert_eq!(refused(LayerParameters { relaxation_s: -1.0, ..skin }), "tissue.capsule.relaxation_s");
         assert_eq!(refused(LayerParameters { relaxation_s: 1e-4, ..skin }), "tissue.capsule.relaxation_s");
         assert_eq!(refused(LayerParameters { cutting_force_n: 4.0, ..skin }), "tissue.capsule.rupture_force_n");
-        assert_eq!(refused(LayerParameters { rupture_force_n: 50.0, ..skin }), "tissue.capsule.rupture_force_n");
+        assert_eq!(refused(LayerParameters { rupture_force_n: -1.0, ..skin }), "tissue.capsule.rupture_force_n");
+        let firm = LayerParameters { rupture_force_n: 50.0, ..skin };
+        firm.validate(3, 1e-3).expect("outside of the measurements is allowed");
         let limp = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 0.0, ..skin };
         assert_eq!(refused(limp), "tissue.capsule.stiffness_n_per_m");
         LayerParameters { relaxation_s: -1.0, ..LayerParameters::ABSENT }.validate(0, 1e-3).expect("it is absent");
