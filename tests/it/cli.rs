@@ -90,7 +90,7 @@ fn the_trace_has_the_columns_of_the_design_and_reads_back() {
     let rows: Vec<Vec<f64>> =
         lines.map(|line| line.split(',').map(|field| field.parse().expect("a number")).collect()).collect();
     assert_eq!((rows.len(), rows[69][0]), (500, 0.069));
-    assert!(rows.iter().all(|row| row.len() == 21 && row.iter().all(|value| value.is_finite())));
+    assert!(rows.iter().all(|row| row.len() == 25 && row.iter().all(|value| value.is_finite())));
 }
 
 #[test]
