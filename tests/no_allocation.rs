@@ -74,8 +74,15 @@ fn no_estimator_allocates() {
 
 #[test]
 fn a_run_with_metrics_allocates_nothing() {
-    for name in ["classical", "augmented", "layers/through-the-skin", "hand/trembling-hand", "sensing/sensor-not-ideal"]
-    {
+    for name in [
+        "classical",
+        "augmented",
+        "layers/through-the-skin",
+        "hand/trembling-hand",
+        "sensing/sensor-not-ideal",
+        "tearing/yellow-ligament",
+        "tearing/firm-phantom",
+    ] {
         let scenario = scenario(name);
         let mut engine = scenario.exact_engine::<f64>(0).expect("builds");
         assert_eq!(allocations(&scenario, |observer| engine.run(observer)), 0, "{name}");

@@ -262,6 +262,17 @@ pub trait Source {
 
     /// The error for a key with an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
+
+    /// Visits the items of a list of named tables with their names, in order. Within a visit, the keys of the item are
+    /// read as those of the item `*`: `list.*.key`.
+    ///
+    /// # Errors
+    /// Errors of a visit.
+    fn visit_items(
+        &mut self,
+        list: &str,
+        visit: impl FnMut(&'static str, &mut Self) -> Result<(), Self::Error>,
+    ) -> Result<(), Self::Error>;
 }
 
 /// Number of keys in all groups.

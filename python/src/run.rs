@@ -6,7 +6,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{run_text, summary_json};
-use trocar_sim::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, Trace};
+use trocar_sim::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS, Trace};
 use trocar_sim::run::observe;
 
 use crate::arrays::put;
@@ -97,7 +97,7 @@ impl TraceRecorder {
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
     let (outcome, TraceRecorder { trace, signal, .. }) = py.detach(|| {
-        let trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
+        let trace = trocar_sim::run::empty_trace(scenario);
         let mut recorder = TraceRecorder { trace, last_check: None, signal: None };
         let outcome = observe(scenario, &mut recorder);
         (outcome, recorder)
@@ -124,13 +124,20 @@ pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResu
         // The summary needs this column too.
         columns.set_item(*name, PyArray1::from_slice(py, values))?;
     }
+    if let Some(trust) = trace.trust.take() {
+        let [stiffness, damping, excitation, flags] = TRUST_COLUMNS.map(|column| column.name);
+        put(&columns, stiffness, trust.stiffness_std_n_per_m)?;
+        put(&columns, damping, trust.damping_std_n_s_per_m)?;
+        put(&columns, excitation, trust.excitation)?;
+        put(&columns, flags, trust.estimate_flags)?;
+    }
     Ok((Run { run }, columns))
 }
 
 /// Returns the columns of a trace: name, unit, meaning.
 #[pyfunction]
 pub(crate) fn trace_columns() -> Vec<(&'static str, &'static str, &'static str)> {
-    TRACE_COLUMNS.iter().map(|column| (column.name, column.unit, column.meaning)).collect()
+    TRACE_COLUMNS.iter().chain(&TRUST_COLUMNS).map(|column| (column.name, column.unit, column.meaning)).collect()
 }
 
 /// Returns the minimum time of several runs of a scenario with the crate's `run`, in s.

@@ -61,7 +61,7 @@ def test_a_later_change_may_switch_off_what_an_earlier_one_sets():
 def test_traces_are_arrays_that_were_not_copied(run):
     assert all(column.shape == (17000,) for column in run.traces.values())
     kinds = {name: column.dtype for name, column in run.traces.items()}
-    assert kinds.pop("mode") == np.uint8 and set(kinds.values()) == {np.dtype(np.float64)}
+    assert kinds.pop("mode") == kinds.pop("estimate_flags") == np.uint8 and set(kinds.values()) == {np.dtype(np.float64)}
     # Memory that numpy itself has not asked for: the vector that was computed.
     assert all(not column.flags.owndata and column.flags.writeable for column in run.traces.values())
 
@@ -84,7 +84,7 @@ def test_a_former_name_of_a_metric_is_taken_with_a_warning():
 
 def test_a_frame_a_figure_and_a_table(run):
     frame = run.to_dataframe()
-    assert frame.shape == (17000, 20) and frame.index.name == "time_s"
+    assert frame.shape == (17000, 24) and frame.index.name == "time_s"
     assert len(run.plot(figsize=(4, 6)).axes) == 3
     assert run._repr_html_().startswith("<table>") and "detection delay" in run._repr_html_()
     assert "detection delay" in str(run) and repr(run) == "Run('augmented', 17000 ticks)"

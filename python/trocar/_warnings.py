@@ -70,6 +70,12 @@ class DelayBeyondRunWarning(TrocarWarning):
     code = "delay-beyond-run"
 
 
+class OutsideMeasuredWarning(TrocarWarning):
+    """A property of the tissue is outside the range of the measurements."""
+
+    code = "outside-measured"
+
+
 class SeedsWithoutEffectWarning(TrocarWarning):
     """The scenario has no random numbers, so that every seed gives the same run."""
 

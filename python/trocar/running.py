@@ -23,7 +23,7 @@ class Run:
     """The result of a run.
 
     ``run["slave_position_m"]`` is a column of the trace. Every column has the shape ``(ticks,)`` and is
-    float64, except ``mode``, which is uint8. :func:`trocar.trace_columns` lists them with units and meanings.
+    float64, except ``mode`` and ``estimate_flags``, which are uint8. :func:`trocar.trace_columns` lists them with units and meanings.
 
     Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early, which
     ``run.metrics["outcome"]`` shows.

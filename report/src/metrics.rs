@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use trocar_sim::compare::NoiseCheck;
-use trocar_sim::engine::TRACE_COLUMNS;
+use trocar_sim::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_sim::metrics::{Declaration, Scope};
 use trocar_sim::sweep::Column;
 
@@ -48,7 +48,7 @@ fn about(scope: Scope) -> &'static str {
 #[must_use]
 pub fn trace_columns_markdown() -> String {
     let mut text = "| column | unit | meaning |\n|---|---|---|\n".to_owned();
-    for column in TRACE_COLUMNS {
+    for column in TRACE_COLUMNS.iter().chain(&TRUST_COLUMNS) {
         let _ = writeln!(text, "| `{}` | {} | {} |", column.name, column.unit, column.meaning);
     }
     text

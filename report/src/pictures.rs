@@ -88,6 +88,10 @@ impl<'a> DrawnRun<'a> {
             residual_n: &trace.residual_n,
             stiffness_n_per_m: &trace.stiffness_n_per_m,
             damping_n_s_per_m: &trace.damping_n_s_per_m,
+            standard_errors: trace
+                .trust
+                .as_ref()
+                .map(|trust| [&*trust.stiffness_std_n_per_m, &*trust.damping_std_n_s_per_m]),
             extra_parameter: as_slice(&trace.extra_parameter),
             decision: &trace.decision,
             threshold: detector.cusum.threshold,
@@ -175,6 +179,7 @@ pub fn detection_pictures(
             residual_n: &detection.residual_n,
             stiffness_n_per_m: &detection.stiffness_n_per_m,
             damping_n_s_per_m: &detection.damping_n_s_per_m,
+            standard_errors: None,
             extra_parameter: as_slice(&detection.extra_parameter),
             decision: &detection.decision,
             threshold,

@@ -8,8 +8,8 @@ use super::columns::{Column, ColumnFormat, csv};
 use super::number::{show, significant};
 use super::wrap::wrapped;
 use trocar_sim::compare::Row;
-use trocar_sim::engine::{COLUMNS, ColumnValues, Trace};
-use trocar_sim::metrics::{Outcome, Unit};
+use trocar_sim::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace};
+use trocar_sim::metrics::{Outcome, RuptureMetrics, Unit};
 use trocar_sim::run::Run;
 
 /// Returns a run's outcome as text.
@@ -40,8 +40,15 @@ pub fn run_text(run: &Run) -> String {
             table.row([label, show(*value, unit)]);
         }
     }
-    let _ = write!(text, "{table}{}", wrapped(&alarms_line(run), 2));
+    let _ = write!(text, "{table}{}{}", wrapped(&ruptures_line(run), 2), wrapped(&alarms_line(run), 2));
     text
+}
+
+/// Returns the ruptures of named layers; nothing for other tissues.
+fn ruptures_line(run: &Run) -> String {
+    let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer?));
+    let ruptures: Vec<String> = run.metrics.ruptures.iter().filter_map(of_layer).collect();
+    if ruptures.is_empty() { String::new() } else { format!("ruptures: {}\n", ruptures.join(", ")) }
 }
 
 fn alarms_line(run: &Run) -> String {
@@ -64,14 +71,16 @@ pub(super) fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// The columns of a trace: those of [`COLUMNS`], then the estimator's extra parameter, if any.
+/// The columns of a trace: those of [`COLUMNS`], then the trust in the estimate and the estimator's extra parameter, if any.
 fn trace_columns(trace: &Trace) -> Vec<Column<'_>> {
     let extra = trace.extra_parameter.as_ref();
     let extra = extra.map(|(name, column)| (*name, ColumnValues::Numbers(column.as_slice())));
-    COLUMNS.into_iter().zip(trace.columns()).chain(extra).collect()
+    let trust =
+        trace.trust.iter().flat_map(|trust| TRUST_COLUMNS.iter().map(|column| column.name).zip(trust.columns()));
+    COLUMNS.into_iter().zip(trace.columns()).chain(trust).chain(extra).collect()
 }
 
-/// Writes `trace.csv`: the columns of [`COLUMNS`], then the estimator's extra parameter, if any. Floats have the shortest form
+/// Writes `trace.csv`: the columns of [`COLUMNS`], then the trust in the estimate and the estimator's extra parameter, if any. Floats have the shortest form
 /// that reads back to the same value.
 ///
 /// # Errors

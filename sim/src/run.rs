@@ -9,7 +9,7 @@ mod warnings;
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::promise_gaps;
-pub use warnings::seeds_without_effect;
+pub use warnings::{outside_measured, seeds_without_effect};
 
 use thiserror::Error;
 
@@ -53,20 +53,30 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
-    let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
+    let mut trace = empty_trace(&scenario);
     let metrics = observe(&scenario, &mut trace)?;
     Run::concluded(scenario, metrics, trace)
 }
 
+/// An empty trace with all columns of a scenario's run.
+#[must_use]
+pub fn empty_trace(scenario: &Scenario) -> Trace {
+    let column = scenario.estimator.extra_parameter_column();
+    Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m)
+}
+
 impl Run {
-    /// A scenario with the metrics and the trace of its run, completed by what needs further runs: whether a swing lasts,
-    /// and why ruptures were missed.
+    /// A scenario with the metrics and the trace of its run, completed by the names of the layers that ruptured, and by
+    /// what needs further runs: whether a swing lasts, and why ruptures were missed.
     ///
     /// # Errors
     /// As [`run`].
     pub fn concluded(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Result<Self, RunError> {
         metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
         misses::explain_misses(&scenario, &mut metrics)?;
+        for (rupture, layer) in metrics.ruptures.iter_mut().zip(scenario.rupturing_layers()) {
+            rupture.layer = Some(layer);
+        }
         metrics.ports = port_metrics(&scenario, &trace);
         Ok(Self { scenario, metrics, trace })
     }
@@ -74,13 +84,14 @@ impl Run {
 
 /// [`run`] with some of the user's own parts in place of the scenario's.
 ///
-/// Such a run cannot be repeated: it tells neither why a rupture was missed nor whether a swing lasts.
+/// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether a swing lasts.
 ///
 /// # Errors
 /// As [`run`].
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
     let column = scenario.estimator.extra_parameter_column();
-    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column.filter(|_| own.estimator.is_none()));
+    let column = column.filter(|_| own.estimator.is_none());
+    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m);
     let mut metrics = observe_with(&scenario, own, &mut trace)?;
     metrics.ports = port_metrics(&scenario, &trace);
     Ok(Run { scenario, metrics, trace })

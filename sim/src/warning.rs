@@ -79,6 +79,10 @@ codes! {
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
         "Nothing that is sent arrives in the run.";
+    OutsideMeasured "outside-measured":
+        "A property of the tissue is outside the range of the measurements.",
+        "The literature page of the manual lists measured values and the range of each property. A value outside runs all the same: a firm \
+         phantom, another species or a thought experiment may need it. Check its unit first.";
     SeedsWithoutEffect "seeds-without-effect":
         "The scenario has no random numbers, so that every seed gives the same run.",
         "Seeds vary the noise of the sensors, the tremor, the reaction times, jitter and loss. None of them is on, so that repeated \

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::error::CliError;
 use super::warnings::text;
 use super::{ScenarioArgs, source_of, terminal};
-use trocar_sim::run::promise_gaps;
+use trocar_sim::run::{outside_measured, promise_gaps};
 use trocar_sim::scenario::Source;
 use trocar_sim::sweep::{Plan, is_sweep};
 
@@ -43,9 +43,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
     let mut list: Vec<serde_json::Value> = vec![];
     for scenario in args.changes.load(&scenarios)? {
-        let gaps = promise_gaps(&scenario);
+        let found = [promise_gaps(&scenario), outside_measured(&scenario)].concat();
         if !args.quiet && !args.json {
-            for warning in &gaps {
+            for warning in &found {
                 // Standard error can be closed; the work continues.
                 let _ = write!(anstream::stderr(), "{}", text(warning));
             }
@@ -53,8 +53,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         if args.json {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
             let mut one = json!({ "name": scenario.name, "kind": "scenario", "ticks": ticks, "tick_s": tick_s });
-            if !gaps.is_empty() {
-                one["warnings"] = json!(gaps);
+            if !found.is_empty() {
+                one["warnings"] = json!(found);
             }
             list.push(one);
         } else if args.resolved {

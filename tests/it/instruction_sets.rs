@@ -33,7 +33,7 @@ fn run(scenario: &Scenario, portably: bool) -> Seen {
 #[test]
 fn every_signal_and_metric_has_the_same_bits() {
     let noisy = ["sensor.force_noise_std_n=0.01", "sensor.force_resolution_n=0.001", "channel.forward_delay_s=0.003"];
-    let layers = ("layers/through-the-skin", &[][..]);
+    let layers = [("layers/through-the-skin", &[][..]), ("tearing/firm-phantom", &[])];
     let models = [
         ["estimator.parameters=stiffness-damping-friction", "estimator.forgetting=resetting"],
         ["estimator.parameters=hunt-crossley", "estimator.forgetting=exponential"],
@@ -41,7 +41,7 @@ fn every_signal_and_metric_has_the_same_bits() {
     ];
     let models = models.iter().map(|settings| ("layers/through-the-skin", &settings[..]));
     for (name, overrides) in
-        [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy), layers].into_iter().chain(models)
+        [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy)].into_iter().chain(layers).chain(models)
     {
         let path = format!("builtin:{name}");
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();

@@ -46,6 +46,7 @@ mod stability;
 mod support;
 mod sweep;
 mod switching;
+mod tearing;
 mod terminal;
 mod tissue;
 mod wanted_rate;

@@ -42,6 +42,7 @@ const TISSUES: &[Part] = &[
     ("hunt_crossley.rs", &["HuntCrossley", "HuntCrossleySettings"], &[]),
     ("generalised.rs", &["Generalised", "GeneralisedSettings"], &[]),
     ("layers.rs", &["Layers", "LayersParameters"], &WIRED),
+    ("tearing.rs", &["Tearing", "TearingSettings"], &[]),
 ];
 
 const FORCE_LAWS: &[Part] = &[

@@ -134,6 +134,17 @@ fn layers() {
 }
 
 #[test]
+fn layers_that_tear_and_move() {
+    let own = [
+        ("tissue.layer.film.toughness_j_per_m2", 500.0, 12_000.0),
+        ("tissue.layer.block.relaxation_time_s", 0.1, 3.0),
+        ("tissue.breathing_amplitude_m", 1e-4, 4e-3),
+        ("tissue.breathing_period_s", 1.0, 5.0),
+    ];
+    compare("tearing/firm-phantom", &["augmentation.enabled=true"], &own, 12, 12);
+}
+
+#[test]
 fn springs_and_dampers_some_of_them_diverging() {
     let kelvin_voigt = [("tissue.stiffness_n_per_m", 100.0, 6000.0), ("tissue.damping_n_s_per_m", 0.0, 20.0)];
     let fixed = ["operator.kind=ramp", "operator.end_m=0.05", "operator.speed_m_per_s=0.02"];

@@ -52,6 +52,72 @@ scaling.force = { from = 0.5, to = 2.0, points = 120 }
 detector.threshold = { from = 2e-3, to = 0.2, points = 20, log = true }
 "#;
 
+/// Patients from distributions, with named layers that are tough together.
+const PATIENTS: &str = r#"
+base = "builtin:tearing/yellow-ligament.toml"
+metrics = ["detected_ruptures", "max_slave_overshoot_m"]
+[design]
+kind = "latin-hypercube"
+points = 64
+[set]
+simulation.duration_s = 3.0
+tissue.layer.interspinous-ligament.friction_n_per_m = 5.0
+[axes]
+tissue.layer.interspinous-ligament.toughness_j_per_m2 = { median = 700.0, spread = 1.4 }
+tissue.layer.yellow-ligament.toughness_j_per_m2 = { median = 1500.0, spread = 1.4 }
+operator.movement_s = { from = 5.0, to = 11.0 }
+[correlations.toughness]
+axes = ["tissue.layer.interspinous-ligament.toughness_j_per_m2", "tissue.layer.yellow-ligament.toughness_j_per_m2"]
+coefficient = 0.8
+"#;
+
+#[test]
+fn patients_are_drawn_from_correlated_distributions() {
+    let folder = TestFolder::new();
+    folder.file("patients.toml", PATIENTS);
+    let plan = Plan::load(&Source::Disk(folder.path("patients.toml")), &[]).expect("good");
+    let tough = |case: u64| {
+        let scenario = plan.scenario(case).expect("good");
+        let echo: toml::Table = scenario.echo().parse().expect("TOML");
+        let layers = echo["tissue"]["layer"].as_array().expect("a list").clone();
+        assert_eq!(layers[0]["friction_n_per_m"].as_float(), Some(5.0));
+        [0, 1].map(|layer: usize| layers[layer]["toughness_j_per_m2"].as_float().expect("a number").ln())
+    };
+    let drawn: Vec<[f64; 2]> = (0..64).map(tough).collect();
+    let mean = |of: &dyn Fn(&[f64; 2]) -> f64| drawn.iter().map(of).sum::<f64>() / 64.0;
+    let means = [mean(&|pair| pair[0]), mean(&|pair| pair[1])];
+    assert!((means[0] - 700.0_f64.ln()).abs() < 0.05 && (means[1] - 1500.0_f64.ln()).abs() < 0.1, "{means:?}");
+    let moment = |a: usize, b: usize| mean(&|pair| (pair[a] - means[a]) * (pair[b] - means[b]));
+    let correlation = moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt();
+    assert!((0.65..0.92).contains(&correlation), "{correlation}");
+    assert!((moment(0, 0).sqrt() - 1.4_f64.ln()).abs() < 0.04, "{}", moment(0, 0).sqrt());
+    // The stored sweep is the same sweep.
+    folder.good(&["sweep", "patients.toml", "--out", "out", "--quiet"]);
+    let again = folder.good(&["sweep", "patients.toml", "--out", "out"]);
+    assert!(again.contains("share their influence"), "{again}");
+}
+
+#[test]
+fn wrong_distributions_and_correlations_are_refused() {
+    let folder = TestFolder::new();
+    for (from, to, reasons) in [
+        ("spread = 1.4 }\noperator", "spread = 1.0 }\noperator", &["above 1 and at most 10"][..]),
+        (", spread = 1.4 }\noperator", " }\noperator", &["only one of median and spread"]),
+        ("spread = 1.4 }\noperator", "spread = 1.4, from = 1.0 }\noperator", &["a range and a distribution"]),
+        ("coefficient = 0.8", "coefficient = 1.0", &["above -1 and below 1 for 2 axes"]),
+        ("coefficient = 0.8", "strength = 0.8", &["a correlation has no strength"]),
+        ("axes = [\"tissue.layer.inter", "axes = [\"tissue.layer.intro", &["is no axis of this sweep"]),
+        ("[correlations.toughness]", "[correlations]", &["write [correlations.NAME]"]),
+        ("kind = \"latin-hypercube\"\npoints = 64", "kind = \"grid\"", &["a grid has no"]),
+        ("interspinous", "intraspinous", &["there is no layer intraspinous-ligament"]),
+    ] {
+        let text = PATIENTS.replace(from, to);
+        assert_ne!(text, PATIENTS, "{from}");
+        folder.file("wrong.toml", text);
+        folder.refused(&["sweep", "wrong.toml"], reasons);
+    }
+}
+
 fn sweep_files() -> TestFolder {
     let folder = TestFolder::new();
     folder.file("small.toml", SMALL).file("long.toml", LONG).file("shared.toml", SHARED);

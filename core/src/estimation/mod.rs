@@ -4,6 +4,7 @@
 //! The estimators have no access to the tissue model: their inputs are measured positions, velocities and forces.
 
 mod any;
+mod confidence;
 mod estimator;
 mod forgetting;
 mod friction;
@@ -17,6 +18,7 @@ mod settings;
 mod velocity;
 
 pub use any::AnyEstimator;
+pub use confidence::{Confidence, Trust};
 pub use estimator::{Estimate, Estimator};
 pub use friction::Friction;
 pub use hunt_crossley::HuntCrossley;

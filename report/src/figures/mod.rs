@@ -99,6 +99,8 @@ pub struct EstimationView<'a> {
     pub stiffness_n_per_m: &'a [f64],
     /// Estimated damping, N·s/m.
     pub damping_n_s_per_m: &'a [f64],
+    /// Standard errors of stiffness in N/m and damping in N·s/m, if known.
+    pub standard_errors: Option<[&'a [f64]; 2]>,
     /// The column name and the values of the estimator's extra parameter, if any.
     pub extra_parameter: Option<(&'static str, &'a [f64])>,
     /// Decision function of the detector, in `decision_unit`.

@@ -1,16 +1,26 @@
-//! The estimated tissue parameters over time, as in figures 5 and 7 of the paper.
+//! The estimated tissue parameters over time, as in figures 5 and 7 of the paper, with their standard errors.
+
+use plotters::style::Color;
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, quantile_extent};
 use super::grid::{Grid, Row};
-use super::panel::{Panel, Trace};
-use super::style::ALONE;
+use super::panel::{Events, Panel, Trace};
+use super::style::{ALONE, SKY};
+use super::thin::Point;
 use super::{EstimationView, Figure, FigureError, events};
 
 /// Quantile that sets the axes; the first estimates after contact can be very large.
 const SHOWN: f64 = 0.995;
 
-/// Draws the estimated stiffness, the estimated damping and, if any, the extra parameter, one below the other. The axes span the
-/// quantiles from 0.5 % to 99.5 %; values beyond are cut off.
+/// Half of the width of the band, in standard errors.
+const BAND: f64 = 2.0;
+
+/// Number of points of each edge of the band.
+const EDGE_POINTS: usize = 800;
+
+/// Draws the estimated stiffness, the estimated damping and, if any, the extra parameter, one below the other. A band around
+/// stiffness and damping spans two standard errors on either side, if known. The axes span the quantiles of the estimates from
+/// 0.5 % to 99.5 %; values beyond are cut off.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -18,21 +28,53 @@ pub fn parameters(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
     view.check("parameters")?;
     let (time, window) = view.time_axis(X_TICKS);
     let events = events::of_estimation(view);
-    let row = |(y, y_caption)| {
-        let y: &[f64] = y;
-        let range = quantile_extent(y.iter().copied(), SHOWN).unwrap_or((0.0, 1.0));
-        let panel = Panel {
-            events: events.clone(),
-            traces: vec![Trace { x: view.time_s, y, scale: 1.0, stroke: ALONE }],
-            ..Panel::over_time(time.clone(), Axis::padded(range, Y_TICKS), y_caption)
-        };
-        Row { title: None, height: 360.0, panels: vec![panel] }
-    };
-    let mut rows =
-        vec![row((view.stiffness_n_per_m, "Stiffness (N/m)")), row((view.damping_n_s_per_m, "Damping (N·s/m)"))];
+    let row = |y, y_caption, std| parameter(view.time_s, &time, &events, y, y_caption, std);
+    let [of_stiffness, of_damping] = view.standard_errors.map_or([None; 2], |errors| errors.map(Some));
+    let mut rows = vec![
+        row(view.stiffness_n_per_m, "Stiffness (N/m)", of_stiffness),
+        row(view.damping_n_s_per_m, "Damping (N·s/m)", of_damping),
+    ];
     rows.extend(
         view.extra_parameter
-            .map(|(name, column)| row((column, if name == "power" { "Power" } else { "Friction (N)" }))),
+            .map(|(name, column)| row(column, if name == "power" { "Power" } else { "Friction (N)" }, None)),
     );
     Grid { legends: Vec::new(), common: events::entries(&[&events], window), rows }.draw()
+}
+
+/// A parameter over time, with the band of its standard errors, if any.
+fn parameter<'a>(
+    time_s: &'a [f64],
+    time: &Axis,
+    events: &Events,
+    y: &'a [f64],
+    y_caption: &'a str,
+    std: Option<&[f64]>,
+) -> Row<'a> {
+    let axis = Axis::padded(quantile_extent(y.iter().copied(), SHOWN).unwrap_or((0.0, 1.0)), Y_TICKS);
+    let outlines = std.map_or(vec![], |std| band(time_s, y, std, (axis.low, axis.high)));
+    let panel = Panel {
+        events: events.clone(),
+        fills: outlines.into_iter().map(|outline| (outline, SKY.mix(0.35))).collect(),
+        traces: vec![Trace { x: time_s, y, scale: 1.0, stroke: ALONE }],
+        ..Panel::over_time(time.clone(), axis, y_caption)
+    };
+    Row { title: None, height: 360.0, panels: vec![panel] }
+}
+
+/// The outlines of the band around a parameter, within an axis: of each interval of time, the extremes.
+fn band(time_s: &[f64], y: &[f64], std: &[f64], (low, high): (f64, f64)) -> Vec<Vec<Point>> {
+    let per_point = y.len().div_ceil(EDGE_POINTS).max(1);
+    let within = |value: f64| value.max(low).min(high);
+    let mut lower = vec![];
+    let mut upper = vec![];
+    for ((time_s, y), std) in time_s.chunks(per_point).zip(y.chunks(per_point)).zip(std.chunks(per_point)) {
+        let edges = |sign: f64| y.iter().zip(std).map(move |(y, std)| y + sign * BAND * std);
+        let (bottom, top) = (edges(-1.0).fold(f64::INFINITY, f64::min), edges(1.0).fold(f64::NEG_INFINITY, f64::max));
+        let middle_s = time_s[time_s.len() / 2];
+        if middle_s.is_finite() && bottom <= top {
+            lower.push((middle_s, within(bottom)));
+            upper.push((middle_s, within(top)));
+        }
+    }
+    if lower.len() < 2 { vec![] } else { vec![lower.into_iter().chain(upper.into_iter().rev()).collect()] }
 }

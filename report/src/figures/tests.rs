@@ -108,6 +108,7 @@ impl Record {
             residual_n: &self.residual,
             stiffness_n_per_m: &self.stiffness,
             damping_n_s_per_m: &self.damping,
+            standard_errors: Some([&self.residual, &self.damping]),
             extra_parameter: None,
             decision: &self.decision,
             threshold: 1.98e-2,

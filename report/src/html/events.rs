@@ -150,6 +150,12 @@ pub(super) fn modes(trace: &Trace) -> Vec<ChartShade> {
     shades
 }
 
+/// Returns the name of a rupture: its number and the layer.
+fn named(index: usize, rupture: &RuptureMetrics) -> String {
+    let layer = rupture.layer.map_or(String::new(), |layer| format!(" ({layer})"));
+    format!("rupture {}{layer}", index + 1)
+}
+
 /// Returns what became of a rupture: its delay, or why it was missed.
 fn fate(rupture: &RuptureMetrics) -> String {
     match (rupture.detection_delay_s, &rupture.miss) {
@@ -164,7 +170,7 @@ pub(super) fn of_run(run: &Run) -> LaneEvents {
     let ruptures = run.metrics.ruptures.iter().enumerate().map(|(index, rupture)| Mark {
         at: Fine(rupture.time_s),
         kind: "rupture",
-        label: format!("rupture {}", index + 1),
+        label: named(index, rupture),
         fate: fate(rupture),
     });
     let alarms = run.metrics.alarms.iter().map(|alarm| Mark {
@@ -194,7 +200,7 @@ pub(super) fn events_table(runs: &[&Run]) -> Table {
         let mm = |metres| show(Some(metres), Unit::Metre);
         for (index, rupture) in run.metrics.ruptures.iter().enumerate() {
             let overshoot = rupture.slave_overshoot_m.map_or(String::new(), |m| format!(", slave overshoot {}", mm(m)));
-            add(rupture.time_s, format!("rupture {}", index + 1), format!("{}{overshoot}", fate(rupture)));
+            add(rupture.time_s, named(index, rupture), format!("{}{overshoot}", fate(rupture)));
         }
         for alarm in &run.metrics.alarms {
             let outcome = if alarm.matched { "matches a rupture" } else { "false alarm" };

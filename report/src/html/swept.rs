@@ -61,7 +61,8 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
     if !design.axes.is_empty() {
         let about = "The first-order Sobol index is the share of the metric's variance that the axis explains alone. The standardised \
                      rank regression coefficient gives the direction of the influence, and R² the quality of the rank \
-                     regression. The remaining variance comes from noise and from interactions of axes.";
+                     regression. The remaining variance comes from noise and from interactions of axes. Axes that vary together (correlations) \
+                     share their influence: the index of each includes that of the others.";
         let rows = influences(design, findings);
         let blocks = vec![Block::text(about), Block::Influences { caption: "Influence of each axis".into(), rows }];
         sections.push(Section { id: "influences", title: "Influences", blocks });

@@ -26,6 +26,11 @@ pub fn sweep_text(design: &Design, findings: &Findings) -> String {
     let _ = write!(text, "\n{table}");
     if !design.axes.is_empty() {
         let _ = write!(text, "\n{}", influence_table(design, findings));
+        if !design.correlations.is_empty() {
+            text.push_str(
+                "Axes that vary together share their influence: the index of each includes that of the others.\n",
+            );
+        }
     }
     text
 }

@@ -14,6 +14,7 @@
 //! [`Parts::tick`] implements this list. The combination of parts is the engine's wiring: it is chosen once, when a
 //! scenario is built ([`Wired`]), and the tick is compiled for each wiring.
 
+mod column;
 #[cfg(target_arch = "x86_64")]
 mod eight;
 mod exact;
@@ -30,8 +31,10 @@ mod scheduled;
 mod signals;
 mod split;
 mod trace;
+mod trust;
 mod wired;
 
+pub use column::{ColumnValues, TraceColumn};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use eight::{Avx2, Avx512};
 pub use exact::ExactPlants;
@@ -48,7 +51,8 @@ pub use port_energies::PortEnergies;
 pub use scheduled::ScheduledAlarms;
 pub use signals::Signals;
 pub use split::FractionalDelayPlants;
-pub use trace::{COLUMNS, ColumnValues, TRACE_COLUMNS, Trace, TraceColumn};
+pub use trace::{COLUMNS, TRACE_COLUMNS, Trace};
+pub use trust::{TRUST_COLUMNS, TrustColumns};
 pub use wired::{Any, AnyChain, AnyDetector, PaperChain, Wired};
 
 use std::ops::ControlFlow;

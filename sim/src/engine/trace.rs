@@ -1,27 +1,8 @@
 //! The trace: every tick of a run.
 
-use super::{Observer, PortEnergies, Signals};
+use super::column::{ColumnValues, TraceColumn};
+use super::{Observer, PortEnergies, Signals, TrustColumns};
 use crate::time::TickGrid;
-
-/// A column of a trace.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TraceColumn {
-    /// Its name, also in files.
-    pub name: &'static str,
-    /// Its unit; empty for codes.
-    pub unit: &'static str,
-    /// Its meaning, in one sentence.
-    pub meaning: &'static str,
-}
-
-/// The values of a column, borrowed or owned.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ColumnValues<Numbers, Codes> {
-    /// Numbers in the column's unit.
-    Numbers(Numbers),
-    /// Codes, such as modes.
-    Codes(Codes),
-}
 
 /// Declares the columns of a trace in the order of its file: `name: f64 or u8, "unit" => how it is read;`. By default
 /// the column is the signal of the same name.
@@ -41,6 +22,8 @@ macro_rules! trace {
             $(#[doc = $meaning] pub $name: Vec<$value>,)*
             /// The estimator's extra parameter: the column's name, and its values.
             pub extra_parameter: Option<(&'static str, Vec<f64>)>,
+            /// The trust in the estimate.
+            pub trust: Option<TrustColumns>,
             grid: TickGrid,
             ports: PortEnergies,
         }
@@ -52,6 +35,7 @@ macro_rules! trace {
                 Self {
                     $($name: Vec::with_capacity(grid.ticks() as usize),)*
                     extra_parameter: None,
+                    trust: None,
                     grid,
                     ports: PortEnergies::default(),
                 }
@@ -78,6 +62,9 @@ macro_rules! trace {
                 })*
                 if let Some((_, extra)) = &mut self.extra_parameter {
                     extra.push(s.extra_parameter);
+                }
+                if let Some(trust) = &mut self.trust {
+                    trust.add(s);
                 }
             }
         }
@@ -138,6 +125,13 @@ impl Trace {
     #[must_use]
     pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {
         self.extra_parameter = column.map(|name| (name, Vec::with_capacity(self.grid.ticks() as usize)));
+        self
+    }
+
+    /// Adds the columns of the trust in the estimate of an estimator in contact below `contact_m` (m).
+    #[must_use]
+    pub fn with_trust(mut self, contact_m: f64) -> Self {
+        self.trust = Some(TrustColumns::new(contact_m, self.grid.tick_s(), self.grid.ticks() as usize));
         self
     }
 

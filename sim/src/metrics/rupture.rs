@@ -16,6 +16,8 @@ metrics! {
     pub struct RuptureMetrics in Rupture {
         /// Time at which the layer ruptured.
         time_s: f64 = "time", Second, Neither [Never];
+        /// The name of the layer; `None` for a tissue without layers, or if the run is not recorded tick by tick.
+        layer: Option<&'static str>;
         /// Time from the rupture to its alarm; undefined if it was missed.
         detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
         /// Why it was missed; `None` if it was not, or if the run is not recorded tick by tick.
@@ -200,6 +202,7 @@ impl RuptureWindow {
         RuptureMetrics {
             time_s: self.grid.time_s(self.tick),
             detection_delay_s: self.detected_at.map(since),
+            layer: None,
             miss: None,
             slave_overshoot_m: whole.then_some(extremes.overshoot_m),
             slave_travel_m: self.travel_m,

@@ -3,6 +3,8 @@
 use super::Run;
 use crate::metrics::{Outcome, RuptureMetrics};
 use crate::scenario::{Scenario, TissueSpec};
+use crate::tissue::TissueSettings;
+use crate::tissue::literature::Outside;
 use crate::warning::{Code, Warning};
 
 /// Mean power between hand and master in W that no person exceeds for the length of a run.
@@ -28,6 +30,7 @@ impl Run {
         all.extend(self.energy_of_the_hand());
         all.extend(self.broken_promise());
         all.extend(delay_beyond_run(&self.scenario));
+        all.extend(outside_measured(&self.scenario));
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
     }
 
@@ -63,9 +66,9 @@ impl Run {
                     .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
             );
         }
-        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_));
+        let is_passive = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.scenario.organ_motion.moves();
         let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());
-        (is_model && hand_j < -allowed_j).then(|| {
+        (is_passive && hand_j < -allowed_j).then(|| {
             let message = format!(
                 "the master gives the hand {:.3} mJ, and the tissue model has none to give: the loop is not passive",
                 -1e3 * hand_j
@@ -114,6 +117,18 @@ fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
             .at(key)
             .remedy("shorten the delay or lengthen simulation.duration_s"),
     )
+}
+
+/// The properties of the tissue outside the range of the measurements.
+#[must_use]
+pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
+    let found = scenario.tissue.settings().map_or(vec![], TissueSettings::outside_measured);
+    let warning = |Outside { key, value, bounds }: &Outside| {
+        Warning::new(Code::OutsideMeasured, format!("{key} is {value}, outside of {}", bounds.stated))
+            .at(*key)
+            .remedy("check its unit; a phantom may have it")
+    };
+    found.iter().map(warning).collect()
 }
 
 /// A warning for several seeds of scenarios of which some have no random numbers.

@@ -29,7 +29,8 @@ const FILES: &[(&str, &[u8])] = embedded! {
         "passivity/late-wall" "passivity/late-wall-time-domain" "passivity/late-wall-waves" "passivity/late-wall-tank"
         "passivity/long-delay-time-domain" "passivity/long-delay-waves" "passivity/long-delay-tank"
         "sensing/wrong-detector-settings" "sensing/sensor-not-ideal"
-        "strategies/clutch" "strategies/snap";
+        "strategies/clutch" "strategies/snap"
+        "tearing/yellow-ligament" "tearing/firm-phantom";
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };
 

@@ -14,6 +14,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use super::builtin;
 use super::error::{Place, ScenarioError};
 use super::keys::{find, is_section};
+use crate::tissue::{LAYER_LIST, NAME_RULE, keys_of_layer};
 
 /// Largest scenario file in bytes; a real one has a few thousand.
 const MAX_BYTES: u64 = 1 << 20;
@@ -240,6 +241,19 @@ pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, Sce
     Ok(entries)
 }
 
+/// Removes the keys of layers that were written farther away than the nearest list of layers, which replaces them.
+pub(super) fn drop_replaced_layers(entries: &mut Vec<Entry>) {
+    let lists = entries.iter().filter(|entry| entry.path == LAYER_LIST);
+    if let Some(nearest) = lists.map(|entry| entry.layer).min() {
+        entries.retain(|entry| !is_of_layer(&entry.path) || entry.layer <= nearest);
+    }
+}
+
+/// Whether a path is that of a named layer's key.
+pub(super) fn is_of_layer(path: &str) -> bool {
+    path.strip_prefix(LAYER_LIST).is_some_and(|rest| rest.starts_with('.'))
+}
+
 /// Whether an entry is in the section of a sweep's axes.
 #[must_use]
 pub fn is_axis(entry: &Entry) -> bool {
@@ -272,6 +286,19 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     let mut entries = Vec::new();
     flatten("", table.get_ref(), &mut |path, key: Range<usize>, value: &Spanned<DeValue<'_>>| {
         let raw = text.get(value.span()).unwrap_or_default();
+        if let Some(items) = layer_items(&path, value) {
+            let names = names_of_layers(items, &place)?;
+            entries.push(Entry {
+                path,
+                value: toml::Value::Array(names.into_iter().map(toml::Value::from).collect()),
+                written: shorten(raw),
+                key_place: place(key),
+                value_place: place(value.span()),
+                source: source.clone(),
+                layer: 0,
+            });
+            return Ok(());
+        }
         if let DeValue::Array(items) = value.get_ref()
             && raw.starts_with("[[")
             && items.iter().all(|item| matches!(item.get_ref(), DeValue::Table(_)))
@@ -307,11 +334,47 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     Ok(entries)
 }
 
+/// The items of the list of layers, if the path and the value are those of the list.
+fn layer_items<'a, 'de>(path: &str, value: &'a Spanned<DeValue<'de>>) -> Option<&'a [Spanned<DeValue<'de>>]> {
+    let DeValue::Array(items) = value.get_ref() else { return None };
+    let are_tables = items.iter().all(|item| matches!(item.get_ref(), DeValue::Table(_)));
+    (path == LAYER_LIST && are_tables && !items.is_empty()).then_some(&items[..])
+}
+
+/// The name of an item of the list of layers.
+fn name_of<'a>(item: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
+    let DeValue::Table(table) = item.get_ref() else { return None };
+    table.iter().find(|(key, _)| key.get_ref() == "name").and_then(|(_, name)| name.get_ref().as_str())
+}
+
+/// The names of the items of the list of layers: each has one, and no two the same.
+fn names_of_layers(
+    items: &[Spanned<DeValue<'_>>],
+    place: &impl Fn(Range<usize>) -> Place,
+) -> Result<Vec<&'static str>, ScenarioError> {
+    let mut names = vec![];
+    for item in items {
+        let refuse = |message: String| Err(ScenarioError::new(message).at(Some(place(item.span()))));
+        let Some(written) = name_of(item) else {
+            return refuse(format!("a layer of [[{LAYER_LIST}]] has no name, as in name = \"dura\""));
+        };
+        let Some((name, _)) = keys_of_layer(written) else {
+            return refuse(format!("the name of a layer is {written:?}, must be {NAME_RULE}"));
+        };
+        if names.contains(&name) {
+            return refuse(format!("two layers of [[{LAYER_LIST}]] are called {name}"));
+        }
+        names.push(name);
+    }
+    Ok(names)
+}
+
 /// The error of `[[path]]`, which begins an item of a list.
 fn list_of_tables(path: &str) -> ScenarioError {
     let error = ScenarioError::new(format!("{path} is a list of tables, [[{path}]]"));
     if path.starts_with("tissue.") {
-        return error.remedy("each layer has its own section, as [tissue.skin]");
+        return error
+            .remedy(format!("the list of layers is [[{LAYER_LIST}]]; a layer of kind layers is [tissue.skin]"));
     }
     error.remedy(format!("write a section once, as [{path}]"))
 }
@@ -331,9 +394,13 @@ fn shorten(raw: &str) -> String {
 
 type Leaf<'a> = dyn FnMut(String, Range<usize>, &Spanned<DeValue<'_>>) -> Result<(), ScenarioError> + 'a;
 
-/// Visits every value that is not a section. An empty table that is no section is visited too, so that it is reported.
+/// Visits every value that is not a section. An empty table that is no section is visited too, so that it is reported. The list
+/// of layers is visited, and then the values of its items, by their names.
 fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(), ScenarioError> {
     for (key, value) in table {
+        if is_of_layer(prefix) && key.get_ref() == "name" {
+            continue;
+        }
         // A quoted key that contains a dot is not a path.
         let name = key.get_ref();
         let name = if name.contains('.') { format!("{name:?}") } else { name.to_string() };
@@ -342,7 +409,14 @@ fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(),
             DeValue::Table(inner) if find(&path).is_none() && (is_section(&path) || !inner.is_empty()) => {
                 flatten(&path, inner, leaf)?;
             }
-            _ => leaf(path, key.span(), value)?,
+            _ => {
+                leaf(path.clone(), key.span(), value)?;
+                for item in layer_items(&path, value).unwrap_or_default() {
+                    if let (Some(name), DeValue::Table(inner)) = (name_of(item), item.get_ref()) {
+                        flatten(&format!("{path}.{name}"), inner, leaf)?;
+                    }
+                }
+            }
         }
     }
     Ok(())

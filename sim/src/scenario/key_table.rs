@@ -16,7 +16,7 @@ use crate::plant::{ActuatorLimits, ArmParameters, ArmRoles, Grip, MasterParamete
 use crate::recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
 use crate::sensor::SensorSettings;
 use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySettings, RecoverySettings, Scales};
-use crate::tissue::TissueSettings;
+use crate::tissue::{OrganMotion, TissueSettings};
 
 /// The sections in the order in which they are written, each with its subject.
 pub const SECTIONS: [(&str, &str); 23] = [
@@ -48,7 +48,7 @@ pub const SECTIONS: [(&str, &str); 23] = [
 /// Every key, in the order in which they are written; the layers' keys are last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 31] = [
+const GROUPS: [&[Key]; 32] = [
     RunSettings::KEYS,
     MasterParameters::KEYS,
     Grip::KEYS,
@@ -68,6 +68,7 @@ const GROUPS: [&[Key]; 31] = [
     TremorSettings::KEYS,
     ReflexSettings::KEYS,
     TissueSettings::KEYS,
+    OrganMotion::KEYS,
     FileSettings::KEYS,
     SignSettings::KEYS,
     Limits::KEYS,

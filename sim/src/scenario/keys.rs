@@ -3,11 +3,12 @@
 use trocar_core::settings::Key;
 
 use super::key_table::{KEYS, SECTIONS};
+use crate::tissue::layer_key;
 
-/// The key at a path.
+/// The key at a path, those of named layers included.
 #[must_use]
 pub fn find(path: &str) -> Option<&'static Key> {
-    KEYS.iter().find(|key| key.path == path)
+    KEYS.iter().find(|key| key.path == path).or_else(|| layer_key(path))
 }
 
 /// Whether a path names a section.

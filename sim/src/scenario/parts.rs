@@ -165,7 +165,9 @@ impl Scenario {
                 let ruptures = rupture_depths_m.clone();
                 DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m).map(AnyTissue::Depth)
             }
-            TissueSpec::Model(settings) => settings.build(self.grid.tick_s(), start_m),
+            TissueSpec::Model(settings) => settings
+                .build(self.grid.tick_s(), start_m)
+                .and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s())),
         };
         tissue.map_err(|error| self.values().out_of_range(&error))
     }

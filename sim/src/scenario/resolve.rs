@@ -26,6 +26,7 @@ use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameter
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
 use crate::time::{TickGrid, whole_ticks};
+use crate::tissue::{OrganMotion, TissueSettings};
 
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
@@ -104,6 +105,8 @@ pub struct Scenario {
     pub reflex: ReflexSettings,
     /// The tissue.
     pub tissue: TissueSpec,
+    /// Its motion with breathing and heartbeat.
+    pub organ_motion: OrganMotion,
     /// The sensors.
     pub sensor: SensorSettings,
     /// The estimator.
@@ -163,6 +166,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
+        values.check_layers()?;
         let replays = replays_position(&values) || replays_force(&values);
         let recording = if replays { Some(load_recording(&mut values)?) } else { None };
         let run = RunSettings::read(&mut values)?;
@@ -201,6 +205,7 @@ impl Scenario {
             tremor: TremorSettings::read(&mut values)?,
             reflex: ReflexSettings::read(&mut values)?,
             tissue,
+            organ_motion: OrganMotion::read(&mut values)?,
             sensor: SensorSettings::read(&mut values)?,
             estimator: RlsSettings::read(&mut values)?,
             contact_m: ContactSettings::read(&mut values)?.contact_m,
@@ -251,6 +256,13 @@ impl Scenario {
             }
             TissueSpec::Depth { .. } | TissueSpec::Model(_) => vec![],
         }
+    }
+
+    /// The names of the layers that rupture, from the surface down: the k-th rupture of a run is that of the k-th. None
+    /// for a tissue without layers.
+    #[must_use]
+    pub fn rupturing_layers(&self) -> Vec<&'static str> {
+        self.tissue.settings().map_or(vec![], TissueSettings::rupturing_layers)
     }
 
     /// Slave motion per master motion.

@@ -5,6 +5,7 @@ use trocar_core::settings::{Fallback, Key, Kind};
 
 use super::key_table::{KEYS, SECTIONS};
 use super::value::Value;
+use crate::tissue::{ANY_LAYER_KEYS, LAYER_LIST, NAME_PATTERN};
 
 /// The JSON Schema (draft 2020-12) of a scenario file.
 #[must_use]
@@ -18,11 +19,30 @@ pub fn json_schema() -> Json {
     for key in KEYS {
         insert(&mut root, &key.path.split('.').collect::<Vec<_>>(), property(key));
     }
+    insert(&mut root, &LAYER_LIST.split('.').collect::<Vec<_>>(), layers());
     if let Json::Object(map) = &mut root {
         map.insert("$schema".into(), json!("https://json-schema.org/draft/2020-12/schema"));
         map.insert("title".into(), json!("trocar scenario"));
     }
     root
+}
+
+/// The list of layers; or some of the layers of a base, by their names.
+fn layers() -> Json {
+    let mut layer = table("A layer.");
+    for key in ANY_LAYER_KEYS {
+        insert(&mut layer, &[key.path.rsplit('.').next().unwrap_or(key.path)], property(key));
+    }
+    let mut item = layer.clone();
+    insert(
+        &mut item,
+        &["name"],
+        json!({ "type": "string", "pattern": NAME_PATTERN, "description": "Name of the layer." }),
+    );
+    item["required"] = json!(["name"]);
+    let list = json!({ "type": "array", "minItems": 1, "items": item });
+    let by_name = json!({ "type": "object", "additionalProperties": layer });
+    json!({ "description": "The layers of the tissue, from the surface down.", "anyOf": [list, by_name] })
 }
 
 fn table(about: &str) -> Json {

@@ -6,6 +6,7 @@ use super::key_table::SECTIONS;
 use super::keys::find;
 use super::value::Value;
 use super::values::{harmless_name, keys_of};
+use crate::tissue::{ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST};
 
 /// What a starter scenario is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,7 +188,22 @@ fn every_key(name: &str) -> String {
                 Fallback::Unset => text.push_str(&format!("# {name} = # {}\n", key.meaning)),
             }
         }
+        if LAYER_LIST.strip_suffix(".layer") == Some(section) {
+            text.push_str(&any_layer());
+        }
     }
+    text
+}
+
+/// An item of the list of layers, commented out.
+fn any_layer() -> String {
+    let acts = ANY_LAYER_KEYS.iter().find_map(|key| key.acts_for);
+    let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));
+    let mut text = format!("# [[{LAYER_LIST}]] # A layer of your own{kinds}.\n");
+    // Indented, as they are no keys of the section above.
+    text.push_str(&format!("#   name = {DEFAULT_LAYER:?} # Name of the layer.\n"));
+    let lines = ANY_LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
+    text.extend(lines.map(|line| line.replacen("# ", "#   ", 1)));
     text
 }
 

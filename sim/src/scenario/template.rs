@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use trocar_core::settings::{Fallback, Key, Source as _};
 
-use super::document::{Entry, Source, gather, parse_setting};
+use super::document::{Entry, Source, drop_replaced_layers, gather, parse_setting};
 use super::error::{Place, ScenarioError};
 use super::key_table::KEYS;
 use super::link::link_settings;
@@ -25,6 +25,7 @@ use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{ReflexSettings, TremorSettings};
 use crate::plant::SlaveParameters;
 use crate::sensor::SensorSettings;
+use crate::tissue::OrganMotion;
 
 /// The part of a scenario that a key affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,7 +141,9 @@ impl Template {
         for (key, value, place) in open {
             written.give(key.path, value.clone(), place.clone());
         }
-        for entry in given.into_iter().chain(gather(base, &[])?) {
+        given.extend(gather(base, &[])?);
+        drop_replaced_layers(&mut given);
+        for entry in given {
             written.take(entry)?;
         }
         if !written.is_given("name") {
@@ -275,7 +278,10 @@ impl CaseFactory<'_> {
                 scenario.events = events(values, &scenario.grid)?;
                 scenario.augmentation.validate().map_err(|error| values.out_of_range(&error))?;
             }
-            Part::Tissue => scenario.tissue = tissue(values, &scenario.grid, None)?,
+            Part::Tissue => {
+                scenario.tissue = tissue(values, &scenario.grid, None)?;
+                scenario.organ_motion = OrganMotion::read(values)?;
+            }
             Part::Presliding => {
                 if let TissueSpec::Depth { presliding_m, .. } = &mut scenario.tissue {
                     *presliding_m = values.number("tissue.presliding_m")?;

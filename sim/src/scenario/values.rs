@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use trocar_core::settings::{self, ActsFor, Fallback, Key, Kind, Source as _};
 
-use super::document::{Entry, Source, gather};
+use super::document::{Entry, Source, drop_replaced_layers, gather, is_of_layer};
 use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
 use super::keys::{find, is_section, nearest, nearest_of};
@@ -15,10 +15,15 @@ use crate::channel::DelaySettings;
 use crate::detection::DistanceKind;
 use crate::error::InvalidValue;
 use crate::operator::MotionSettings;
-use crate::tissue::{ReplaySettings, TissueSettings};
+use crate::tissue::{
+    ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, ReplaySettings, TissueSettings, keys_of_layer, layer_key,
+};
 
 /// The keys of the tissue that the analysis of stability assumes in place of a recorded force.
 const ASSUMED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
+
+/// The section that is followed by the list of layers.
+const TISSUE: &str = "tissue";
 
 /// The key of the tick, the minimum of some times.
 const TICK: &str = "simulation.tick_s";
@@ -45,10 +50,23 @@ struct Given {
     layer: usize,
 }
 
+/// The list of the tissue's layers, from the surface down.
+#[derive(Debug, Clone)]
+struct LayerList {
+    names: Vec<&'static str>,
+    place: Place,
+    /// See [`Entry::layer`].
+    layer: usize,
+}
+
 /// The values of a scenario by key. Keys without a value are absent.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
     given: HashMap<&'static str, Given>,
+    /// The written list of layers.
+    layers: Option<LayerList>,
+    /// The layer whose keys are read as those of the layer `*`.
+    visited: Option<&'static str>,
 }
 
 impl Values {
@@ -66,7 +84,9 @@ impl Values {
     /// As [`Values::load`].
     pub(super) fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
-        let refused = gather(source, settings)?.into_iter().filter_map(|entry| values.take(entry).err());
+        let mut entries = gather(source, settings)?;
+        drop_replaced_layers(&mut entries);
+        let refused = entries.into_iter().filter_map(|entry| values.take(entry).err());
         ScenarioError::all(refused.collect())?;
         if !values.is_given("name") {
             values.derive("name", Value::Text(harmless_name(&source.stem())));
@@ -93,6 +113,9 @@ impl Values {
 
     /// Checks an entry and stores it, unless its key already has a value.
     pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
+        if entry.path == LAYER_LIST {
+            return self.take_layers(&entry);
+        }
         let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
         let Some(value) = Value::of_key(key, &entry.value) else {
             let unit = quantity::unit_of(key.path).filter(|_| matches!(key.kind, Kind::Number(_)));
@@ -123,6 +146,52 @@ impl Values {
         Ok(())
     }
 
+    /// Stores a list of layers, unless there is one.
+    fn take_layers(&mut self, entry: &Entry) -> Result<(), ScenarioError> {
+        let items = entry.value.as_array().filter(|items| !items.is_empty());
+        let names = items.and_then(|items| {
+            items.iter().map(|item| Some(keys_of_layer(item.as_str()?)?.0)).collect::<Option<Vec<_>>>()
+        });
+        let Some(names) = names else {
+            let message = format!("{LAYER_LIST} is {}, must be a list of layers", entry.written);
+            let remedy = format!("write [[{LAYER_LIST}]] and its keys below, for each layer");
+            return Err(ScenarioError::new(message).at(Some(entry.key_place.clone())).remedy(remedy));
+        };
+        let list = LayerList { names, place: entry.key_place.clone(), layer: entry.layer };
+        self.layers.get_or_insert(list);
+        Ok(())
+    }
+
+    /// The names of the tissue's layers, from the surface down.
+    fn layer_names(&self) -> &[&'static str] {
+        self.layers.as_ref().map_or(&[DEFAULT_LAYER], |list| &list.names)
+    }
+
+    /// The keys of this scenario: those that every scenario has, and those of its layers.
+    fn keys(&self) -> impl Iterator<Item = &'static Key> {
+        let of_layers = self.layer_names().iter().filter_map(|name| keys_of_layer(name)).flat_map(|(_, keys)| keys);
+        KEYS.iter().chain(of_layers)
+    }
+
+    /// Checks that every key of a layer is that of a layer in the list.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] at the first that is not.
+    pub(super) fn check_layers(&self) -> Result<(), ScenarioError> {
+        let names = self.layer_names();
+        let name_of = |path: &'static str| path.strip_prefix(LAYER_LIST)?.strip_prefix('.')?.split('.').next();
+        let stray = self.given.iter().find(|(path, _)| name_of(path).is_some_and(|name| !names.contains(&name)));
+        let Some((path, given)) = stray else { return Ok(()) };
+        let name = name_of(path).unwrap_or_default();
+        let error = ScenarioError::new(format!("there is no layer {name} in [[{LAYER_LIST}]]")).at(given.place.clone());
+        let listed = format!("the layers are {}", names.join(", "));
+        Err(error.remedy(if is_section(&format!("tissue.{name}")) {
+            format!("{listed}; a layer of kind layers is tissue.{name}")
+        } else {
+            listed
+        }))
+    }
+
     /// Checks that every written key acts.
     ///
     /// A key may act for some kinds of a choice only. It is then an error with another kind, unless a file nearer to the
@@ -132,28 +201,36 @@ impl Values {
     /// [`ScenarioError`] at all such keys.
     pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&Key) -> bool) -> Result<(), ScenarioError> {
         let layer = |path: &str| self.given.get(path).filter(|given| given.place.is_some()).map(|given| given.layer);
-        let inert = KEYS.iter().filter(|key| !self.is_acting(key)).filter_map(|key| {
-            let written = layer(key.path).filter(|layer| *layer > 0 || !acts_elsewhere(key))?;
+        let unmet_at = |key: &Key, written: usize| {
             let is_nearer = |acts: &ActsFor| layer(acts.key).is_some_and(|kind| kind < written);
-            let unmet = self.unmet(key).find(|acts| !is_nearer(acts))?;
-            Some(self.without_effect(key, &unmet))
+            self.unmet(key).find(|acts| !is_nearer(acts))
+        };
+        let inert = self.keys().filter(|key| !self.is_acting(key)).filter_map(|key| {
+            let written = layer(key.path).filter(|layer| *layer > 0 || !acts_elsewhere(key))?;
+            Some(self.without_effect(key.path, self.place(key.path), &unmet_at(key, written)?))
         });
-        ScenarioError::all(inert.collect())
+        let inert_list = self.layers.iter().filter_map(|list| {
+            let unmet = unmet_at(ANY_LAYER_KEYS.first()?, list.layer)?;
+            Some(self.without_effect(LAYER_LIST, Some(list.place.clone()), &unmet))
+        });
+        // The list alone, not each key in it.
+        let list: Vec<_> = inert_list.collect();
+        let is_listed = |error: &ScenarioError| !list.is_empty() && is_of_layer(&error.message);
+        ScenarioError::all(inert.filter(|error| !is_listed(error)).chain(list.clone()).collect())
     }
 
     /// The error for a key that does not act, as a condition is not met.
-    fn without_effect(&self, key: &Key, unmet: &ActsFor) -> ScenarioError {
+    fn without_effect(&self, path: &str, place: Option<Place>, unmet: &ActsFor) -> ScenarioError {
         let is_switch = find(unmet.key).is_some_and(|choice| choice.kind == Kind::Flag);
         let quoted = |word: &str| if is_switch { word.to_owned() } else { format!("{word:?}") };
         let words: Vec<String> = unmet.words().iter().map(|word| quoted(word)).collect();
         let present = quoted(self.kind(unmet.key).unwrap_or_default());
         let message = format!(
-            "{} has no effect: it acts for {} = {}, which is {present} here",
-            key.path,
+            "{path} has no effect: it acts for {} = {}, which is {present} here",
             unmet.key,
             words.join(" or ")
         );
-        self.error(key.path, message).remedy(format!("remove it, or change {}", unmet.key))
+        ScenarioError::new(message).at(place).remedy(format!("remove it, or change {}", unmet.key))
     }
 
     /// Whether a key acts for the present kinds.
@@ -181,7 +258,7 @@ impl Values {
     }
 
     pub(super) fn fill_defaults(&mut self) {
-        for key in KEYS {
+        for key in self.keys().collect::<Vec<_>>() {
             if let Fallback::Value(value) = key.fallback {
                 let default = || Given { value: value.into(), place: None, source: None, layer: 0 };
                 self.given.entry(key.path).or_insert_with(default);
@@ -250,6 +327,11 @@ impl Values {
     /// The value of a key, if it has one.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&Value> {
+        if let Some(name) = self.visited
+            && let Some(field) = path.strip_prefix(LAYER_LIST).and_then(|rest| rest.strip_prefix(".*."))
+        {
+            return self.given.get(format!("{LAYER_LIST}.{name}.{field}").as_str()).map(|given| &given.value);
+        }
         self.given.get(path).map(|given| &given.value)
     }
 
@@ -349,8 +431,27 @@ impl Values {
                 let _ = write!(text, "\n[{section}]\n");
             }
             text.extend(lines);
+            if section == TISSUE {
+                self.write_layers(&mut text);
+            }
         }
         text
+    }
+
+    /// Writes the list of layers, if it acts.
+    fn write_layers(&self, text: &mut String) {
+        if !ANY_LAYER_KEYS.first().is_some_and(|key| self.is_acting(key)) {
+            return;
+        }
+        for (name, keys) in self.layer_names().iter().filter_map(|name| keys_of_layer(name)) {
+            // Writing to a string does not fail.
+            let _ = write!(text, "\n[[{LAYER_LIST}]]\nname = {name:?}\n");
+            for key in keys {
+                if let (Some(value), Some((_, field))) = (self.get(key.path), key.path.rsplit_once('.')) {
+                    let _ = writeln!(text, "{field} = {}", value.to_toml());
+                }
+            }
+        }
     }
 }
 
@@ -412,6 +513,20 @@ impl settings::Source for Values {
     fn unknown_word(&self, path: &str) -> ScenarioError {
         self.missing(path)
     }
+
+    fn visit_items(
+        &mut self,
+        _list: &str,
+        mut visit: impl FnMut(&'static str, &mut Self) -> Result<(), ScenarioError>,
+    ) -> Result<(), ScenarioError> {
+        let names = self.layer_names().to_vec();
+        let visited = names.into_iter().try_for_each(|name| {
+            self.visited = Some(name);
+            visit(name, self)
+        });
+        self.visited = None;
+        visited
+    }
 }
 
 /// A name that is valid for a folder: letters, digits and `-_.+ `, not hidden, and not a file that a comparison writes.
@@ -456,8 +571,22 @@ fn similarity(a: &str, b: &str) -> f64 {
     strsim::jaro_winkler(a, b)
 }
 
+/// The remedy for a misspelt key of a named layer.
+fn named_layer(path: &str) -> Option<String> {
+    let (name, field) = path.strip_prefix(LAYER_LIST)?.strip_prefix('.')?.split_once('.')?;
+    let fields = || ANY_LAYER_KEYS.iter().filter_map(|key| key.path.rsplit('.').next());
+    let key = |field: &str| format!("{LAYER_LIST}.{name}.{field}");
+    match nearest_of(field, fields()) {
+        Some(near) if layer_key(&key(near)).is_some() => Some(format!("did you mean {}?", key(near))),
+        _ => Some(format!("a layer has the keys name, {}", fields().collect::<Vec<_>>().join(", "))),
+    }
+}
+
 /// The remedy for a layer of the tissue that does not exist.
 fn layer(path: &str) -> Option<String> {
+    if is_of_layer(path) {
+        return named_layer(path);
+    }
     let (name, rest) = path.strip_prefix("tissue.")?.split_once('.').unwrap_or((&path["tissue.".len()..], ""));
     let layers = || SECTIONS.iter().filter_map(|(section, _)| section.strip_prefix("tissue."));
     if let Some(meant) = nearest_of(name, layers()) {

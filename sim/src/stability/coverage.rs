@@ -44,6 +44,8 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
         (irregularity.loss > 0.0, "channel.loss", "lost samples"),
         (forward.has_outages() || backward.has_outages(), "channel.outages_s", "outages"),
         (varies, "channel.delays_file", "delays that vary"),
+        (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
+        (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
         (scenario.reflex.reacts(), "operator.reflex", "the operator's reflex"),
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
         (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),

@@ -1,5 +1,6 @@
 //! One key of a scenario and its values in a sweep.
 
+use super::normal;
 use crate::scenario::{Key, Kind, Place, Value};
 
 /// The values of an axis.
@@ -18,7 +19,17 @@ pub enum Levels {
         /// Number of values including the ends; `None` if the design gives it.
         points: Option<u64>,
     },
+    /// A log-normal distribution, cut off at three standard deviations of the logarithm.
+    LogNormal {
+        /// The median.
+        median: f64,
+        /// About 68 % of the values are between `median / spread` and `median · spread`; above 1.
+        spread: f64,
+    },
 }
+
+/// Standard deviations at which a distribution is cut off.
+const MAX_DEVIATIONS: f64 = 3.0;
 
 /// A key that a sweep varies, with its values.
 #[derive(Debug, Clone)]
@@ -38,6 +49,7 @@ impl Axis {
         match &self.levels {
             Levels::List(list) => Some(list.len() as u64),
             Levels::Range { points, .. } => *points,
+            Levels::LogNormal { .. } => None,
         }
     }
 
@@ -64,6 +76,11 @@ impl Axis {
                 Value::Whole(((low + coordinate * (high - low + 1.0)) as u64).min(high as u64))
             }
             Levels::Range { from, to, log, points: None } => self.rounded(between(*from, *to, *log, coordinate)),
+            Levels::LogNormal { median, spread } => {
+                let (low, high) = (normal::cdf(-MAX_DEVIATIONS), normal::cdf(MAX_DEVIATIONS));
+                let deviations = normal::quantile(low + coordinate * (high - low));
+                self.rounded(median * libm::exp(deviations * libm::log(*spread)))
+            }
         }
     }
 
@@ -78,7 +95,7 @@ impl Axis {
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {
             Levels::List(list) => (0..list.len()).map(|k| (k as f64 + 0.5) / list.len() as f64).collect(),
-            Levels::Range { .. } => vec![0.0, 1.0 - f64::EPSILON],
+            Levels::Range { .. } | Levels::LogNormal { .. } => vec![0.0, 1.0 - f64::EPSILON],
         }
     }
 
@@ -99,7 +116,7 @@ impl Axis {
     /// Returns whether the scale is logarithmic.
     #[must_use]
     pub fn is_log(&self) -> bool {
-        matches!(self.levels, Levels::Range { log: true, .. })
+        matches!(self.levels, Levels::Range { log: true, .. } | Levels::LogNormal { .. })
     }
 
     fn rounded(&self, number: f64) -> Value {
@@ -119,6 +136,10 @@ impl Axis {
                 let log = if *log { ", log = true" } else { "" };
                 let number = |number: f64| toml::Value::Float(number).to_string();
                 format!("{{ from = {}, to = {}{points}{log} }}", number(*from), number(*to))
+            }
+            Levels::LogNormal { median, spread } => {
+                let number = |number: f64| toml::Value::Float(number).to_string();
+                format!("{{ median = {}, spread = {} }}", number(*median), number(*spread))
             }
         }
     }
@@ -159,6 +180,18 @@ mod tests {
         assert_eq!(log.value(0.0), Value::Number(1e-3));
         assert!(matches!(log.value(0.5), Value::Number(v) if (v / 1e-2 - 1.0).abs() < 1e-15));
         assert_eq!(log.value(0.99), Value::Number(1e-1));
+    }
+
+    #[test]
+    fn a_distribution_has_its_median_spread_and_ends() {
+        let axis = axis("scaling.force", Levels::LogNormal { median: 2.0, spread: 1.5 });
+        let at = |coordinate| number(&axis.value(coordinate)).expect("a number");
+        assert!((at(0.5) - 2.0).abs() < 1e-9);
+        assert!(
+            (at(0.0) - 2.0 / 1.5_f64.powi(3)).abs() < 1e-9 && (at(1.0 - 1e-16) - 2.0 * 1.5_f64.powi(3)).abs() < 1e-6
+        );
+        let within = (0..1000).filter(|k| (2.0 / 1.5..3.0).contains(&at((f64::from(*k) + 0.5) / 1000.0))).count();
+        assert!((670..=695).contains(&within), "{within}");
     }
 
     #[test]

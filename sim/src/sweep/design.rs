@@ -6,6 +6,7 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::axis::Axis;
 use super::columns::Column;
+use super::correlation::{Correlation, Mixer};
 use super::permutation::{Permutation, mix};
 use super::sobol::Sobol;
 use crate::scenario::Value;
@@ -79,6 +80,8 @@ pub struct Design {
     pub name: String,
     /// The varied keys, in the order of the sweep file.
     pub axes: Vec<Axis>,
+    /// The axes that vary together.
+    pub correlations: Vec<Correlation>,
     /// The selection of points on the axes.
     pub scheme: SamplingScheme,
     /// Number of noise seeds per point.
@@ -127,6 +130,7 @@ impl Design {
         let of_axis = |axis: usize| mix(seed ^ mix(axis as u64));
         UnitCoordinates {
             design: self,
+            mixers: self.correlations.iter().map(Mixer::new).collect(),
             points,
             random: ChaCha8Rng::seed_from_u64(seed),
             orders: (0..self.axes.len()).map(|axis| Permutation::new(points, of_axis(axis))).collect(),
@@ -144,6 +148,7 @@ impl Design {
 #[derive(Debug, Clone)]
 pub struct UnitCoordinates<'a> {
     design: &'a Design,
+    mixers: Vec<Mixer>,
     points: u64,
     /// Its stream number is the number of the point.
     random: ChaCha8Rng,
@@ -182,6 +187,7 @@ impl UnitCoordinates<'_> {
                 coordinates.extend(self.sequences.iter().map(|(sequence, shift)| sequence.coordinate(point, *shift)));
             }
         }
+        self.mixers.iter().for_each(|mixer| mixer.mix(coordinates));
     }
 
     /// Writes the value of each axis.
@@ -214,6 +220,7 @@ mod tests {
         };
         Design {
             name: "x".into(),
+            correlations: vec![],
             axes: vec![axis("scaling.force"), axis("scaling.position"), axis("channel.jitter_s")],
             scheme,
             seeds: 2,

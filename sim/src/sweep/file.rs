@@ -1,13 +1,14 @@
 //! Sweep files.
 
-use super::axis::{Axis, Levels};
+use super::axis::{Axis, Levels, number};
 use super::columns::Column;
+use super::correlation::Correlation;
 use super::design::{MAX_CASES, SamplingScheme};
 use super::sobol::MAX_DIMENSIONS;
 use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key, nearest_of};
 
 /// The keys of a sweep file, with their meanings.
-pub const SWEEP_KEYS: [(&str, &str); 11] = [
+pub const SWEEP_KEYS: [(&str, &str); 13] = [
     ("name", "Name of the sweep's folder; the file name without extension when not given."),
     ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
     ("seeds", "Number of noise seeds per point; 1 when not given."),
@@ -18,11 +19,14 @@ pub const SWEEP_KEYS: [(&str, &str); 11] = [
     ("design.kind", "grid (every combination), random, latin-hypercube or sobol; grid when not given."),
     ("design.points", "Number of points, except for a grid, whose ranges have their own."),
     ("design.seed", "Seed of the design's random numbers; 1 when not given."),
+    ("correlations.NAME.axes", "Axes that vary together, as a list of keys; not for a grid."),
+    ("correlations.NAME.coefficient", "Correlation of each two of them, as normal numbers."),
     ("set", "Keys of the scenario with the same value in all cases, as in set.simulation.duration_s = 7.0."),
 ];
 
 /// The forms of an axis, for messages.
-const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points = 16, log = true }";
+const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points = 16, log = true }, or \
+                    { median = 1.0, spread = 1.5 }";
 
 /// The contents of a sweep file.
 #[derive(Debug)]
@@ -31,6 +35,7 @@ pub(super) struct SweepFile {
     pub(super) base: Option<Entry>,
     pub(super) set: Vec<Entry>,
     pub(super) axes: Vec<Axis>,
+    pub(super) correlations: Vec<Correlation>,
     pub(super) scheme: SamplingScheme,
     pub(super) seeds: u64,
     pub(super) first_seed: Option<u64>,
@@ -49,6 +54,8 @@ struct RangeEntries<'a> {
     to: Option<&'a Entry>,
     points: Option<&'a Entry>,
     log: Option<&'a Entry>,
+    median: Option<&'a Entry>,
+    spread: Option<&'a Entry>,
 }
 
 impl SweepFile {
@@ -66,12 +73,15 @@ impl SweepFile {
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
         let (set, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("set."));
+        let (groups, entries): (Vec<_>, Vec<_>) =
+            entries.into_iter().partition(|entry| entry.path.starts_with("correlations."));
         let find = |path: &str| entries.iter().find(|entry| entry.path == path);
         if let Some(entry) = entries.iter().find(|entry| !is_plain_key(&entry.path)) {
             return Err(unknown(entry));
         }
         let scheme = scheme(&find)?;
         let axes = axes_of(&axes, scheme == SamplingScheme::Grid)?;
+        let correlations = correlations_of(&groups, &axes, scheme == SamplingScheme::Grid)?;
         if let (SamplingScheme::Sobol { .. }, Some(beyond)) = (scheme, axes.get(MAX_DIMENSIONS)) {
             let message = format!("a Sobol sequence has at most {MAX_DIMENSIONS} axes here");
             return Err(ScenarioError::new(message).at(Some(beyond.place.clone())).remedy("use a Latin hypercube"));
@@ -88,6 +98,7 @@ impl SweepFile {
             base: find("base").cloned(),
             set: set.into_iter().map(strip).collect(),
             axes,
+            correlations,
             scheme,
             seeds: find("seeds").map_or(Ok(1), |entry| whole(entry, 1, MAX_CASES))?,
             first_seed: find("first_seed").map(|entry| whole(entry, 0, i64::MAX as u64)).transpose()?,
@@ -235,7 +246,7 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
         let Some((parent, word)) = of_range else {
             let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
             // The suggestion for a misspelt key of a range needs the path without the word of the range.
-            let stem = path.rsplit_once('.').filter(|(_, word)| matches!(*word, "from" | "to" | "points" | "log"));
+            let stem = path.rsplit_once('.').filter(|(_, word)| AXIS_WORDS.contains(word));
             let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
             return Err(match near {
                 Some(near) => error.remedy(format!("did you mean {near}?")),
@@ -252,11 +263,13 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
             "to" => range.to = Some(entry),
             "points" => range.points = Some(entry),
             "log" => range.log = Some(entry),
+            "median" => range.median = Some(entry),
+            "spread" => range.spread = Some(entry),
             _ => {
                 let error = ScenarioError::new(format!("a range has no {word}")).at(Some(entry.key_place.clone()));
                 return Err(error.remedy(match word {
                     "step" => "give points instead: the number of values, including both ends",
-                    _ => "it has from, to, points and log",
+                    _ => "it has from, to, points and log, or median and spread",
                 }));
             }
         }
@@ -301,8 +314,105 @@ fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, Scena
     Ok(Axis { key, levels: Levels::List(values), place: entry.value_place.clone() })
 }
 
+/// The words of a range or a distribution.
+const AXIS_WORDS: [&str; 6] = ["from", "to", "points", "log", "median", "spread"];
+
+/// The axis of a log-normal distribution.
+fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Result<Axis, ScenarioError> {
+    let RangeEntries { path, from, to, points, log, median, spread } = entries;
+    let refuse = |entry: &Entry, message: String| Err(ScenarioError::new(message).at(Some(entry.key_place.clone())));
+    if let Some(other) = from.or(*to).or(*points).or(*log) {
+        return refuse(other, format!("axes.{path} is a range and a distribution, must be {AXIS}"));
+    }
+    let (Some(median), Some(spread)) = (median, spread) else {
+        return refuse(any, format!("axes.{path} has only one of median and spread, must be {AXIS}"));
+    };
+    if is_grid {
+        let error = ScenarioError::new(format!("a grid has no distribution, as of axes.{path}"));
+        return Err(error
+            .at(Some(any.key_place.clone()))
+            .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
+    }
+    let key = find_key(path).filter(|key| matches!(key.kind, Kind::Number(_)));
+    let Some(key) = key else {
+        return refuse(any, format!("axes.{path} has a distribution, which only a key with a number has"));
+    };
+    let Some(Value::Number(middle)) = Value::of_key(key, &median.value).filter(|value| number(value) > Some(0.0))
+    else {
+        return Err(must(median, &format!("{}, above 0", key.kind)));
+    };
+    let ratio = spread.value.as_float().or_else(|| spread.value.as_integer().map(|whole| whole as f64));
+    let Some(ratio) = ratio.filter(|ratio| *ratio > 1.0 && *ratio <= MAX_SPREAD) else {
+        return Err(must(spread, "a number above 1 and at most 10"));
+    };
+    let place = median.value_place.clone();
+    Ok(Axis { key, levels: Levels::LogNormal { median: middle, spread: ratio }, place })
+}
+
+/// Largest ratio of a distribution.
+const MAX_SPREAD: f64 = 10.0;
+
+/// The groups of axes that vary together.
+fn correlations_of(entries: &[Entry], axes: &[Axis], is_grid: bool) -> Result<Vec<Correlation>, ScenarioError> {
+    let mut groups: Vec<(&str, Option<&Entry>, Option<&Entry>)> = vec![];
+    for entry in entries {
+        let refuse = |message: String| ScenarioError::new(message).at(Some(entry.key_place.clone()));
+        let Some((name, word)) = entry.path["correlations.".len()..].rsplit_once('.') else {
+            return Err(refuse(format!("{} is {}, must be a section", entry.path, entry.written))
+                .remedy("write [correlations.NAME] with axes and coefficient below"));
+        };
+        if is_grid {
+            return Err(refuse("a grid has no correlations".into())
+                .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
+        }
+        if groups.last().is_none_or(|(last, ..)| *last != name) {
+            groups.push((name, None, None));
+        }
+        let Some((_, axes, coefficient)) = groups.last_mut() else { continue };
+        match word {
+            "axes" => *axes = Some(entry),
+            "coefficient" => *coefficient = Some(entry),
+            _ => return Err(refuse(format!("a correlation has no {word}")).remedy("it has axes and coefficient")),
+        }
+    }
+    let mut correlations: Vec<Correlation> = vec![];
+    for (name, listed, coefficient) in groups {
+        let (Some(listed), Some(coefficient)) = (listed, coefficient) else {
+            let place = listed.or(coefficient).map(|entry| entry.key_place.clone());
+            return Err(ScenarioError::new(format!("correlations.{name} needs axes and coefficient")).at(place));
+        };
+        let mut indices: Vec<usize> = vec![];
+        for path in texts(listed)? {
+            let refuse = |message: String| Err(ScenarioError::new(message).at(Some(within(listed, path))));
+            let Some(index) = axes.iter().position(|axis| axis.key.path == path) else {
+                return refuse(format!("correlations.{name} has {path}, which is no axis of this sweep"));
+            };
+            if !axes[index].is_numeric() {
+                return refuse(format!("correlations.{name} has {path}, whose values are not numbers"));
+            }
+            if indices.contains(&index) || correlations.iter().any(|other| other.axes.contains(&index)) {
+                return refuse(format!("{path} is in two correlations, or twice in one"));
+            }
+            indices.push(index);
+        }
+        if indices.len() < 2 {
+            return Err(must(listed, "a list of at least two axes"));
+        }
+        let least = -1.0 / (indices.len() - 1) as f64;
+        let number = coefficient.value.as_float().or_else(|| coefficient.value.as_integer().map(|whole| whole as f64));
+        let Some(number) = number.filter(|number| *number > least && *number < 1.0) else {
+            return Err(must(coefficient, &format!("a number above {least} and below 1 for {} axes", indices.len())));
+        };
+        correlations.push(Correlation { name: name.to_owned(), axes: indices, coefficient: number });
+    }
+    Ok(correlations)
+}
+
 fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioError> {
-    let RangeEntries { path, from, to, points, log } = entries;
+    if let Some(any) = entries.median.or(entries.spread) {
+        return distribution(entries, any, is_grid);
+    }
+    let RangeEntries { path, from, to, points, log, .. } = entries;
     let any = from.or(*to).or(*points).or(*log);
     let missing = |what: &str| {
         let message = format!("axes.{path} has no {what}, must be {AXIS}");

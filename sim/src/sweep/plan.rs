@@ -6,6 +6,7 @@ use sha2::{Digest, Sha256};
 
 use super::axis::Axis;
 use super::columns::Column;
+use super::correlation::Correlation;
 use super::design::{Design, MAX_CASES, UnitCoordinates};
 use super::error::SweepError;
 use super::file::SweepFile;
@@ -221,7 +222,18 @@ impl Plan {
         );
         let echo = self.template.first().echo();
         let mut is_in_section = false;
+        // A layer has a section by its name.
+        let mut in_list = None;
         for line in echo.lines() {
+            if let Some(list) = line.strip_prefix("[[").and_then(|line| line.strip_suffix("]]")) {
+                in_list = Some(list);
+                continue;
+            }
+            if let Some(name) = in_list.and(line.strip_prefix("name = ")) {
+                let _ = write!(text, "\n[resolved.{}.{}]\n", in_list.unwrap_or_default(), name.trim_matches('"'));
+                in_list = None;
+                continue;
+            }
             // The content identifies a file on any machine, not its path; the seeds are those of the design.
             let is_apart = ["file = ", "delays_file = ", "seed = "].iter().any(|key| line.starts_with(key));
             if let Some(section) = line.strip_prefix('[') {
@@ -258,6 +270,7 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     Design {
         name: file.name.unwrap_or(stem),
         axes: file.axes,
+        correlations: file.correlations,
         scheme: file.scheme,
         seeds: file.seeds,
         first_seed: file.first_seed.unwrap_or(first_seed),
@@ -296,6 +309,11 @@ fn design_toml(design: &Design) -> String {
     }
     for axis in &design.axes {
         let _ = writeln!(text, "{} = {}", axis.key.path, axis.to_toml());
+    }
+    for Correlation { name, axes, coefficient } in &design.correlations {
+        let paths: Vec<_> = axes.iter().map(|axis| format!("{:?}", design.axes[*axis].key.path)).collect();
+        let coefficient = toml::Value::Float(*coefficient);
+        let _ = write!(text, "\n[correlations.{name}]\naxes = [{}]\ncoefficient = {coefficient}\n", paths.join(", "));
     }
     text
 }

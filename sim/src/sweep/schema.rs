@@ -6,6 +6,7 @@ use super::columns::Column;
 use super::design::SamplingScheme;
 use super::file::SWEEP_KEYS;
 use crate::scenario::{KEYS, Kind, json_schema};
+use crate::tissue::{ANY_LAYER_KEYS, LAYER_LIST};
 
 /// Returns the JSON Schema (draft 2020-12) of a sweep file.
 #[must_use]
@@ -32,6 +33,12 @@ pub fn sweep_schema() -> Json {
     for key in KEYS.iter().filter(|key| !matches!(key.path, "name" | "simulation.seed")) {
         insert(&mut axes, &key.path.split('.').collect::<Vec<_>>(), axis(key.kind, key.meaning));
     }
+    let mut layer = json!({ "type": "object", "additionalProperties": false, "properties": {} });
+    for key in ANY_LAYER_KEYS {
+        insert(&mut layer, &[key.path.rsplit('.').next().unwrap_or(key.path)], axis(key.kind, key.meaning));
+    }
+    let by_name = json!({ "type": "object", "additionalProperties": layer });
+    insert(&mut axes, &LAYER_LIST.split('.').collect::<Vec<_>>(), by_name);
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "trocar sweep",
@@ -58,6 +65,21 @@ pub fn sweep_schema() -> Json {
             },
             "set": with(set, "set"),
             "axes": axes,
+            "correlations": { "type": "object", "additionalProperties": {
+                "type": "object",
+                "additionalProperties": false,
+                "required": ["axes", "coefficient"],
+                "properties": {
+                    "axes": with(
+                        json!({ "type": "array", "minItems": 2, "items": { "type": "string" } }),
+                        "correlations.NAME.axes"
+                    ),
+                    "coefficient": with(
+                        json!({ "type": "number", "exclusiveMinimum": -1, "exclusiveMaximum": 1 }),
+                        "correlations.NAME.coefficient"
+                    ),
+                }
+            } },
         }
     })
 }
@@ -95,6 +117,17 @@ fn axis(kind: Kind, meaning: &str) -> Json {
                 "to": { "type": "number" },
                 "points": { "type": "integer", "minimum": 2 },
                 "log": { "type": "boolean" },
+            }
+        }));
+    }
+    if matches!(kind, Kind::Number(_)) {
+        ways.push(json!({
+            "type": "object",
+            "additionalProperties": false,
+            "required": ["median", "spread"],
+            "properties": {
+                "median": { "type": "number", "exclusiveMinimum": 0 },
+                "spread": { "type": "number", "exclusiveMinimum": 1, "maximum": 10 },
             }
         }));
     }

@@ -3,16 +3,17 @@
 use trocar_core::settings::{ActsFor, Key, acting, count, joined};
 
 use super::layer::LAYERED_KEYS;
+use super::literature::Outside;
 use super::*;
 use crate::error::InvalidValue;
 
-/// Defines the settings and the enum of the built-in tissues, one line each: word, type, type of the settings, and keys
-/// that follow those of all others. A recording is replayed by time or by depth, which are two tissues.
+/// Defines the settings and the enum of the built-in tissues, one line each: word, type, type of the settings, keys that
+/// follow those of all others, and the keys of a layer in a list of layers. A recording is replayed by time or by depth, which are two tissues.
 macro_rules! tissues {
     (
         $(#[doc = $about:literal])*
         $recording_word:literal => $recording:ident($recording_settings:ident) by $time:ident($by_time:ty) $depth:ident($by_depth:ty),
-        $($word:literal => $model:ident($settings:ident) $(keys last $last:expr)?,)*
+        $($word:literal => $model:ident($settings:ident) $(keys last [$last:expr])? $(list [$list:expr])?,)*
     ) => {
         trocar_core::choice! {
             $(#[doc = $about])*
@@ -31,6 +32,8 @@ macro_rules! tissues {
             /// A recording, replayed by depth.
             $depth($by_depth),
             $(#[doc = concat!("See [`", stringify!($model), "`].")] $model($model<L>),)*
+            /// Any of them, with a moving surface.
+            Moving(Box<Moving<L>>),
         }
 
         impl TissueSettings {
@@ -43,6 +46,34 @@ macro_rules! tissues {
                 },)?)*];
                 &joined::<{ count(GROUPS) }>(GROUPS)
             };
+
+            /// The keys of a layer in the list of layers, those of the layer `*`.
+            pub const LIST_KEYS: &'static [Key] = {
+                const GROUPS: &[&[Key]] = &[$($({
+                    const LIST: &[Key] = $list;
+                    const COUNT: usize = LIST.len();
+                    &acting::<COUNT>(&[LIST], ActsFor::new(TissueSettings::KEY.path, &[$word]))
+                },)?)*];
+                &joined::<{ count(GROUPS) }>(GROUPS)
+            };
+
+            /// The names of the layers that rupture, from the surface down.
+            #[must_use]
+            pub fn rupturing_layers(&self) -> Vec<&'static str> {
+                match self {
+                    Self::$recording(_) => vec![],
+                    $(Self::$model(settings) => <$model<f64> as Model>::rupturing_layers(settings),)*
+                }
+            }
+
+            /// Its properties outside the range of the measurements.
+            #[must_use]
+            pub fn outside_measured(&self) -> Vec<Outside> {
+                match self {
+                    Self::$recording(_) => vec![],
+                    $(Self::$model(settings) => <$model<f64> as Model>::outside_measured(settings),)*
+                }
+            }
 
             /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
             ///
@@ -68,20 +99,22 @@ macro_rules! tissues {
                     Self::$time(part) => part.react(tick, position_m, velocity_m_per_s),
                     Self::$depth(part) => part.react(tick, position_m, velocity_m_per_s),
                     $(Self::$model(part) => part.react(tick, position_m, velocity_m_per_s),)*
+                    Self::Moving(part) => part.react(tick, position_m, velocity_m_per_s),
                 }
             }
         }
 
-        crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model),* });
+        crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model,)* Moving });
     };
 }
 
 tissues! {
     /// The recording's force, or a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth (eq.
-    /// 3-4), or layers that rupture.
+    /// 3-4), or layers that rupture at a force, or by the energy that a crack releases.
     "recording" => Recording(ReplaySettings) by Recording(RecordedForce) Depth(DepthReplay<L>),
     "kelvin-voigt" => KelvinVoigt(KelvinVoigtSettings),
     "hunt-crossley" => HuntCrossley(HuntCrossleySettings),
     "generalised" => Generalised(GeneralisedSettings),
-    "layers" => Layers(LayersParameters) keys last LAYERED_KEYS.as_flattened(),
+    "layers" => Layers(LayersParameters) keys last [LAYERED_KEYS.as_flattened()],
+    "tearing" => Tearing(TearingSettings) list [TearingLayer::KEYS],
 }

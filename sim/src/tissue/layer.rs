@@ -25,8 +25,8 @@
 use trocar_core::settings::{Key, Range, Source, joined};
 
 use super::literature::{
-    CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N, STIFFENING_N_PER_M2,
-    STIFFNESS_N_PER_M, THICKNESS_M,
+    Bounds, CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N,
+    STIFFENING_N_PER_M2, STIFFNESS_N_PER_M, THICKNESS_M,
 };
 use crate::error::{InvalidValue, require};
 
@@ -123,7 +123,7 @@ layer_settings! {
     /// et al. use for the capsule, and a damping proportional to it, as in Hunt-Crossley's model (eq. 2 with
     /// `λ = c μ`), so that the force starts without a step and never pulls.
     pub struct LayerParameters in "skin" "fat" "muscle" "capsule" "organ" {
-        /// Thickness, up to 0.3; 0: the layer is absent.
+        /// Thickness; 0: the layer is absent.
         ///
         /// In m; the other parameters of an absent layer have no effect.
         thickness_m [THICKNESS_M.range()],
@@ -232,30 +232,41 @@ impl LayerParameters {
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
-    /// Checks the stated ranges of the fields, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
+    /// Checks the fields, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
     pub fn validate(&self, index: usize, tick_s: f64) -> Result<(), InvalidValue> {
         let keys = &LAYER_KEYS[index];
-        THICKNESS_M.check(keys.thickness_m, self.thickness_m)?;
+        THICKNESS_M.range().check(keys.thickness_m, self.thickness_m)?;
         if !self.is_present() {
             return Ok(());
         }
-        STIFFNESS_N_PER_M.check(keys.stiffness_n_per_m, self.stiffness_n_per_m)?;
-        STIFFENING_N_PER_M2.check(keys.stiffening_n_per_m2, self.stiffening_n_per_m2)?;
-        let cutting = CUTTING_FORCE_N.check(keys.cutting_force_n, self.cutting_force_n)?;
-        let rupture = RUPTURE_FORCE_N.check(keys.rupture_force_n, self.rupture_force_n)?;
-        require(keys.rupture_force_n, rupture, rupture >= cutting, keys.at_least_cutting)?;
+        for (key, value, bounds) in self.measured(index) {
+            bounds.range().check(key, value)?;
+        }
+        let rupture = self.rupture_force_n;
+        require(keys.rupture_force_n, rupture, rupture >= self.cutting_force_n, keys.at_least_cutting)?;
         let reaches = self.deflection_m(rupture) <= DEFLECTION_M.high;
         require(keys.stiffness_n_per_m, self.stiffness_n_per_m, reaches, keys.reaches_rupture)?;
         let relaxation = self.relaxation_s;
         let resolved = relaxation == 0.0 || (tick_s..=MAX_RELAXATION_S).contains(&relaxation);
-        require(keys.relaxation_s, relaxation, resolved, "0 (at once), or from simulation.tick_s to 10")?;
-        DAMPING_S_PER_M.check(keys.damping_s_per_m, self.damping_s_per_m)?;
-        FRICTION_N_PER_M.check(keys.friction_n_per_m, self.friction_n_per_m)?;
-        GRIP_N.check(keys.grip_n, self.grip_n)?;
-        Ok(())
+        require(keys.relaxation_s, relaxation, resolved, "0 (at once), or from simulation.tick_s to 10").map(drop)
+    }
+
+    /// The keys of layer `index` of [`LAYER_NAMES`] with values and ranges of measurements.
+    pub(super) fn measured(&self, index: usize) -> [(&'static str, f64, &'static Bounds); 8] {
+        let keys = &LAYER_KEYS[index];
+        [
+            (keys.thickness_m, self.thickness_m, &THICKNESS_M),
+            (keys.stiffness_n_per_m, self.stiffness_n_per_m, &STIFFNESS_N_PER_M),
+            (keys.stiffening_n_per_m2, self.stiffening_n_per_m2, &STIFFENING_N_PER_M2),
+            (keys.cutting_force_n, self.cutting_force_n, &CUTTING_FORCE_N),
+            (keys.rupture_force_n, self.rupture_force_n, &RUPTURE_FORCE_N),
+            (keys.damping_s_per_m, self.damping_s_per_m, &DAMPING_S_PER_M),
+            (keys.friction_n_per_m, self.friction_n_per_m, &FRICTION_N_PER_M),
+            (keys.grip_n, self.grip_n, &GRIP_N),
+        ]
     }
 }
 
@@ -285,7 +296,9 @@ mod tests {
         assert_eq!(refused(LayerParameters { relaxation_s: -1.0, ..skin }), "tissue.capsule.relaxation_s");
         assert_eq!(refused(LayerParameters { relaxation_s: 1e-4, ..skin }), "tissue.capsule.relaxation_s");
         assert_eq!(refused(LayerParameters { cutting_force_n: 4.0, ..skin }), "tissue.capsule.rupture_force_n");
-        assert_eq!(refused(LayerParameters { rupture_force_n: 50.0, ..skin }), "tissue.capsule.rupture_force_n");
+        assert_eq!(refused(LayerParameters { rupture_force_n: -1.0, ..skin }), "tissue.capsule.rupture_force_n");
+        let firm = LayerParameters { rupture_force_n: 50.0, ..skin };
+        firm.validate(3, 1e-3).expect("outside of the measurements is allowed");
         let limp = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 0.0, ..skin };
         assert_eq!(refused(limp), "tissue.capsule.stiffness_n_per_m");
         LayerParameters { relaxation_s: -1.0, ..LayerParameters::ABSENT }.validate(0, 1e-3).expect("it is absent");

@@ -2,9 +2,11 @@
 
 use trocar_core::settings::{Key, Source, count, joined};
 
-use super::layer::{LAYER_KEYS, LAYERS, LayerParameters};
+use super::layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerParameters};
+use super::literature::{Outside, outside};
 use super::model::Model;
 use super::shaft::{Shaft, ShaftParameters};
+use super::shaft_contact::ShaftContact;
 use super::surface::Surface;
 use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, require};
@@ -126,13 +128,6 @@ pub struct Layers<L: Lane> {
     held: ShaftContact<L>,
 }
 
-/// The friction on the shaft: its kinetic bound in N, and the shaft's length in the tissue in m.
-#[derive(Debug, Clone, Copy)]
-struct ShaftContact<L> {
-    kinetic_n: L,
-    length_m: L,
-}
-
 /// A layer and its state.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
@@ -202,10 +197,11 @@ impl<L: Lane> Layer<L> {
         (d * viscous) * (self.stiffness + self.stiffening * d)
     }
 
-    /// The length in m, in the cut part of the layer, of a shaft with its tip at `tip_m`.
+    /// Adds the friction of the layer on a shaft with its tip at `tip_m` to that of the layers above.
     #[inline(always)]
-    fn shaft_length_m(&self, tip_m: L) -> L {
-        (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start)
+    fn add_friction(&self, above: ShaftContact<L>, tip_m: L) -> ShaftContact<L> {
+        let length_m = (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start);
+        above.and(self.friction, self.grip, length_m)
     }
 
     /// Handles the events of the layer at this tick: from intact to cut, from cut to cut through. Returns the lanes in
@@ -223,28 +219,14 @@ impl<L: Lane> Layer<L> {
     }
 }
 
-impl<L: Lane> ShaftContact<L> {
-    fn none() -> Self {
-        Self { kinetic_n: L::zero(), length_m: L::zero() }
+/// The friction of layers, from the surface down, on a shaft with its tip at `tip_m`.
+#[inline(always)]
+fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
+    let mut held = ShaftContact::none();
+    for layer in layers {
+        held = layer.add_friction(held, tip_m);
     }
-
-    /// The friction of layers with the tip at `tip_m`, from the surface down.
-    #[inline(always)]
-    fn of(layers: &[Layer<L>], tip_m: L) -> Self {
-        let mut held = Self::none();
-        for layer in layers {
-            held = held.and(layer, tip_m);
-        }
-        held
-    }
-
-    /// Adds the friction of one layer.
-    #[inline(always)]
-    fn and(self, layer: &Layer<L>, tip_m: L) -> Self {
-        let length = layer.shaft_length_m(tip_m);
-        let grip = L::select(length.gt(L::zero()), layer.grip, L::zero());
-        Self { kinetic_n: self.kinetic_n + (layer.friction * length + grip), length_m: self.length_m + length }
-    }
+    held
 }
 
 impl<L: Lane> Layers<L> {
@@ -283,9 +265,9 @@ impl<L: Lane> Layers<L> {
         let tip = position - self.shaft.drag_m();
         // A layer starts where the one above is cut through, so a tip in the last one has passed all others.
         self.held = if tip.ge(self.last_start).all() {
-            self.above.and(&self.layers[self.begun - 1], tip)
+            self.layers[self.begun - 1].add_friction(self.above, tip)
         } else {
-            ShaftContact::of(&self.layers[..self.begun], tip)
+            friction_of(&self.layers[..self.begun], tip)
         };
     }
 
@@ -309,7 +291,7 @@ impl<L: Lane> Layers<L> {
         }
         let above = self.begun - 1;
         self.last_start = self.layers[above].start;
-        self.above = ShaftContact::of(&self.layers[..above], L::splat(FAR_M));
+        self.above = friction_of(&self.layers[..above], L::splat(FAR_M));
         // A yield deflection of 0 means that the layer is cut through and relaxed: it exerts no force.
         while self.first < self.begun && self.layers[self.first].yields_at.le(L::zero()).all() {
             self.first += 1;
@@ -348,11 +330,26 @@ impl<L: Lane> Model for Layers<L> {
     fn build(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
     }
+
+    fn rupturing_layers(settings: &LayersParameters) -> Vec<&'static str> {
+        let ruptures = |layer: &LayerParameters| layer.is_present() && layer.rupture_force_n > layer.cutting_force_n;
+        LAYER_NAMES
+            .into_iter()
+            .zip(&settings.layers)
+            .filter(|(_, layer)| ruptures(layer))
+            .map(|(name, _)| name)
+            .collect()
+    }
+
+    fn outside_measured(settings: &LayersParameters) -> Vec<Outside> {
+        let present = settings.layers.iter().enumerate().filter(|(_, layer)| layer.is_present());
+        let of_layers = present.flat_map(|(index, layer)| layer.measured(index));
+        outside(of_layers.chain(settings.shaft.measured()))
+    }
 }
 
 crate::lane::gather!(Layer {
     front, yields_at, target, decay, stiffness, stiffening, damping, next_event, start, bottom, friction, grip, thickness,
     cut_deflection,
 } masks { ruptures });
-crate::lane::gather!(ShaftContact { kinetic_n, length_m });
 crate::lane::gather!(Layers { layers, last_start, above, shaft, held } same { first, begun, count });

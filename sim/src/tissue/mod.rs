@@ -9,11 +9,17 @@ mod layer;
 mod layers;
 pub mod literature;
 mod model;
+mod motion;
+mod named_layers;
 mod power;
 mod recording;
 mod replay;
 mod shaft;
+mod shaft_contact;
 mod surface;
+mod tearing;
+mod tearing_layer;
+mod viscoelastic;
 
 pub use depth::{DepthCurves, DepthReplay};
 pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
@@ -23,11 +29,15 @@ pub use kind::{AnyTissue, TissueSettings};
 pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerKeys, LayerParameters};
 pub use layers::{Layers, LayersParameters};
 pub use model::Model;
+pub use motion::{Moving, OrganMotion};
+pub use named_layers::{ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, NAME_PATTERN, NAME_RULE, keys_of_layer, layer_key};
 pub use power::PowerSettings;
 pub use recording::RecordedForce;
 pub use replay::{ReplayIndex, ReplaySettings};
 pub use shaft::ShaftParameters;
 pub use surface::Surface;
+pub use tearing::{Crack, Tearing, TearingSettings};
+pub use tearing_layer::TearingLayer;
 
 use crate::lane::Lane;
 

@@ -1,5 +1,6 @@
 //! The interface of a built-in tissue to the registry.
 
+use super::literature::Outside;
 use crate::error::InvalidValue;
 
 /// A tissue that is built from settings alone.
@@ -12,4 +13,14 @@ pub trait Model: Sized {
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
     fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
+
+    /// The names of its layers that rupture, from the surface down: each ruptures at most once, and in this order.
+    fn rupturing_layers(_settings: &Self::Settings) -> Vec<&'static str> {
+        vec![]
+    }
+
+    /// Its properties outside the range of the measurements.
+    fn outside_measured(_settings: &Self::Settings) -> Vec<Outside> {
+        vec![]
+    }
 }

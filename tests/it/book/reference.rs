@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use trocar::report::{metrics_markdown, trace_columns_markdown};
 use trocar::scenario::{Constant, Fallback, KEYS, Key, Kind, SECTIONS, Value, shipped_questions, unit_of};
 
+use trocar::tissue::{ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, NAME_RULE};
 use trocar::warning::Code;
 
 use super::GENERATED;
@@ -37,6 +38,19 @@ fn requirement(key: &Key) -> String {
     }
 }
 
+/// A key's row in its table.
+fn row(key: &Key) -> String {
+    let name = key.path.rsplit('.').next().unwrap_or(key.path);
+    let default = match key.fallback {
+        Fallback::Value(Constant::Text("")) | Fallback::Unset => "—".into(),
+        Fallback::Value(value) => format!("`{}`", Value::from(value).to_toml()),
+        Fallback::Derived(rule) => rule.into(),
+    };
+    let acts =
+        key.acts_for.map_or(String::new(), |acts| format!(" *Applies to {} = {}.*", acts.key, acts.words().join(", ")));
+    format!("| `{name}` | {} | {} | {}{acts} |\n", cell(&requirement(key)), cell(&default), cell(key.meaning))
+}
+
 #[test]
 fn the_page_of_the_keys_is_that_of_the_declarations() {
     let mut text = String::from(
@@ -53,21 +67,17 @@ fn the_page_of_the_keys_is_that_of_the_declarations() {
         let title = if section.is_empty() { "General".into() } else { format!("\\[{section}\\]") };
         write!(text, "\n## {title}\n\n{about}\n\n| key | value | default | meaning |\n|---|---|---|---|\n")
             .expect("text");
-        for key in keys {
-            let name = key.path.rsplit('.').next().unwrap_or(key.path);
-            let default = match key.fallback {
-                Fallback::Value(Constant::Text("")) | Fallback::Unset => "—".into(),
-                Fallback::Value(value) => format!("`{}`", Value::from(value).to_toml()),
-                Fallback::Derived(rule) => rule.into(),
-            };
-            let acts = key
-                .acts_for
-                .map_or(String::new(), |acts| format!(" *Applies to {} = {}.*", acts.key, acts.words().join(", ")));
-            let value = requirement(key);
-            writeln!(text, "| `{name}` | {} | {} | {}{acts} |", cell(&value), cell(&default), cell(key.meaning))
-                .expect("text");
-        }
+        keys.into_iter().for_each(|key| text.push_str(&row(key)));
     }
+    write!(
+        text,
+        "\n## \\[\\[{LAYER_LIST}\\]\\]\n\nA layer with a name of your own, from the surface down. Elsewhere a key is addressed by this \
+         name, as in `--set {LAYER_LIST}.dura.thickness_m=5e-4`. A list replaces the list of a base. Without a list there is one \
+         layer, `{DEFAULT_LAYER}`.\n\n| key | value | default | meaning |\n|---|---|---|---|\n\
+         | `name` | {NAME_RULE} | — | Name of the layer. |\n"
+    )
+    .expect("text");
+    ANY_LAYER_KEYS.iter().for_each(|key| text.push_str(&row(key)));
     assert_page("keys.md", &text);
 }
 

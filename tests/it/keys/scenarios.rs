@@ -113,7 +113,8 @@ const VARIANTS: &[&str] = &[
      passivity.scheme=time-domain passivity.budget_j=1e-6 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
     "master.coupling=as-printed master.force_integral_gain=0.1 operator.kind=sine operator.start_m=0.0 \
      operator.amplitude_m=-0.003 tissue.skin.rupture_force_n=0.001 tissue.skin.cutting_force_n=0.001 \
-     tissue.skin.thickness_m=0.01 tissue.skin.grip_n=0.001 tissue.skin.friction_n_per_m=0.1",
+     tissue.skin.thickness_m=0.01 tissue.skin.grip_n=0.001 tissue.skin.friction_n_per_m=0.1 \
+     tissue.breathing_amplitude_m=1e-6 tissue.heartbeat_amplitude_m=1e-6",
     // In and out of a spring, with noise and outages.
     "operator.kind=sine operator.start_m=0.01 tissue.kind=kelvin-voigt tissue.stiffness_n_per_m=100 \
      sensor.force_noise_std_n=0.1 sensor.force_range_n=10 detector.settle_s=0.002 operator.reflex=none \
@@ -124,6 +125,8 @@ const VARIANTS: &[&str] = &[
      channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false operator.reflex=none \
      operator.kind=ramp operator.end_m=0.02 operator.speed_m_per_s=0.04 sensor.force_bandwidth_hz=0 \
      sensor.force_range_n=20 simulation.duration_s=2",
+    // A tissue that moves.
+    "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
     // Without random numbers.
     "operator.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \
      sensor.position_resolution_m=0 sensor.force_noise_std_n=0",

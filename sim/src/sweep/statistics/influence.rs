@@ -221,6 +221,7 @@ mod tests {
         Design {
             name: "x".into(),
             axes: ["operator.start_m", "operator.end_m", "sensor.force_bias_n"].map(axis).into(),
+            correlations: vec![],
             scheme: SamplingScheme::Sobol { points: 1 << 14, seed: 1 },
             seeds: 1,
             first_seed: 1,

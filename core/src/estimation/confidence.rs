@@ -1,0 +1,167 @@
+//! How well the recent samples determine stiffness and damping.
+
+use crate::lane::Lane;
+
+/// Time constant of the memory in s: that of an insertion between two ruptures, chosen here.
+const MEMORY_S: f64 = 0.1;
+
+/// Standard deviations of K in N/m and of B in N·s/m before any sample, chosen here: wider than the tissues of this project.
+const PRIOR_STD: [f64; 2] = [1e3, 100.0];
+
+/// Variance of the error in N² below which it is not estimated; it keeps the errors finite for a perfect prediction.
+const MIN_VARIANCE_N2: f64 = 1e-12;
+
+/// The trust in an estimate of stiffness and damping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trust {
+    /// Standard error of K in N/m.
+    pub stiffness_std_n_per_m: f64,
+    /// Standard error of B in N·s/m.
+    pub damping_std_n_s_per_m: f64,
+    /// Share of the information about B that does not depend on K, 0 to 1. At 0 the velocity is 0 or proportional to the
+    /// depth, and B cannot be identified.
+    pub excitation: f64,
+}
+
+impl Trust {
+    /// What is wrong with the estimate `K` and `B`, as a sum: 1 if 0 is within two standard errors of K, 2 of B, 4 if one of
+    /// them is negative, which no tissue is.
+    #[must_use]
+    pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {
+        let is_uncertain = |value: f64, std: f64| Lane::abs(value) <= 2.0 * std;
+        let is_negative = stiffness_n_per_m < 0.0 || damping_n_s_per_m < 0.0;
+        u8::from(is_uncertain(stiffness_n_per_m, self.stiffness_std_n_per_m))
+            + 2 * u8::from(is_uncertain(damping_n_s_per_m, self.damping_std_n_s_per_m))
+            + 4 * u8::from(is_negative)
+    }
+}
+
+/// The information of recent samples about `θ = (K, B)` of the force `y = φᵀθ`, `φ = (p, v)`, with the weight
+/// `w = exp(-t/0.1 s)` of a sample `t` ago:
+///
+/// ```text
+/// M = Σ w φ φᵀ,   M₂ = Σ w² φ φᵀ,   σ² = Σ w e² / Σ w,   A = M + σ² P₀⁻¹
+/// cov θ = A⁻¹ (σ² M₂ + σ⁴ P₀⁻¹) A⁻¹,   excitation = 1 - M₀₁² / (M₀₀ M₁₁)
+/// ```
+/// This is the covariance of weighted least squares with errors of equal variance and without correlation, and a prior
+/// `P₀`. `e` is the prediction error of the estimator, so that a wrong model widens it. Errors of a wrong model are
+/// correlated in time: the true error is then larger. The estimator's own memory may differ.
+///
+/// Samples out of contact are ignored: they leave the information as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Confidence {
+    decay: f64,
+    information: [f64; 3],
+    squared_weights: [f64; 3],
+    squared_error: f64,
+    weight: f64,
+}
+
+impl Confidence {
+    /// No samples yet, on ticks of `tick_s` (s).
+    #[must_use]
+    pub fn new(tick_s: f64) -> Self {
+        let nothing = [0.0; 3];
+        let decay = libm::exp(-tick_s / MEMORY_S);
+        Self { decay, information: nothing, squared_weights: nothing, squared_error: 0.0, weight: 0.0 }
+    }
+
+    /// Adds a sample in contact: its depth in m, velocity in m/s, and the prediction error of its force in N.
+    pub fn add(&mut self, depth_m: f64, velocity_m_per_s: f64, residual_n: f64) {
+        let (p, v, decay) = (depth_m, velocity_m_per_s, self.decay);
+        for (index, product) in [p * p, p * v, v * v].into_iter().enumerate() {
+            self.information[index] = decay * self.information[index] + product;
+            self.squared_weights[index] = decay * decay * self.squared_weights[index] + product;
+        }
+        self.squared_error = decay * self.squared_error + residual_n * residual_n;
+        self.weight = decay * self.weight + 1.0;
+    }
+
+    /// The trust after the samples so far.
+    #[must_use]
+    pub fn trust(&self) -> Trust {
+        let variance = if self.weight > 0.0 { self.squared_error / self.weight } else { 0.0 };
+        let variance = variance.max(MIN_VARIANCE_N2);
+        let prior = PRIOR_STD.map(|std| 1.0 / (std * std));
+        let [m00, m01, m11] = self.information;
+        let [s00, s01, s11] = self.squared_weights;
+        let (a00, a01, a11) = (m00 + variance * prior[0], m01, m11 + variance * prior[1]);
+        let determinant = a00 * a11 - a01 * a01;
+        // The rows of A⁻¹, and of the matrix between.
+        let (i00, i01, i11) = (a11 / determinant, -a01 / determinant, a00 / determinant);
+        let (b00, b01, b11) = (s00 + variance * prior[0], s01, s11 + variance * prior[1]);
+        let of = |x: f64, y: f64| variance * (x * x * b00 + 2.0 * x * y * b01 + y * y * b11);
+        let excitation = if m00 > 0.0 && m11 > 0.0 { (1.0 - m01 * m01 / (m00 * m11)).clamp(0.0, 1.0) } else { 0.0 };
+        Trust {
+            stiffness_std_n_per_m: Lane::sqrt(of(i00, i01).max(0.0)),
+            damping_std_n_s_per_m: Lane::sqrt(of(i01, i11).max(0.0)),
+            excitation,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sequence of numbers with mean 0 and variance 1, evenly distributed and hardly correlated.
+    struct Noise(u64);
+
+    impl Noise {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            12.0_f64.sqrt() * ((self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        }
+    }
+
+    fn motion(k: u32) -> (f64, f64) {
+        let t = 1e-3 * f64::from(k);
+        (0.01 + 2e-3 * (30.0 * t).sin(), 0.06 * (30.0 * t).cos())
+    }
+
+    #[test]
+    fn the_standard_errors_are_those_of_least_squares_over_many_seeds() {
+        let (stiffness, damping, sigma) = (300.0, 4.0, 0.05);
+        let decay = (-1e-3_f64 / MEMORY_S).exp();
+        let (mut sums, mut trust, seeds) = ([0.0; 2], None, 2000);
+        for seed in 1..=seeds {
+            let (mut noise, mut confidence) = (Noise(seed * 7919), Confidence::new(1e-3));
+            let (mut m, mut b) = ([0.0; 3], [0.0; 2]);
+            for k in 0..800 {
+                let (p, v) = motion(k);
+                let error = sigma * noise.next();
+                let y = stiffness * p + damping * v + error;
+                confidence.add(p, v, error);
+                m = [decay * m[0] + p * p, decay * m[1] + p * v, decay * m[2] + v * v];
+                b = [decay * b[0] + p * y, decay * b[1] + v * y];
+            }
+            let determinant = m[0] * m[2] - m[1] * m[1];
+            let found = [(m[2] * b[0] - m[1] * b[1]) / determinant, (m[0] * b[1] - m[1] * b[0]) / determinant];
+            sums[0] += (found[0] - stiffness).powi(2);
+            sums[1] += (found[1] - damping).powi(2);
+            trust = Some(confidence.trust());
+        }
+        let trust = trust.expect("some seeds");
+        let found = sums.map(|sum| (sum / seeds as f64).sqrt());
+        // The last seed's own estimate of the variance is within some per cent.
+        assert!((found[0] / trust.stiffness_std_n_per_m - 1.0).abs() < 0.15, "{found:?} {trust:?}");
+        assert!((found[1] / trust.damping_std_n_s_per_m - 1.0).abs() < 0.15, "{found:?} {trust:?}");
+        assert!(trust.excitation > 0.8, "{trust:?}");
+        assert_eq!(trust.flags(stiffness, damping), 0);
+    }
+
+    #[test]
+    fn at_rest_damping_is_not_identified_and_its_error_is_that_of_the_prior() {
+        let mut confidence = Confidence::new(1e-3);
+        let before = confidence.trust();
+        assert_eq!([before.stiffness_std_n_per_m, before.damping_std_n_s_per_m].map(f64::round), PRIOR_STD);
+        for k in 0..3000 {
+            confidence.add(0.01, 0.0, if k % 2 == 0 { 0.05 } else { -0.05 });
+        }
+        let trust = confidence.trust();
+        assert_eq!(trust.excitation, 0.0);
+        assert!((trust.damping_std_n_s_per_m / PRIOR_STD[1] - 1.0).abs() < 1e-9, "{trust:?}");
+        assert!(trust.stiffness_std_n_per_m < 1.0, "{trust:?}");
+        assert_eq!((trust.flags(300.0, 5.0), trust.flags(300.0, -100.0), trust.flags(0.1, 5.0)), (2, 6, 3));
+    }
+}
