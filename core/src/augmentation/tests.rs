@@ -38,8 +38,9 @@ impl Timeline {
                 decision: if tick < self.above_until { 10.0 * THRESHOLD } else { 0.0 },
                 hand_m,
                 slave_m: hand_m - 1e-4,
+                force_n: force(tick),
             };
-            self.supervisor.update(&situation, force(tick))
+            self.supervisor.update(&situation, force(tick), self.hand_speed)
         };
         (0..ticks).map(step).collect()
     }
