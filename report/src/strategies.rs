@@ -26,7 +26,7 @@ pub fn strategies_text(study: &StrategyStudy) -> String {
         "after",
         "d' nothing",
         "d' false alarm",
-        "delay",
+        "event",
         "force",
         "excess by it",
         "runs",
@@ -47,7 +47,7 @@ pub fn strategies_text(study: &StrategyStudy) -> String {
             show(row.noticed_after_s, Unit::Second),
             d_prime(row.against_nothing),
             d_prime(row.against_false_alarms),
-            show(cost.map(|cost| cost.delay_s), Unit::Second),
+            show(cost.map(|cost| cost.event_s), Unit::Second),
             show(cost.map(|cost| cost.force_n), Unit::Newton),
             show(cost.map(|cost| cost.excess_m), Unit::Metre),
             row.verdict.word().to_owned(),
@@ -69,7 +69,7 @@ pub fn strategies_text(study: &StrategyStudy) -> String {
     }
     notes.push_str(
         "\n* Pareto front: no other strategy whose runs settle has at most this excess and at least this share of noticed ruptures. \
-         delay, force and \"excess by it\" are the costs of a false alarm. \"settles\" is a result of these runs, not a proof.\n",
+         event, force and \"excess by it\" are the costs of a false alarm: the duration of its event, the change of the feedback force, and the excess at its end. \"settles\" is a result of these runs, not a proof.\n",
     );
     let correlations = WINDOWS_S.iter().zip(&study.rank_correlations);
     let correlations: Vec<String> = correlations
@@ -119,7 +119,7 @@ pub fn strategies_csv(study: &StrategyStudy) -> String {
         ("d_prime_nothing_std_error", |row| row.against_nothing.map(|of| of.std_error)),
         ("d_prime_false_alarm", |row| row.against_false_alarms.map(|of| of.d_prime)),
         ("d_prime_false_alarm_std_error", |row| row.against_false_alarms.map(|of| of.std_error)),
-        ("false_alarm_delay_s", |row| row.false_alarm.map(|cost| cost.delay_s)),
+        ("false_alarm_event_s", |row| row.false_alarm.map(|cost| cost.event_s)),
         ("false_alarm_force_n", |row| row.false_alarm.map(|cost| cost.force_n)),
         ("false_alarm_excess_m", |row| row.false_alarm.map(|cost| cost.excess_m)),
         ("is_on_front", |row| Some(f64::from(u8::from(row.is_on_front)))),

@@ -81,7 +81,7 @@ fn a_recorded_hand_has_no_known_intention() {
 #[test]
 fn a_false_alarm_costs_time_force_and_depth() {
     let read = |metrics: &Metrics, key: &str| trocar::metrics::RunMetric::named(key).expect("a metric").read(metrics);
-    let keys = ["false_alarm_delay_s", "false_alarm_force_n", "false_alarm_excess_m"];
+    let keys = ["false_alarm_event_s", "false_alarm_force_n", "false_alarm_excess_m"];
     let without = ran("layers/skin-augmented", &[]).metrics;
     assert!(keys.iter().all(|key| read(&without, key).is_none()));
     let with = ran("layers/skin-augmented", &["augmentation.events_s=[1.0]"]);

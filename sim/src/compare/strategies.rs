@@ -60,8 +60,8 @@ impl Verdict {
 /// What a false alarm costs, as means over the events that it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FalseAlarmCost {
-    /// Time in s for which the slave does not follow the hand.
-    pub delay_s: f64,
+    /// Duration of the event in s.
+    pub event_s: f64,
     /// Largest change of the feedback force in N.
     pub force_n: f64,
     /// Advance of the needle beyond the intended motion at the return to teleoperation, in m.
@@ -206,7 +206,7 @@ struct Tally {
     false_notices: u64,
     undisturbed_s: f64,
     false_events: Noticed,
-    /// Sums over the false events: delay, force, excess.
+    /// Sums over the false events: duration, force, excess.
     costs: [f64; 3],
     windows: OfWindows,
 }
@@ -237,7 +237,7 @@ impl Tally {
         let first_s = metrics.ruptures.first().map(|rupture| rupture.time_s);
         self.first_rupture_s = [self.first_rupture_s, first_s].into_iter().flatten().reduce(f64::min);
         self.false_notices += metrics.false_notices.unwrap_or(0);
-        self.undisturbed_s += metrics.undisturbed_s;
+        self.undisturbed_s += metrics.undisturbed_s.unwrap_or(0.0);
     }
 
     /// Adds a run with a false alarm at a time in s.
@@ -246,8 +246,8 @@ impl Tally {
         let Some(event) = event else { return };
         self.false_events.trials += 1;
         self.false_events.noticed += event.noticed.unwrap_or(0);
-        let delay_s = event.augmented_s.unwrap_or(0.0) + event.reengaging_s.unwrap_or(0.0);
-        let terms = [delay_s, event.force_change_n, event.excess_at_return_m.unwrap_or(0.0)];
+        let event_s = event.augmented_s.unwrap_or(0.0) + event.reengaging_s.unwrap_or(0.0);
+        let terms = [event_s, event.force_change_n, event.excess_at_return_m.unwrap_or(0.0)];
         self.costs.iter_mut().zip(terms).for_each(|(cost, term)| *cost += term);
     }
 
@@ -279,7 +279,7 @@ impl Tally {
         let nothing_trials = (self.undisturbed_s / HORIZON_S).round() as u64;
         let nothing = Noticed { trials: nothing_trials, noticed: self.false_notices.min(nothing_trials) };
         let events = self.false_events.trials as f64;
-        let [delay_s, force_n, excess_m] = self.costs.map(|sum| sum / events);
+        let [event_s, force_n, excess_m] = self.costs.map(|sum| sum / events);
         StrategyRow {
             strategy,
             runs: self.runs,
@@ -296,7 +296,7 @@ impl Tally {
             noticed_after_s: quantile(&mut self.noticed_after_s, 0.5),
             against_nothing: Sensitivity::of(&self.noticed, &nothing),
             against_false_alarms: Sensitivity::of(&self.noticed, &self.false_events),
-            false_alarm: (events > 0.0).then_some(FalseAlarmCost { delay_s, force_n, excess_m }),
+            false_alarm: (events > 0.0).then_some(FalseAlarmCost { event_s, force_n, excess_m }),
             verdict: if self.diverged > 0 { Verdict::Diverges } else { verdict },
             is_on_front: false,
             window_excess_m: self

@@ -10,7 +10,7 @@
 //! The horizon of a rupture ends at the next rupture, at the latest after [`HORIZON_S`](super::HORIZON_S).
 
 use crate::engine::Signals;
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
 /// What the metrics must know of an operator.
@@ -63,6 +63,11 @@ pub(crate) struct Pursuit<L: Lane> {
     /// Over the run: the deepest intended position, and the gap at its last tick.
     deepest_intended_m: L,
     final_gap_m: L,
+    /// The last tick of the horizon after the last rupture or accepted alarm, and the ticks after such horizons in which the
+    /// operator does not withdraw.
+    disturbed_until: L,
+    undisturbed_ticks: L,
+    withdraws: L::Mask,
     horizons: Vec<Option<Horizon>>,
     horizon_ticks: u64,
     next_end_tick: u64,
@@ -83,6 +88,9 @@ impl<L: Lane> Pursuit<L> {
             max_intended_m: zero,
             deepest_intended_m: lowest,
             final_gap_m: zero,
+            disturbed_until: L::splat(-1.0),
+            undisturbed_ticks: zero,
+            withdraws: L::Mask::splat(false),
             horizons: vec![None; L::WIDTH],
             horizon_ticks: nearest_ticks(horizon_s, tick_s),
             next_end_tick: u64::MAX,
@@ -111,6 +119,11 @@ impl<L: Lane> Pursuit<L> {
         if self.is_any_known {
             let intended = self.scale * s.intended_position_m;
             let gap = s.slave_position_m - intended;
+            let (zero, one) = (L::zero(), L::splat(1.0));
+            let is_first = s.tick == 0;
+            self.withdraws = intended.lt(self.intended_m) & !L::Mask::splat(is_first);
+            let is_undisturbed = !self.withdraws & L::splat(s.tick as f64).gt(self.disturbed_until);
+            self.undisturbed_ticks = self.undisturbed_ticks + L::select(is_undisturbed, one, zero);
             self.intended_m = intended;
             self.max_gap_m = gap.max(self.max_gap_m);
             self.max_slave_m = s.slave_position_m.max(self.max_slave_m);
@@ -131,6 +144,22 @@ impl<L: Lane> Pursuit<L> {
     pub(crate) fn final_gap_m(&self, lane: usize) -> Option<f64> {
         let has_begun = self.deepest_intended_m.lane(lane).is_finite();
         self.operators[lane].intended_scale.filter(|_| has_begun).map(|_| self.final_gap_m.lane(lane))
+    }
+
+    /// Marks a rupture or an accepted alarm in the lanes of a mask.
+    pub(crate) fn disturb(&mut self, lanes: L::Mask, tick: u64) {
+        let until = L::splat((tick + self.horizon_ticks) as f64);
+        self.disturbed_until = L::select(lanes, until, self.disturbed_until);
+    }
+
+    /// Number of ticks of a lane without withdrawal that are not within a horizon after a rupture or an accepted alarm.
+    pub(crate) fn undisturbed_ticks(&self, lane: usize) -> Option<u64> {
+        self.operators[lane].intended_scale.map(|_| self.undisturbed_ticks.lane(lane) as u64)
+    }
+
+    /// Whether the operator of a lane withdraws.
+    pub(crate) fn withdraws(&self, lane: usize) -> bool {
+        self.withdraws.lane(lane)
     }
 
     /// Ends a lane's horizon at `tick` if it is due or another rupture begins. Returns the index of its rupture and what

@@ -77,6 +77,7 @@ struct Intent {
     /// The gap between needle and intended position in m.
     gap_m: Option<f64>,
     horizon_ticks: u64,
+    withdraws: bool,
 }
 
 /// The events of one lane; separate from the sums because they change rarely.
@@ -152,15 +153,16 @@ impl History {
         self.mode_ticks[s.mode as usize] += 1;
         self.observe_mode(s, force_step_n, is_false, intent);
         if s.noticed {
-            self.attribute_notice(s.tick, intent.horizon_ticks);
+            self.attribute_notice(s.tick, intent);
         }
     }
 
     /// Attributes what the operator notices to the rupture and the event within whose horizon it is.
-    fn attribute_notice(&mut self, tick: u64, horizon_ticks: u64) {
+    fn attribute_notice(&mut self, tick: u64, intent: &Intent) {
+        let horizon_ticks = intent.horizon_ticks;
         let rupture = self.ruptures.last_mut().filter(|rupture| tick - rupture.tick <= horizon_ticks);
         let event = self.events.last_mut().filter(|event| tick - event.start <= horizon_ticks);
-        self.false_notices += u64::from(rupture.is_none() && event.is_none());
+        self.false_notices += u64::from(rupture.is_none() && event.is_none() && !intent.withdraws);
         if let Some(rupture) = rupture {
             rupture.noticed_at.get_or_insert(tick);
         }
@@ -198,7 +200,7 @@ impl History {
 }
 
 fn intent_of<L: Lane>(pursuit: &Pursuit<L>, lane: usize) -> Intent {
-    Intent { gap_m: pursuit.gap_m(lane), horizon_ticks: pursuit.horizon_ticks() }
+    Intent { gap_m: pursuit.gap_m(lane), horizon_ticks: pursuit.horizon_ticks(), withdraws: pursuit.withdraws(lane) }
 }
 
 /// Ends the horizon of a lane at `tick` if it is due, and opens that of a rupture at this tick.
@@ -216,20 +218,6 @@ fn update_horizon<L: Lane>(
     if ruptured && history.ruptures.last().is_some_and(|rupture| rupture.tick == tick) {
         pursuit.open(lane, tick, newest);
     }
-}
-
-/// Number of a run's ticks that are not within a horizon after a rupture or after the start of an event.
-fn undisturbed_ticks(history: &History, ticks: u64, horizon_ticks: u64) -> u64 {
-    let mut starts: Vec<u64> = history.ruptures.iter().map(|rupture| rupture.tick).collect();
-    starts.extend(history.events.iter().map(|event| event.start));
-    starts.sort_unstable();
-    let (mut end, mut disturbed) = (0, 0);
-    for start in starts {
-        let next_end = (start + horizon_ticks + 1).min(ticks);
-        disturbed += next_end.saturating_sub(start.max(end));
-        end = next_end.max(end);
-    }
-    ticks - disturbed
 }
 
 /// Computes every metric during a run.
@@ -327,7 +315,11 @@ impl<L: Lane> MetricsObserver<L> {
             peak_reengaging_speed_m_per_s: peak,
             final_excess_m,
             false_notices: notices.then_some(history.false_notices),
-            undisturbed_s: self.grid.time_s(undisturbed_ticks(&history, ticks, self.pursuit.horizon_ticks())),
+            undisturbed_s: self
+                .pursuit
+                .undisturbed_ticks(index)
+                .filter(|_| history.diverged_at.is_none())
+                .map(|ticks| self.grid.time_s(ticks)),
             feedback_step_excess_n: history.step_excess_n,
             mode_times: ModeTimes {
                 teleoperation_s: following as f64 * tick_s,
@@ -408,6 +400,9 @@ impl<L: Lane> MetricsObserver<L> {
     /// Ends and opens the horizons of ruptures, of the lanes that are `running`.
     #[inline(always)]
     fn update_horizons(&mut self, s: &Signals<L>, running: L::Mask) {
+        if (s.ruptured | s.alarm_taken).any() {
+            self.pursuit.disturb(s.ruptured | s.alarm_taken, s.tick);
+        }
         if self.is_horizon_due | s.ruptured.any() {
             for lane in (0..L::WIDTH).filter(|&lane| running.lane(lane)) {
                 update_horizon(&mut self.pursuit, &mut self.histories[lane], (lane, s.tick, s.ruptured.lane(lane)));

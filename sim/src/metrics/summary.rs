@@ -150,12 +150,12 @@ metrics! {
         noticed_ruptures = "noticed ruptures", Count, Higher [WhereDefined] => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.noticed.map(|noticed| noticed as f64)).reduce(|sum, one| sum + one)
         };
-        /// Changes of the felt force noticed without a rupture or an event in the 2 s before.
+        /// Changes of the felt force noticed without a rupture or an event in the 2 s before, while the operator does not withdraw.
         false_notices: Option<u64> = "noticed without cause", Count, Lower [WhereDefined];
-        /// Time that is not within 2 s after a rupture or after the start of an event.
-        undisturbed_s: f64 = "undisturbed time", Second, Neither [Never];
-        /// Total time for which false alarms kept the slave from following the hand.
-        false_alarm_delay_s = "delay by false alarms", Second, Lower [WhereDefined] => |m| {
+        /// Time without withdrawal that is not within 2 s after a rupture or after an alarm that was acted on; undefined without known intention.
+        undisturbed_s: Option<f64> = "undisturbed time", Second, Neither [Never];
+        /// Total duration of the events that began by a false alarm: the delay of an insertion whose slave is held meanwhile.
+        false_alarm_event_s = "time in false events", Second, Lower [WhereDefined] => |m| {
             false_events(m).map(|event| event.augmented_s.unwrap_or(0.0) + event.reengaging_s.unwrap_or(0.0)).reduce(|sum, s| sum + s)
         };
         /// Largest change of the feedback force in an event that began by a false alarm.

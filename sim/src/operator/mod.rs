@@ -114,6 +114,8 @@ pub struct HumanOperator<L: Lane> {
     reaction: Option<Reaction<L>>,
     /// The position at the last tick without tremor.
     intended_m: L,
+    /// Lanes in which it was less deep than at the tick before.
+    withdraws: L::Mask,
 }
 
 /// `x_d = start + speed · t` until `end` is reached, then `end`.
@@ -166,7 +168,7 @@ impl<L: Lane> HumanOperator<L> {
     /// An operator without tremor who does not react to the felt force.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
-        Self { motion, tremor: None, reaction: None, intended_m: L::zero() }
+        Self { motion, tremor: None, reaction: None, intended_m: L::zero(), withdraws: L::Mask::splat(false) }
     }
 
     /// Adds a tremor: one displacement in m per tick, as from [`TremorSettings::displacements`].
@@ -197,11 +199,12 @@ impl<L: Lane> Operator<L> for HumanOperator<L> {
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
         let intended = match &mut self.reaction {
             Some(reaction) if tick > 0 => {
-                let (motion_ticks, withdrawn_m) = reaction.step(tick, felt_n);
+                let (motion_ticks, withdrawn_m) = reaction.step(tick, felt_n, self.withdraws);
                 self.motion.at(motion_ticks) - withdrawn_m
             }
             _ => self.motion.at(L::splat(tick as f64)),
         };
+        self.withdraws = intended.lt(self.intended_m);
         self.intended_m = intended;
         match &self.tremor {
             Some(displacements) => intended + displacements.get(tick as usize).copied().unwrap_or(L::zero()),
@@ -230,7 +233,7 @@ impl<L: Lane> Operator<L> for HumanOperator<L> {
     }
 }
 
-crate::lane::gather!(HumanOperator { motion, tremor, reaction, intended_m });
+crate::lane::gather!(HumanOperator { motion, tremor, reaction, intended_m } masks { withdraws });
 crate::lane::gather!(Ramp { start, step, low, high });
 
 impl crate::lane::Gather for Motion<f64> {

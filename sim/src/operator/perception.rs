@@ -172,9 +172,10 @@ impl<L: Lane> Noticing<L> {
         }
     }
 
-    /// Processes the felt force (N) and the cue at a tick. Returns the lanes whose evidence reaches the criterion.
+    /// Processes the felt force (N) and the cue at a tick. Returns the lanes whose evidence reaches the criterion. In lanes whose
+    /// operator withdraws, a falling force is expected and no evidence.
     #[inline(always)]
-    pub(super) fn step(&mut self, now: L, felt: L, cue: L::Mask) -> L::Mask {
+    pub(super) fn step(&mut self, now: L, felt: L, cue: L::Mask, withdraws: L::Mask) -> L::Mask {
         let (zero, one) = (L::zero(), L::splat(1.0));
         let in_progress = self.evidence.gt(L::splat(IN_PROGRESS));
         let draws = now.ge(self.next_draw) & !in_progress;
@@ -187,13 +188,13 @@ impl<L: Lane> Noticing<L> {
         self.reference = L::select(in_progress, self.reference, self.memory);
         // Without an absolute threshold, nothing is felt at no force.
         let scale = (self.reference.abs() + self.absolute).max(L::splat(f64::MIN_POSITIVE));
-        self.evidence = self.gain * (self.memory - self.integrated) / scale;
+        self.evidence = L::select(withdraws, zero, self.gain * (self.memory - self.integrated) / scale);
         let aim = L::select(cue, one, zero);
         self.cue = aim + self.keep_integrated * (self.cue - aim);
         self.cue_is_used = self.cue_is_used & cue;
         let attends = self.criterion.lt(L::splat(f64::INFINITY));
         let feels_cue = cue & self.cue.ge(L::splat(CUE_TAKEN_UP)) & !self.cue_is_used;
-        self.evidence.ge(self.criterion) | (feels_cue & attends)
+        (self.evidence.ge(self.criterion) & !withdraws) | (feels_cue & attends)
     }
 
     /// Uses the cue up where it is noticed.
@@ -237,7 +238,8 @@ mod tests {
     fn noticed(settings: &PerceptionSettings, drop: f64, trials: u64) -> f64 {
         let is_noticed = |seed: &u64| {
             let mut person = Noticing::<f64>::new(settings, *seed, 0, 1e-3);
-            (0..900).any(|tick| person.step(tick as f64, if tick < 50 { 4.0 } else { 4.0 * (1.0 - drop) }, false))
+            (0..900)
+                .any(|tick| person.step(tick as f64, if tick < 50 { 4.0 } else { 4.0 * (1.0 - drop) }, false, false))
         };
         (0..trials).filter(is_noticed).count() as f64 / trials as f64
     }
@@ -285,7 +287,7 @@ mod tests {
         let count = |seed: u64| {
             let mut person = Noticing::<f64>::new(&settings, seed, 0, 1e-3);
             let times = (0..900).filter(|&tick| {
-                let noticed = person.step(f64::from(tick), 4.0, (200..700).contains(&tick));
+                let noticed = person.step(f64::from(tick), 4.0, (200..700).contains(&tick), false);
                 person.use_cue(noticed);
                 noticed
             });

@@ -168,10 +168,10 @@ impl<L: Lane> Reaction<L> {
         }
     }
 
-    /// Processes the felt force at the tick before `tick`; returns the time of the motion at `tick` in ticks, and the
+    /// Processes the felt force at the tick before `tick`, in lanes of which some withdraw; returns the time of the motion at `tick` in ticks, and the
     /// withdrawn distance in m.
     #[inline(always)]
-    pub(super) fn step(&mut self, tick: u64, felt: L) -> (L, L) {
+    pub(super) fn step(&mut self, tick: u64, felt: L, withdraws: L::Mask) -> (L, L) {
         let (zero, one, never) = (L::zero(), L::splat(1.0), L::splat(f64::INFINITY));
         let now = L::splat(tick as f64);
         let first = self.level.lt(L::splat(f64::MIN));
@@ -180,7 +180,7 @@ impl<L: Lane> Reaction<L> {
         let cue = self.cue.gt(L::splat(0.5));
         let notices = match &mut self.noticing {
             Some(noticing) => {
-                let notices = idle & noticing.step(now, felt, cue);
+                let notices = idle & noticing.step(now, felt, cue, withdraws);
                 noticing.use_cue(notices);
                 notices
             }
@@ -268,7 +268,7 @@ mod tests {
     /// The time of the motion and the withdrawal at each tick of a force.
     fn react_to(settings: &ReflexSettings, seed: u64, force: impl Fn(u64) -> f64) -> Vec<(f64, f64)> {
         let mut reaction = Reaction::<f64>::new(settings, &Perception::None, (seed, 0), 1e-3);
-        (1..3000).map(|tick| reaction.step(tick, force(tick - 1))).collect()
+        (1..3000).map(|tick| reaction.step(tick, force(tick - 1), false)).collect()
     }
 
     fn drop_at(tick: u64) -> impl Fn(u64) -> f64 {
