@@ -27,7 +27,7 @@ Examples:
   trocar compare layers/through-the-skin layers/skin-augmented
   trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025
   trocar compare --schemes link/long-delay
-  trocar compare --strategies scenarios/sweeps/patients.toml --patients 200 --seeds 10";
+  trocar compare --strategies scenarios/sweeps/patients.toml";
 
 /// The default scenario of a comparison of strategies.
 const STRATEGIES_SCENARIO: &str = "layers/skin-augmented";

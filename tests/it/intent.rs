@@ -58,8 +58,8 @@ fn the_depth_at_return_is_read_when_teleoperation_is_back() {
     let modes = &run.trace.mode;
     for rupture in &run.metrics.ruptures {
         let from = (rupture.time_s * 1e3).round() as usize;
-        let begun = (from..modes.len()).find(|&tick| modes[tick] != 0.0).expect("an event");
-        let back = (begun..modes.len()).find(|&tick| modes[tick] == 0.0).expect("a return");
+        let begun = (from..modes.len()).find(|&tick| modes[tick] != 0).expect("an event");
+        let back = (begun..modes.len()).find(|&tick| modes[tick] == 0).expect("a return");
         let depth_m = run.trace.slave_position_m[back] - run.trace.slave_position_m[from];
         assert_eq!(rupture.depth_at_return_m, Some(depth_m));
     }

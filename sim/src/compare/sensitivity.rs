@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::quantiles::{normal_quantile, normal_share};
+use crate::quantiles::normal_quantile;
 
 /// How many of a number of trials were noticed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -57,12 +57,6 @@ impl Sensitivity {
     pub fn is_none(&self) -> bool {
         self.d_prime.abs() <= -normal_quantile(0.025) * self.std_error
     }
-
-    /// The share of correct answers of an unbiased observer.
-    #[must_use]
-    pub fn unbiased_share(&self) -> f64 {
-        normal_share(0.5 * self.d_prime)
-    }
 }
 
 #[cfg(test)]
@@ -77,7 +71,6 @@ mod tests {
         // Φ(1) = 0.8413 and Φ(-1) = 0.1587.
         let two = Sensitivity::of(&of(8_413), &of(1_587)).expect("trials");
         assert!((two.d_prime - 2.0).abs() < 0.002 && !two.is_none(), "{two:?}");
-        assert!((two.unbiased_share() - 0.8413).abs() < 1e-3);
         assert_eq!(Sensitivity::of(&of(1), &Noticed::default()), None);
         let never = Sensitivity::of(&of(10_000), &of(0)).expect("trials");
         assert!(never.d_prime.is_finite() && never.d_prime > 7.0);

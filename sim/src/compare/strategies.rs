@@ -176,13 +176,14 @@ impl Cases {
 }
 
 impl Maker<'_> {
-    fn scenario(&mut self, patient: u64, seed: u64) -> Result<Scenario, RunError> {
+    /// The scenario of a patient with the first seed.
+    fn scenario(&mut self, patient: u64) -> Result<Scenario, RunError> {
         match self {
-            Self::Population(maker, seeds) => maker.scenario(patient * *seeds + seed).map_err(|error| match error {
+            Self::Population(maker, seeds) => maker.scenario(patient * *seeds).map_err(|error| match error {
                 SweepError::Case { source, .. } => *source,
                 other => ScenarioError::new(other.to_string()).into(),
             }),
-            Self::One(factory, first_seed) => Ok(factory.build(&[], first_seed.wrapping_add(seed))?),
+            Self::One(factory, first_seed) => Ok(factory.build(&[], *first_seed)?),
         }
     }
 }
@@ -352,7 +353,7 @@ impl StrategyStudy {
 
         let verdict = |strategy: usize| -> Result<Verdict, RunError> {
             let swings = |cases: &Cases| -> Result<bool, RunError> {
-                let outcome = run(cases.maker().scenario(0, 0)?)?.metrics.outcome;
+                let outcome = run(cases.maker().scenario(0)?)?.metrics.outcome;
                 Ok(matches!(outcome, Outcome::Oscillating { .. }))
             };
             let swings = of_strategy(strategy).iter().map(swings).collect::<Result<Vec<_>, _>>()?;
@@ -393,19 +394,20 @@ fn run_unit(
     seeds: u64,
     alarm_s: Option<f64>,
 ) -> Result<Tally, RunError> {
-    let mut scenarios = vec![];
-    for person in cases {
-        let mut maker = person.maker();
-        for seed in 0..seeds {
-            scenarios.push(maker.scenario(patient, seed)?);
-        }
-    }
+    // The seeds of a person have the same machines, whose steps are computed once.
+    let firsts = cases.iter().map(|person| person.maker().scenario(patient)).collect::<Result<Vec<_>, _>>()?;
+    let with_seed = |first: &Scenario, offset: u64| {
+        let mut other = first.clone();
+        other.seed = first.seed.wrapping_add(offset);
+        other
+    };
+    let scenarios: Vec<Scenario> =
+        firsts.iter().flat_map(|first| (0..seeds).map(|offset| with_seed(first, offset))).collect();
     let mut tally = Tally::default();
     for metrics in run_pack_sharing(bank, &scenarios) {
         tally.add(&metrics?);
     }
-    // The first seed of each person.
-    let mut firsts: Vec<Scenario> = scenarios.into_iter().step_by(seeds.max(1) as usize).collect();
+    let mut firsts = firsts;
     for run in run_pack_observed(InstructionSet::widest(), bank, &firsts, &Windows(&firsts)) {
         let (_, windows) = run?;
         for ((sum, count), (of_run, ruptures)) in tally.windows.iter_mut().zip(windows) {
