@@ -82,8 +82,8 @@ part!(
 );
 part!(
     /// The supervisor.
-    Supervised(Supervisor<f64>), (Situation<f64>, f64), |supervisor, input| {
-        let command = supervisor.update(&input.0, input.1);
+    Supervised(Supervisor<f64>), (Situation<f64>, [f64; 2]), |supervisor, input| {
+        let command = supervisor.update(&input.0, input.1[0], input.1[1]);
         command.slave_reference_m.to_bits() ^ command.feedback_force_n.to_bits()
     }
 );

@@ -29,7 +29,7 @@ pub struct Inputs {
     /// The detector's inputs, from the estimator.
     pub detector: Vec<Evidence<f64>>,
     /// The supervisor's situation, and the measured force scaled to the master (N).
-    pub supervisor: Vec<(Situation<f64>, f64)>,
+    pub supervisor: Vec<(Situation<f64>, [f64; 2])>,
     /// The observer's signals.
     pub observer: Vec<Signals<f64>>,
 }
@@ -58,8 +58,9 @@ impl Inputs {
                 decision: s.decision,
                 hand_m: machines.position_scale * s.master_position_m,
                 slave_m: s.slave_position_m,
+                force_n: s.measured_force_n,
             };
-            (situation, machines.force_scale * s.measured_force_n)
+            (situation, [machines.force_scale * s.measured_force_n, s.master_velocity_m_per_s])
         };
         let mut plants_input = |s: &Signals<f64>| {
             let next_m = operator.desired_position_m(s.tick + 1, s.operator_force_n);

@@ -8,7 +8,7 @@ use super::number::show;
 use super::tables::{outcome, shortest};
 use super::wrap::wrapped;
 use trocar_sim::compare::{Comparison, Fact, Row};
-use trocar_sim::metrics::{Outcome, Scope, Shown, Unit};
+use trocar_sim::metrics::{Outcome, Scope, Unit};
 
 /// Number of ruptures in the short table.
 const SHOWN_RUPTURES: usize = 2;
@@ -20,7 +20,7 @@ const VANISHING_SHARE: f64 = 0.01;
 #[must_use]
 pub fn comparison_text(comparison: &Comparison) -> String {
     let is_later = |row: &Row| row.declaration.scope == Scope::Rupture && row.number > SHOWN_RUPTURES;
-    let table = table(comparison, |row| row.declaration.shown == Shown::Main && !is_later(row));
+    let table = table(comparison, |row| row.declaration.shown.is_main() && !is_later(row));
     let ruptures = comparison.runs.iter().map(|run| run.metrics.ruptures.len()).max().unwrap_or(0);
     let mut text = format!("{}{table}", incomplete(comparison));
     if ruptures > SHOWN_RUPTURES {

@@ -8,14 +8,58 @@ use trocar_sim::run::Run;
 /// requires the same limit.
 const HELD_M: f64 = 1e-4;
 
-/// Overshoots that differ by less than this share of the larger one are about the same.
+/// Distances that differ by less than this share of the larger one are about the same.
 const SAME_SHARE: f64 = 0.05;
 
-/// Maximum number of listed overshoots. For more ruptures, the maxima are compared.
+/// Maximum number of listed distances. For more ruptures, the maxima are compared.
 const MAX_LISTED: usize = 3;
+
+/// The distance that the needle has gone too far after a rupture.
+#[derive(Clone, Copy)]
+struct Measure {
+    noun: &'static str,
+    of: fn(&RuptureMetrics) -> Option<f64>,
+}
+
+impl Measure {
+    /// Beyond the intended motion.
+    const EXCESS: Self = Self { noun: "excess advance", of: |rupture| rupture.excess_advance_m };
+    /// From the rupture, for motions whose intention is not known.
+    const ADVANCE: Self = Self { noun: "advance in 2 s", of: |rupture| rupture.horizon_advance_m };
+
+    fn for_runs(runs: &[Run]) -> Self {
+        let is_known = |run: &Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
+        let with_ruptures = || runs.iter().filter(|run| !run.metrics.ruptures.is_empty());
+        if with_ruptures().all(is_known) { Self::EXCESS } else { Self::ADVANCE }
+    }
+
+    /// Returns the distances of the ruptures that have one. Only the last ruptures of a run can be without, near its end.
+    fn distances_m(self, run: &Run) -> Vec<f64> {
+        run.metrics.ruptures.iter().map_while(self.of).collect()
+    }
+}
 
 /// Returns the sentences.
 pub(super) fn finding(runs: &[Run]) -> String {
+    let noticed = noticed(runs);
+    let sentence = without_notices(runs);
+    if noticed.is_empty() { sentence } else { format!("{sentence} {noticed}") }
+}
+
+/// Returns how many ruptures the operators noticed, for the runs whose operators notice changes of the force.
+fn noticed(runs: &[Run]) -> String {
+    let of = |run: &Run| {
+        let noticed: Vec<u64> = run.metrics.ruptures.iter().filter_map(|rupture| rupture.noticed).collect();
+        let count = noticed.iter().sum::<u64>();
+        (!noticed.is_empty())
+            .then(|| format!("{count} of {} in {}", counted(noticed.len() as u64, "rupture"), name(run)))
+    };
+    let each: Vec<String> = runs.iter().filter_map(of).collect();
+    if each.is_empty() { String::new() } else { format!("The operator notices {}.", joined(&each)) }
+}
+
+/// Returns the sentences about needle and detector.
+fn without_notices(runs: &[Run]) -> String {
     let diverged = runs.iter().filter_map(|run| match run.metrics.outcome {
         Outcome::Completed | Outcome::Oscillating { .. } => None,
         Outcome::Diverged { time_s } => Some(format!("{} diverges at {time_s} s", run.scenario.name)),
@@ -29,10 +73,11 @@ pub(super) fn finding(runs: &[Run]) -> String {
     if runs.iter().all(|run| run.metrics.ruptures.is_empty()) {
         parts.push("No layer ruptures".to_owned());
     } else {
+        let measure = Measure::for_runs(runs);
         parts.extend(match runs {
-            [run] => overshoot_of_one(run).into_iter().collect(),
-            [first, second] => overshoot_of_pair(first, second),
-            _ => overshoot_of_many(runs),
+            [run] => distance_of_one(measure, run).into_iter().collect(),
+            [first, second] => distance_of_pair(measure, first, second),
+            _ => distance_of_many(measure, runs),
         });
         match detection(runs) {
             Found::All(sentence) if parts.is_empty() => return sentence,
@@ -57,44 +102,40 @@ fn name(run: &Run) -> &str {
     &run.scenario.name
 }
 
-/// Returns the overshoots of the ruptures that have one. Only the last ruptures of a run can be without, near its end.
-fn overshoots_m(run: &Run) -> Vec<f64> {
-    run.metrics.ruptures.iter().filter_map(|rupture| rupture.slave_overshoot_m).collect()
-}
-
-fn overshoot_of_one(run: &Run) -> Option<String> {
-    let overshoots_m = overshoots_m(run);
-    let ruptures = Ruptures { total: overshoots_m.len(), are_all: overshoots_m.len() == run.metrics.ruptures.len() };
+fn distance_of_one(measure: Measure, run: &Run) -> Option<String> {
+    let distances_m = measure.distances_m(run);
+    let ruptures = Ruptures { total: distances_m.len(), are_all: distances_m.len() == run.metrics.ruptures.len() };
     (ruptures.total > 0).then(|| {
-        format!("The {} after {} is {}", overshoot(&overshoots_m), ruptures.some(ruptures.total), listed(&overshoots_m))
+        let (what, after) = (measure.of_many(distances_m.len()), ruptures.some(ruptures.total));
+        format!("The {what} after {after} is {}", listed(&distances_m))
     })
 }
 
-fn overshoot_of_pair(first: &Run, second: &Run) -> Vec<String> {
+fn distance_of_pair(measure: Measure, first: &Run, second: &Run) -> Vec<String> {
     let counts = [first, second].map(|run| run.metrics.ruptures.len());
     let mut parts = vec![];
     if counts[0] != counts[1] {
         let count = |count: usize| if count == 0 { "no rupture".to_owned() } else { counted(count as u64, "rupture") };
         parts.push(format!("{} has {} and {} {}", name(first), count(counts[0]), name(second), count(counts[1])));
     }
-    let (mut before_m, mut after_m) = (overshoots_m(first), overshoots_m(second));
+    let (mut before_m, mut after_m) = (measure.distances_m(first), measure.distances_m(second));
     let total = before_m.len().min(after_m.len());
     before_m.truncate(total);
     after_m.truncate(total);
     if total == 0 {
         if counts[0] == counts[1] {
-            parts.push("The runs end too soon after the ruptures to compare the overshoot".into());
+            parts.push(format!("The runs end too soon after the ruptures to compare the {}", measure.noun));
         }
         return parts;
     }
     let is_due_to_augmentation = !first.scenario.augmentation.enabled
         && second.scenario.augmentation.enabled
         && without_augmentation(first) == without_augmentation(second);
-    let change = Change { before_m, after_m, are_all: counts == [total; 2] };
+    let change = Change { measure, before_m, after_m, are_all: counts == [total; 2] };
     parts.push(if is_due_to_augmentation {
         format!("Augmentation {}", change.by_augmentation())
     } else {
-        format!("The overshoot of {} is {}", name(second), change.against(name(first)))
+        format!("The {} of {} is {}", measure.noun, name(second), change.against(name(first)))
     });
     parts
 }
@@ -107,8 +148,9 @@ fn without_augmentation(run: &Run) -> Option<toml::Table> {
     Some(table)
 }
 
-fn overshoot_of_many(runs: &[Run]) -> Vec<String> {
-    let max_m = |run: &Run| overshoots_m(run).into_iter().reduce(f64::max);
+fn distance_of_many(measure: Measure, runs: &[Run]) -> Vec<String> {
+    let noun = measure.noun;
+    let max_m = |run: &Run| measure.distances_m(run).into_iter().reduce(f64::max);
     let with_max: Vec<(&Run, f64)> = runs.iter().filter_map(|run| Some((run, max_m(run)?))).collect();
     let smallest = with_max.iter().min_by(|a, b| a.1.total_cmp(&b.1));
     let largest = with_max.iter().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -116,13 +158,9 @@ fn overshoot_of_many(runs: &[Run]) -> Vec<String> {
     if let (Some((small, small_m)), Some((large, large_m))) = (smallest, largest) {
         let (low, high) = (millimetres(*small_m), millimetres(*large_m));
         parts.push(if low == high {
-            format!("The maximum overshoot is about the same in every run with a rupture: {low}")
+            format!("The maximum {noun} is about the same in every run with a rupture: {low}")
         } else {
-            format!(
-                "The maximum overshoot is smallest in {} ({low}) and largest in {} ({high})",
-                name(small),
-                name(large)
-            )
+            format!("The maximum {noun} is smallest in {} ({low}) and largest in {} ({high})", name(small), name(large))
         });
     }
     let without = runs.iter().filter(|run| run.metrics.ruptures.is_empty());
@@ -130,7 +168,7 @@ fn overshoot_of_many(runs: &[Run]) -> Vec<String> {
     parts
 }
 
-/// The ruptures with an overshoot.
+/// The ruptures with a distance.
 #[derive(Clone, Copy)]
 struct Ruptures {
     total: usize,
@@ -154,10 +192,10 @@ impl Ruptures {
     }
 }
 
-/// What happens to the overshoot after one rupture, from the first run to the second.
+/// What happens to the distance after one rupture, from the first run to the second.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Effect {
-    /// It is smaller, and the needle is held.
+    /// It is smaller, and almost none remains.
     Held,
     Smaller,
     Larger,
@@ -168,7 +206,7 @@ impl Effect {
     const ALL: [Self; 4] = [Self::Held, Self::Smaller, Self::Larger, Self::Same];
 
     fn of(before_m: f64, after_m: f64) -> Self {
-        let is_same = (before_m - after_m).abs() < SAME_SHARE * before_m.max(after_m);
+        let is_same = (before_m - after_m).abs() < SAME_SHARE * before_m.abs().max(after_m.abs());
         if is_same || millimetres(before_m) == millimetres(after_m) {
             Self::Same
         } else if after_m > before_m {
@@ -181,10 +219,10 @@ impl Effect {
     }
 
     /// Returns the effect of augmentation; the second one in a sentence does not repeat the noun.
-    fn of_augmentation(self, is_repeated: bool, after: &str) -> String {
-        let what = if is_repeated { "it" } else { "the overshoot" };
+    fn of_augmentation(self, noun: Option<&str>, after: &str) -> String {
+        let what = noun.map_or_else(|| "it".to_owned(), |noun| format!("the {noun}"));
         match self {
-            Self::Held => format!("holds the needle {after}"),
+            Self::Held => format!("leaves no {} {after}", noun.unwrap_or("such distance")),
             Self::Smaller => format!("reduces {what} {after}"),
             Self::Larger => format!("increases {what} {after}"),
             Self::Same => format!("leaves {what} about the same {after}"),
@@ -200,8 +238,9 @@ impl Effect {
     }
 }
 
-/// The overshoots of two runs after the same ruptures.
+/// The distances of two runs after the same ruptures.
 struct Change {
+    measure: Measure,
     before_m: Vec<f64>,
     after_m: Vec<f64>,
     /// Whether the runs have no other ruptures.
@@ -210,7 +249,7 @@ struct Change {
 
 impl Change {
     /// Returns the effects that occur, each with its ruptures, counted from 0. In a comparison, holding the needle is the same as a
-    /// smaller overshoot.
+    /// smaller distance.
     fn groups(&self, with_held: bool) -> Vec<(Effect, Vec<usize>)> {
         let of = |(before_m, after_m): (&f64, &f64)| match Effect::of(*before_m, *after_m) {
             Effect::Held if !with_held => Effect::Smaller,
@@ -225,7 +264,7 @@ impl Change {
             .collect()
     }
 
-    /// Returns ruptures as "after …", each with its overshoots if they are few.
+    /// Returns ruptures as "after …", each with its distances if they are few.
     fn after(&self, ruptures: &[usize], numbers: impl Fn(f64, f64) -> String) -> String {
         let all = Ruptures { total: self.before_m.len(), are_all: self.are_all };
         if all.total > MAX_LISTED {
@@ -241,12 +280,12 @@ impl Change {
     fn by_augmentation(&self) -> String {
         let total = self.before_m.len();
         let (before, after) = (listed(&self.before_m), listed(&self.after_m));
-        let what = overshoot(&self.before_m);
+        let what = self.measure.of_many(total);
         let is_singular = total == 1 || total > MAX_LISTED;
         let groups = self.groups(true);
         if let [(effect, ruptures)] = &groups[..] {
             let all = Ruptures { total, are_all: self.are_all }.some(ruptures.len());
-            let sentence = effect.of_augmentation(false, &format!("after {all}"));
+            let sentence = effect.of_augmentation(Some(self.measure.noun), &format!("after {all}"));
             return match (effect, is_singular) {
                 (Effect::Same, _) => format!("{sentence}: {before} without it, {after} with it"),
                 (Effect::Larger, true) => format!("{sentence}: {what} {before} rises to {after}"),
@@ -260,8 +299,9 @@ impl Change {
         let mut is_repeated = false;
         let mut parts = vec![];
         for (effect, ruptures) in &groups {
-            parts.push(effect.of_augmentation(is_repeated, &self.after(ruptures, numbers)));
-            is_repeated |= *effect != Effect::Held;
+            let noun = (!is_repeated).then_some(self.measure.noun);
+            parts.push(effect.of_augmentation(noun, &self.after(ruptures, numbers)));
+            is_repeated = true;
         }
         let sentence = joined(&parts);
         if total > MAX_LISTED { format!("{sentence}: {what} {before} becomes {after}") } else { sentence }
@@ -289,15 +329,18 @@ impl Change {
     }
 }
 
-fn overshoot(overshoots_m: &[f64]) -> &'static str {
-    if overshoots_m.len() > MAX_LISTED { "maximum overshoot" } else { "overshoot" }
+impl Measure {
+    /// Returns the name of what is told of a number of ruptures.
+    fn of_many(self, ruptures: usize) -> String {
+        if ruptures > MAX_LISTED { format!("maximum {}", self.noun) } else { self.noun.to_owned() }
+    }
 }
 
-/// Returns the overshoots, or the maximum of many.
-fn listed(overshoots_m: &[f64]) -> String {
-    match overshoots_m.iter().copied().reduce(f64::max) {
-        Some(max_m) if overshoots_m.len() > MAX_LISTED => millimetres(max_m),
-        _ => joined(&overshoots_m.iter().map(|overshoot_m| millimetres(*overshoot_m)).collect::<Vec<_>>()),
+/// Returns the distances, or the maximum of many.
+fn listed(distances_m: &[f64]) -> String {
+    match distances_m.iter().copied().reduce(f64::max) {
+        Some(max_m) if distances_m.len() > MAX_LISTED => millimetres(max_m),
+        _ => joined(&distances_m.iter().map(|distance_m| millimetres(*distance_m)).collect::<Vec<_>>()),
     }
 }
 
@@ -370,8 +413,11 @@ fn millimetres(metres: f64) -> String {
     format!("{} mm", three_digits(1e3 * metres))
 }
 
-/// Returns a number that is not negative with three significant digits, at most four decimals and no zeros at its end.
+/// Returns a number with three significant digits, at most four decimals and no zeros at its end.
 fn three_digits(value: f64) -> String {
+    if value < 0.0 {
+        return format!("-{}", three_digits(-value));
+    }
     if value > 0.0 && value < 1e-4 {
         return "below 0.0001".into();
     }
@@ -390,12 +436,12 @@ mod tests {
         run(Scenario::load(&Source::Builtin(name.into()), &[]).expect("a scenario")).expect("a run")
     }
 
-    fn with_overshoots(run: &Run, name: &str, overshoots_mm: &[f64]) -> Run {
+    fn with_excess(run: &Run, name: &str, excesses_mm: &[f64]) -> Run {
         let mut run = run.clone();
         let rupture = run.metrics.ruptures[0].clone();
         run.scenario.name = name.into();
-        let of = |mm: &f64| RuptureMetrics { slave_overshoot_m: Some(1e-3 * mm), ..rupture.clone() };
-        run.metrics.ruptures = overshoots_mm.iter().map(of).collect();
+        let of = |mm: &f64| RuptureMetrics { excess_advance_m: Some(1e-3 * mm), ..rupture.clone() };
+        run.metrics.ruptures = excesses_mm.iter().map(of).collect();
         run
     }
 
@@ -405,83 +451,84 @@ mod tests {
         let pair = |a: &Run, b: &Run| finding(&[a.clone(), b.clone()]);
         assert_eq!(
             pair(&classical, &augmented),
-            "Augmentation holds the needle after both ruptures: overshoot 9.31 mm and 6.66 mm fall to 0.016 mm and 0 mm. Both \
-             runs detect both ruptures within 8 ms, with no missed rupture and no false alarm."
+            "Augmentation leaves the advance in 2 s about the same after both ruptures: 11 mm and 11.9 mm without it, 11 mm and \
+             11.9 mm with it. Both runs detect both ruptures within 8 ms, with no missed rupture and no false alarm."
         );
         let of = |a: &[f64], b: &[f64]| {
-            pair(&with_overshoots(&classical, "classical", a), &with_overshoots(&augmented, "augmented", b))
+            pair(&with_excess(&classical, "classical", a), &with_excess(&augmented, "augmented", b))
         };
         let said = |sentence: String| sentence.split(". ").next().unwrap_or_default().to_owned();
         assert_eq!(
             said(of(&[9.0, 7.0], &[0.05, 8.0])),
-            "Augmentation holds the needle after rupture 1 (9 to 0.05 mm) and increases the overshoot after rupture 2 (7 to 8 \
-             mm)"
+            "Augmentation leaves no excess advance after rupture 1 (9 to 0.05 mm) and increases it after rupture 2 (7 to 8 mm)"
         );
         assert_eq!(
             said(of(&[5.42, 6.12], &[0.135, 8.17])),
-            "Augmentation reduces the overshoot after rupture 1 (5.42 to 0.135 mm) and increases it after rupture 2 (6.12 to \
+            "Augmentation reduces the excess advance after rupture 1 (5.42 to 0.135 mm) and increases it after rupture 2 (6.12 to \
              8.17 mm)"
         );
         assert_eq!(
             said(of(&[9.0, 7.0, 6.0], &[4.0, 7.1, 3.0])),
-            "Augmentation reduces the overshoot after ruptures 1 (9 to 4 mm) and 3 (6 to 3 mm) and leaves it about the same \
+            "Augmentation reduces the excess advance after ruptures 1 (9 to 4 mm) and 3 (6 to 3 mm) and leaves it about the same \
              after rupture 2 (7 to 7.1 mm)"
         );
         assert_eq!(
             said(of(&[9.0, 7.0, 6.0, 5.0], &[4.0, 8.0, 3.0, 2.0])),
-            "Augmentation reduces the overshoot after 3 of 4 ruptures and increases it after 1 of 4 ruptures: maximum \
-             overshoot 9 mm becomes 8 mm"
+            "Augmentation reduces the excess advance after 3 of 4 ruptures and increases it after 1 of 4 ruptures: maximum \
+             excess advance 9 mm becomes 8 mm"
         );
         assert_eq!(
             said(of(&[9.0], &[0.5])),
-            "Augmentation reduces the overshoot after the rupture: overshoot 9 mm falls to 0.5 mm"
+            "Augmentation reduces the excess advance after the rupture: excess advance 9 mm falls to 0.5 mm"
         );
         assert_eq!(
             said(of(&[9.0], &[9.5])),
-            "Augmentation increases the overshoot after the rupture: overshoot 9 mm rises to 9.5 mm"
+            "Augmentation increases the excess advance after the rupture: excess advance 9 mm rises to 9.5 mm"
         );
         assert_eq!(
             said(of(&[9.0], &[9.4])),
-            "Augmentation leaves the overshoot about the same after the rupture: 9 mm without it, 9.4 mm with it"
+            "Augmentation leaves the excess advance about the same after the rupture: 9 mm without it, 9.4 mm with it"
         );
         assert_eq!(
             said(of(&[4.0, 3.0, 2.0, 1.0], &[0.0, 0.0, 0.0, 0.0])),
-            "Augmentation holds the needle after all 4 ruptures: maximum overshoot 4 mm falls to 0 mm"
+            "Augmentation leaves no excess advance after all 4 ruptures: maximum excess advance 4 mm falls to 0 mm"
         );
         assert!(of(&[9.0, 7.0], &[0.0]).starts_with(
-            "classical has 2 ruptures and augmented 1 rupture; augmentation holds the needle after rupture 1: overshoot 9 mm"
+            "classical has 2 ruptures and augmented 1 rupture; augmentation leaves no excess advance after rupture 1: excess advance 9 mm"
         ));
         assert!(
             of(&[9.0, 7.0, 1.0], &[0.0, 0.0])
-                .contains("; augmentation holds the needle after ruptures 1 and 2: overshoot")
+                .contains("; augmentation leaves no excess advance after ruptures 1 and 2: excess advance")
         );
         // The order matters: only the second scenario can be the augmented one.
         assert_eq!(
             said(pair(&augmented, &classical)),
-            "The overshoot of classical is larger than that of augmented after both ruptures: 9.31 mm and 6.66 mm against \
-             0.016 mm and 0 mm"
+            "The advance in 2 s of classical is about the same as that of augmented after both ruptures: 11 mm and 11.9 mm against \
+             11 mm and 11.9 mm"
         );
-        let (a, b) = (with_overshoots(&classical, "a", &[1.0, 2.0]), with_overshoots(&classical, "b", &[2.0, 1.0]));
+        let (a, b) = (with_excess(&classical, "a", &[1.0, 2.0]), with_excess(&classical, "b", &[2.0, 1.0]));
         assert_eq!(
             said(pair(&a, &b)),
-            "The overshoot of b is smaller than that of a after rupture 2 (1 against 2 mm) and larger than it after rupture 1 \
+            "The excess advance of b is smaller than that of a after rupture 2 (1 against 2 mm) and larger than it after rupture 1 \
              (2 against 1 mm)"
         );
-        let near = with_overshoots(&classical, "near", &[1.02, 1.99]);
+        let near = with_excess(&classical, "near", &[1.02, 1.99]);
         assert_eq!(
             said(pair(&a, &near)),
-            "The overshoot of near is about the same as that of a after both ruptures: 1.02 mm and 1.99 mm against 1 mm and 2 \
+            "The excess advance of near is about the same as that of a after both ruptures: 1.02 mm and 1.99 mm against 1 mm and 2 \
              mm"
         );
-        let c = with_overshoots(&classical, "c", &[]);
-        assert!(pair(&a, &with_overshoots(&classical, "d", &[1.0])).contains("; the overshoot of d is about the same"));
+        let c = with_excess(&classical, "c", &[]);
+        assert!(
+            pair(&a, &with_excess(&classical, "d", &[1.0])).contains("; the excess advance of d is about the same")
+        );
         assert_eq!(
             finding(&[a.clone(), b, c.clone()]),
-            "The maximum overshoot is about the same in every run with a rupture: 2 mm; c has no rupture. All runs detect \
+            "The maximum excess advance is about the same in every run with a rupture: 2 mm; c has no rupture. All runs detect \
              every rupture within 3 ms, with no missed rupture and no false alarm."
         );
         assert_eq!(finding(&[c.clone(), c]), "No layer ruptures, no alarm is false.");
-        assert_eq!(said(finding(&[a])), "The overshoot after both ruptures is 1 mm and 2 mm");
+        assert_eq!(said(finding(&[a])), "The excess advance after both ruptures is 1 mm and 2 mm");
     }
 
     #[test]

@@ -10,11 +10,12 @@ use trocar_sim::compare::{SeedStudy, Spread};
 use trocar_sim::metrics::Unit;
 
 /// The metrics in the terminal's table. The files hold all metrics.
-const SHOWN: [&str; 7] = [
-    "slave_overshoot_m",
-    "slave_travel_m",
-    "felt_contrast",
+const SHOWN: [&str; 8] = [
     "detection_delay_s",
+    "excess_advance_m",
+    "horizon_advance_m",
+    "depth_at_return_m",
+    "noticed",
     "missed_ruptures",
     "false_alarms",
     "tissue_energy_j",

@@ -16,6 +16,7 @@ use trocar_sim::stability_check::StabilityStudy;
 fn policy(reengage: Reengage) -> &'static str {
     match reengage {
         Reengage::Ramp { .. } => "ramp",
+        Reengage::RampUntilLoad { .. } => "ramp-until-load",
         Reengage::Clutch => "clutch",
         Reengage::Snap => "snap",
     }

@@ -37,6 +37,23 @@ pub fn robust_std(values: &[f64]) -> Option<f64> {
     Some(GAUSSIAN_MAD * upper_median(values.iter().map(|value| (value - median).abs()).collect())?)
 }
 
+/// `Φ(x)`: the share of a standard normal distribution below `x`.
+#[must_use]
+pub fn normal_share(x: f64) -> f64 {
+    0.5 * libm::erfc(-x / std::f64::consts::SQRT_2)
+}
+
+/// `Φ⁻¹(share)`, for a share above 0 and below 1, within ±38; by bisection.
+#[must_use]
+pub fn normal_quantile(share: f64) -> f64 {
+    let (mut low, mut high) = (-38.0, 38.0);
+    for _ in 0..64 {
+        let middle = 0.5 * (low + high);
+        if normal_share(middle) < share { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -137,7 +137,8 @@ fn with_metrics<O: Observer<f64>>(
     observer: O,
     run: impl FnOnce(&mut (MetricsObserver<f64>, O)) -> Result<(), IntegrationError>,
 ) -> Result<(Metrics, O), RunError> {
-    let mut observers = (MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()), observer);
+    let metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
+    let mut observers = (metrics.of_operators(|_| scenario.operator_traits()), observer);
     run(&mut observers).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
     let (metrics, observer) = observers;
     Ok((metrics.metrics(0), observer))

@@ -8,9 +8,12 @@ use super::{OutputArgs, ScenarioArgs, progress, report, run, source_of, terminal
 use trocar_report::html::{command_line, comparison_html};
 use trocar_report::{
     Folder, all_metrics_text, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text,
-    finding_text, runs_chart, schemes_json, schemes_text, seeds_csv, seeds_text,
+    finding_text, runs_chart, schemes_json, schemes_text, seeds_csv, seeds_text, strategies_csv, strategies_json,
+    strategies_picture, strategies_text,
 };
-use trocar_sim::compare::{Comparison, Fact, MAX_SEEDS, SchemeStudy, SeedStudy, paper_facts};
+use trocar_sim::compare::{
+    Comparison, Fact, MAX_SEEDS, SchemeStudy, SeedStudy, StrategyOptions, StrategyStudy, paper_facts,
+};
 use trocar_sim::run::seeds_without_effect;
 use trocar_sim::scenario::Scenario;
 
@@ -23,7 +26,17 @@ Examples:
   trocar compare --paper                     and the statements of the paper
   trocar compare layers/through-the-skin layers/skin-augmented
   trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025
-  trocar compare --schemes link/long-delay";
+  trocar compare --schemes link/long-delay
+  trocar compare --strategies scenarios/sweeps/patients.toml";
+
+/// The default scenario of a comparison of strategies.
+const STRATEGIES_SCENARIO: &str = "layers/skin-augmented";
+
+/// Seeds of a comparison of strategies without --seeds.
+const STRATEGIES_SEEDS: u64 = 10;
+
+/// Largest number of patients of a comparison of strategies.
+const MAX_PATIENTS: u64 = 100_000;
 
 /// Compare scenarios.
 #[derive(Debug, Args)]
@@ -44,6 +57,13 @@ pub(super) struct CompareArgs {
     /// Compare one scenario without a passivity scheme and with each: force, position, energy, felt impedance, overshoot, withdrawal
     #[arg(long, conflicts_with = "paper")]
     schemes: bool,
+    /// Compare the strategies against a rupture on one scenario, or on the patients of a sweep file, over three persons and --seeds
+    /// seeds (default 10): excess advance, what the person notices, and what a false alarm costs; default: layers/skin-augmented
+    #[arg(long, conflicts_with_all = ["paper", "schemes", "all", "report"])]
+    strategies: bool,
+    /// With --strategies and a sweep file: take its first N points as patients
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=MAX_PATIENTS), requires = "strategies")]
+    patients: u64,
     /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning, the events, and
     /// interactive charts of all runs
     #[arg(long)]
@@ -57,6 +77,9 @@ pub(super) struct CompareArgs {
 pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     if args.schemes {
         return run_schemes(args);
+    }
+    if args.strategies {
+        return run_strategies(args);
     }
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
@@ -126,6 +149,33 @@ fn run_schemes(args: &CompareArgs) -> Result<(), CliError> {
         }
     }
     warnings.finish()
+}
+
+/// Compares the strategies against a rupture.
+fn run_strategies(args: &CompareArgs) -> Result<(), CliError> {
+    let path = match &args.scenarios[..] {
+        [] => STRATEGIES_SCENARIO,
+        [path] => path,
+        all => return Err(CliError::OneScenarioOfStrategies { given: all.len() }),
+    };
+    let options = StrategyOptions { patients: args.patients, seeds: args.seeds.unwrap_or(STRATEGIES_SEEDS) };
+    let bar = progress::counter(args.output.quiet);
+    bar.set_message("runs");
+    let study = StrategyStudy::of(&source_of(path), &args.changes.settings, &options, |runs| bar.inc(runs))?;
+    bar.finish_and_clear();
+    let folder = Folder::new(&args.output.out);
+    let json = strategies_json(&study);
+    folder.write("strategies.json", json.as_bytes())?;
+    folder.write("strategies.csv", strategies_csv(&study).as_bytes())?;
+    let is_drawn = strategies_picture(&folder, &study)?;
+    if args.output.json {
+        terminal::print(&json)?;
+    } else if !args.output.quiet {
+        let out = args.output.out.display();
+        let figure = if is_drawn { format!("figure: {out}/strategies.png; ") } else { String::new() };
+        terminal::print(&format!("{}\n{figure}all files: {out}\n", strategies_text(&study)))?;
+    }
+    Ok(())
 }
 
 /// Returns whether a setting names a file of this machine.

@@ -47,6 +47,12 @@ pub(super) enum CliError {
         /// Number of scenarios.
         given: usize,
     },
+    /// The strategies of several scenarios.
+    #[error("--strategies compares the strategies on one scenario or one sweep file; {given} are given")]
+    OneScenarioOfStrategies {
+        /// Number of scenarios.
+        given: usize,
+    },
     /// Flags of the synthetic insertion with other signals.
     #[error("--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals")]
     OnlySynthetic,
@@ -218,6 +224,7 @@ impl CliError {
             | Self::OnlySynthetic
             | Self::SameName { .. }
             | Self::OneScenario { .. }
+            | Self::OneScenarioOfStrategies { .. }
             | Self::Roc(_)
             | Self::Axis { .. }
             | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))

@@ -12,6 +12,18 @@ pub(super) fn bar(scenarios: usize, quiet: bool) -> ProgressBar {
     styled(scenarios, quiet, "{msg} [{bar:30}] {pos}/{len} {eta}")
 }
 
+/// Returns a count of items whose number is not known beforehand.
+pub(super) fn counter(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{msg} {pos} {per_sec}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
 fn styled(items: usize, quiet: bool, template: &str) -> ProgressBar {
     if quiet || items < 2 {
         return ProgressBar::hidden();

@@ -15,6 +15,7 @@ mod detect_real;
 mod estimators;
 mod explore;
 mod instruction_sets;
+mod intent;
 mod keys;
 mod lab_files;
 mod lanes;

@@ -52,6 +52,15 @@ const FORCE_LAWS: &[Part] = &[
         &["Amplify", "AmplifySettings"],
         &[SWITCHING, ("core/src/rig/settings.rs", "what a gain may be on a real machine")],
     ),
+    (
+        "force_laws/damp.rs",
+        &["Damp", "DampSettings"],
+        &[
+            SWITCHING,
+            ("sim/src/stability/coverage.rs", "what the linear loop leaves out"),
+            ("core/src/rig/settings.rs", "what a damping may be on a real machine"),
+        ],
+    ),
 ];
 
 const DISTANCES: &[Part] = &[
@@ -183,11 +192,14 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
 }
 
 /// Texts that equal a word of a choice, and their meaning.
-const SPELT_ALIKE: [(&str, &str, &str); 14] = [
+const SPELT_ALIKE: [(&str, &str, &str); 17] = [
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
     ("none", "sim/src/compare/facts.rs", "what was asked of a fact"),
     ("none", "sim/src/compare/facts.rs", "what was asked of another"),
+    ("none", "sim/src/compare/strategies/catalogue.rs", "a strategy"),
+    ("speed-limit", "sim/src/compare/strategies/catalogue.rs", "a strategy"),
+    ("forbidden-region", "sim/src/compare/strategies/catalogue.rs", "a strategy"),
     ("recording", "sim/src/scenario/key_table.rs", "a section"),
     ("time", "sim/src/metrics/rupture.rs", "a metric"),
     ("sampled", "sim/src/scenario/key_table.rs", "the sentence of a section"),

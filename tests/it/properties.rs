@@ -59,6 +59,9 @@ fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
         metrics.peak_reengaging_speed_m_per_s,
         metrics.operator_energy_j,
         metrics.tissue_energy_j,
+        metrics.final_excess_m,
+        metrics.undisturbed_s,
+        metrics.false_notices.map(|count| count as f64),
     ];
     let events = metrics.events.iter().map(|event| {
         [
@@ -67,6 +70,8 @@ fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
             event.peak_reengaging_speed_m_per_s,
             event.exit_step_n,
             event.exit_step_allowed_n,
+            event.excess_at_return_m,
+            event.noticed.map(|noticed| noticed as f64),
         ]
         .iter()
         .filter(|value| value.is_none())

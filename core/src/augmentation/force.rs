@@ -55,7 +55,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
     /// If a link has lost a change of mode, the force passes through the modes between: it returns to the measured
     /// force only through the complete cross-fade.
     #[inline(always)]
-    pub(super) fn update(&mut self, mode: L, force: L) -> (L, L) {
+    pub(super) fn update(&mut self, mode: L, force: L, velocity: L) -> (L, L) {
         let teleoperation = Mode::Teleoperation;
         if (is(self.mode, teleoperation) & is(mode, teleoperation)).all() {
             let allowed = (force - self.measured).abs();
@@ -70,12 +70,12 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         let mode = L::select(skips_back, code(Mode::Reengaging), mode);
         let mode = L::select(nothing_to_blend, code(teleoperation), mode);
         self.mode = mode;
-        self.change(Modes { before, now: mode }, force)
+        self.change(Modes { before, now: mode }, force, velocity)
     }
 
     /// The force in any mode, and its allowed change.
     #[inline(always)]
-    fn change(&mut self, modes: Modes<L>, force: L) -> (L, L) {
+    fn change(&mut self, modes: Modes<L>, force: L, velocity: L) -> (L, L) {
         let zero = L::zero();
         let one = L::splat(1.0);
         let moved = (force - self.measured).abs();
@@ -97,6 +97,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
                 last_n: self.fed_back,
                 measured_n: force,
                 moved_n: moved,
+                velocity_m_per_s: velocity,
                 begins,
             });
         }

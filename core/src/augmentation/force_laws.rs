@@ -3,9 +3,11 @@
 //! A built-in law is one file of this folder and one line of [`force_laws!`].
 
 mod amplify;
+mod damp;
 mod decay;
 
 pub use amplify::{Amplify, AmplifySettings};
+pub use damp::{Damp, DampSettings};
 pub use decay::{Decay, DecaySettings};
 
 use crate::lane::Lane;
@@ -21,6 +23,8 @@ pub struct AugmentedTick<L: Lane> {
     pub measured_n: L,
     /// Magnitude of its change since the tick before, in N.
     pub moved_n: L,
+    /// The master's velocity in m/s.
+    pub velocity_m_per_s: L,
     /// Lanes in the first tick of the event.
     pub begins: L::Mask,
 }
@@ -59,7 +63,7 @@ where
 macro_rules! force_laws {
     ($($word:literal => $Law:ident($Settings:ident),)*) => {
         crate::choice! {
-            /// Let the feedback force decay, or scale its variation.
+            /// Let the feedback force decay, scale its variation, or add damping of the master.
             ///
             /// `F*` is the feedback force just before the alarm.
             #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,4 +104,5 @@ macro_rules! force_laws {
 force_laws! {
     "decay" => Decay(DecaySettings),
     "amplify" => Amplify(AmplifySettings),
+    "damp" => Damp(DampSettings),
 }

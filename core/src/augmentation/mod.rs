@@ -7,18 +7,24 @@
 mod automaton;
 mod force;
 mod force_laws;
+mod holds;
 mod position;
 
 pub use automaton::{AutomatonSettings, Mode, Modes};
 pub use force::cross_fade;
 pub use force_laws::{
-    Amplify, AmplifySettings, AnyForceLaw, AugmentedTick, Decay, DecaySettings, ForceLaw, ForceLawSettings,
+    Amplify, AmplifySettings, AnyForceLaw, AugmentedTick, Damp, DampSettings, Decay, DecaySettings, ForceLaw,
+    ForceLawSettings,
+};
+pub use holds::{
+    AnyHold, Following, ForbiddenRegion, ForbiddenRegionSettings, Frozen, HeldTick, Hold, HoldSettings, SpeedLimit,
+    SpeedLimitSettings,
 };
 pub use position::{Freeze, HeldReference, MotionLaw, Reengage};
 
 use crate::lane::{Gather, LANES, Lane, Mask, gather_mask, of_each};
 use crate::settings::ActsFor;
-use automaton::Automaton;
+use automaton::{Automaton, is};
 use force::ForceFeedback;
 
 /// With augmentation only, as the keys of an event.
@@ -34,10 +40,16 @@ crate::settings! {
         enabled: bool = true,
         /// Where the slave is held.
         freeze: Freeze for (WHEN_ENABLED),
+        /// What holds the slave.
+        hold: HoldSettings for (WHEN_ENABLED),
         /// How the slave returns to the hand.
         reengage: Reengage for (WHEN_ENABLED),
         /// The force law of an event.
         force: ForceLawSettings for (WHEN_ENABLED),
+        /// Whether a vibration on the operator's skin marks the event.
+        ///
+        /// It does not act on the force loop; the operator's perception notices it.
+        cue: bool for (WHEN_ENABLED) = false,
         /// Length of the cross-fade back to the measured force.
         blend_s: f64 [NON_NEGATIVE] for (WHEN_ENABLED) = 0.1,
         /// When an event begins and ends.
@@ -58,6 +70,8 @@ pub struct Situation<L: Lane> {
     pub hand_m: L,
     /// The slave's measured position in m.
     pub slave_m: L,
+    /// The measured force in N, on the slave's side.
+    pub force_n: L,
 }
 
 /// Commands of the supervisor at a tick.
@@ -94,6 +108,7 @@ pub struct SlaveCommand<L: Lane> {
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
     enabled: L::Mask,
+    gives_cue: L::Mask,
     automaton: Automaton<L>,
     motion: M,
     feedback: ForceFeedback<L, F>,
@@ -105,6 +120,7 @@ impl<L: Lane> Supervisor<L> {
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         let motion = HeldReference::new(settings.freeze, settings.reengage, tick_s, reference_m);
+        let motion = motion.holding(&settings.hold, tick_s);
         let force = AnyForceLaw::new(&settings.force, tick_s);
         Self::with_laws(motion, force, settings, threshold, tick_s)
     }
@@ -116,17 +132,19 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
     pub fn with_laws(motion: M, force: F, settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
         Self {
             enabled: L::Mask::splat(settings.enabled),
+            gives_cue: L::Mask::splat(settings.enabled && settings.cue),
             automaton: Automaton::new(&settings.automaton, threshold, settings.blend_s, tick_s),
             motion,
             feedback: ForceFeedback::new(force, settings.blend_s, tick_s),
         }
     }
 
-    /// Computes the commands of both sides, without a link between them, for a measured force scaled to the master (N).
+    /// Computes the commands of both sides, without a link between them, for a measured force scaled to the master (N) and
+    /// the master's velocity (m/s).
     #[inline(always)]
-    pub fn update(&mut self, now: &Situation<L>, force_n: L) -> Command<L> {
+    pub fn update(&mut self, now: &Situation<L>, force_n: L, velocity_m_per_s: L) -> Command<L> {
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
-        let (feedback_force_n, allowed_step_n) = self.feedback_force(mode, force_n);
+        let (feedback_force_n, allowed_step_n) = self.feedback_force(mode, force_n, velocity_m_per_s);
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
@@ -144,6 +162,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         // Lanes without augmentation may run beside lanes with it: their alarms are reported but have no effect.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
         let modes = Modes { before, now: mode };
+        self.motion.sense(now.force_n);
         SlaveCommand {
             mode,
             slave_reference_m: self.motion.update(modes, now.hand_m, now.slave_m),
@@ -152,10 +171,16 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
     }
 
     /// The feedback force (N) and its largest allowed change from the last tick (N), on the master's side, given the
-    /// mode that has arrived there and the force without augmentation (N).
+    /// mode that has arrived there, the force without augmentation (N) and the master's velocity (m/s).
     #[inline(always)]
-    pub fn feedback_force(&mut self, mode: L, force_n: L) -> (L, L) {
-        self.feedback.update(mode, force_n)
+    pub fn feedback_force(&mut self, mode: L, force_n: L, velocity_m_per_s: L) -> (L, L) {
+        self.feedback.update(mode, force_n, velocity_m_per_s)
+    }
+
+    /// Whether a cue is on, on the master's side, given the mode that has arrived there.
+    #[inline(always)]
+    pub fn cue(&self, mode: L) -> L::Mask {
+        self.gives_cue & is(mode, Mode::Augmented)
     }
 
     /// Whether all lanes are in teleoperation and stay there at a tick with this alarm.
@@ -171,6 +196,7 @@ impl<M: Gather, F: Gather> Gather for Supervisor<f64, M, F> {
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         Some(Supervisor {
             enabled: gather_mask::<L>(of_each!(all, |one| one.enabled)),
+            gives_cue: gather_mask::<L>(of_each!(all, |one| one.gives_cue)),
             automaton: Gather::gather(of_each!(all, |one| &one.automaton))?,
             motion: M::gather(of_each!(all, |one| &one.motion))?,
             feedback: Gather::gather(of_each!(all, |one| &one.feedback))?,

@@ -1,6 +1,7 @@
 //! The slave's reference: following the hand, frozen, or returning to it.
 
 use super::automaton::{Mode, Modes};
+use super::holds::{AnyHold, HeldTick, Hold, HoldSettings};
 use crate::lane::Lane;
 
 crate::choice! {
@@ -25,6 +26,13 @@ crate::choice! {
             /// Speed at which a ramp closes the gap, in addition to the hand's motion.
             catch_up_speed_m_per_s: f64 [POSITIVE] = 0.03,
         },
+        /// The gap closes at a bounded speed until the force rises; what is left of it is kept.
+        "ramp-until-load" => RampUntilLoad in "augmentation." {
+            /// Speed at which a ramp until load closes the gap, in addition to the hand's motion.
+            approach_speed_m_per_s: f64 [POSITIVE] = 0.03,
+            /// Rise of the measured force, above its minimum while re-engaging, at which the ramp until load stops.
+            stop_rise_n: f64 [POSITIVE] = 0.3,
+        },
         /// The gap is kept: the slave continues from its frozen position.
         "clutch" => Clutch,
         /// The gap closes at once and throws the needle; included to show the danger.
@@ -42,6 +50,9 @@ pub trait MotionLaw<L: Lane> {
     /// The slave's reference in m in any mode, for a slave measured at `slave_m` (m).
     fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L;
 
+    /// Receives the measured force (N) at a tick of an event, before [`update`](MotionLaw::update).
+    fn sense(&mut self, _force_n: L) {}
+
     /// Whether the law has closed the gap as far as it does, so that re-engaging may end.
     fn is_blended(&self) -> L::Mask;
 }
@@ -56,6 +67,10 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
         (**self).update(modes, hand_m, slave_m)
     }
 
+    fn sense(&mut self, force_n: L) {
+        (**self).sense(force_n);
+    }
+
     fn is_blended(&self) -> L::Mask {
         (**self).is_blended()
     }
@@ -68,7 +83,12 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
 #[derive(Debug, Clone)]
 pub struct HeldReference<L> {
     freeze: Freeze,
+    hold: AnyHold<L>,
     reengage: Reengage,
+    force: L,
+    /// The smallest force since the release, and the rise above it at which a ramp stops: infinite for other ramps.
+    min_force: L,
+    stop_rise: L,
     closing_step: L,
     gap: L,
     frozen: L,
@@ -79,15 +99,35 @@ impl<L: Lane> HeldReference<L> {
     /// A law on ticks `tick_s` apart (s), for a slave at the reference `reference` (m).
     #[must_use]
     pub fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
-        let speed = if let Reengage::Ramp { catch_up_speed_m_per_s } = reengage { catch_up_speed_m_per_s } else { 0.0 };
+        let (speed, stop_rise) = match reengage {
+            Reengage::Ramp { catch_up_speed_m_per_s } => (catch_up_speed_m_per_s, f64::INFINITY),
+            Reengage::RampUntilLoad { approach_speed_m_per_s, stop_rise_n } => (approach_speed_m_per_s, stop_rise_n),
+            Reengage::Clutch | Reengage::Snap => (0.0, f64::INFINITY),
+        };
         Self {
             freeze,
+            hold: AnyHold::Freeze,
             reengage,
+            force: L::zero(),
+            min_force: L::zero(),
+            stop_rise: L::splat(stop_rise),
             closing_step: L::splat(speed * tick_s),
             gap: L::zero(),
             frozen: reference,
             last: reference,
         }
+    }
+
+    /// With a hold other than a freeze, on ticks `tick_s` apart (s).
+    #[must_use]
+    pub fn holding(self, hold: &HoldSettings, tick_s: f64) -> Self {
+        Self { hold: AnyHold::new(hold, tick_s), ..self }
+    }
+
+    /// Lanes in which the force has risen since the release.
+    #[inline(always)]
+    fn is_loaded(&self) -> L::Mask {
+        (self.force - self.min_force).ge(self.stop_rise)
     }
 }
 
@@ -99,9 +139,15 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     }
 
     #[inline(always)]
+    fn sense(&mut self, force: L) {
+        self.force = force;
+    }
+
+    #[inline(always)]
     fn is_blended(&self) -> L::Mask {
         match self.reengage {
             Reengage::Ramp { .. } => self.gap.abs().le(L::zero()),
+            Reengage::RampUntilLoad { .. } => self.gap.abs().le(L::zero()) | self.is_loaded(),
             Reengage::Clutch | Reengage::Snap => L::zero().le(L::zero()),
         }
     }
@@ -116,16 +162,26 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
                 Freeze::Reference => self.last,
             };
             self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
-            let opened = match self.reengage {
-                Reengage::Ramp { .. } | Reengage::Clutch => self.frozen - hand,
-                Reengage::Snap => L::zero(),
+            let opened = match (&self.hold, self.reengage) {
+                (_, Reengage::Snap) => L::zero(),
+                (AnyHold::None, _) => self.gap,
+                _ => self.last - hand,
             };
             reengaging = L::select(modes.has_become(Mode::Reengaging), opened, reengaging);
+            self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
+            self.min_force = L::select(modes.has_become(Mode::Reengaging), self.force, self.min_force);
         }
+        self.min_force = self.force.min(self.min_force);
+        let keeps_gap = self.is_loaded() & modes.was(Mode::Reengaging);
+        // Once stopped, the ramp does not go on.
+        self.min_force = L::select(keeps_gap, L::splat(f64::NEG_INFINITY), self.min_force);
+        reengaging = L::select(keeps_gap, self.gap, reengaging);
         self.gap = L::select(modes.is(Mode::Reengaging), reengaging, self.gap);
-        self.last = L::select(modes.is(Mode::Augmented), self.frozen, hand + self.gap);
+        let followed = hand + self.gap;
+        let held = self.hold.reference_m(&HeldTick { anchor_m: self.frozen, last_m: self.last, hand_m: followed });
+        self.last = L::select(modes.is(Mode::Augmented), held, followed);
         self.last
     }
 }
 
-crate::lane::gather!(HeldReference { closing_step, gap, frozen, last } same { freeze } kinds { reengage });
+crate::lane::gather!(HeldReference { hold, force, min_force, stop_rise, closing_step, gap, frozen, last } same { freeze } kinds { reengage });

@@ -38,8 +38,9 @@ impl Timeline {
                 decision: if tick < self.above_until { 10.0 * THRESHOLD } else { 0.0 },
                 hand_m,
                 slave_m: hand_m - 1e-4,
+                force_n: force(tick),
             };
-            self.supervisor.update(&situation, force(tick))
+            self.supervisor.update(&situation, force(tick), self.hand_speed)
         };
         (0..ticks).map(step).collect()
     }
@@ -119,6 +120,67 @@ fn the_slave_is_frozen_where_it_was_told() {
 }
 
 #[test]
+fn a_speed_limit_a_region_and_nothing_let_the_slave_go_as_far_as_they_say() {
+    let at = |hold| {
+        let commands = Timeline::new(AugmentationSettings { hold, ..settings() }).alarm_at(100).run(500, |_| 4.0);
+        (commands[100].slave_reference_m, commands[499].slave_reference_m)
+    };
+    let anchor = 0.01 * 0.1 - 1e-4;
+    let (first, last) = at(HoldSettings::SpeedLimit(SpeedLimitSettings { speed_m_per_s: 0.004 }));
+    // The first step begins at the anchor; the hand is faster than the limit.
+    assert!((first - (anchor + 4e-6)).abs() < 1e-15, "{first}");
+    assert!((last - (anchor + 400.0 * 4e-6)).abs() < 1e-12, "{last}");
+    let (first, last) = at(HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 0.001 }));
+    assert!((first - 0.01 * 0.1).abs() < 1e-15 && (last - (anchor + 0.001)).abs() < 1e-15, "{first} {last}");
+    assert_eq!(at(HoldSettings::None), (0.01 * 0.1, 0.01 * 0.499));
+}
+
+#[test]
+fn a_forbidden_region_lets_the_needle_be_withdrawn() {
+    let hold = HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 0.0 });
+    let mut timeline = Timeline::new(AugmentationSettings { hold, ..settings() }).alarm_at(100);
+    timeline.hand_speed = -0.01;
+    let commands = timeline.run(400, |_| 4.0);
+    assert!((commands[399].slave_reference_m + 0.01 * 0.399).abs() < 1e-15);
+}
+
+#[test]
+fn without_a_hold_there_is_no_gap_to_close() {
+    let settings = AugmentationSettings { hold: HoldSettings::None, reengage: Reengage::Clutch, ..settings() };
+    let commands = Timeline::new(settings).alarm_at(100).run(2000, |_| 4.0);
+    assert!(commands.iter().enumerate().all(|(k, c)| (c.slave_reference_m - 0.01 * k as f64 * TICK_S).abs() < 1e-15));
+}
+
+#[test]
+fn a_ramp_until_load_stops_where_the_force_rises_and_keeps_the_rest() {
+    let reengage = Reengage::RampUntilLoad { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 };
+    let timeline = || Timeline::new(AugmentationSettings { reengage, ..settings() }).alarm_at(100);
+    let free = timeline().run(2000, |_| 1.0);
+    assert!((free[1999].slave_reference_m - 0.01 * 1.999).abs() < 1e-12, "without load it closes the gap");
+    // The load rises 150 ms after the release, and falls again.
+    let loaded = timeline().run(2000, |tick| if (750..800).contains(&tick) { 2.0 } else { 1.0 });
+    let gap = |tick: usize| 0.01 * tick as f64 * TICK_S - loaded[tick].slave_reference_m;
+    assert!((gap(1999) - gap(750)).abs() < 1e-12 && gap(750) > 2e-3, "{} {}", gap(750), gap(1999));
+    assert_eq!(modes(&loaded)[3].1, 0);
+}
+
+#[test]
+fn damping_is_added_to_the_measured_force_and_a_cue_touches_nothing() {
+    let force = ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 50.0, time_constant_s: 0.01 });
+    let commands = Timeline::new(AugmentationSettings { force, ..settings() }).alarm_at(100).run(400, |_| 4.0);
+    let exact = 4.0 + 50.0 * 0.01 * (1.0 - (-101.0 * TICK_S / 0.01_f64).exp());
+    assert!((commands[200].feedback_force_n - exact).abs() < 1e-9, "{}", commands[200].feedback_force_n);
+
+    let none = ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 0.0, time_constant_s: 0.01 });
+    let settings = AugmentationSettings { force: none, hold: HoldSettings::None, cue: true, ..settings() };
+    let timeline = Timeline::new(settings).alarm_at(100);
+    let supervisor = timeline.supervisor.clone();
+    let commands = timeline.run(800, |tick| 1e-3 * tick as f64);
+    assert!(commands.iter().enumerate().all(|(k, c)| c.feedback_force_n == 1e-3 * k as f64));
+    assert_eq!([0.0, 1.0, 2.0].map(|mode| supervisor.cue(mode)), [false, true, false]);
+}
+
+#[test]
 fn disabled_it_is_the_classical_scheme() {
     let settings = AugmentationSettings { enabled: false, ..settings() };
     let commands = Timeline::new(settings).alarm_at(100).run(400, |tick| tick as f64);
@@ -146,13 +208,14 @@ proptest! {
         forces in prop::collection::vec(-6.0..6.0f64, 700),
         alarms in prop::collection::vec(0u64..700, 0..6),
         blend_s in 0.0..0.2f64,
-        amplify in any::<bool>(),
+        law in 0..3,
         shape in 0.0..1.0f64,
     ) {
-        let force = if amplify {
-            ForceLawSettings::Amplify(AmplifySettings { gain: 1.0 + 4.0 * shape })
-        } else {
-            ForceLawSettings::Decay(DecaySettings { ratio: shape, time_constant_s: 0.001 + 0.05 * shape })
+        let time_constant_s = 0.001 + 0.05 * shape;
+        let force = match law {
+            0 => ForceLawSettings::Amplify(AmplifySettings { gain: 1.0 + 4.0 * shape }),
+            1 => ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 200.0 * shape, time_constant_s }),
+            _ => ForceLawSettings::Decay(DecaySettings { ratio: shape, time_constant_s }),
         };
         let automaton = AutomatonSettings { min_hold_s: 0.05, max_hold_s: 0.1, refractory_s: 0.0, ..Default::default() };
         let mut timeline = Timeline::new(AugmentationSettings { force, blend_s, automaton, ..settings() });

@@ -64,6 +64,9 @@ pub struct HapticController {
     tick: u64,
     /// The supervisor's last inputs, which replace bad values.
     hand_m: Held,
+    /// The hand's last position, scaled to the slave, and the factor from its change in a tick to the master's velocity.
+    last_hand_m: f64,
+    per_hand_step: f64,
     force_n: Held,
     slave_m: f64,
     velocity_m_per_s: f64,
@@ -102,6 +105,8 @@ impl HapticController {
             force_scale: settings.force_scale,
             limits,
             tick: 0,
+            last_hand_m: reference_m,
+            per_hand_step: 1.0 / (settings.position_scale * tick_s),
             hand_m: Held::at(reference_m, limits.recovery_speed_m_per_s * tick_s),
             force_n: Held::at(0.0, limits.recovery_force_rate_n_per_s * tick_s),
             slave_m: reference_m,
@@ -175,8 +180,11 @@ impl HapticController {
             decision: decision.decision,
             hand_m,
             slave_m: self.slave_m,
+            force_n,
         };
-        let command = self.supervisor.update(&situation, force_n);
+        let velocity_m_per_s = (hand_m - self.last_hand_m) * self.per_hand_step;
+        self.last_hand_m = hand_m;
+        let command = self.supervisor.update(&situation, force_n, velocity_m_per_s);
         self.tick += 1;
         Command {
             slave_reference_m: command.slave_reference_m,

@@ -1,6 +1,6 @@
 //! Settings of a rig's controller.
 
-use crate::augmentation::{AmplifySettings, AugmentationSettings, ForceLawSettings};
+use crate::augmentation::{AmplifySettings, AugmentationSettings, DampSettings, ForceLawSettings};
 use crate::detection::DetectorSettings;
 use crate::error::{InvalidValue, finite, positive, require};
 use crate::estimation::{RlsSettings, VelocityFilter};
@@ -129,6 +129,10 @@ impl Settings {
         self.augmentation.validate()?;
         if let ForceLawSettings::Amplify(AmplifySettings { gain }) = self.augmentation.force {
             at_most("augmentation.amplification", gain, MAX_LIMIT)?;
+        }
+        if let ForceLawSettings::Damp(DampSettings { damping_n_s_per_m, .. }) = self.augmentation.force {
+            let is_moderate = damping_n_s_per_m <= MAX_LIMIT;
+            require("augmentation.damp_damping_n_s_per_m", damping_n_s_per_m, is_moderate, "at most 1e6")?;
         }
         Ok(())
     }

@@ -199,8 +199,13 @@ pub(super) fn events_table(runs: &[&Run]) -> Table {
         let ms = |seconds| show(Some(seconds), Unit::Second);
         let mm = |metres| show(Some(metres), Unit::Metre);
         for (index, rupture) in run.metrics.ruptures.iter().enumerate() {
-            let overshoot = rupture.slave_overshoot_m.map_or(String::new(), |m| format!(", slave overshoot {}", mm(m)));
-            add(rupture.time_s, named(index, rupture), format!("{}{overshoot}", fate(rupture)));
+            let excess = rupture.excess_advance_m.map_or(String::new(), |m| format!(", excess advance {}", mm(m)));
+            let noticed = match (rupture.noticed, rupture.noticed_after_s) {
+                (Some(_), Some(seconds)) => format!(", noticed after {}", ms(seconds)),
+                (Some(_), None) => ", not noticed".to_owned(),
+                (None, _) => String::new(),
+            };
+            add(rupture.time_s, named(index, rupture), format!("{}{excess}{noticed}", fate(rupture)));
         }
         for alarm in &run.metrics.alarms {
             let outcome = if alarm.matched { "matches a rupture" } else { "false alarm" };

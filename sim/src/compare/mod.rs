@@ -1,16 +1,22 @@
-//! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes side by
-//! side, and the paper's facts.
+//! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes and the
+//! strategies side by side, and the paper's facts.
 
 mod facts;
 mod noise;
 mod schemes;
 mod seeds;
+mod sensitivity;
+mod strategies;
 mod table;
 
 pub use facts::{Fact, paper_facts};
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
+pub use sensitivity::{Noticed, Sensitivity};
+pub use strategies::{
+    FalseAlarmCost, PERSONS, STRATEGIES, StrategyOptions, StrategyRow, StrategyStudy, Variant, Verdict, WINDOWS_S,
+};
 pub use table::{Row, rows};
 
 use rayon::prelude::*;

@@ -41,7 +41,7 @@ impl Row {
     fn is_shown(&self, shown: Shown) -> bool {
         match shown {
             Shown::Main | Shown::Always => true,
-            Shown::First => self.values.iter().any(Option::is_some),
+            Shown::First | Shown::MainWhereDefined | Shown::WhereDefined => self.values.iter().any(Option::is_some),
             // Rows of links that have no effect are omitted.
             Shown::WhereNonZero => self.values.iter().flatten().any(|value| *value != 0.0),
             Shown::Never => false,

@@ -88,7 +88,12 @@ where
         let (master, slave) = (plants.master(), plants.slave());
         // 2. tissue and sensors
         let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
-        let reading = self.sensor.read(reaction.force_n, slave.position_m, slave.velocity_m_per_s);
+        let sensed_n = if self.sensor.excludes_shaft() {
+            reaction.force_n - self.tissue.shaft_force_n()
+        } else {
+            reaction.force_n
+        };
+        let reading = self.sensor.read(sensed_n, slave.position_m, slave.velocity_m_per_s);
         // 3. and 4. estimator and detector
         let insight = self.chain.step(&reading);
         // 5. link and supervisor on the slave's side
@@ -108,16 +113,19 @@ where
             decision: insight.decision.decision,
             hand_m: self.link.to_slave(&at_master, &at_slave),
             slave_m: reading.position_m,
+            force_n: reading.force_n,
         });
         let slave_reference_m = self.link.limit_reference(commanded_m, &at_slave);
         // 6. link and force law on the master's side
         let (arrived_mode, arrived_force_n) = self.link.to_master(mode, &at_slave, &at_master);
-        let (commanded_force_n, allowed_force_step_n) = self.supervisor.feedback_force(arrived_mode, arrived_force_n);
+        let (commanded_force_n, allowed_force_step_n) =
+            self.supervisor.feedback_force(arrived_mode, arrived_force_n, master.velocity_m_per_s);
         let feedback_force_n = self.link.limit(commanded_force_n, &at_master);
 
         observer.observe(&Signals {
             tick,
             desired_position_m: desired_m,
+            intended_position_m: self.operator.intended_position_m(desired_m),
             master_position_m: master.position_m,
             master_velocity_m_per_s: master.velocity_m_per_s,
             operator_force_n: master.hand_force_n,
@@ -135,6 +143,7 @@ where
             decision: insight.decision.decision,
             mode,
             ruptured: reaction.ruptured,
+            noticed: self.operator.notices(),
             alarm: insight.decision.alarm,
             alarm_taken,
             commanded_force_n,
@@ -145,6 +154,7 @@ where
         }
 
         // 7. both plants to the next tick
+        self.operator.cue(self.supervisor.cue(arrived_mode));
         let desired_next_m = self.operator.desired_position_m(tick + 1, master.hand_force_n);
         let reference_m = self.link.apply_compliance(slave_reference_m, reaction.force_n);
         match plants.step(desired_m, desired_next_m, feedback_force_n, reference_m) {

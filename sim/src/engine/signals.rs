@@ -9,6 +9,8 @@ pub struct Signals<L: Lane> {
     pub tick: u64,
     /// `x_d` in m.
     pub desired_position_m: L,
+    /// `x_v` in m: the position of the master that the operator means to reach.
+    pub intended_position_m: L,
     /// `x_h` in m.
     pub master_position_m: L,
     /// `v_h` in m/s.
@@ -43,6 +45,8 @@ pub struct Signals<L: Lane> {
     pub mode: L,
     /// Whether a layer ruptures at this tick: ground truth.
     pub ruptured: L::Mask,
+    /// Whether the operator notices a change of the felt force at this tick.
+    pub noticed: L::Mask,
     /// Whether the detector raises an alarm at this tick.
     pub alarm: L::Mask,
     /// Whether the supervisor acts on the alarm (with augmentation disabled: whether there is one).
@@ -61,6 +65,7 @@ impl<L: Lane> Signals<L> {
         Signals {
             tick: self.tick,
             desired_position_m: self.desired_position_m.lane(index),
+            intended_position_m: self.intended_position_m.lane(index),
             master_position_m: self.master_position_m.lane(index),
             master_velocity_m_per_s: self.master_velocity_m_per_s.lane(index),
             operator_force_n: self.operator_force_n.lane(index),
@@ -78,6 +83,7 @@ impl<L: Lane> Signals<L> {
             decision: self.decision.lane(index),
             mode: self.mode.lane(index),
             ruptured: self.ruptured.lane(index),
+            noticed: self.noticed.lane(index),
             alarm: self.alarm.lane(index),
             alarm_taken: self.alarm_taken.lane(index),
             commanded_force_n: self.commanded_force_n.lane(index),

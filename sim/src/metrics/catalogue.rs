@@ -37,8 +37,12 @@ impl Better {
 pub enum Shown {
     /// In every table, including the short table of a comparison.
     Main,
+    /// As `Main`, if a run defines it.
+    MainWhereDefined,
     /// In every table except the short one.
     Always,
+    /// As `Always`, if a run defines it.
+    WhereDefined,
     /// Above all others, if a run defines it.
     First,
     /// If it is not 0 in one of the runs.
@@ -128,6 +132,14 @@ pub struct Declaration {
     pub shown: Shown,
     /// Its meaning, in a sentence.
     pub meaning: &'static str,
+}
+
+impl Shown {
+    /// Whether the short table of a comparison has it.
+    #[must_use]
+    pub fn is_main(self) -> bool {
+        matches!(self, Self::Main | Self::MainWhereDefined)
+    }
 }
 
 impl Declaration {

@@ -26,6 +26,14 @@ metrics! {
         frozen_motion_m: f64 = "motion while frozen", Metre, Lower [Never];
         /// Maximum speed of the slave while re-engaging; undefined if it did not re-engage.
         peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed while re-engaging", MetrePerSecond, Lower [Never];
+        /// 1 if it began by a false alarm, else 0.
+        is_false: u64 = "false alarm", Count, Lower [Never];
+        /// Largest change of the feedback force from its value at the start.
+        force_change_n: f64 = "change of the feedback force", Newton, Neither [Never];
+        /// Advance of the needle beyond the intended motion from the start to the return to teleoperation.
+        excess_at_return_m: Option<f64> = "excess at return", Metre signed, Lower [Never];
+        /// 1 if the operator noticed a change of the felt force within 2 s of the start, else 0.
+        noticed: Option<u64> = "noticed", Count, Neither [Never];
         /// Change of the feedback force in the first tick of the event.
         entry_step_n: f64 = "force step at the start", Newton, Lower [Never];
         /// Change of the feedback force that its law allows in the first tick of the event.
@@ -44,16 +52,20 @@ pub(super) struct EventExtremes<L> {
     master_end_m: L,
     frozen_motion_m: L,
     peak_speed_m_per_s: L,
+    feedback_start_n: L,
+    force_change_n: L,
 }
 
 impl<L: Lane> EventExtremes<L> {
-    /// Before the first tick of an event, with slave and master at these positions.
-    pub(super) fn at(slave_m: L, master_m: L) -> Self {
+    /// Before the first tick of an event, with slave and master at these positions and this feedback force.
+    pub(super) fn at(slave_m: L, master_m: L, feedback_n: L) -> Self {
         Self {
             slave_start_m: slave_m,
             master_end_m: master_m,
             frozen_motion_m: L::zero(),
             peak_speed_m_per_s: L::splat(f64::NEG_INFINITY),
+            feedback_start_n: feedback_n,
+            force_change_n: L::zero(),
         }
     }
 
@@ -62,12 +74,19 @@ impl<L: Lane> EventExtremes<L> {
     pub(super) fn observe_frozen(&mut self, s: &Signals<L>) {
         self.master_end_m = s.master_position_m;
         self.frozen_motion_m = (s.slave_position_m - self.slave_start_m).abs().max(self.frozen_motion_m);
+        self.observe_force(s);
     }
 
     /// Processes a tick of re-engaging.
     #[inline(always)]
     pub(super) fn observe_reengaging(&mut self, s: &Signals<L>) {
         self.peak_speed_m_per_s = s.slave_velocity_m_per_s.abs().max(self.peak_speed_m_per_s);
+        self.observe_force(s);
+    }
+
+    #[inline(always)]
+    fn observe_force(&mut self, s: &Signals<L>) {
+        self.force_change_n = (s.feedback_force_n - self.feedback_start_n).abs().max(self.force_change_n);
     }
 
     /// The values of lane `index`.
@@ -77,6 +96,8 @@ impl<L: Lane> EventExtremes<L> {
             master_end_m: self.master_end_m.lane(index),
             frozen_motion_m: self.frozen_motion_m.lane(index),
             peak_speed_m_per_s: self.peak_speed_m_per_s.lane(index),
+            feedback_start_n: self.feedback_start_n.lane(index),
+            force_change_n: self.force_change_n.lane(index),
         }
     }
 
@@ -87,16 +108,31 @@ impl<L: Lane> EventExtremes<L> {
             master_end_m: self.master_end_m.with_lane(index, one.master_end_m),
             frozen_motion_m: self.frozen_motion_m.with_lane(index, one.frozen_motion_m),
             peak_speed_m_per_s: self.peak_speed_m_per_s.with_lane(index, one.peak_speed_m_per_s),
+            feedback_start_n: self.feedback_start_n.with_lane(index, one.feedback_start_n),
+            force_change_n: self.force_change_n.with_lane(index, one.force_change_n),
         }
     }
+}
+
+/// How an event began.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beginning {
+    /// Index of the first rupture whose needle it holds; the number of ruptures if it began by a false alarm.
+    pub(super) first_rupture: usize,
+    pub(super) is_false: bool,
+    /// The gap between needle and intended position in m.
+    pub(super) gap_m: Option<f64>,
 }
 
 /// An open event.
 #[derive(Debug, Clone)]
 pub(super) struct EventWindow {
-    start: u64,
+    pub(super) start: u64,
     released: Option<u64>,
     ended: Option<u64>,
+    pub(super) beginning: Beginning,
+    pub(super) excess_m: Option<f64>,
+    pub(super) noticed_at: Option<u64>,
     master_start_m: f64,
     pub(super) extremes: EventExtremes<f64>,
     /// The change of the feedback force at the start and at the release, and what its law allows there.
@@ -105,13 +141,16 @@ pub(super) struct EventWindow {
 }
 
 impl EventWindow {
-    pub(super) fn open(s: &Signals<f64>, step_n: f64) -> Self {
+    pub(super) fn open(s: &Signals<f64>, step_n: f64, beginning: Beginning) -> Self {
         Self {
             start: s.tick,
             released: None,
             ended: None,
+            beginning,
+            excess_m: None,
+            noticed_at: None,
             master_start_m: s.master_position_m,
-            extremes: EventExtremes::at(s.slave_position_m, s.master_position_m),
+            extremes: EventExtremes::at(s.slave_position_m, s.master_position_m, s.feedback_force_n),
             entry_step_n: [step_n, s.allowed_force_step_n],
             exit_step_n: None,
         }
@@ -143,9 +182,11 @@ impl EventWindow {
         } else if mode == Mode::Reengaging.code() {
             self.extremes.peak_speed_m_per_s = kept.peak_speed_m_per_s;
         }
+        self.extremes.force_change_n = kept.force_change_n;
     }
 
-    pub(super) fn close(&self, grid: &TickGrid) -> EventMetrics {
+    /// The metrics, of an operator who `notices` changes of the felt force.
+    pub(super) fn close(&self, grid: &TickGrid, notices: bool) -> EventMetrics {
         let span = |from: u64, to: u64| grid.time_s(to - from);
         EventMetrics {
             start_s: grid.time_s(self.start),
@@ -155,6 +196,10 @@ impl EventWindow {
             master_end_m: self.extremes.master_end_m,
             frozen_motion_m: self.extremes.frozen_motion_m,
             peak_reengaging_speed_m_per_s: self.released.map(|_| self.extremes.peak_speed_m_per_s),
+            is_false: u64::from(self.beginning.is_false),
+            force_change_n: self.extremes.force_change_n,
+            excess_at_return_m: self.excess_m,
+            noticed: notices.then_some(u64::from(self.noticed_at.is_some())),
             entry_step_n: self.entry_step_n[0],
             entry_step_allowed_n: self.entry_step_n[1],
             exit_step_n: self.exit_step_n.map(|[step_n, _]| step_n),

@@ -5,6 +5,7 @@
 
 pub(crate) mod catalogue;
 mod event;
+mod intent;
 mod miss;
 mod observer;
 mod ports;
@@ -16,6 +17,8 @@ mod unit;
 
 pub use catalogue::{Better, Declaration, Metric, Scope, Shown};
 pub use event::EventMetrics;
+pub use intent::OperatorTraits;
+pub(crate) use intent::Pursuit;
 pub(crate) use miss::{DetectorSample, MissRule, SupervisorHistory};
 pub use miss::{Miss, MissReason};
 pub use observer::MetricsObserver;
@@ -28,6 +31,10 @@ pub use unit::Unit;
 /// The window after a rupture in s: for overshoot, master travel, force fall and peak rate, and for the alarm that
 /// counts as its detection.
 pub const RUPTURE_WINDOW_S: f64 = 0.5;
+
+/// The horizon of a rupture in s: the advance of the needle is compared with the intended motion up to the next rupture, or
+/// for this long.
+pub const HORIZON_S: f64 = 2.0;
 
 /// Time after the rupture in s at which the slave's travel is read; the minimum of the felt force is taken up to it.
 pub const TRAVEL_S: f64 = 0.3;

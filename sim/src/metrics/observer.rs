@@ -3,10 +3,11 @@
 mod open_windows;
 
 use self::open_windows::OpenWindows;
-use super::event::EventWindow;
+use super::event::{Beginning, EventWindow};
+use super::intent::{OperatorTraits, Pursuit};
 use super::rupture::RuptureWindow;
 use super::sums::{Sample, Sums};
-use super::{Alarm, DIVERGED_M, Metrics, ModeTimes, Outcome};
+use super::{Alarm, DIVERGED_M, HORIZON_S, Metrics, ModeTimes, Outcome};
 use crate::augmentation::Mode;
 use crate::engine::{Observer, Signals};
 use crate::lane::{Lane, Mask};
@@ -70,6 +71,15 @@ fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
     Signals { distance: zero, decision: zero, ..nothing }
 }
 
+/// What an event tick knows of the operator's intention.
+#[derive(Debug, Clone, Copy)]
+struct Intent {
+    /// The gap between needle and intended position in m.
+    gap_m: Option<f64>,
+    horizon_ticks: u64,
+    withdraws: bool,
+}
+
 /// The events of one lane; separate from the sums because they change rarely.
 #[derive(Debug, Clone)]
 struct History {
@@ -81,6 +91,7 @@ struct History {
     alarms: Vec<Alarm>,
     false_alarms: u64,
     ignored_alarms: u64,
+    false_notices: u64,
     mode: f64,
     mode_ticks: [u64; 3],
     mode_switches: u64,
@@ -100,6 +111,7 @@ impl History {
             alarms: Vec::with_capacity(MAX_RECORDED),
             false_alarms: 0,
             ignored_alarms: 0,
+            false_notices: 0,
             mode: Mode::Teleoperation.code(),
             mode_ticks: [0; 3],
             mode_switches: 0,
@@ -115,7 +127,7 @@ impl History {
 
     /// An event tick: something happens, or a window is open.
     #[inline(always)]
-    fn observe(&mut self, s: &Signals<f64>, force_step_n: f64, grid: &TickGrid) {
+    fn observe(&mut self, s: &Signals<f64>, force_step_n: f64, grid: &TickGrid, intent: &Intent) {
         while self.ruptures.get(self.first_open).is_some_and(|rupture| !rupture.contains(s.tick)) {
             self.first_open += 1;
         }
@@ -126,10 +138,12 @@ impl History {
         if s.ruptured && self.ruptures.len() < MAX_RECORDED {
             self.ruptures.push(RuptureWindow::open(s, *grid));
         }
+        let mut is_false = true;
         if s.alarm_taken {
             // The latest rupture first: an alarm belongs to the most recent one.
             let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s.tick));
             self.false_alarms += u64::from(!matched);
+            is_false = !matched;
             if self.alarms.len() < MAX_RECORDED {
                 self.alarms.push(Alarm { time_s: grid.time_s(s.tick), matched });
             }
@@ -137,11 +151,28 @@ impl History {
             self.ignored_alarms += 1;
         }
         self.mode_ticks[s.mode as usize] += 1;
-        self.observe_mode(s, force_step_n);
+        self.observe_mode(s, force_step_n, is_false, intent);
+        if s.noticed {
+            self.attribute_notice(s.tick, intent);
+        }
+    }
+
+    /// Attributes what the operator notices to the rupture and the event within whose horizon it is.
+    fn attribute_notice(&mut self, tick: u64, intent: &Intent) {
+        let horizon_ticks = intent.horizon_ticks;
+        let rupture = self.ruptures.last_mut().filter(|rupture| tick - rupture.tick <= horizon_ticks);
+        let event = self.events.last_mut().filter(|event| tick - event.start <= horizon_ticks);
+        self.false_notices += u64::from(rupture.is_none() && event.is_none() && !intent.withdraws);
+        if let Some(rupture) = rupture {
+            rupture.noticed_at.get_or_insert(tick);
+        }
+        if let Some(event) = event {
+            event.noticed_at.get_or_insert(tick);
+        }
     }
 
     #[inline(always)]
-    fn observe_mode(&mut self, s: &Signals<f64>, step: f64) {
+    fn observe_mode(&mut self, s: &Signals<f64>, step: f64, is_false: bool, intent: &Intent) {
         if self.is_event_open || s.mode != self.mode {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
@@ -149,14 +180,43 @@ impl History {
             && self.mode == Mode::Teleoperation.code()
             && self.events.len() < MAX_RECORDED
         {
-            self.events.push(EventWindow::open(s, step));
+            // A matched alarm is of the latest rupture.
+            let first_rupture = if is_false { self.ruptures.len() } else { self.ruptures.len().saturating_sub(1) };
+            self.events.push(EventWindow::open(s, step, Beginning { first_rupture, is_false, gap_m: intent.gap_m }));
             self.is_event_open = true;
         }
         if self.is_event_open {
             self.is_event_open = self.events.last_mut().is_some_and(|event| event.observe(s, step));
+            if let Some(event) = self.events.last_mut().filter(|_| !self.is_event_open) {
+                event.excess_m = intent.gap_m.zip(event.beginning.gap_m).map(|(gap_m, before_m)| gap_m - before_m);
+                for rupture in self.ruptures.iter_mut().skip(event.beginning.first_rupture) {
+                    rupture.depth_at_return_m = Some(s.slave_position_m - rupture.extremes.slave_m);
+                }
+            }
         }
         self.mode_switches += u64::from(s.mode != self.mode);
         self.mode = s.mode;
+    }
+}
+
+fn intent_of<L: Lane>(pursuit: &Pursuit<L>, lane: usize) -> Intent {
+    Intent { gap_m: pursuit.gap_m(lane), horizon_ticks: pursuit.horizon_ticks(), withdraws: pursuit.withdraws(lane) }
+}
+
+/// Ends the horizon of a lane at `tick` if it is due, and opens that of a rupture at this tick.
+#[cold]
+#[inline(never)]
+fn update_horizon<L: Lane>(
+    pursuit: &mut Pursuit<L>,
+    history: &mut History,
+    (lane, tick, ruptured): (usize, u64, bool),
+) {
+    if let Some((rupture, aftermath)) = pursuit.close(lane, tick, ruptured) {
+        history.ruptures[rupture].aftermath = Some(aftermath);
+    }
+    let newest = history.ruptures.len().wrapping_sub(1);
+    if ruptured && history.ruptures.last().is_some_and(|rupture| rupture.tick == tick) {
+        pursuit.open(lane, tick, newest);
     }
 }
 
@@ -177,6 +237,9 @@ pub struct MetricsObserver<L: Lane> {
     /// Whether the next tick is an event tick in any case: the first, and while a window is open.
     next_is_event: bool,
     last_commanded_n: L,
+    pursuit: Pursuit<L>,
+    /// Whether the horizon of a rupture ends at this tick.
+    is_horizon_due: bool,
 }
 
 impl<L: Lane> MetricsObserver<L> {
@@ -196,7 +259,17 @@ impl<L: Lane> MetricsObserver<L> {
             running: L::WIDTH,
             next_is_event: true,
             last_commanded_n: zero,
+            pursuit: Pursuit::new(grid.tick_s(), HORIZON_S),
+            is_horizon_due: false,
         }
+    }
+
+    /// Sets what is known of the operator of each lane: without it, no metric refers to an intended motion or to what an
+    /// operator notices.
+    #[must_use]
+    pub fn of_operators(mut self, traits: impl Fn(usize) -> OperatorTraits) -> Self {
+        self.pursuit.set_operators(traits);
+        self
     }
 
     /// The metrics of lane `index`.
@@ -214,8 +287,10 @@ impl<L: Lane> MetricsObserver<L> {
         let (first, last) = (self.first.lane(index), history.last_valid.unwrap_or(self.last(self.ticks).lane(index)));
         let energy = |sum: f64, first: f64, last: f64| ran.then_some((sum - 0.5 * (first + last)) * tick_s);
         let (slave_m, reference_m) = (last.slave_m, last.reference_m);
-        let events: Vec<_> = history.events.iter().map(|event| event.close(&self.grid)).collect();
-        let ruptures: Vec<_> = history.ruptures.iter().map(RuptureWindow::close).collect();
+        let notices = self.pursuit.operator(index).notices;
+        let events: Vec<_> = history.events.iter().map(|event| event.close(&self.grid, notices)).collect();
+        let ruptures: Vec<_> = history.ruptures.iter().map(|rupture| rupture.close(notices)).collect();
+        let final_excess_m = self.pursuit.final_gap_m(index).filter(|_| history.diverged_at.is_none());
         let count =
             |is: &dyn Fn(&RuptureWindow) -> bool| history.ruptures.iter().filter(|window| is(window)).count() as u64;
         let [_, augmented, reengaging] = history.mode_ticks;
@@ -238,6 +313,13 @@ impl<L: Lane> MetricsObserver<L> {
             final_slave_position_m: ran.then_some(slave_m),
             final_tracking_error: (ran && reference_m != 0.0).then(|| (reference_m - slave_m) / reference_m),
             peak_reengaging_speed_m_per_s: peak,
+            final_excess_m,
+            false_notices: notices.then_some(history.false_notices),
+            undisturbed_s: self
+                .pursuit
+                .undisturbed_ticks(index)
+                .filter(|_| history.diverged_at.is_none())
+                .map(|ticks| self.grid.time_s(ticks)),
             feedback_step_excess_n: history.step_excess_n,
             mode_times: ModeTimes {
                 teleoperation_s: following as f64 * tick_s,
@@ -283,6 +365,7 @@ impl<L: Lane> MetricsObserver<L> {
                 history.diverged_at = Some(s.tick);
                 history.last_valid = Some(before.lane(index));
                 self.running -= 1;
+                self.pursuit.abandon(index);
             }
         }
         let sample = sample(s);
@@ -295,12 +378,13 @@ impl<L: Lane> MetricsObserver<L> {
 
         let now = L::splat(s.tick as f64);
         let force_step_n = (s.commanded_force_n - self.last_commanded_n).abs();
-        let needs_history = running & windows.needs_history(now, s, !following | s.ruptured | s.alarm);
+        let needs_history = running & windows.needs_history(now, s, !following | s.ruptured | s.alarm | s.noticed);
         if needs_history.any() {
             for index in (0..L::WIDTH).filter(|&index| needs_history.lane(index)) {
                 let history = &mut self.histories[index];
                 windows.store(index, history, s.tick.saturating_sub(1));
-                history.observe(&s.lane(index), force_step_n.lane(index), &self.grid);
+                let intent = intent_of(&self.pursuit, index);
+                history.observe(&s.lane(index), force_step_n.lane(index), &self.grid, &intent);
             }
         }
         windows.follow(now, s, force_step_n);
@@ -310,6 +394,20 @@ impl<L: Lane> MetricsObserver<L> {
             }
         }
         self.next_is_event = windows.any_open();
+        self.update_horizons(s, running);
+    }
+
+    /// Ends and opens the horizons of ruptures, of the lanes that are `running`.
+    #[inline(always)]
+    fn update_horizons(&mut self, s: &Signals<L>, running: L::Mask) {
+        if (s.ruptured | s.alarm_taken).any() {
+            self.pursuit.disturb(s.ruptured | s.alarm_taken, s.tick);
+        }
+        if self.is_horizon_due | s.ruptured.any() {
+            for lane in (0..L::WIDTH).filter(|&lane| running.lane(lane)) {
+                update_horizon(&mut self.pursuit, &mut self.histories[lane], (lane, s.tick, s.ruptured.lane(lane)));
+            }
+        }
     }
 
     /// The lanes that have diverged.
@@ -347,7 +445,7 @@ impl<L: Lane> MetricsObserver<L> {
         }
         self.last_event_tick = (s.tick, now);
         self.sums.push(s.tick, sample.only(valid, following));
-        let eventful = !(valid & following) | s.ruptured | s.alarm;
+        let eventful = !(valid & following) | s.ruptured | s.alarm | s.noticed;
         self.next_is_event = false;
         for index in 0..L::WIDTH {
             let history = &mut self.histories[index];
@@ -358,14 +456,16 @@ impl<L: Lane> MetricsObserver<L> {
                 history.diverged_at = Some(s.tick);
                 history.last_valid = Some(before.lane(index));
                 self.running -= 1;
+                self.pursuit.abandon(index);
                 continue;
             }
             if eventful.lane(index) || history.has_open_window() {
                 let force_step = (s.commanded_force_n - self.last_commanded_n).abs().lane(index);
-                history.observe(&s.lane(index), force_step, &self.grid);
+                history.observe(&s.lane(index), force_step, &self.grid, &intent_of(&self.pursuit, index));
             }
             self.next_is_event |= history.has_open_window();
         }
+        self.update_horizons(&s, valid);
     }
 }
 
@@ -381,7 +481,8 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
         // below 1 only in teleoperation and far from divergence; the general path distinguishes the rest.
         let bound = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
             + (s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N) + s.mode);
-        let is_quiet = !(self.next_is_event | s.ruptured.any() | s.alarm.any());
+        self.is_horizon_due = self.pursuit.follow(s);
+        let is_quiet = !(self.next_is_event | self.is_horizon_due | (s.ruptured | s.alarm | s.noticed).any());
         if L::WIDTH > 1 {
             let quiet = bound.lt(L::splat(1.0));
             let ended = if self.running < L::WIDTH { self.ended() } else { L::Mask::splat(false) };

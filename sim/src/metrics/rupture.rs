@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::catalogue::metrics;
+use super::intent::Aftermath;
 use super::miss::Miss;
 use super::{FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
 use crate::engine::Signals;
@@ -20,16 +21,30 @@ metrics! {
         layer: Option<&'static str>;
         /// Time from the rupture to its alarm; undefined if it was missed.
         detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
+        /// Largest advance of the needle beyond the intended motion, up to the next rupture or for 2 s; undefined without known intention.
+        excess_advance_m: Option<f64> = "excess advance", Metre, Lower [MainWhereDefined];
+        /// Advance of the needle at the next rupture, or after 2 s.
+        horizon_advance_m: Option<f64> = "advance in 2 s", Metre signed, Neither [Main];
+        /// Advance of the needle from the rupture to the return to teleoperation; undefined without an event.
+        depth_at_return_m: Option<f64> = "depth at return", Metre signed, Lower [MainWhereDefined];
+        /// Largest depth of the needle beyond the largest intended depth, up to the next rupture or for 2 s.
+        unintended_cut_m: Option<f64> = "unintended cut", Metre, Lower [WhereDefined];
+        /// 1 if the operator noticed the rupture, up to the next one or within 2 s, else 0; undefined if the operator notices nothing.
+        noticed: Option<u64> = "noticed", Count, Higher [MainWhereDefined];
+        /// Time from the rupture until the operator noticed it.
+        noticed_after_s: Option<f64> = "noticed after", Second, Lower [WhereDefined];
         /// Why it was missed; `None` if it was not, or if the run is not recorded tick by tick.
         miss: Option<Miss>;
         /// Maximum advance of the needle in the 0.5 s after the rupture.
-        slave_overshoot_m: Option<f64> = "slave overshoot", Metre, Lower [Main];
+        slave_overshoot_m: Option<f64> = "overshoot in 0.5 s", Metre, Lower;
         /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
         slave_travel_m: Option<f64> = "slave travel at 0.3 s", Metre signed, Lower;
+        /// Velocity of the master at the rupture.
+        master_velocity_m_per_s: f64 = "master velocity", MetrePerSecond signed, Neither [Never];
         /// Position of the master at the rupture.
         master_position_m: f64 = "master position", Metre signed, Neither [Never];
         /// Maximum advance of the master in the 0.5 s after the rupture.
-        master_travel_m: Option<f64> = "master travel", Metre, Neither;
+        master_travel_m: Option<f64> = "master travel in 0.5 s", Metre, Neither;
         /// Time until the feedback force is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
         feedback_fall_s: Option<f64> = "feedback force down to 5 %", Second, Lower;
         /// Time until the force on the hand is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
@@ -37,7 +52,7 @@ metrics! {
         /// Maximum rate of change of the force on the hand in the 0.5 s after the rupture.
         peak_force_rate_n_per_s: Option<f64> = "peak rate of the felt force", NewtonPerSecond, Higher;
         /// Largest drop of the force on the hand within 0.3 s, relative to its value at the rupture; above 100 % the hand is pulled.
-        felt_contrast: Option<f64> = "felt contrast", Share, Higher [Main];
+        felt_contrast: Option<f64> = "felt contrast in 0.3 s", Share, Higher;
     }
 }
 
@@ -128,6 +143,10 @@ pub(super) struct RuptureWindow {
     pub(super) feedback_fallen_at: Option<u64>,
     pub(super) felt_fallen_at: Option<u64>,
     pub(super) observed_ticks: u64,
+    master_velocity_m_per_s: f64,
+    pub(super) aftermath: Option<Aftermath>,
+    pub(super) depth_at_return_m: Option<f64>,
+    pub(super) noticed_at: Option<u64>,
 }
 
 impl RuptureWindow {
@@ -145,6 +164,10 @@ impl RuptureWindow {
             feedback_fallen_at: None,
             felt_fallen_at: None,
             observed_ticks: 0,
+            master_velocity_m_per_s: s.master_velocity_m_per_s,
+            aftermath: None,
+            depth_at_return_m: None,
+            noticed_at: None,
         }
     }
 
@@ -195,17 +218,27 @@ impl RuptureWindow {
         self.detected_at.is_none() && !self.is_complete()
     }
 
-    pub(super) fn close(&self) -> RuptureMetrics {
+    /// The metrics, of an operator who `notices` changes of the felt force.
+    pub(super) fn close(&self, notices: bool) -> RuptureMetrics {
         let (whole, extremes) = (self.is_complete(), &self.extremes);
         let felt = self.observed_ticks >= self.travel_ticks && self.felt_n > 0.0;
         let since = |tick: u64| self.grid.time_s(tick - self.tick);
+        let beyond_intent_m = self.aftermath.and_then(|aftermath| aftermath.beyond_intent_m);
         RuptureMetrics {
             time_s: self.grid.time_s(self.tick),
             detection_delay_s: self.detected_at.map(since),
             layer: None,
             miss: None,
+            excess_advance_m: beyond_intent_m.map(|(excess_m, _)| excess_m),
+            horizon_advance_m: self.aftermath.map(|aftermath| aftermath.advance_m),
+            depth_at_return_m: self.depth_at_return_m,
+            unintended_cut_m: beyond_intent_m.map(|(_, cut_m)| cut_m),
+            noticed: (notices && (self.noticed_at.is_some() || self.aftermath.is_some()))
+                .then_some(u64::from(self.noticed_at.is_some())),
+            noticed_after_s: self.noticed_at.map(since),
             slave_overshoot_m: whole.then_some(extremes.overshoot_m),
             slave_travel_m: self.travel_m,
+            master_velocity_m_per_s: self.master_velocity_m_per_s,
             master_position_m: extremes.master_m,
             master_travel_m: whole.then_some(extremes.master_travel_m),
             feedback_fall_s: self.feedback_fallen_at.map(since),

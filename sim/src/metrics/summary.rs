@@ -132,6 +132,40 @@ metrics! {
         max_detection_delay_s = "maximum detection delay", Second, Lower [Never] was "most_detection_delay_s" => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.detection_delay_s).reduce(f64::max)
         };
+        /// Maximum excess advance of the run's ruptures.
+        max_excess_advance_m = "maximum excess advance", Metre, Lower [Never] => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.excess_advance_m).reduce(f64::max)
+        };
+        /// Maximum depth at return of the run's ruptures.
+        max_depth_at_return_m = "maximum depth at return", Metre signed, Lower [Never] => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.depth_at_return_m).reduce(f64::max)
+        };
+        /// Sum of the unintended cuts of the run's ruptures.
+        unintended_cut_m = "unintended cut", Metre, Lower [WhereDefined] => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.unintended_cut_m).reduce(|sum, cut_m| sum + cut_m)
+        };
+        /// Advance of the needle beyond the intended position when that was deepest for the last time: at the end of the insertion.
+        final_excess_m: Option<f64> = "final excess", Metre signed, Lower [WhereDefined];
+        /// Ruptures that the operator noticed.
+        noticed_ruptures = "noticed ruptures", Count, Higher [WhereDefined] => |m| {
+            m.ruptures.iter().filter_map(|rupture| rupture.noticed.map(|noticed| noticed as f64)).reduce(|sum, one| sum + one)
+        };
+        /// Changes of the felt force noticed without a rupture or an event in the 2 s before, while the operator does not withdraw.
+        false_notices: Option<u64> = "noticed without cause", Count, Lower [WhereDefined];
+        /// Time without withdrawal that is not within 2 s after a rupture or after an alarm that was acted on; undefined without known intention.
+        undisturbed_s: Option<f64> = "undisturbed time", Second, Neither [Never];
+        /// Total duration of the events that began by a false alarm: the delay of an insertion whose slave is held meanwhile.
+        false_alarm_event_s = "time in false events", Second, Lower [WhereDefined] => |m| {
+            false_events(m).map(|event| event.augmented_s.unwrap_or(0.0) + event.reengaging_s.unwrap_or(0.0)).reduce(|sum, s| sum + s)
+        };
+        /// Largest change of the feedback force in an event that began by a false alarm.
+        false_alarm_force_n = "force change by a false alarm", Newton, Lower [WhereDefined] => |m| {
+            false_events(m).map(|event| event.force_change_n).reduce(f64::max)
+        };
+        /// Largest advance of the needle beyond the intended motion from a false alarm to the return to teleoperation.
+        false_alarm_excess_m = "excess by a false alarm", Metre signed, Lower [WhereDefined] => |m| {
+            false_events(m).filter_map(|event| event.excess_at_return_m).reduce(f64::max)
+        };
         /// Maximum slave overshoot of the run's ruptures.
         max_slave_overshoot_m = "maximum slave overshoot", Metre, Lower [Never] was "most_slave_overshoot_m" => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.slave_overshoot_m).reduce(f64::max)
@@ -185,6 +219,10 @@ metrics! {
         /// The energies at the ports. Only told of runs with a trace.
         ports: Option<PortMetrics>;
     }
+}
+
+fn false_events(metrics: &Metrics) -> impl Iterator<Item = &EventMetrics> {
+    metrics.events.iter().filter(|event| event.is_false == 1)
 }
 
 fn count(number: usize) -> Option<f64> {

@@ -3,6 +3,7 @@
 mod hand;
 mod kind;
 mod motion;
+mod perception;
 mod reflex;
 mod tremor;
 
@@ -12,6 +13,7 @@ pub use kind::{
     SineSettings, StartSettings,
 };
 pub use motion::{insertion_extraction, minimum_jerk, sine};
+pub use perception::{Perception, PerceptionSettings};
 pub use reflex::{Reflex, ReflexSettings};
 pub use tremor::TremorSettings;
 
@@ -20,7 +22,7 @@ use reflex::Reaction;
 use std::sync::Arc;
 
 use crate::error::{InvalidValue, finite};
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 
 /// Largest distance of the desired position from 0, in m. A run beyond it has diverged.
 pub const MAX_POSITION_M: f64 = 1.0;
@@ -43,12 +45,45 @@ pub trait Operator<L: Lane> {
     /// The desired position at `tick` in m, given the felt force `felt_n` (N) at the tick before. Called once per tick,
     /// starting at 0.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
+
+    /// The position in m that the operator means to reach, at the tick of the last desired position `desired_m` (m).
+    ///
+    /// It is the desired position without what the hand does involuntarily, such as a tremor.
+    #[inline(always)]
+    fn intended_position_m(&self, desired_m: L) -> L {
+        desired_m
+    }
+
+    /// Receives whether a cue on the skin is on. Called before the desired position of the next tick.
+    #[inline(always)]
+    fn cue(&mut self, _is_on: L::Mask) {}
+
+    /// Whether the operator noticed a change of the felt force, at the tick of the last desired position.
+    #[inline(always)]
+    fn notices(&self) -> L::Mask {
+        L::Mask::splat(false)
+    }
 }
 
 impl<L: Lane, O: Operator<L> + ?Sized> Operator<L> for Box<O> {
     #[inline(always)]
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
         (**self).desired_position_m(tick, felt_n)
+    }
+
+    #[inline(always)]
+    fn intended_position_m(&self, desired_m: L) -> L {
+        (**self).intended_position_m(desired_m)
+    }
+
+    #[inline(always)]
+    fn cue(&mut self, is_on: L::Mask) {
+        (**self).cue(is_on);
+    }
+
+    #[inline(always)]
+    fn notices(&self) -> L::Mask {
+        (**self).notices()
     }
 }
 
@@ -77,6 +112,10 @@ pub struct HumanOperator<L: Lane> {
     motion: Motion<L>,
     tremor: Option<Arc<[L]>>,
     reaction: Option<Reaction<L>>,
+    /// The position at the last tick without tremor.
+    intended_m: L,
+    /// Lanes in which it was less deep than at the tick before.
+    withdraws: L::Mask,
 }
 
 /// `x_d = start + speed · t` until `end` is reached, then `end`.
@@ -129,7 +168,7 @@ impl<L: Lane> HumanOperator<L> {
     /// An operator without tremor who does not react to the felt force.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
-        Self { motion, tremor: None, reaction: None }
+        Self { motion, tremor: None, reaction: None, intended_m: L::zero(), withdraws: L::Mask::splat(false) }
     }
 
     /// Adds a tremor: one displacement in m per tick, as from [`TremorSettings::displacements`].
@@ -139,11 +178,18 @@ impl<L: Lane> HumanOperator<L> {
         self
     }
 
-    /// Adds the reaction to a drop of the felt force, if the settings have one; lane `i` uses stream `first_stream + i`
-    /// of the seed, on ticks of `tick_s` (s).
+    /// Adds what the operator notices of the felt force, and the reaction to it, if the settings have one of them; lane `i`
+    /// uses stream `first_stream + i` of the seed, on ticks of `tick_s` (s).
     #[must_use]
-    pub fn reacting(mut self, settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
-        self.reaction = settings.reacts().then(|| Reaction::new(settings, seed, first_stream, tick_s));
+    pub fn reacting(
+        mut self,
+        reflex: &ReflexSettings,
+        perception: &Perception,
+        (seed, first_stream): (u64, u64),
+        tick_s: f64,
+    ) -> Self {
+        let is_any = reflex.reacts() || perception.settings().is_some();
+        self.reaction = is_any.then(|| Reaction::new(reflex, perception, (seed, first_stream), tick_s));
         self
     }
 }
@@ -153,19 +199,41 @@ impl<L: Lane> Operator<L> for HumanOperator<L> {
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {
         let intended = match &mut self.reaction {
             Some(reaction) if tick > 0 => {
-                let (motion_ticks, withdrawn_m) = reaction.step(tick, felt_n);
+                let (motion_ticks, withdrawn_m) = reaction.step(tick, felt_n, self.withdraws);
                 self.motion.at(motion_ticks) - withdrawn_m
             }
             _ => self.motion.at(L::splat(tick as f64)),
         };
+        self.withdraws = intended.lt(self.intended_m);
+        self.intended_m = intended;
         match &self.tremor {
             Some(displacements) => intended + displacements.get(tick as usize).copied().unwrap_or(L::zero()),
             None => intended,
         }
     }
+
+    #[inline(always)]
+    fn intended_position_m(&self, _desired_m: L) -> L {
+        self.intended_m
+    }
+
+    #[inline(always)]
+    fn cue(&mut self, is_on: L::Mask) {
+        if let Some(reaction) = &mut self.reaction {
+            reaction.cue(is_on);
+        }
+    }
+
+    #[inline(always)]
+    fn notices(&self) -> L::Mask {
+        match &self.reaction {
+            Some(reaction) => reaction.has_noticed(),
+            None => L::Mask::splat(false),
+        }
+    }
 }
 
-crate::lane::gather!(HumanOperator { motion, tremor, reaction });
+crate::lane::gather!(HumanOperator { motion, tremor, reaction, intended_m } masks { withdraws });
 crate::lane::gather!(Ramp { start, step, low, high });
 
 impl crate::lane::Gather for Motion<f64> {

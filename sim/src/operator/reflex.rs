@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use trocar_core::settings::ActsFor;
 
+use super::perception::{Noticing, Perception};
 use crate::error::InvalidValue;
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
@@ -89,7 +90,8 @@ impl ReflexSettings {
 /// noticed:  F_h < (1 - w) level_{k-1},  level_{k-1} >= minimum force,  no reaction pending
 /// ```
 /// One reaction time after the drop is noticed, the time of the motion stops for the pause; then the motion continues.
-/// No other drop is noticed until the end of the pause.
+/// No other drop is noticed until the end of the pause. With a psychometric decision, that decides what is noticed, and the
+/// reaction time is its own.
 #[derive(Debug, Clone)]
 pub(super) struct Reaction<L: Lane> {
     keep: L,
@@ -108,11 +110,21 @@ pub(super) struct Reaction<L: Lane> {
     clock: L,
     withdrawn: L,
     withdrawn_before: L,
+    /// The lanes that noticed a drop at the last tick.
+    noticed: L::Mask,
+    noticing: Option<Noticing<L>>,
+    /// 1 where a cue is on.
+    cue: L,
 }
 
 impl<L: Lane> Reaction<L> {
     /// A reaction before the first tick; lane `i` uses stream `first_stream + i` of the seed.
-    pub(super) fn new(settings: &ReflexSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
+    pub(super) fn new(
+        settings: &ReflexSettings,
+        perception: &Perception,
+        (seed, first_stream): (u64, u64),
+        tick_s: f64,
+    ) -> Self {
         let ticks = |duration_s: f64| nearest_ticks(duration_s, tick_s) as f64;
         let (withdraw_m, speed) = match settings.reflex {
             Reflex::None | Reflex::Stop => (0.0, 0.0),
@@ -120,8 +132,16 @@ impl<L: Lane> Reaction<L> {
         };
         let mut reaction_ticks = [L::zero(); DRAWN];
         for lane in 0..L::WIDTH {
+            let stream = first_stream + lane as u64;
+            if let Some(perception) = perception.settings() {
+                let drawn = perception.reaction_ticks::<DRAWN>(seed, stream, tick_s);
+                for (all, drawn) in reaction_ticks.iter_mut().zip(drawn) {
+                    *all = all.with_lane(lane, drawn);
+                }
+                continue;
+            }
             let mut rng = ChaCha8Rng::seed_from_u64(seed ^ DOMAIN);
-            rng.set_stream(first_stream + lane as u64);
+            rng.set_stream(stream);
             for drawn in &mut reaction_ticks {
                 let spread = settings.reaction_max_s - settings.reaction_min_s;
                 let reaction_s = settings.reaction_min_s + spread * rng.random::<f64>();
@@ -132,7 +152,7 @@ impl<L: Lane> Reaction<L> {
             keep: L::splat(libm::exp(-tick_s / settings.memory_s)),
             noticed_ratio: L::splat(1.0 - settings.weber_fraction),
             min_force: L::splat(settings.min_force_n),
-            pause_ticks: L::splat(ticks(settings.pause_s)),
+            pause_ticks: L::splat(if settings.reacts() { ticks(settings.pause_s) } else { 0.0 }),
             withdraw_step: L::splat(speed * tick_s),
             withdraw_m: L::splat(withdraw_m),
             reaction_ticks,
@@ -142,19 +162,31 @@ impl<L: Lane> Reaction<L> {
             clock: L::zero(),
             withdrawn: L::zero(),
             withdrawn_before: L::zero(),
+            noticed: L::Mask::splat(false),
+            noticing: perception.settings().map(|perception| Noticing::new(perception, seed, first_stream, tick_s)),
+            cue: L::zero(),
         }
     }
 
-    /// Processes the felt force at the tick before `tick`; returns the time of the motion at `tick` in ticks, and the
+    /// Processes the felt force at the tick before `tick`, in lanes of which some withdraw; returns the time of the motion at `tick` in ticks, and the
     /// withdrawn distance in m.
     #[inline(always)]
-    pub(super) fn step(&mut self, tick: u64, felt: L) -> (L, L) {
+    pub(super) fn step(&mut self, tick: u64, felt: L, withdraws: L::Mask) -> (L, L) {
         let (zero, one, never) = (L::zero(), L::splat(1.0), L::splat(f64::INFINITY));
         let now = L::splat(tick as f64);
         let first = self.level.lt(L::splat(f64::MIN));
         let idle = self.due.ge(never);
         let fallen = felt.lt(self.noticed_ratio * self.level) & self.level.ge(self.min_force);
-        let notices = idle & fallen & !first;
+        let cue = self.cue.gt(L::splat(0.5));
+        let notices = match &mut self.noticing {
+            Some(noticing) => {
+                let notices = idle & noticing.step(now, felt, cue, withdraws);
+                noticing.use_cue(notices);
+                notices
+            }
+            None => idle & fallen & !first,
+        };
+        self.noticed = notices;
         if notices.any() {
             self.notice(notices, now);
         }
@@ -163,12 +195,27 @@ impl<L: Lane> Reaction<L> {
         let is_over = now.gt(self.due + self.pause_ticks) & self.due.lt(never);
         // After a reaction the next drop is measured from the present force.
         self.level = L::select(first | is_over, felt, followed);
+        if let Some(noticing) = &mut self.noticing {
+            noticing.restart(is_over, now, felt);
+        }
         self.due = L::select(is_over, never, self.due);
         self.clock = self.clock + L::select(acts, zero, one);
         let withdrawn_next = (self.withdrawn + self.withdraw_step).min(self.withdrawn_before + self.withdraw_m);
         self.withdrawn = L::select(acts, withdrawn_next, self.withdrawn);
         self.withdrawn_before = L::select(is_over, self.withdrawn, self.withdrawn_before);
         (self.clock, self.withdrawn)
+    }
+
+    /// Receives whether a cue is on.
+    #[inline(always)]
+    pub(super) fn cue(&mut self, is_on: L::Mask) {
+        self.cue = L::select(is_on, L::splat(1.0), L::zero());
+    }
+
+    /// The lanes that noticed a drop at the last tick.
+    #[inline(always)]
+    pub(super) fn has_noticed(&self) -> L::Mask {
+        self.noticed
     }
 
     /// Sets the tick of the reaction in the lanes that notice a drop.
@@ -198,7 +245,9 @@ crate::lane::gather!(Reaction {
     clock,
     withdrawn,
     withdrawn_before,
-});
+    noticing,
+    cue,
+} masks { noticed });
 
 #[cfg(test)]
 mod tests {
@@ -218,8 +267,8 @@ mod tests {
 
     /// The time of the motion and the withdrawal at each tick of a force.
     fn react_to(settings: &ReflexSettings, seed: u64, force: impl Fn(u64) -> f64) -> Vec<(f64, f64)> {
-        let mut reaction = Reaction::<f64>::new(settings, seed, 0, 1e-3);
-        (1..3000).map(|tick| reaction.step(tick, force(tick - 1))).collect()
+        let mut reaction = Reaction::<f64>::new(settings, &Perception::None, (seed, 0), 1e-3);
+        (1..3000).map(|tick| reaction.step(tick, force(tick - 1), false)).collect()
     }
 
     fn drop_at(tick: u64) -> impl Fn(u64) -> f64 {

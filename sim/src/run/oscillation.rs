@@ -152,6 +152,10 @@ impl<O: Operator<f64>> Operator<f64> for Nudged<O> {
             _ => desired_m,
         }
     }
+
+    fn cue(&mut self, is_on: bool) {
+        self.operator.cue(is_on);
+    }
 }
 
 /// Whether a short displacement of the hand has a lasting effect: whether the loop sustains the swing.

@@ -191,7 +191,8 @@ fn side_by_side<L: Wide, R: RunObserver>(
     let grid = scenarios.first()?.grid;
     let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
     let additional = observer.over_lanes::<L>(first..first + scenarios.len());
-    let mut observers = (MetricsObserver::<L>::new(grid, ruptures), additional);
+    let traits = |lane: usize| scenarios[lane.min(scenarios.len() - 1)].operator_traits();
+    let mut observers = (MetricsObserver::<L>::new(grid, ruptures).of_operators(traits), additional);
     // An exact engine does not fail.
     engine.run_wide(&mut observers).ok()?;
     let (metrics, additional) = observers;

@@ -13,7 +13,7 @@ use crate::engine::{
     OwnEngine, OwnParts, Plants, Wired, Wiring,
 };
 use crate::lane::Lane;
-use crate::operator::{Hand, Reflex};
+use crate::operator::{Hand, Perception, Reflex};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::teleoperation::LinkReport;
 
@@ -216,6 +216,7 @@ impl Scenario {
         self.operator = OperatorSpec::Hand(hand);
         self.tremor.amplitude_m = 0.0;
         self.reflex.reflex = Reflex::None;
+        self.perception = Perception::None;
         self
     }
 }

@@ -11,7 +11,7 @@ use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
-use crate::operator::{MotionSettings, ReflexSettings, TremorSettings};
+use crate::operator::{MotionSettings, Perception, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ArmRoles, Grip, MasterParameters, SlaveParameters};
 use crate::recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
 use crate::sensor::SensorSettings;
@@ -19,7 +19,7 @@ use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySett
 use crate::tissue::{OrganMotion, TissueSettings};
 
 /// The sections in the order in which they are written, each with its subject.
-pub const SECTIONS: [(&str, &str); 23] = [
+pub const SECTIONS: [(&str, &str); 24] = [
     ("simulation", "Duration, tick and engine."),
     ("master", "The master (eq. 28) and its force controller (eq. 29)."),
     ("arm", "The operator's arm (eq. 32-35), in the paper's symbols."),
@@ -30,6 +30,7 @@ pub const SECTIONS: [(&str, &str); 23] = [
     ("channel", "The link between master and slave."),
     ("passivity", "The passivity scheme, which keeps the link from generating energy under delay."),
     ("operator", "The operator's motion."),
+    ("perception", "What the operator notices of the felt force."),
     ("tissue", "The tissue that the needle enters."),
     ("tissue.skin", "The first layer, for kind = \"layers\"."),
     ("tissue.fat", "The second layer."),
@@ -48,7 +49,7 @@ pub const SECTIONS: [(&str, &str); 23] = [
 /// Every key, in the order in which they are written; the layers' keys are last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 32] = [
+const GROUPS: [&[Key]; 33] = [
     RunSettings::KEYS,
     MasterParameters::KEYS,
     Grip::KEYS,
@@ -67,6 +68,7 @@ const GROUPS: [&[Key]; 32] = [
     MotionSettings::KEYS,
     TremorSettings::KEYS,
     ReflexSettings::KEYS,
+    Perception::KEYS,
     TissueSettings::KEYS,
     OrganMotion::KEYS,
     FileSettings::KEYS,

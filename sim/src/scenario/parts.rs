@@ -57,7 +57,8 @@ impl Scenario {
         let is_baseline = self.estimator.is_baseline()
             && self.detector.distance.kind == DistanceKind::SquaredResidual
             && self.alarm_ticks().is_empty()
-            && self.sensor.reads_position_exactly();
+            && self.sensor.reads_position_exactly()
+            && !self.sensor.at_tip;
         let force_sensor = || ForceSensor::new(&self.sensor, self.grid.tick_s(), self.seed, first_stream);
         let reads_exactly = self.sensor.reads_force_exactly();
         Ok(match (self.replay().filter(|_| is_baseline), self.any_tissue()?) {
@@ -129,7 +130,8 @@ impl Scenario {
         };
         let augmentation = &self.augmentation;
         let motion_law = own.motion_law.unwrap_or_else(|| {
-            Box::new(HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m()))
+            let law = HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m());
+            Box::new(law.holding(&augmentation.hold, tick_s))
         });
         let force_law = own.force_law.unwrap_or_else(|| Box::new(AnyForceLaw::new(&augmentation.force, tick_s)));
         let estimator = own.estimator.unwrap_or_else(|| Box::new(AnyEstimator::new(&self.estimator)));
@@ -191,7 +193,9 @@ impl Scenario {
     fn replay(&self) -> Option<Replay> {
         match &self.operator {
             OperatorSpec::Recording(positions)
-                if self.tremor.amplitude_m <= 0.0 && self.reflex.reflex == Reflex::None =>
+                if self.tremor.amplitude_m <= 0.0
+                    && self.reflex.reflex == Reflex::None
+                    && self.perception.settings().is_none() =>
             {
                 Some(Replay(positions.clone()))
             }
@@ -238,6 +242,6 @@ impl Scenario {
             let ticks = self.grid.ticks() + 1;
             operator = operator.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
         }
-        Ok(operator.reacting(&self.reflex, self.seed, first_stream, tick_s))
+        Ok(operator.reacting(&self.reflex, &self.perception, (self.seed, first_stream), tick_s))
     }
 }

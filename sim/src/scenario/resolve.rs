@@ -21,7 +21,8 @@ use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
-use crate::operator::{MAX_POSITION_M, MotionSettings, ReflexSettings, TremorSettings};
+use crate::metrics::OperatorTraits;
+use crate::operator::{MAX_POSITION_M, MotionSettings, Perception, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
@@ -103,6 +104,8 @@ pub struct Scenario {
     pub tremor: TremorSettings,
     /// The operator's reaction to a drop of the felt force.
     pub reflex: ReflexSettings,
+    /// How the operator notices a drop of the felt force.
+    pub perception: Perception,
     /// The tissue.
     pub tissue: TissueSpec,
     /// Its motion with breathing and heartbeat.
@@ -204,6 +207,7 @@ impl Scenario {
             operator,
             tremor: TremorSettings::read(&mut values)?,
             reflex: ReflexSettings::read(&mut values)?,
+            perception: Perception::read(&mut values)?,
             tissue,
             organ_motion: OrganMotion::read(&mut values)?,
             sensor: SensorSettings::read(&mut values)?,
@@ -236,7 +240,8 @@ impl Scenario {
     /// Whether its seed changes anything: sensors with noise, tremor, random reaction times, jitter or loss.
     #[must_use]
     pub fn has_random_numbers(&self) -> bool {
-        let reacts_randomly = self.reflex.reacts() && self.reflex.reaction_min_s < self.reflex.reaction_max_s;
+        let reacts_randomly = self.perception.settings().is_some()
+            || self.reflex.reacts() && self.reflex.reaction_min_s < self.reflex.reaction_max_s;
         let is_noisy = self.sensor.force_noise_std_n > 0.0;
         is_noisy || self.tremor.amplitude_m > 0.0 || reacts_randomly || !self.irregularity.is_none()
     }
@@ -265,6 +270,16 @@ impl Scenario {
         self.tissue.settings().map_or(vec![], TissueSettings::rupturing_layers)
     }
 
+    /// What the metrics must know of its operator. The intention of a recorded or live hand is not known.
+    #[must_use]
+    pub fn operator_traits(&self) -> OperatorTraits {
+        let is_planned = !replays_position(&self.values) && !matches!(self.operator, OperatorSpec::Hand(_));
+        OperatorTraits {
+            intended_scale: is_planned.then(|| self.position_scale()),
+            notices: self.reflex.reacts() || self.perception.settings().is_some(),
+        }
+    }
+
     /// Slave motion per master motion.
     #[must_use]
     pub fn position_scale(&self) -> f64 {
@@ -276,6 +291,7 @@ impl Scenario {
         let out_of_range = |error| self.values.out_of_range(&error);
         self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
         self.reflex.validate_where_reacting().map_err(out_of_range)?;
+        self.perception.validate().map_err(out_of_range)?;
         self.irregularity.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
         self.sensor.validate().map_err(out_of_range)?;
         self.estimator.validate().map_err(out_of_range)?;

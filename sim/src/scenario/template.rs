@@ -22,7 +22,7 @@ use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
-use crate::operator::{ReflexSettings, TremorSettings};
+use crate::operator::{Perception, ReflexSettings, TremorSettings};
 use crate::plant::SlaveParameters;
 use crate::sensor::SensorSettings;
 use crate::tissue::OrganMotion;
@@ -54,7 +54,7 @@ enum Part {
     Presliding,
     /// The operator's motion, if it replays no recording.
     Motion,
-    /// Tremor and reflex.
+    /// Tremor, reflex and perception.
     TremorAndReflex,
     /// Nothing in this scenario.
     Nothing,
@@ -81,6 +81,7 @@ impl Part {
             ("tissue", _) if !replays_force(base.values()) => Self::Tissue,
             (_, "tissue.presliding_m") if matches!(base.tissue, TissueSpec::Depth { .. }) => Self::Presliding,
             ("tissue", _) => Self::Nothing,
+            ("perception", _) => Self::TremorAndReflex,
             ("operator", _) if path.contains("tremor") || path.contains("reflex") => Self::TremorAndReflex,
             ("operator", _) if !replays_position(base.values()) => Self::Motion,
             ("operator", _) => Self::Nothing,
@@ -294,9 +295,11 @@ impl CaseFactory<'_> {
             Part::TremorAndReflex => {
                 scenario.tremor = TremorSettings::read(values)?;
                 scenario.reflex = ReflexSettings::read(values)?;
+                scenario.perception = Perception::read(values)?;
                 let invalid = |error| values.out_of_range(&error);
                 scenario.tremor.validate_on_ticks(scenario.grid.tick_s()).map_err(invalid)?;
                 scenario.reflex.validate_where_reacting().map_err(invalid)?;
+                scenario.perception.validate().map_err(invalid)?;
             }
         }
         Ok(())

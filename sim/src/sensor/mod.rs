@@ -37,6 +37,8 @@ trocar_core::settings! {
         force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
         /// Maximum force reading, in both directions: readings beyond it are clipped; no limit when not given.
         force_range_n: Option<f64> [POSITIVE],
+        /// Whether the sensor is at the tip, so that it does not measure the friction on the shaft.
+        at_tip: bool = false,
         /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.
         ///
         /// At 0 position and velocity are read exactly.
@@ -84,6 +86,12 @@ pub trait Sensor<L: Lane> {
     /// The reading of a force (N), a position (m) and a velocity (m/s). Called once per tick.
     fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L>;
 
+    /// Whether the force is that on the tip alone, without the friction on the shaft.
+    #[inline(always)]
+    fn excludes_shaft(&self) -> bool {
+        false
+    }
+
     /// Takes the noise of `ticks` readings from a bank, if it has them or has room. The numbers are the same as without
     /// a bank.
     fn share_noise(&mut self, _bank: &mut NoiseBank, _ticks: u64) {}
@@ -93,6 +101,11 @@ impl<L: Lane, S: Sensor<L> + ?Sized> Sensor<L> for Box<S> {
     #[inline(always)]
     fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
         (**self).read(force_n, position_m, velocity_m_per_s)
+    }
+
+    #[inline(always)]
+    fn excludes_shaft(&self) -> bool {
+        (**self).excludes_shaft()
     }
 }
 
@@ -183,6 +196,7 @@ pub struct AnySensor<L> {
     force: ForceSensor<L>,
     position: Quantiser<L>,
     velocity: Option<VelocityFilter<L>>,
+    at_tip: bool,
 }
 
 impl<L: Lane> AnySensor<L> {
@@ -198,6 +212,7 @@ impl<L: Lane> AnySensor<L> {
             force: ForceSensor::new(settings, tick_s, seed, first_stream),
             position: Quantiser::new(resolution_m),
             velocity: filter.transpose()?,
+            at_tip: settings.at_tip,
         })
     }
 }
@@ -213,13 +228,18 @@ impl<L: Lane> Sensor<L> for AnySensor<L> {
         self.force.read(force_n, position_m, velocity_m_per_s)
     }
 
+    #[inline(always)]
+    fn excludes_shaft(&self) -> bool {
+        self.at_tip
+    }
+
     fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64) {
         self.force.share_noise(bank, ticks);
     }
 }
 
 crate::lane::gather!(ForceSensor { bias_n, lag, noise_std_n, noise, force, range_n });
-crate::lane::gather!(AnySensor { force, position, velocity });
+crate::lane::gather!(AnySensor { force, position, velocity } same { at_tip });
 
 impl crate::lane::Gather for Quantiser<f64> {
     type Of<L: Lane> = Quantiser<L>;

@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use crate::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
 use crate::plant::ActuatorLimits;
 use crate::scenario::{Scenario, TissueSpec};
 use crate::teleoperation::Scheme;
@@ -26,7 +27,13 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
     let (forward, backward) = (&scenario.forward_schedule, &scenario.backward_schedule);
     let varies = [forward, backward].iter().any(|schedule| schedule.has_delays() && schedule.constant().is_none());
     let sensor = &scenario.sensor;
+    let AugmentationSettings { enabled, hold, reengage, force, .. } = scenario.augmentation;
+    let (is_held, stops) = (hold == HoldSettings::Freeze, matches!(reengage, Reengage::RampUntilLoad { .. }));
+    let damps = matches!(force, ForceLawSettings::Damp(_));
     let parts = [
+        (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),
+        (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
+        (enabled && damps, "augmentation.force_law", "the added damping"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
         (master_force_n.is_some(), "actuator.master_force_limit_n", "the limit of the master's force"),
         (

@@ -72,6 +72,9 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
     let at = |tick: u64| format!("{:?}", tick as f64 * tick_s);
     let displacement_m = match switching.settings.augmentation.reengage {
         Reengage::Ramp { catch_up_speed_m_per_s } => DISPLACEMENT_M.min(SMALL * catch_up_speed_m_per_s * tick_s),
+        Reengage::RampUntilLoad { approach_speed_m_per_s, .. } => {
+            DISPLACEMENT_M.min(SMALL * approach_speed_m_per_s * tick_s)
+        }
         Reengage::Clutch | Reengage::Snap => DISPLACEMENT_M,
     };
     let last = starts.last().map_or(0, |start| start + held_ticks + phases.blend);

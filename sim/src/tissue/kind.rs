@@ -102,6 +102,16 @@ macro_rules! tissues {
                     Self::Moving(part) => part.react(tick, position_m, velocity_m_per_s),
                 }
             }
+
+            #[inline(always)]
+            fn shaft_force_n(&self) -> L {
+                match self {
+                    Self::$time(part) => part.shaft_force_n(),
+                    Self::$depth(part) => part.shaft_force_n(),
+                    $(Self::$model(part) => part.shaft_force_n(),)*
+                    Self::Moving(part) => part.shaft_force_n(),
+                }
+            }
         }
 
         crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model,)* Moving });

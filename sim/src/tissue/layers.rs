@@ -126,6 +126,7 @@ pub struct Layers<L: Lane> {
     shaft: Shaft<L>,
     /// The friction on the shaft after the last tick.
     held: ShaftContact<L>,
+    friction: L,
 }
 
 /// A layer and its state.
@@ -256,6 +257,7 @@ impl<L: Lane> Layers<L> {
             last_start: L::splat(parameters.contact_m),
             above: ShaftContact::none(),
             held: ShaftContact::none(),
+            friction: L::zero(),
         })
     }
 
@@ -305,6 +307,7 @@ impl<L: Lane> Tissue<L> for Layers<L> {
     fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
         // Few layers act on the tip at a time, and they rarely change.
         let mut force_n = self.shaft.friction_n(position, velocity, self.held.kinetic_n, self.held.length_m);
+        self.friction = force_n;
         let mut is_event = L::Mask::splat(false);
         for layer in &mut self.layers[self.first..self.begun] {
             force_n = force_n + layer.force_on_tip_n(position, velocity);
@@ -321,6 +324,11 @@ impl<L: Lane> Tissue<L> for Layers<L> {
         };
         self.update_shaft_contact(position);
         Reaction { force_n, ruptured }
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        self.friction
     }
 }
 
@@ -352,4 +360,4 @@ crate::lane::gather!(Layer {
     front, yields_at, target, decay, stiffness, stiffening, damping, next_event, start, bottom, friction, grip, thickness,
     cut_deflection,
 } masks { ruptures });
-crate::lane::gather!(Layers { layers, last_start, above, shaft, held } same { first, begun, count });
+crate::lane::gather!(Layers { layers, last_start, above, shaft, held, friction } same { first, begun, count });

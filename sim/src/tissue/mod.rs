@@ -58,11 +58,22 @@ pub trait Tissue<L: Lane> {
     /// The reaction at `tick` to a needle at `position_m` (m) moving at `velocity_m_per_s` (m/s). Called once per tick,
     /// starting at 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
+
+    /// The part in N of the last reaction's force that acts on the shaft, not on the tip.
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        L::zero()
+    }
 }
 
 impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
     #[inline(always)]
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
         (**self).react(tick, position_m, velocity_m_per_s)
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        (**self).shaft_force_n()
     }
 }

@@ -121,6 +121,11 @@ impl<L: Lane> Tissue<L> for Moving<L> {
         self.heartbeat.advance();
         self.tissue.react(tick, position_m - displacement_m, velocity_m_per_s - speed_m_per_s)
     }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        self.tissue.shaft_force_n()
+    }
 }
 
 crate::lane::gather!(Cycle { amplitude, rate, step_cos, step_sin, cos, sin });

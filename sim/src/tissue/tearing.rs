@@ -123,6 +123,8 @@ pub struct Tearing<L: Lane> {
     shaft: Shaft<L>,
     /// The friction on the shaft after the last tick.
     held: ShaftContact<L>,
+    /// That friction at the last tick, in N.
+    friction_n: L,
 }
 
 /// A layer and its state.
@@ -241,6 +243,7 @@ impl<L: Lane> Tearing<L> {
             reach_m: L::splat(settings.crack.crack_speed_m_per_s * tick_s),
             shaft: Shaft::new(&settings.shaft, start_m),
             held: ShaftContact::none(),
+            friction_n: L::zero(),
         })
     }
 }
@@ -248,7 +251,8 @@ impl<L: Lane> Tearing<L> {
 impl<L: Lane> Tissue<L> for Tearing<L> {
     #[inline(always)]
     fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
-        let mut force_n = self.shaft.friction_n(position, velocity, self.held.kinetic_n, self.held.length_m);
+        self.friction_n = self.shaft.friction_n(position, velocity, self.held.kinetic_n, self.held.length_m);
+        let mut force_n = self.friction_n;
         let mut ruptured = L::Mask::splat(false);
         let (first, begun) = (self.first, self.begun);
         for index in first..begun {
@@ -269,6 +273,11 @@ impl<L: Lane> Tissue<L> for Tearing<L> {
             self.held = layer.add_friction(self.held, tip_m);
         }
         Reaction { force_n, ruptured }
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        self.friction_n
     }
 }
 
@@ -296,4 +305,4 @@ impl<L: Lane> Model for Tearing<L> {
 crate::lane::gather!(Layer {
     solid, front, start, bottom, thickness, cutting_n, rupture_n2, concentration, friction, grip,
 } masks { ruptures, is_begun, is_open, is_through, is_done });
-crate::lane::gather!(Tearing { layers, reach_m, shaft, held } same { first, begun });
+crate::lane::gather!(Tearing { layers, reach_m, shaft, held, friction_n } same { first, begun });

@@ -124,7 +124,7 @@ impl<L: Lane> OpenWindows<L> {
             is_open: zero,
             is_crowded: zero,
             mode: L::splat(Mode::Teleoperation.code()),
-            event: EventExtremes::at(zero, zero),
+            event: EventExtremes::at(zero, zero, zero),
             step_excess_n: zero,
         }
     }
@@ -145,7 +145,8 @@ impl<L: Lane> OpenWindows<L> {
     #[inline(always)]
     pub(super) fn needs_history(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
         let half = L::splat(0.5);
-        let mut needs_history = s.ruptured | s.alarm | self.is_crowded.gt(half) | (s.mode - self.mode).abs().gt(half);
+        let mut needs_history =
+            s.ruptured | s.alarm | s.noticed | self.is_crowded.gt(half) | (s.mode - self.mode).abs().gt(half);
         for slot in &self.slots[..self.max_in_use] {
             needs_history = needs_history | slot.needs_history(now, s);
         }

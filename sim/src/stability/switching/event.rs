@@ -41,9 +41,10 @@ impl EventBound {
     pub fn of_each_policy(settings: &SwitchingSettings, gap_m: f64) -> Result<Vec<Self>, StabilityError> {
         let speed = match settings.augmentation.reengage {
             Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
+            Reengage::RampUntilLoad { approach_speed_m_per_s, .. } => approach_speed_m_per_s,
             Reengage::Clutch | Reengage::Snap => match Reengage::default() {
                 Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
-                Reengage::Clutch | Reengage::Snap => 0.0,
+                Reengage::RampUntilLoad { .. } | Reengage::Clutch | Reengage::Snap => 0.0,
             },
         };
         let policies = [Reengage::Ramp { catch_up_speed_m_per_s: speed }, Reengage::Clutch, Reengage::Snap];
@@ -95,10 +96,10 @@ impl EventBound {
         state.rows_mut(modes.states() - modes.delay(), modes.delay()).fill(scale * desired_m);
         let mut gap = match self.reengage {
             Reengage::Snap => 0.0,
-            Reengage::Ramp { .. } | Reengage::Clutch => -gap_m,
+            Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } | Reengage::Clutch => -gap_m,
         };
         let closing = match self.reengage {
-            Reengage::Ramp { .. } => speed_m_per_s * tick_s,
+            Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } => speed_m_per_s * tick_s,
             Reengage::Clutch | Reengage::Snap => 0.0,
         };
         let mut before = 0.0;

@@ -98,14 +98,18 @@ impl Modes {
         let tick_s = settings.of_loop.tick_s;
         let decay_factor = match augmentation.force {
             ForceLawSettings::Decay(DecaySettings { time_constant_s, .. }) => libm::exp(-tick_s / time_constant_s),
-            ForceLawSettings::Amplify(_) => 0.0,
+            ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) => 0.0,
         };
         Ok(Self {
             master: Side::master_with(&machines, &settings.of_loop, OwnPart::Open)?,
             slaves: vertices.iter().map(slave).collect::<Result<_, _>>()?,
             delay: settings.delay_ticks() as usize,
             integral: settings.of_loop.master.force_integral_gain != 0.0,
-            law: augmentation.force,
+            // The added damping is left out, and told so; what remains is the measured force.
+            law: match augmentation.force {
+                ForceLawSettings::Damp(_) => ForceLawSettings::Amplify(AmplifySettings { gain: 1.0 }),
+                law => law,
+            },
             freeze: augmentation.freeze,
             reengage: augmentation.reengage,
             decay_factor,
@@ -399,7 +403,8 @@ impl Modes {
             ForceLawSettings::Decay(DecaySettings { ratio, .. }) => {
                 self.fed_back() * self.decay_factor + self.extra(ANCHOR) * (ratio * (1.0 - self.decay_factor))
             }
-            ForceLawSettings::Amplify(AmplifySettings { gain }) => {
+            ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) => {
+                let gain = if let ForceLawSettings::Amplify(AmplifySettings { gain }) = self.law { gain } else { 1.0 };
                 // The coupling of the positions keeps its value, so that only the measured force varies.
                 self.extra(ANCHOR) + (self.measured(vertex) - self.extra(TISSUE)) * (share * gain)
             }

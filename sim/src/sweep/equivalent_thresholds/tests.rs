@@ -43,6 +43,8 @@ fn signals(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Signals<f6
     Signals {
         tick,
         desired_position_m: 0.0,
+        intended_position_m: 0.0,
+        noticed: false,
         master_position_m: 0.0,
         master_velocity_m_per_s: 0.0,
         operator_force_n: 0.0,

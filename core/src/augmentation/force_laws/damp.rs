@@ -1,0 +1,49 @@
+//! Variable impedance: the master's damping rises during the event.
+
+use super::{AugmentedTick, BuiltIn, ForceLaw};
+use crate::lane::Lane;
+
+crate::settings! {
+    /// Settings of the added damping.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DampSettings in "augmentation.damp_" {
+        /// Damping that the damp law adds to the master; 0: the feedback force is the measured one.
+        damping_n_s_per_m: f64 [NON_NEGATIVE] = 100.0,
+        /// Time constant with which the added damping rises.
+        time_constant_s: f64 [POSITIVE] = 0.03,
+    }
+}
+
+/// `F = F_e + b_k v_h` with `b_k = b (1 - exp(-k T/τ))`, `k` the ticks since the alarm: the hand is braked, wherever it goes.
+///
+/// `|ΔF| <= |ΔF_e| + |Δ(b_k v_h)|`.
+#[derive(Debug, Clone)]
+pub struct Damp<L> {
+    damping: L,
+    keep: L,
+    /// `b_k`, and `b_k v_h` at the tick before.
+    risen: L,
+    braking: L,
+}
+
+impl<L: Lane> BuiltIn<L> for Damp<L> {
+    type Settings = DampSettings;
+
+    fn build(settings: &DampSettings, tick_s: f64) -> Self {
+        let keep = L::splat(libm::exp(-tick_s / settings.time_constant_s));
+        Self { damping: L::splat(settings.damping_n_s_per_m), keep, risen: L::zero(), braking: L::zero() }
+    }
+}
+
+impl<L: Lane> ForceLaw<L> for Damp<L> {
+    #[inline(always)]
+    fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L) {
+        let risen = L::select(now.begins, L::zero(), self.risen);
+        let before = L::select(now.begins, L::zero(), self.braking);
+        self.risen = self.damping + (risen - self.damping) * self.keep;
+        self.braking = self.risen * now.velocity_m_per_s;
+        (now.measured_n + self.braking, now.moved_n + (self.braking - before).abs())
+    }
+}
+
+crate::lane::gather!(Damp { damping, keep, risen, braking });

@@ -1,0 +1,87 @@
+//! The role of the hold, and the built-in holds: the slave's reference during an event.
+//!
+//! A built-in hold is one file of this folder and one line in the settings and in [`AnyHold`].
+
+mod follow;
+mod forbidden_region;
+mod freeze;
+mod speed_limit;
+
+pub use follow::Following;
+pub use forbidden_region::{ForbiddenRegion, ForbiddenRegionSettings};
+pub use freeze::Frozen;
+pub use speed_limit::{SpeedLimit, SpeedLimitSettings};
+
+use crate::lane::Lane;
+
+/// Inputs of a hold at a tick. All positions are in m, on the slave's scale.
+#[derive(Debug, Clone, Copy)]
+pub struct HeldTick<L> {
+    /// Where the slave was at the alarm.
+    pub anchor_m: L,
+    /// The slave's reference at the tick before; at the first tick of an event the anchor.
+    pub last_m: L,
+    /// Where the slave would be without the event: the hand's position with the offset left by a clutch.
+    pub hand_m: L,
+}
+
+/// Gives the slave's reference during an event.
+pub trait Hold<L: Lane> {
+    /// The slave's reference in m.
+    fn reference_m(&self, now: &HeldTick<L>) -> L;
+}
+
+crate::choice! {
+    /// What holds the slave during an event: a freeze, a speed limit, a region that it must not enter, or nothing.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum HoldSettings at "augmentation.hold" = Freeze {
+        /// It is frozen.
+        "freeze" => Freeze,
+        /// It follows the hand at a bounded speed.
+        "speed-limit" => SpeedLimit(SpeedLimitSettings),
+        /// It follows the hand, but not beyond where it was at the alarm.
+        "forbidden-region" => ForbiddenRegion(ForbiddenRegionSettings),
+        /// It follows the hand.
+        "none" => None,
+    }
+}
+
+/// Any of the built-in holds.
+#[derive(Debug, Clone)]
+pub enum AnyHold<L> {
+    /// See [`Frozen`].
+    Freeze,
+    /// See [`SpeedLimit`].
+    SpeedLimit(SpeedLimit<L>),
+    /// See [`ForbiddenRegion`].
+    ForbiddenRegion(ForbiddenRegion<L>),
+    /// See [`Following`].
+    None,
+}
+
+impl<L: Lane> AnyHold<L> {
+    /// The hold of the settings, on ticks `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
+        match settings {
+            HoldSettings::Freeze => Self::Freeze,
+            HoldSettings::SpeedLimit(settings) => Self::SpeedLimit(SpeedLimit::new(settings, tick_s)),
+            HoldSettings::ForbiddenRegion(settings) => Self::ForbiddenRegion(ForbiddenRegion::new(settings)),
+            HoldSettings::None => Self::None,
+        }
+    }
+}
+
+impl<L: Lane> Hold<L> for AnyHold<L> {
+    #[inline(always)]
+    fn reference_m(&self, now: &HeldTick<L>) -> L {
+        match self {
+            Self::Freeze => Frozen.reference_m(now),
+            Self::SpeedLimit(hold) => hold.reference_m(now),
+            Self::ForbiddenRegion(hold) => hold.reference_m(now),
+            Self::None => Following.reference_m(now),
+        }
+    }
+}
+
+crate::lane::gather_variants!(AnyHold { SpeedLimit, ForbiddenRegion } empty { Freeze, None });

@@ -1,0 +1,36 @@
+//! The slave follows the hand, but not into the region behind the layer.
+
+use super::{HeldTick, Hold};
+use crate::lane::Lane;
+
+crate::settings! {
+    /// Settings of the forbidden region.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ForbiddenRegionSettings in "augmentation." {
+        /// Distance from the position at the alarm to the forbidden region.
+        margin_m: f64 at "augmentation.region_margin_m" [NON_NEGATIVE] = 0.0,
+    }
+}
+
+/// `x_ref = min(hand, anchor + margin)`: as a freeze for a hand that moves on, but the needle can be withdrawn.
+#[derive(Debug, Clone)]
+pub struct ForbiddenRegion<L> {
+    margin: L,
+}
+
+impl<L: Lane> ForbiddenRegion<L> {
+    /// The region of the settings.
+    #[must_use]
+    pub fn new(settings: &ForbiddenRegionSettings) -> Self {
+        Self { margin: L::splat(settings.margin_m) }
+    }
+}
+
+impl<L: Lane> Hold<L> for ForbiddenRegion<L> {
+    #[inline(always)]
+    fn reference_m(&self, now: &HeldTick<L>) -> L {
+        now.hand_m.min(now.anchor_m + self.margin)
+    }
+}
+
+crate::lane::gather!(ForbiddenRegion { margin });

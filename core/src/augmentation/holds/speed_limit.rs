@@ -1,0 +1,36 @@
+//! The slave follows the hand at a bounded speed.
+
+use super::{HeldTick, Hold};
+use crate::lane::Lane;
+
+crate::settings! {
+    /// Settings of the speed limit.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct SpeedLimitSettings in "augmentation." {
+        /// Largest speed of the slave during an event with a speed limit.
+        speed_m_per_s: f64 at "augmentation.hold_speed_m_per_s" [POSITIVE] = 0.005,
+    }
+}
+
+/// `x_ref = x_ref⁻ + clamp(hand - x_ref⁻, -v T, v T)`: the needle can go on, but slowly.
+#[derive(Debug, Clone)]
+pub struct SpeedLimit<L> {
+    step: L,
+}
+
+impl<L: Lane> SpeedLimit<L> {
+    /// The limit of the settings, on ticks `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &SpeedLimitSettings, tick_s: f64) -> Self {
+        Self { step: L::splat(settings.speed_m_per_s * tick_s) }
+    }
+}
+
+impl<L: Lane> Hold<L> for SpeedLimit<L> {
+    #[inline(always)]
+    fn reference_m(&self, now: &HeldTick<L>) -> L {
+        now.last_m + (now.hand_m - now.last_m).clamp(-self.step, self.step)
+    }
+}
+
+crate::lane::gather!(SpeedLimit { step });

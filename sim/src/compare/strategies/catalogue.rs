@@ -1,0 +1,114 @@
+//! The strategies against a rupture, and the persons that they are compared over.
+
+/// A strategy or a person: changes of a scenario under a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Variant {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does, in a sentence.
+    pub meaning: &'static str,
+    /// The settings, as `section.key=value`.
+    pub settings: &'static [&'static str],
+}
+
+/// The force law of a strategy that feeds the measured force back.
+const MEASURED: [&str; 2] = ["augmentation.force_law=damp", "augmentation.damp_damping_n_s_per_m=0"];
+const ENABLED: &str = "augmentation.enabled=true";
+
+/// Every strategy, the first without any.
+pub const STRATEGIES: [Variant; 11] = [
+    Variant {
+        name: "none",
+        meaning: "The classical scheme: alarms have no effect.",
+        settings: &["augmentation.enabled=false"],
+    },
+    Variant {
+        name: "freeze-decay",
+        meaning: "The slave is frozen, the felt force decays, and a ramp closes the gap.",
+        settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=ramp"],
+    },
+    Variant {
+        name: "freeze-amplify",
+        meaning: "The slave is frozen, the variation of the felt force is doubled, and a ramp closes the gap.",
+        settings: &[ENABLED, "augmentation.force_law=amplify", "augmentation.reengage=ramp"],
+    },
+    Variant {
+        name: "freeze-clutch",
+        meaning: "The slave is frozen, the felt force decays, and the gap is kept.",
+        settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=clutch"],
+    },
+    Variant {
+        name: "freeze-snap",
+        meaning: "The slave is frozen, the felt force decays, and the gap closes at once.",
+        settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=snap"],
+    },
+    Variant {
+        name: "freeze-until-load",
+        meaning: "The slave is frozen, the felt force decays, and a ramp closes the gap until the force rises.",
+        settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=ramp-until-load"],
+    },
+    Variant {
+        name: "speed-limit",
+        meaning: "The slave follows slowly, the measured force is fed back, and a ramp closes the gap.",
+        settings: &[ENABLED, "augmentation.hold=speed-limit", MEASURED[0], MEASURED[1]],
+    },
+    Variant {
+        name: "forbidden-region",
+        meaning: "The slave cannot go deeper, the measured force is fed back, and the gap is kept.",
+        settings: &[
+            ENABLED,
+            "augmentation.hold=forbidden-region",
+            "augmentation.reengage=clutch",
+            MEASURED[0],
+            MEASURED[1],
+        ],
+    },
+    Variant {
+        name: "damping",
+        meaning: "The slave follows, and the master's damping rises.",
+        settings: &[ENABLED, "augmentation.hold=none", MEASURED[0], "augmentation.damp_damping_n_s_per_m=100"],
+    },
+    Variant {
+        name: "cue",
+        meaning: "The slave follows, the measured force is fed back, and a vibration marks the alarm.",
+        settings: &[ENABLED, "augmentation.hold=none", "augmentation.cue=true", MEASURED[0], MEASURED[1]],
+    },
+    Variant {
+        name: "tip-force",
+        meaning: "The classical scheme with a force sensor at the tip: the friction on the shaft is not felt.",
+        settings: &["augmentation.enabled=false", "sensor.at_tip=true"],
+    },
+];
+
+/// The persons: each stops on noticing a drop of the force. Their settings are chosen here.
+pub const PERSONS: [Variant; 3] = [
+    Variant {
+        name: "attentive",
+        meaning: "The defaults of [perception].",
+        settings: &["operator.reflex=stop", "perception.kind=psychometric"],
+    },
+    Variant {
+        name: "distracted",
+        meaning: "One change in five goes unnoticed; a higher criterion and slower reactions.",
+        settings: &[
+            "operator.reflex=stop",
+            "perception.kind=psychometric",
+            "perception.lapse_rate=0.2",
+            "perception.criterion=3.5",
+            "perception.reaction_mean_s=0.35",
+            "perception.reaction_std_s=0.08",
+        ],
+    },
+    Variant {
+        name: "practised",
+        meaning: "A lower criterion and faster reactions.",
+        settings: &[
+            "operator.reflex=stop",
+            "perception.kind=psychometric",
+            "perception.lapse_rate=0.01",
+            "perception.criterion=2",
+            "perception.reaction_mean_s=0.16",
+            "perception.reaction_std_s=0.03",
+        ],
+    },
+];
