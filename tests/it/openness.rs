@@ -101,6 +101,7 @@ const ARCHITECTURES: &[Part] = &[
             ("sim/src/stability/limit.rs", "the limit in closed form is the paper's"),
             ("sim/src/stability/sampled.rs", "the reduced loop is the paper's"),
             ("sim/src/stability/sensitivity.rs", "the paper's has no coupling"),
+            ("sim/src/stability/z_width.rs", "the paper's master computes a wall"),
         ],
     ),
     ("architecture/local_force.rs", &["LocalForce"], &[BOTH]),

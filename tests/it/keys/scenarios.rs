@@ -125,6 +125,9 @@ const VARIANTS: &[&str] = &[
      channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false operator.reflex=none \
      operator.kind=ramp operator.end_m=0.02 operator.speed_m_per_s=0.04 sensor.force_bandwidth_hz=0 \
      sensor.force_range_n=20 simulation.duration_s=2",
+    // A person who decides at every tick, and often misses a change.
+    "perception.kind=psychometric perception.criterion=0 perception.interval_s=0.002 perception.weber_fraction=0.01 \
+     perception.absolute_force_n=0.01 perception.lapse_rate=0.3",
     // A tissue that moves.
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
     // Without random numbers.
