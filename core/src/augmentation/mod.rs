@@ -30,6 +30,12 @@ use force::ForceFeedback;
 /// With augmentation only, as the keys of an event.
 pub const WHEN_ENABLED: ActsFor = ActsFor::new("augmentation.enabled", &["true"]);
 
+/// With a hold: every kind before the last, none.
+const WHEN_HELD: ActsFor = match HoldSettings::WORDS {
+    [holds @ .., _none] => ActsFor::new(HoldSettings::KEY.path, holds),
+    [] => ActsFor::new(HoldSettings::KEY.path, &[]),
+};
+
 crate::settings! {
     /// Settings of the supervisor.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,11 +45,11 @@ crate::settings! {
         /// Alarms then have no effect.
         enabled: bool = true,
         /// Where the slave is held.
-        freeze: Freeze for (WHEN_ENABLED),
+        freeze: Freeze for (WHEN_HELD),
         /// What holds the slave.
         hold: HoldSettings for (WHEN_ENABLED),
         /// How the slave returns to the hand.
-        reengage: Reengage for (WHEN_ENABLED),
+        reengage: Reengage for (WHEN_HELD),
         /// The force law of an event.
         force: ForceLawSettings for (WHEN_ENABLED),
         /// Whether a vibration on the operator's skin marks the event.
