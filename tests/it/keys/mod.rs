@@ -66,6 +66,8 @@ const ACCEPTED: &[(&str, &[Chosen])] = &[
         &[Chosen { key: "operator.kind", word: "recording" }, Chosen { key: "operator.kind", word: "ramp" }],
     ),
     ("perception.memory_s", &[Chosen { key: "master.coupling", word: "as-printed" }]),
+    // Only `[perception]` feels it.
+    ("augmentation.cue", &[Chosen { key: "perception.kind", word: "none" }]),
     (
         "sensor.at_tip",
         &[

@@ -128,6 +128,10 @@ const VARIANTS: &[&str] = &[
     // A person who decides at every tick, and often misses a change.
     "perception.kind=psychometric perception.criterion=0 perception.interval_s=0.002 perception.weber_fraction=0.01 \
      perception.absolute_force_n=0.01 perception.lapse_rate=0.3",
+    // A person who notices nothing but cues, and those at once.
+    "perception.kind=psychometric perception.criterion=5 perception.lapse_rate=0 perception.weber_fraction=0.9 \
+     perception.integration_s=0.005 perception.reaction_mean_s=0.01 perception.reaction_min_s=0 operator.reflex=stop \
+     augmentation.events_s=[0.1,0.2,0.3,0.4]",
     // A tissue that moves.
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
     // Without random numbers.
