@@ -107,6 +107,20 @@ impl ActsFor {
         Self { key, words, count: given.len() }
     }
 
+    /// All words of a choice but one.
+    #[must_use]
+    pub const fn all_but(key: &'static str, words: &[&'static str], left_out: &str) -> Self {
+        let mut built = Self::new(key, &[]);
+        let mut index = 0;
+        while index < words.len() {
+            if !are_equal(words[index], left_out) {
+                built = built.and(Self::new(key, &[words[index]]));
+            }
+            index += 1;
+        }
+        built
+    }
+
     /// The words of those kinds that have the first of `keys`. Each kind is given with its groups of keys.
     #[must_use]
     pub const fn built_from(keys: &[Key], key: &'static str, kinds: &[(&'static str, &[&[Key]])]) -> Self {

@@ -1,6 +1,6 @@
 //! The role of the hold, and the built-in holds: the slave's reference during an event.
 //!
-//! A built-in hold is one file of this folder and one line in the settings and in [`AnyHold`].
+//! A built-in hold is one file of this folder and one line of [`holds!`].
 
 mod follow;
 mod forbidden_region;
@@ -31,57 +31,65 @@ pub trait Hold<L: Lane> {
     fn reference_m(&self, now: &HeldTick<L>) -> L;
 }
 
-crate::choice! {
-    /// What holds the slave during an event: a freeze, a speed limit, a region that it must not enter, or nothing.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub enum HoldSettings at "augmentation.hold" = Freeze {
+/// Defines the settings and the enum of the built-in holds, one line each: word and type, of those with settings also
+/// their type.
+macro_rules! holds {
+    (
+        plain { $($(#[doc = $plain_doc:literal])* $plain_word:literal => $Plain:ident,)* }
+        set { $($(#[doc = $doc:literal])* $word:literal => $Hold:ident($Settings:ident),)* }
+    ) => {
+        crate::choice! {
+            /// What holds the slave during an event: a freeze, a speed limit, a region that it must not enter, or nothing.
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub enum HoldSettings at "augmentation.hold" = Frozen {
+                $($(#[doc = $plain_doc])* $plain_word => $Plain,)*
+                $($(#[doc = $doc])* $word => $Hold($Settings),)*
+            }
+        }
+
+        /// Any of the built-in holds.
+        #[derive(Debug, Clone)]
+        pub enum AnyHold<L> {
+            $(#[doc = concat!("See [`", stringify!($Plain), "`].")] $Plain,)*
+            $(#[doc = concat!("See [`", stringify!($Hold), "`].")] $Hold($Hold<L>),)*
+        }
+
+        impl<L: Lane> AnyHold<L> {
+            /// The hold of the settings, on ticks `tick_s` apart (s).
+            #[must_use]
+            pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
+                match settings {
+                    $(HoldSettings::$Plain => Self::$Plain,)*
+                    $(HoldSettings::$Hold(settings) => Self::$Hold($Hold::new(settings, tick_s)),)*
+                }
+            }
+        }
+
+        impl<L: Lane> Hold<L> for AnyHold<L> {
+            #[inline(always)]
+            fn reference_m(&self, now: &HeldTick<L>) -> L {
+                match self {
+                    $(Self::$Plain => $Plain.reference_m(now),)*
+                    $(Self::$Hold(hold) => hold.reference_m(now),)*
+                }
+            }
+        }
+
+        crate::lane::gather_variants!(AnyHold { $($Hold),* } empty { $($Plain),* });
+    };
+}
+
+holds! {
+    plain {
         /// It is frozen.
-        "freeze" => Freeze,
+        "freeze" => Frozen,
+        /// It follows the hand.
+        "none" => Following,
+    }
+    set {
         /// It follows the hand at a bounded speed.
         "speed-limit" => SpeedLimit(SpeedLimitSettings),
         /// It follows the hand, but not beyond where it was at the alarm.
         "forbidden-region" => ForbiddenRegion(ForbiddenRegionSettings),
-        /// It follows the hand.
-        "none" => None,
     }
 }
-
-/// Any of the built-in holds.
-#[derive(Debug, Clone)]
-pub enum AnyHold<L> {
-    /// See [`Frozen`].
-    Freeze,
-    /// See [`SpeedLimit`].
-    SpeedLimit(SpeedLimit<L>),
-    /// See [`ForbiddenRegion`].
-    ForbiddenRegion(ForbiddenRegion<L>),
-    /// See [`Following`].
-    None,
-}
-
-impl<L: Lane> AnyHold<L> {
-    /// The hold of the settings, on ticks `tick_s` apart (s).
-    #[must_use]
-    pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
-        match settings {
-            HoldSettings::Freeze => Self::Freeze,
-            HoldSettings::SpeedLimit(settings) => Self::SpeedLimit(SpeedLimit::new(settings, tick_s)),
-            HoldSettings::ForbiddenRegion(settings) => Self::ForbiddenRegion(ForbiddenRegion::new(settings)),
-            HoldSettings::None => Self::None,
-        }
-    }
-}
-
-impl<L: Lane> Hold<L> for AnyHold<L> {
-    #[inline(always)]
-    fn reference_m(&self, now: &HeldTick<L>) -> L {
-        match self {
-            Self::Freeze => Frozen.reference_m(now),
-            Self::SpeedLimit(hold) => hold.reference_m(now),
-            Self::ForbiddenRegion(hold) => hold.reference_m(now),
-            Self::None => Following.reference_m(now),
-        }
-    }
-}
-
-crate::lane::gather_variants!(AnyHold { SpeedLimit, ForbiddenRegion } empty { Freeze, None });

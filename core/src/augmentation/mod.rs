@@ -30,11 +30,8 @@ use force::ForceFeedback;
 /// With augmentation only, as the keys of an event.
 pub const WHEN_ENABLED: ActsFor = ActsFor::new("augmentation.enabled", &["true"]);
 
-/// With a hold: every kind before the last, none.
-const WHEN_HELD: ActsFor = match HoldSettings::WORDS {
-    [holds @ .., _none] => ActsFor::new(HoldSettings::KEY.path, holds),
-    [] => ActsFor::new(HoldSettings::KEY.path, &[]),
-};
+/// With a hold of any kind but none.
+const WHEN_HELD: ActsFor = ActsFor::all_but(HoldSettings::KEY.path, HoldSettings::WORDS, "none");
 
 crate::settings! {
     /// Settings of the supervisor.

@@ -106,7 +106,7 @@ impl<L: Lane> HeldReference<L> {
         };
         Self {
             freeze,
-            hold: AnyHold::Freeze,
+            hold: AnyHold::Frozen,
             reengage,
             force: L::zero(),
             min_force: L::zero(),
@@ -122,6 +122,12 @@ impl<L: Lane> HeldReference<L> {
     #[must_use]
     pub fn holding(self, hold: &HoldSettings, tick_s: f64) -> Self {
         Self { hold: AnyHold::new(hold, tick_s), ..self }
+    }
+
+    /// The reference that the hold gives for a slave that would be at `followed` without the event.
+    #[inline(always)]
+    fn held(&self, followed: L) -> L {
+        self.hold.reference_m(&HeldTick { anchor_m: self.frozen, last_m: self.last, hand_m: followed })
     }
 
     /// Lanes in which the force has risen since the release.
@@ -162,10 +168,12 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
                 Freeze::Reference => self.last,
             };
             self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
-            let opened = match (&self.hold, self.reengage) {
-                (_, Reengage::Snap) => L::zero(),
-                (AnyHold::None, _) => self.gap,
-                _ => self.last - hand,
+            let opened = match self.reengage {
+                Reengage::Snap => L::zero(),
+                // From where the hold would have led, so that the reference does not jump.
+                Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } | Reengage::Clutch => {
+                    self.held(hand + self.gap) - hand
+                }
             };
             reengaging = L::select(modes.has_become(Mode::Reengaging), opened, reengaging);
             self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
@@ -178,7 +186,7 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
         reengaging = L::select(keeps_gap, self.gap, reengaging);
         self.gap = L::select(modes.is(Mode::Reengaging), reengaging, self.gap);
         let followed = hand + self.gap;
-        let held = self.hold.reference_m(&HeldTick { anchor_m: self.frozen, last_m: self.last, hand_m: followed });
+        let held = self.held(followed);
         self.last = L::select(modes.is(Mode::Augmented), held, followed);
         self.last
     }

@@ -132,7 +132,7 @@ fn a_speed_limit_a_region_and_nothing_let_the_slave_go_as_far_as_they_say() {
     assert!((last - (anchor + 400.0 * 4e-6)).abs() < 1e-12, "{last}");
     let (first, last) = at(HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 0.001 }));
     assert!((first - 0.01 * 0.1).abs() < 1e-15 && (last - (anchor + 0.001)).abs() < 1e-15, "{first} {last}");
-    assert_eq!(at(HoldSettings::None), (0.01 * 0.1, 0.01 * 0.499));
+    assert_eq!(at(HoldSettings::Following), (0.01 * 0.1, 0.01 * 0.499));
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_forbidden_region_lets_the_needle_be_withdrawn() {
 
 #[test]
 fn without_a_hold_there_is_no_gap_to_close() {
-    let settings = AugmentationSettings { hold: HoldSettings::None, reengage: Reengage::Clutch, ..settings() };
+    let settings = AugmentationSettings { hold: HoldSettings::Following, reengage: Reengage::Clutch, ..settings() };
     let commands = Timeline::new(settings).alarm_at(100).run(2000, |_| 4.0);
     assert!(commands.iter().enumerate().all(|(k, c)| (c.slave_reference_m - 0.01 * k as f64 * TICK_S).abs() < 1e-15));
 }
@@ -172,7 +172,7 @@ fn damping_is_added_to_the_measured_force_and_a_cue_touches_nothing() {
     assert!((commands[200].feedback_force_n - exact).abs() < 1e-9, "{}", commands[200].feedback_force_n);
 
     let none = ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 0.0, time_constant_s: 0.01 });
-    let settings = AugmentationSettings { force: none, hold: HoldSettings::None, cue: true, ..settings() };
+    let settings = AugmentationSettings { force: none, hold: HoldSettings::Following, cue: true, ..settings() };
     let timeline = Timeline::new(settings).alarm_at(100);
     let supervisor = timeline.supervisor.clone();
     let commands = timeline.run(800, |tick| 1e-3 * tick as f64);

@@ -458,26 +458,9 @@ fn rank_correlations(rows: &[StrategyRow]) -> Vec<Option<f64>> {
     let correlation = |window: usize| {
         let both: Vec<(f64, f64)> =
             of_window(window).into_iter().zip(reference.clone()?).filter_map(|(a, b)| a.zip(b)).collect();
-        spearman(&both)
+        quantiles::rank_correlation(&both)
     };
     (0..WINDOWS_S.len()).map(correlation).collect()
-}
-
-/// Spearman's rank correlation of pairs, with mean ranks of ties; `None` if either does not vary.
-fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
-    let ranks = |values: Vec<f64>| -> Vec<f64> {
-        let rank = |value: &f64| {
-            let below = values.iter().filter(|other| *other < value).count() as f64;
-            let same = values.iter().filter(|other| *other == value).count() as f64;
-            below + 0.5 * (same - 1.0)
-        };
-        values.iter().map(rank).collect()
-    };
-    let (a, b) = (ranks(pairs.iter().map(|pair| pair.0).collect()), ranks(pairs.iter().map(|pair| pair.1).collect()));
-    let (mean_a, mean_b) = (mean(&a)?, mean(&b)?);
-    let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 { a.iter().zip(&b).map(|(a, b)| of(a - mean_a, b - mean_b)).sum() };
-    let scale = (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt();
-    (scale > 0.0).then(|| sum(&|a, b| a * b) / scale)
 }
 
 #[cfg(test)]
@@ -527,12 +510,5 @@ mod tests {
         ];
         mark_front(&mut rows);
         assert_eq!(rows.map(|row| row.is_on_front), [true, true, false, false]);
-    }
-
-    #[test]
-    fn ranks_correlate_as_they_should() {
-        assert_eq!(spearman(&[(1.0, 10.0), (2.0, 20.0), (3.0, 25.0)]), Some(1.0));
-        assert_eq!(spearman(&[(1.0, 3.0), (2.0, 2.0), (3.0, 1.0)]), Some(-1.0));
-        assert_eq!(spearman(&[(1.0, 3.0), (1.0, 2.0)]), None);
     }
 }

@@ -1,5 +1,7 @@
 //! Confidence intervals of counted shares and rates.
 
+use crate::quantiles::bisect;
+
 /// The standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;
 
@@ -33,8 +35,8 @@ pub fn poisson(count: u64) -> (f64, f64) {
     if count > MAX_EXACT {
         return (wilson_hilferty(count as f64, -Z), wilson_hilferty(count as f64 + 1.0, Z));
     }
-    let low = solve(count as f64, |mean| 1.0 - poisson_cdf(count - 1, mean) < 0.025);
-    let high = solve(2.0 * count as f64 + 20.0, |mean| poisson_cdf(count, mean) > 0.025);
+    let low = bisect(0.0, count as f64, |mean| 1.0 - poisson_cdf(count - 1, mean) < 0.025);
+    let high = bisect(0.0, 2.0 * count as f64 + 20.0, |mean| poisson_cdf(count, mean) > 0.025);
     (low, high)
 }
 
@@ -53,20 +55,6 @@ fn poisson_cdf(count: u64, mean: f64) -> f64 {
         sum += term;
     }
     sum
-}
-
-/// Returns the largest value between 0 and `high` for which `below` holds.
-fn solve(mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
-    let mut low = 0.0;
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if below(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
 }
 
 #[cfg(test)]
@@ -105,8 +93,8 @@ mod tests {
     #[test]
     fn exact_and_approximate_intervals_agree() {
         let exact = |count: u64| {
-            let low = solve(count as f64, |mean| 1.0 - poisson_cdf(count - 1, mean) < 0.025);
-            (low, solve(2.0 * count as f64 + 20.0, |mean| poisson_cdf(count, mean) > 0.025))
+            let low = bisect(0.0, count as f64, |mean| 1.0 - poisson_cdf(count - 1, mean) < 0.025);
+            (low, bisect(0.0, 2.0 * count as f64 + 20.0, |mean| poisson_cdf(count, mean) > 0.025))
         };
         for count in [101, 200, 400] {
             close(poisson(count), exact(count), 2e-3);

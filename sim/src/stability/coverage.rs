@@ -28,7 +28,7 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
     let varies = [forward, backward].iter().any(|schedule| schedule.has_delays() && schedule.constant().is_none());
     let sensor = &scenario.sensor;
     let AugmentationSettings { enabled, hold, reengage, force, .. } = scenario.augmentation;
-    let (is_held, stops) = (hold == HoldSettings::Freeze, matches!(reengage, Reengage::RampUntilLoad { .. }));
+    let (is_held, stops) = (hold == HoldSettings::Frozen, matches!(reengage, Reengage::RampUntilLoad { .. }));
     let damps = matches!(force, ForceLawSettings::Damp(_));
     let parts = [
         (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),

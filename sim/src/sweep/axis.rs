@@ -1,6 +1,6 @@
 //! One key of a scenario and its values in a sweep.
 
-use super::normal;
+use crate::quantiles::{normal_quantile, normal_share};
 use crate::scenario::{Key, Kind, Place, Value};
 
 /// The values of an axis.
@@ -77,8 +77,8 @@ impl Axis {
             }
             Levels::Range { from, to, log, points: None } => self.rounded(between(*from, *to, *log, coordinate)),
             Levels::LogNormal { median, spread } => {
-                let (low, high) = (normal::cdf(-MAX_DEVIATIONS), normal::cdf(MAX_DEVIATIONS));
-                let deviations = normal::quantile(low + coordinate * (high - low));
+                let (low, high) = (normal_share(-MAX_DEVIATIONS), normal_share(MAX_DEVIATIONS));
+                let deviations = normal_quantile(low + coordinate * (high - low));
                 self.rounded(median * libm::exp(deviations * libm::log(*spread)))
             }
         }

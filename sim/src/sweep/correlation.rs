@@ -1,6 +1,6 @@
 //! Axes that vary together.
 
-use super::normal::{cdf, quantile};
+use crate::quantiles::{normal_quantile, normal_share};
 
 /// Some axes, each two of which are correlated alike.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,10 +42,10 @@ impl Mixer {
 
     /// Correlates the coordinates of a case.
     pub(super) fn mix(&self, coordinates: &mut [f64]) {
-        let normals: Vec<f64> = self.axes.iter().map(|axis| quantile(coordinates[*axis])).collect();
+        let normals: Vec<f64> = self.axes.iter().map(|axis| normal_quantile(coordinates[*axis])).collect();
         for (row, axis) in self.factor.iter().zip(&self.axes) {
             let mixed: f64 = row.iter().zip(&normals).map(|(weight, normal)| weight * normal).sum();
-            coordinates[*axis] = cdf(mixed).min(1.0 - f64::EPSILON);
+            coordinates[*axis] = normal_share(mixed).min(1.0 - f64::EPSILON);
         }
     }
 }

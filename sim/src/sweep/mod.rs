@@ -16,7 +16,6 @@ mod error;
 mod execute;
 mod file;
 mod merge;
-mod normal;
 mod part;
 mod permutation;
 mod plan;

@@ -247,6 +247,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
             return None;
         }
         let (forward, backward) = (self.positions.outages(index), self.forces.outages(index));
+        let energies = self.scheme.energies();
         Some(LinkReport {
             outages: (forward.0 + backward.0) as u64,
             longest_outage_ticks: forward.1.max(backward.1),
@@ -254,12 +255,12 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
             master_port_j: self.master_port.energy_j.lane(index),
             slave_port_j: self.slave_port.energy_j.lane(index),
             generated_j: self.generated_j.lane(index),
-            promised_j: self.scheme.promised_j().map(|promised_j| promised_j.lane(index)),
+            promised_j: energies.promised_j.map(|promised_j| promised_j.lane(index)),
             left_behind_m: (self.slave_port.position - self.scales.position_scale * self.master_port.position)
                 .max(L::zero())
                 .lane(index),
-            master_dissipated_j: self.scheme.dissipated_j().lane(index),
-            slave_refused_j: self.scheme.refused_j().lane(index),
+            master_dissipated_j: energies.dissipated_j.lane(index),
+            slave_refused_j: energies.refused_j.lane(index),
         })
     }
 }

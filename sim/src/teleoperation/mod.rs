@@ -20,7 +20,8 @@ pub use connection::{AtMaster, AtSlave, Connection, LinkReport};
 pub use direct::DirectLink;
 pub use link::{FromMaster, FromSlave, Lines, Link, PayloadLine};
 pub use passivity::{
-    Arrived, BudgetSettings, CatchUpSettings, DampingSettings, PAYLOAD, PassivityScheme, Payload, SlavePort,
+    Arrived, BudgetSettings, CatchUpSettings, DampingSettings, PAYLOAD, PassivityScheme, Payload, SchemeEnergies,
+    SlavePort,
 };
 pub use recovery::{Recovery, RecoverySettings};
 pub use settings::{ComplianceSettings, LinkSettings, Machines, Scales};

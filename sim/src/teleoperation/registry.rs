@@ -247,16 +247,8 @@ macro_rules! schemes {
                 match self { $(Self::$Kind(part) => part.limit_force(force_n, velocity_m_per_s),)* }
             }
 
-            fn promised_j(&self) -> Option<L> {
-                match self { $(Self::$Kind(part) => part.promised_j(),)* }
-            }
-
-            fn dissipated_j(&self) -> L {
-                match self { $(Self::$Kind(part) => part.dissipated_j(),)* }
-            }
-
-            fn refused_j(&self) -> L {
-                match self { $(Self::$Kind(part) => part.refused_j(),)* }
+            fn energies(&self) -> SchemeEnergies<L> {
+                match self { $(Self::$Kind(part) => part.energies(),)* }
             }
         }
 

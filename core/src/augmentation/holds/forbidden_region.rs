@@ -19,9 +19,9 @@ pub struct ForbiddenRegion<L> {
 }
 
 impl<L: Lane> ForbiddenRegion<L> {
-    /// The region of the settings.
+    /// The region of the settings; it does not depend on the tick.
     #[must_use]
-    pub fn new(settings: &ForbiddenRegionSettings) -> Self {
+    pub fn new(settings: &ForbiddenRegionSettings, _tick_s: f64) -> Self {
         Self { margin: L::splat(settings.margin_m) }
     }
 }

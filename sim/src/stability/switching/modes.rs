@@ -207,7 +207,9 @@ impl Modes {
         let n = self.states();
         let mut places: Vec<usize> = match space {
             Space::Gap | Space::Held | Space::Number | Space::Start => vec![],
-            _ => (0..n).collect(),
+            Space::Loop | Space::LoopGap | Space::Fading | Space::FadingGap | Space::Frozen | Space::All => {
+                (0..n).collect()
+            }
         };
         match space {
             Space::Loop | Space::Number | Space::Start => {}

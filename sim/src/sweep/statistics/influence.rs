@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use super::cells::{class, classes};
 use crate::moments::Moments;
+use crate::quantiles::standard_ranks;
 use crate::sweep::axis::number;
 use crate::sweep::design::Design;
 use crate::sweep::permutation::Permutation;
@@ -173,28 +174,6 @@ fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     }
     let within: f64 = filled.iter().map(|class| class.squares).sum();
     Some(((overall.squares - within - (k - 1.0) * within / (n - k)) / overall.squares).clamp(0.0, 1.0))
-}
-
-/// Returns the ranks, scaled to mean 0 and variance 1; equal values have their mean rank. `None` if all values are
-/// equal, or one is NaN.
-fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
-    if values.iter().any(|value| value.is_nan()) {
-        return None;
-    }
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
-    let mut ranks = vec![0.0; values.len()];
-    let mut start = 0;
-    while start < order.len() {
-        let same = order[start..].iter().take_while(|&&k| values[k] == values[order[start]]).count();
-        let mean = start as f64 + 0.5 * (same as f64 - 1.0);
-        order[start..start + same].iter().for_each(|&k| ranks[k] = mean);
-        start += same;
-    }
-    let n = ranks.len() as f64;
-    let mean = ranks.iter().sum::<f64>() / n;
-    let deviation = (ranks.iter().map(|rank| (rank - mean).powi(2)).sum::<f64>() / n).sqrt();
-    (deviation > 0.0).then(|| ranks.iter().map(|rank| (rank - mean) / deviation).collect())
 }
 
 /// Returns the solution of symmetric equations with 1 on the diagonal; `None` if they are singular to 1e-9.

@@ -3,7 +3,7 @@
 use super::account::Account;
 use super::force_limit::ForceLimit;
 use super::reference_limit::ReferenceLimit;
-use super::{Payload, RESERVE, SchemeContext, SlavePort};
+use super::{Payload, RESERVE, SchemeContext, SchemeEnergies, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::PassivitySettings;
 
@@ -53,9 +53,13 @@ impl<L: Lane> Budget<L> {
         }
     }
 
-    /// `E_0` in J.
-    pub(super) fn promised_j(&self) -> L {
-        self.level + self.level
+    /// The energies of a scheme with these accounts.
+    pub(super) fn energies(&self) -> SchemeEnergies<L> {
+        SchemeEnergies {
+            promised_j: Some(self.level + self.level),
+            dissipated_j: self.force.dissipated_j,
+            refused_j: self.reference.refused_j,
+        }
     }
 
     /// The running total that the master sends, after a displacement (m).

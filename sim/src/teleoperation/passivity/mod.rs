@@ -51,6 +51,17 @@ pub struct Arrived<L: Lane> {
     pub is_fresh: L::Mask,
 }
 
+/// Energies of a scheme in J.
+#[derive(Debug, Clone, Copy)]
+pub struct SchemeEnergies<L> {
+    /// `E_0`: the scheme promises `E_m - E_s >= -E_0` at every tick. `None` without a promise.
+    pub promised_j: Option<L>,
+    /// Energy dissipated at the master so far.
+    pub dissipated_j: L,
+    /// Work withheld from the slave so far.
+    pub refused_j: L,
+}
+
 /// What a scheme adds to each side's samples, and how it changes received samples.
 ///
 /// At each tick the methods are called once, in this order. Send energies as running totals, which survive late and lost
@@ -98,19 +109,9 @@ pub trait PassivityScheme<L: Lane> {
         force_n
     }
 
-    /// `E_0` in J: the scheme promises `E_m - E_s >= -E_0` at every tick. `None` without a promise.
-    fn promised_j(&self) -> Option<L> {
-        None
-    }
-
-    /// Energy dissipated at the master so far, in J.
-    fn dissipated_j(&self) -> L {
-        L::zero()
-    }
-
-    /// Work withheld from the slave so far, in J.
-    fn refused_j(&self) -> L {
-        L::zero()
+    /// What it promises, and what it has taken out so far.
+    fn energies(&self) -> SchemeEnergies<L> {
+        SchemeEnergies { promised_j: None, dissipated_j: L::zero(), refused_j: L::zero() }
     }
 }
 
@@ -143,16 +144,8 @@ impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
         (**self).limit_force(force_n, velocity_m_per_s)
     }
 
-    fn promised_j(&self) -> Option<L> {
-        (**self).promised_j()
-    }
-
-    fn dissipated_j(&self) -> L {
-        (**self).dissipated_j()
-    }
-
-    fn refused_j(&self) -> L {
-        (**self).refused_j()
+    fn energies(&self) -> SchemeEnergies<L> {
+        (**self).energies()
     }
 }
 

@@ -4,7 +4,9 @@ use super::account::Account;
 use super::budget::ENERGY;
 use super::force_limit::ForceLimit;
 use super::reference_limit::ReferenceLimit;
-use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, RESERVE, SchemeContext, SlavePort};
+use super::{
+    Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, RESERVE, SchemeContext, SchemeEnergies, SlavePort,
+};
 use crate::lane::Lane;
 use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
@@ -107,16 +109,12 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
         self.force.limit(force_n, damping, velocity_m_per_s, self.master.energy_j - self.reserve)
     }
 
-    fn promised_j(&self) -> Option<L> {
-        Some(self.level + self.level)
-    }
-
-    fn dissipated_j(&self) -> L {
-        self.force.dissipated_j
-    }
-
-    fn refused_j(&self) -> L {
-        self.reference.refused_j
+    fn energies(&self) -> SchemeEnergies<L> {
+        SchemeEnergies {
+            promised_j: Some(self.level + self.level),
+            dissipated_j: self.force.dissipated_j,
+            refused_j: self.reference.refused_j,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Passivity observer and controller in the time domain, at both ports.
 
 use super::budget::{Budget, ENERGY, SHORTAGE};
-use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SlavePort};
+use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
@@ -64,16 +64,8 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
         self.budget.limit_force(force_n, velocity_m_per_s)
     }
 
-    fn promised_j(&self) -> Option<L> {
-        Some(self.budget.promised_j())
-    }
-
-    fn dissipated_j(&self) -> L {
-        self.budget.force.dissipated_j
-    }
-
-    fn refused_j(&self) -> L {
-        self.budget.reference.refused_j
+    fn energies(&self) -> SchemeEnergies<L> {
+        self.budget.energies()
     }
 }
 
