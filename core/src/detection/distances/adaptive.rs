@@ -160,9 +160,9 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
             force: [zero; BINS],
             surplus: [zero; BINS],
             position: [zero; BINS],
-            peak: Extremes::new(zero),
-            low: Extremes::new(zero),
-            high: Extremes::new(zero),
+            peak: Extremes::maxima(zero),
+            low: Extremes::minima(zero),
+            high: Extremes::maxima(zero),
             motion: [Motion { velocity: zero, inverse: zero, fall: zero }; BINS],
             scales: [zero; WINDOWS_S.len()],
             moments: [zero; 2],
@@ -222,8 +222,8 @@ impl<L: Lane> Adaptive<L> {
     #[inline(always)]
     fn process(&mut self, force: L, position: L) {
         if self.bins == 0.0 {
-            (self.force, self.peak) = ([force; BINS], Extremes::new(force));
-            (self.position, self.high) = ([position; BINS], Extremes::new(position));
+            (self.force, self.peak) = ([force; BINS], Extremes::maxima(force));
+            (self.position, self.high) = ([position; BINS], Extremes::maxima(position));
         }
         self.bins += 1.0;
         let last_surplus = self.surplus[self.newest];
@@ -234,14 +234,17 @@ impl<L: Lane> Adaptive<L> {
         let explained = stiffness * self.change(&self.position, 1);
         self.surplus[self.newest] = last_surplus + self.change(&self.force, 1) - explained;
         let (newest, reference) = (self.newest, self.times.reference);
-        self.low.update(&self.surplus, newest, reference, L::min);
-        self.peak.update(&self.force, newest, reference, L::max);
-        self.high.update(&self.position, newest, reference, L::max);
+        self.low.update(&self.surplus, newest, reference);
+        self.peak.update(&self.force, newest, reference);
+        self.high.update(&self.position, newest, reference);
 
         self.motion[newest] = self.motion();
 
         let released = self.released(stiffness);
-        let largest = (0..WINDOWS_S.len()).fold(L::zero(), |all, index| all.max(self.relative_fall(index, released)));
+        let mut largest = L::zero();
+        for index in 0..WINDOWS_S.len() {
+            largest = largest.max(self.relative_fall(index, released));
+        }
         self.learn(stiffness);
         let held = self.hold.update(force, self.scales[0], &self.times);
         if let Some(ended) = held.ended {
@@ -294,9 +297,10 @@ impl<L: Lane> Adaptive<L> {
         let reference = self.times.reference;
         let longest = BINS - 1 - reference;
         // The maxima of four references side by side cover the longest window and the reference before it.
-        let parts =
-            [0, reference, 2 * reference, 3 * reference].map(|bins| self.ago(&self.high.whole, bins.min(longest)));
-        let deepest = parts.into_iter().fold(self.position[self.newest], L::max);
+        let mut deepest = self.position[self.newest];
+        for part in 0..4 {
+            deepest = deepest.max(self.ago(&self.high.whole, (part * reference).min(longest)));
+        }
         let retreat = deepest - self.position[self.newest] + self.bin.steps[0];
         stiffness.max(self.stiffest) * retreat
     }
@@ -365,34 +369,50 @@ fn before(bin: usize, bins: usize) -> usize {
 /// They are the extremes of extremes over parts of the reference: of the square root of the comparisons.
 #[derive(Debug, Clone)]
 struct Extremes<L> {
+    are_maxima: bool,
     parts: [L; BINS],
     whole: [L; BINS],
 }
 
 impl<L: Lane> Extremes<L> {
-    fn new(value: L) -> Self {
-        Self { parts: [value; BINS], whole: [value; BINS] }
+    fn maxima(value: L) -> Self {
+        Self { are_maxima: true, parts: [value; BINS], whole: [value; BINS] }
+    }
+
+    fn minima(value: L) -> Self {
+        Self { are_maxima: false, ..Self::maxima(value) }
     }
 
     /// Processes the newest of the values.
     #[inline(always)]
-    fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize, choose: impl Fn(L, L) -> L) {
+    fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize) {
         let part = PART.min(reference);
-        let in_part = (1..part).map(|bins| values[before(newest, bins)]);
-        self.parts[newest] = in_part.fold(values[newest], &choose);
-        let last = reference - part;
-        let parts = (1..reference.div_ceil(part)).map(|index| self.parts[before(newest, (index * part).min(last))]);
-        self.whole[newest] = parts.fold(self.parts[newest], &choose);
+        let mut extreme = values[newest];
+        for bins in 1..part {
+            extreme = self.more(extreme, values[before(newest, bins)]);
+        }
+        self.parts[newest] = extreme;
+        for index in 1..reference.div_ceil(part) {
+            extreme = self.more(extreme, self.parts[before(newest, (index * part).min(reference - part))]);
+        }
+        self.whole[newest] = extreme;
+    }
+
+    #[inline(always)]
+    fn more(&self, a: L, b: L) -> L {
+        if self.are_maxima { a.max(b) } else { a.min(b) }
     }
 
     /// Forgets what was, in the lanes of the mask.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask, value: L) {
-        self.whole = self.whole.map(|old| L::select(mask, value, old));
+        for old in &mut self.whole {
+            *old = L::select(mask, value, *old);
+        }
     }
 }
 
-crate::lane::gather!(Extremes { parts, whole });
+crate::lane::gather!(Extremes { parts, whole } same { are_maxima });
 
 /// Motion and force over the reference up to a bin.
 #[derive(Debug, Clone, Copy)]
@@ -511,7 +531,7 @@ impl<L: Lane> Bin<L> {
         }
         self.unchanged = self.unchanged + L::splat(1.0);
         let share = L::splat(1.0 / self.samples as f64);
-        let [position, force] = self.sums.map(|sum| sum * share);
+        let [position, force] = [self.sums[0] * share, self.sums[1] * share];
         (self.filled, self.sums) = (0, [L::zero(); 2]);
         self.forces = [self.forces[1], self.forces[2], force];
         let [a, b, c] = self.forces;

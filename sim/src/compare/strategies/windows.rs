@@ -49,6 +49,7 @@ impl RunObserver for Windows<'_> {
 }
 
 impl<L: Lane> Observer<L> for WindowsOverLanes<L> {
+    #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         let ruptured = s.ruptured.any();
         for (window, pursuit) in self.pursuits.iter_mut().enumerate() {
