@@ -63,6 +63,20 @@ const FORCE_LAWS: &[Part] = &[
     ),
 ];
 
+const HOLDS: &[Part] = &[
+    (
+        "holds/freeze.rs",
+        &["Frozen"],
+        &[
+            ("core/src/augmentation/position.rs", "what holds the slave unless another hold is set"),
+            ("sim/src/stability/coverage.rs", "the hold that the analysis of events has"),
+        ],
+    ),
+    ("holds/follow.rs", &["Following"], &[]),
+    ("holds/speed_limit.rs", &["SpeedLimit", "SpeedLimitSettings"], &[]),
+    ("holds/forbidden_region.rs", &["ForbiddenRegion", "ForbiddenRegionSettings"], &[]),
+];
+
 const DISTANCES: &[Part] = &[
     (
         "squared_residual.rs",
@@ -80,6 +94,10 @@ const DISTANCES: &[Part] = &[
     ("force_derivative.rs", &["ForceDerivative"], &[("sim/src/compare/noise.rs", "the paper's baseline")]),
     ("likelihood_ratio.rs", &["LikelihoodRatio", "WindowSettings"], &[]),
     ("page_hinkley.rs", &["PageHinkley"], &[]),
+    ("adaptive.rs", &["Adaptive"], &[("sim/src/scenario/values.rs", "the detector of recordings")]),
+    ("moving_average.rs", &["MovingAverage"], &[]),
+    ("windowed_derivative.rs", &["WindowedDerivative"], &[]),
+    ("linear_fit.rs", &["LinearFit"], &[]),
 ];
 
 const ESTIMATORS: &[Part] = &[
@@ -186,14 +204,17 @@ fn named_once(registry: &str, within: &[&str], parts: &[Part]) {
 fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
     named_once("sim/src/tissue/kind.rs", &[SIM], TISSUES);
     named_once("core/src/augmentation/force_laws.rs", &[CORE, SIM], FORCE_LAWS);
+    named_once("core/src/augmentation/holds.rs", &[CORE, "sim/src/stability/coverage"], HOLDS);
     named_once("core/src/detection/distances/mod.rs", &[CORE, SIM], DISTANCES);
+    assert_eq!(DISTANCES.len(), trocar::detection::DistanceKind::WORDS.len());
     named_once("core/src/estimation/any.rs", &[CORE], ESTIMATORS);
     named_once("sim/src/teleoperation/mod.rs", &[SIM], ARCHITECTURES);
     named_once("sim/src/teleoperation/mod.rs", &[SIM], SCHEMES);
 }
 
 /// Texts that equal a word of a choice, and their meaning.
-const SPELT_ALIKE: [(&str, &str, &str); 17] = [
+const SPELT_ALIKE: [(&str, &str, &str); 18] = [
+    ("none", "core/src/augmentation/mod.rs", "the hold that is none"),
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
     ("none", "sim/src/compare/facts.rs", "what was asked of a fact"),
