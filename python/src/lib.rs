@@ -11,9 +11,11 @@ mod detect;
 mod detector;
 mod error;
 mod interrupt;
+mod own;
 mod recording;
 mod run;
 mod scenario;
+mod simulation;
 mod stability;
 mod state_space;
 mod sweep;
@@ -38,9 +40,11 @@ mod _core {
     #[pymodule_export]
     use crate::recording::{list_signals, read_recording};
     #[pymodule_export]
-    use crate::run::{Run, run, seconds_of_run, trace_columns};
+    use crate::run::{Run, run, run_with, seconds_of_run, trace_columns};
     #[pymodule_export]
     use crate::scenario::{Scenario, keys, record, shipped};
+    #[pymodule_export]
+    use crate::simulation::Simulation;
     #[pymodule_export]
     use crate::stability::stability;
     #[pymodule_export]

@@ -7,9 +7,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{run_text, summary_json};
 use trocar_sim::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS, Trace};
-use trocar_sim::run::observe;
+use trocar_sim::run::{observe, observe_with};
 
 use crate::arrays::put;
+use crate::own::{Failure, Own};
 use crate::scenario::Scenario;
 use crate::{convert, error};
 
@@ -58,11 +59,12 @@ impl Run {
     }
 }
 
-/// Records every tick. Checks for signals, which end the run.
+/// Records every tick. Checks for signals and for an exception of the user's own parts; both end the run.
 struct TraceRecorder {
     trace: Trace,
     last_check: Option<Instant>,
     signal: Option<PyErr>,
+    failure: Failure,
 }
 
 impl Observer<f64> for TraceRecorder {
@@ -76,7 +78,7 @@ impl Observer<f64> for TraceRecorder {
 
     #[inline(always)]
     fn is_done(&self) -> bool {
-        self.signal.is_some()
+        self.signal.is_some() || self.failure.has_failed()
     }
 }
 
@@ -90,24 +92,51 @@ impl TraceRecorder {
             self.signal = Python::attach(|py| py.check_signals()).err();
         }
     }
+
+    fn of(trace: Trace, failure: Failure) -> Self {
+        Self { trace, last_check: None, signal: None, failure }
+    }
+
+    /// Its trace, or what ended the run.
+    fn trace(self) -> PyResult<Trace> {
+        match self.failure.take().or(self.signal) {
+            Some(error) => Err(error),
+            None => Ok(self.trace),
+        }
+    }
 }
 
 /// Runs a scenario. Returns the run and the columns of its trace.
 #[pyfunction]
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
-    let (outcome, TraceRecorder { trace, signal, .. }) = py.detach(|| {
-        let trace = trocar_sim::run::empty_trace(scenario);
-        let mut recorder = TraceRecorder { trace, last_check: None, signal: None };
+    let (outcome, recorder) = py.detach(|| {
+        let mut recorder = TraceRecorder::of(trocar_sim::run::empty_trace(scenario), Failure::default());
         let outcome = observe(scenario, &mut recorder);
         (outcome, recorder)
     });
-    if let Some(signal) = signal {
-        return Err(signal);
-    }
+    let trace = recorder.trace()?;
     let metrics = outcome.map_err(|error| error::run(py, &error))?;
     let run = py.detach(|| trocar_sim::run::Run::concluded(scenario.clone(), metrics, trace));
     hand_over(py, run.map_err(|error| error::run(py, &error))?)
+}
+
+/// Runs a scenario with the user's own parts, by role. Returns the run and the columns of its trace.
+#[pyfunction]
+pub(crate) fn run_with<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    parts: &Bound<'py, PyDict>,
+) -> PyResult<(Run, Bound<'py, PyDict>)> {
+    let Own { parts, failure, are_compiled } = Own::of(parts)?;
+    let scenario = &scenario.scenario;
+    let mut recorder = TraceRecorder::of(trocar_sim::run::empty_trace_with(scenario, &parts), failure);
+    let work = || observe_with(scenario, parts, &mut recorder);
+    // A Python function needs the interpreter at every tick: it is not given up in between.
+    let outcome = if are_compiled { py.detach(work) } else { work() };
+    let trace = recorder.trace()?;
+    let metrics = outcome.map_err(|error| error::run(py, &error))?;
+    hand_over(py, trocar_sim::run::Run::of_own_parts(scenario.clone(), metrics, trace))
 }
 
 /// Returns a run and its trace as arrays, without a copy.

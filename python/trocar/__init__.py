@@ -44,6 +44,7 @@ from ._warnings import (
 from .comparing import Comparison, compare
 from .detection import Calibration, Detection, Detector, calibrate, detect, record
 from .linear import Stability, StateSpace, stability, state_space
+from .parts import Compiled, Simulation
 from .recordings import list_signals, read_recording
 from .running import Run, run
 from .scenario import Scenario
@@ -54,6 +55,7 @@ __all__ = [
     "ConstantForceWarning",
     "Calibration",
     "Comparison",
+    "Compiled",
     "DelayBeyondRunWarning",
     "Detection",
     "Detector",
@@ -79,6 +81,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "SeedsWithoutEffectWarning",
+    "Simulation",
     "SlowRupturesMissedWarning",
     "Stability",
     "StateSpace",

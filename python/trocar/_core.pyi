@@ -7,6 +7,7 @@ __all__ = [
     "Detector",
     "Run",
     "Scenario",
+    "Simulation",
     "StateSpace",
     "Step",
     "__version__",
@@ -19,6 +20,7 @@ __all__ = [
     "read_recording",
     "record",
     "run",
+    "run_with",
     "seconds_of_run",
     "shipped",
     "stability",
@@ -63,6 +65,15 @@ class Run:
     def rows(self) -> list[tuple[str, str, str, float | None]]: ...
     @property
     def name(self) -> str: ...
+
+@final
+class Simulation:
+    def __new__(cls, scenario: Scenario, parts: dict[str, Any]) -> Simulation: ...
+    def step(self, desired_position_m: float | None) -> bool: ...
+    def signals(self) -> dict[str, float]: ...
+    @property
+    def ticks(self) -> int: ...
+    def conclude(self) -> tuple[Run, _Traces]: ...
 
 @final
 class Step:
@@ -125,6 +136,7 @@ class StateSpace:
     def states(self) -> list[str]: ...
 
 def run(scenario: Scenario) -> tuple[Run, _Traces]: ...
+def run_with(scenario: Scenario, parts: dict[str, Any]) -> tuple[Run, _Traces]: ...
 def seconds_of_run(scenario: Scenario, times: int) -> float: ...
 def compare(
     scenarios: list[Scenario], seeds: int | None, is_paper_pair: bool

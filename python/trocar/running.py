@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._html import quantity, table
+from ._parts import Part, core_parts
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -85,8 +86,25 @@ class Run:
         return table(["metric", self.scenario.name], rows)
 
 
-def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
+def run(
+    scenario: Scenario | str | os.PathLike[str],
+    *,
+    tissue: Part | None = None,
+    operator: Part | None = None,
+    estimator: Part | None = None,
+    detector: Part | None = None,
+    force_law: Part | None = None,
+    motion_law: Part | None = None,
+) -> Run:
     """Runs a scenario, given as such or as a path. The same scenario gives identical results, bit for bit.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    tissue, operator, estimator, detector, force_law, motion_law
+        Parts of one's own in place of the scenario's; :mod:`trocar.parts` has their arguments and results. Such a run cannot be
+        repeated: its missed ruptures have no reason, its ruptures no layer, and a lasting swing is not told.
 
     >>> import trocar
     >>> run = trocar.run("paper/augmented")
@@ -95,7 +113,16 @@ def run(scenario: Scenario | str | os.PathLike[str]) -> Run:
     >>> [event["frozen_motion_m"] < 1e-4 for event in run.events]
     [True, True]
     """
+    given: dict[str, Any] = {
+        "tissue": tissue,
+        "operator": operator,
+        "estimator": estimator,
+        "detector": detector,
+        "force_law": force_law,
+        "motion_law": motion_law,
+    }
+    parts = core_parts(given)
     scenario = scenario_of(scenario)
-    core, traces = _core.run(scenario._core)
+    core, traces = _core.run_with(scenario._core, parts) if parts else _core.run(scenario._core)
     warn(core.warnings())
     return Run(scenario, core, traces)

@@ -4,11 +4,13 @@ mod misses;
 mod oscillation;
 mod pack;
 mod promise;
+mod stepped;
 mod warnings;
 
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::promise_gaps;
+pub use stepped::SteppedRun;
 pub use warnings::{outside_measured, seeds_without_effect};
 
 use thiserror::Error;
@@ -61,8 +63,7 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 /// An empty trace with all columns of a scenario's run.
 #[must_use]
 pub fn empty_trace(scenario: &Scenario) -> Trace {
-    let column = scenario.estimator.extra_parameter_column();
-    Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m)
+    empty_trace_with(scenario, &OwnParts::default())
 }
 
 impl Run {
@@ -80,21 +81,33 @@ impl Run {
         metrics.ports = port_metrics(&scenario, &trace);
         Ok(Self { scenario, metrics, trace })
     }
+
+    /// A scenario with the metrics and the trace of a run with own parts.
+    ///
+    /// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether a swing
+    /// lasts.
+    #[must_use]
+    pub fn of_own_parts(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Self {
+        metrics.ports = port_metrics(&scenario, &trace);
+        Self { scenario, metrics, trace }
+    }
 }
 
 /// [`run`] with some of the user's own parts in place of the scenario's.
 ///
-/// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether a swing lasts.
-///
 /// # Errors
 /// As [`run`].
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
-    let column = scenario.estimator.extra_parameter_column();
-    let column = column.filter(|_| own.estimator.is_none());
-    let mut trace = Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m);
-    let mut metrics = observe_with(&scenario, own, &mut trace)?;
-    metrics.ports = port_metrics(&scenario, &trace);
-    Ok(Run { scenario, metrics, trace })
+    let mut trace = empty_trace_with(&scenario, &own);
+    let metrics = observe_with(&scenario, own, &mut trace)?;
+    Ok(Run::of_own_parts(scenario, metrics, trace))
+}
+
+/// [`empty_trace`] for a run with own parts: an own estimator has no extra parameter.
+#[must_use]
+pub fn empty_trace_with(scenario: &Scenario, own: &OwnParts) -> Trace {
+    let column = scenario.estimator.extra_parameter_column().filter(|_| own.estimator.is_none());
+    Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m)
 }
 
 /// Runs a scenario for its metrics.
@@ -137,11 +150,16 @@ fn with_metrics<O: Observer<f64>>(
     observer: O,
     run: impl FnOnce(&mut (MetricsObserver<f64>, O)) -> Result<(), IntegrationError>,
 ) -> Result<(Metrics, O), RunError> {
-    let metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
-    let mut observers = (metrics.of_operators(|_| scenario.operator_traits()), observer);
+    let mut observers = (metrics_observer(scenario), observer);
     run(&mut observers).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
     let (metrics, observer) = observers;
     Ok((metrics.metrics(0), observer))
+}
+
+/// The metrics of a scenario's run before its first tick.
+fn metrics_observer(scenario: &Scenario) -> MetricsObserver<f64> {
+    let metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
+    metrics.of_operators(|_| scenario.operator_traits())
 }
 
 fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) -> Metrics {

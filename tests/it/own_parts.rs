@@ -110,8 +110,8 @@ impl<T: Detector<f64>> Detector<f64> for Copied<T> {
 }
 
 impl<T: MotionLaw<f64>> MotionLaw<f64> for Copied<T> {
-    fn follow(&mut self, hand_m: f64) -> f64 {
-        self.0.follow(hand_m)
+    fn follow(&mut self, hand_m: f64, slave_m: f64) -> f64 {
+        self.0.follow(hand_m, slave_m)
     }
 
     fn update(&mut self, modes: Modes<f64>, hand_m: f64, slave_m: f64) -> f64 {

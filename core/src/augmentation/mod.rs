@@ -157,7 +157,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         if self.is_quiet_tick(now.alarm) {
             return SlaveCommand {
                 mode: L::splat(Mode::Teleoperation.code()),
-                slave_reference_m: self.motion.follow(now.hand_m),
+                slave_reference_m: self.motion.follow(now.hand_m, now.slave_m),
                 alarm_taken: now.alarm,
             };
         }

@@ -44,8 +44,9 @@ crate::choice! {
 ///
 /// A user-defined law implements this for `f64`; [`HeldReference`] for any number of lanes.
 pub trait MotionLaw<L: Lane> {
-    /// The slave's reference in m in teleoperation, for a hand at `hand_m` (m, scaled to the slave).
-    fn follow(&mut self, hand_m: L) -> L;
+    /// The slave's reference in m in teleoperation, for a hand at `hand_m` (m, scaled to the slave) and a slave measured
+    /// at `slave_m` (m).
+    fn follow(&mut self, hand_m: L, slave_m: L) -> L;
 
     /// The slave's reference in m in any mode, for a slave measured at `slave_m` (m).
     fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L;
@@ -59,8 +60,8 @@ pub trait MotionLaw<L: Lane> {
 
 #[cfg(feature = "alloc")]
 impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
-    fn follow(&mut self, hand_m: L) -> L {
-        (**self).follow(hand_m)
+    fn follow(&mut self, hand_m: L, slave_m: L) -> L {
+        (**self).follow(hand_m, slave_m)
     }
 
     fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L {
@@ -139,7 +140,7 @@ impl<L: Lane> HeldReference<L> {
 
 impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     #[inline(always)]
-    fn follow(&mut self, hand: L) -> L {
+    fn follow(&mut self, hand: L, _slave: L) -> L {
         self.last = hand + self.gap;
         self.last
     }

@@ -1,0 +1,365 @@
+//! Parts of the user's own: Python functions, and compiled functions by their addresses.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use numpy::PyReadonlyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
+use trocar_sim::augmentation::{AugmentedTick, ForceLaw, Modes, MotionLaw};
+use trocar_sim::detection::{Decision, Detector, Evidence};
+use trocar_sim::engine::OwnParts;
+use trocar_sim::estimation::{Estimate, Estimator};
+use trocar_sim::operator::Operator;
+use trocar_sim::tissue::{Reaction, Tissue};
+
+use crate::arrays::samples;
+
+/// A compiled function: inputs, outputs and state as arrays of float64.
+type Compiled = unsafe extern "C" fn(*const f64, *mut f64, *mut f64);
+
+/// The first exception of the parts of a run, which ends it.
+#[derive(Clone, Default)]
+pub(crate) struct Failure {
+    has_failed: Arc<AtomicBool>,
+    error: Arc<Mutex<Option<PyErr>>>,
+}
+
+impl Failure {
+    /// Whether there is one.
+    pub(crate) fn has_failed(&self) -> bool {
+        self.has_failed.load(Ordering::Relaxed)
+    }
+
+    /// Returns it, once.
+    pub(crate) fn take(&self) -> Option<PyErr> {
+        self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    #[cold]
+    fn set(&self, error: PyErr) {
+        self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.has_failed.store(true, Ordering::Relaxed);
+    }
+}
+
+/// How Python gets an input.
+#[derive(Clone, Copy)]
+enum Input {
+    Number,
+    Whole,
+    Flag,
+}
+
+use Input::{Flag, Number, Whole};
+
+/// What a role is called with, and what it returns.
+struct Role {
+    name: &'static str,
+    inputs: &'static [Input],
+    /// Names of the outputs; those after the first `needed` may be left out, and are 0 or false then.
+    outputs: &'static [&'static str],
+    needed: usize,
+    /// Sets the part of the role.
+    set: fn(OwnParts, Part) -> OwnParts,
+}
+
+/// Every role, as `trocar/parts.py` documents them.
+static ROLES: [Role; 6] = [
+    Role {
+        name: "tissue",
+        inputs: &[Whole, Number, Number],
+        outputs: &["force_n", "ruptured"],
+        needed: 1,
+        set: OwnParts::tissue,
+    },
+    Role {
+        name: "operator",
+        inputs: &[Whole, Number],
+        outputs: &["desired_position_m"],
+        needed: 1,
+        set: OwnParts::operator,
+    },
+    Role {
+        name: "estimator",
+        inputs: &[Number, Number, Number],
+        outputs: &["predicted_force_n", "stiffness_n_per_m", "damping_n_s_per_m"],
+        needed: 1,
+        set: |parts, part| parts.estimator(OwnEstimator { part, last: [0.0; 2] }),
+    },
+    Role {
+        name: "detector",
+        inputs: &[Number, Number, Number, Number, Number, Flag],
+        outputs: &["alarm", "decision", "distance"],
+        needed: 1,
+        set: OwnParts::detector,
+    },
+    Role {
+        name: "force_law",
+        inputs: &[Number, Number, Number, Number, Number, Flag],
+        outputs: &["force_n", "allowed_step_n"],
+        needed: 2,
+        set: OwnParts::force_law,
+    },
+    Role {
+        name: "motion_law",
+        inputs: &[Whole, Number, Number],
+        outputs: &["reference_m", "is_blended"],
+        needed: 2,
+        set: |parts, part| parts.motion_law(OwnMotionLaw { part, is_blended: true }),
+    },
+];
+
+/// What a part calls.
+enum Function {
+    Python(Py<PyAny>),
+    Compiled { function: Compiled, state: Vec<f64> },
+}
+
+/// A part of a role.
+struct Part {
+    role: &'static Role,
+    function: Function,
+    /// Called at a gap in the samples.
+    skip: Option<Py<PyAny>>,
+    failure: Failure,
+}
+
+impl Part {
+    /// The part of an object: a compiled function with its state, an object with a method `step`, or a function. An
+    /// object's `reset` is called, so that every run begins alike.
+    fn of(role: &'static Role, given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<Self> {
+        let method = |name| Ok::<_, PyErr>(given.getattr_opt(name)?.filter(|method| method.is_callable()));
+        let part = |function| Self { role, function, skip: None, failure: failure.clone() };
+        if let Some(address) = given.getattr_opt("_trocar_address")? {
+            let address: usize = address.extract()?;
+            if address == 0 {
+                return Err(PyValueError::new_err(format!("the {} has the address 0", role.name)));
+            }
+            let state: PyReadonlyArray1<'_, f64> = given.getattr("_trocar_state")?.extract()?;
+            // SAFETY: as for the call.
+            #[allow(unsafe_code, reason = "an address is made a function in no other way")]
+            let function = unsafe { std::mem::transmute::<usize, Compiled>(address) };
+            return Ok(part(Function::Compiled { function, state: samples(&state)? }));
+        }
+        if let Some(reset) = method("reset")? {
+            reset.call0()?;
+        }
+        let function = match method("step")? {
+            Some(step) => step,
+            None if given.is_callable() => given.clone(),
+            None => {
+                let kind = given.get_type().qualname()?;
+                let must = "a function, an object with a method step, or a compiled function";
+                return Err(PyTypeError::new_err(format!("the {} is of the type {kind}, must be {must}", role.name)));
+            }
+        };
+        let skip = method("skip")?.map(Bound::unbind);
+        Ok(Self { skip, ..part(Function::Python(function.unbind())) })
+    }
+
+    /// Calls the function. After an exception the outputs are 0, and the run ends.
+    fn call<const INPUTS: usize, const OUTPUTS: usize>(&mut self, inputs: [f64; INPUTS]) -> [f64; OUTPUTS] {
+        let mut outputs = [0.0; OUTPUTS];
+        if self.failure.has_failed() {
+            return outputs;
+        }
+        match &mut self.function {
+            Function::Python(function) => {
+                let called = Python::attach(|py| {
+                    call_python(self.role, function.bind(py), &inputs)
+                        .and_then(|returned| read_outputs(self.role, &returned, &mut outputs))
+                });
+                if let Err(error) = called {
+                    self.failure.set(error);
+                    return [0.0; OUTPUTS];
+                }
+            }
+            Function::Compiled { function, state } => {
+                // SAFETY: the caller of Python's `Compiled` vouches for the address and the signature; the arrays have the
+                // documented lengths and live during the call.
+                #[allow(unsafe_code, reason = "a C function has no other call")]
+                unsafe {
+                    function(inputs.as_ptr(), outputs.as_mut_ptr(), state.as_mut_ptr());
+                }
+            }
+        }
+        if let Some((name, value)) = self.role.outputs.iter().zip(outputs).find(|(_, value)| !value.is_finite()) {
+            let message = format!("the {} returned {name} = {value}, must be finite", self.role.name);
+            self.failure.set(PyValueError::new_err(message));
+            return [0.0; OUTPUTS];
+        }
+        outputs
+    }
+}
+
+fn call_python<'py, const INPUTS: usize>(
+    role: &Role,
+    function: &Bound<'py, PyAny>,
+    inputs: &[f64; INPUTS],
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = function.py();
+    let objects: [Bound<'py, PyAny>; INPUTS] = std::array::from_fn(|index| match role.inputs[index] {
+        Number => PyFloat::new(py, inputs[index]).into_any(),
+        Whole => PyInt::new(py, inputs[index] as u64).into_any(),
+        Flag => PyBool::new(py, inputs[index] != 0.0).to_owned().into_any(),
+    });
+    // A call with a tuple of Rust needs no tuple of Python.
+    match objects.each_ref().as_slice() {
+        [a, b] => function.call1((a, b)),
+        [a, b, c] => function.call1((a, b, c)),
+        [a, b, c, d, e, f] => function.call1((a, b, c, d, e, f)),
+        all => function.call1(PyTuple::new(py, all)?),
+    }
+}
+
+fn read_outputs(role: &Role, returned: &Bound<'_, PyAny>, outputs: &mut [f64]) -> PyResult<()> {
+    if role.needed == 1
+        && let Ok(number) = returned.extract::<f64>()
+    {
+        outputs[0] = number;
+        return Ok(());
+    }
+    let refuse = || {
+        let names = |names: &[&str]| names.join(", ");
+        let shorter = if role.needed == 1 { format!("{} alone or ", role.outputs[0]) } else { String::new() };
+        let kind = returned.get_type();
+        PyTypeError::new_err(format!(
+            "the {} returned a {kind}, must return {shorter}({})",
+            role.name,
+            names(role.outputs)
+        ))
+    };
+    let given = returned.cast::<PyTuple>().map_err(|_| refuse())?;
+    if !(role.needed..=outputs.len()).contains(&given.len()) {
+        return Err(refuse());
+    }
+    for (output, value) in outputs.iter_mut().zip(given) {
+        *output = value.extract().map_err(|_| refuse())?;
+    }
+    Ok(())
+}
+
+/// Whether a boolean output is true.
+fn flag(output: f64) -> bool {
+    output != 0.0
+}
+
+impl Tissue<f64> for Part {
+    fn react(&mut self, tick: u64, position_m: f64, velocity_m_per_s: f64) -> Reaction<f64> {
+        let [force_n, ruptured] = self.call([tick as f64, position_m, velocity_m_per_s]);
+        Reaction { force_n, ruptured: flag(ruptured) }
+    }
+}
+
+impl Operator<f64> for Part {
+    fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
+        let [desired_m] = self.call([tick as f64, felt_n]);
+        desired_m
+    }
+}
+
+/// An estimator, with its last parameters.
+struct OwnEstimator {
+    part: Part,
+    last: [f64; 2],
+}
+
+impl Estimator<f64> for OwnEstimator {
+    fn update(&mut self, force_n: f64, depth_m: f64, velocity_m_per_s: f64) -> Estimate<f64> {
+        let [predicted_force_n, stiffness_n_per_m, damping_n_s_per_m] =
+            self.part.call([force_n, depth_m, velocity_m_per_s]);
+        let correction = [stiffness_n_per_m - self.last[0], damping_n_s_per_m - self.last[1]];
+        self.last = [stiffness_n_per_m, damping_n_s_per_m];
+        Estimate {
+            predicted_force_n,
+            residual_n: force_n - predicted_force_n,
+            correction,
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            extra_parameter: 0.0,
+        }
+    }
+
+    fn skip(&mut self) {
+        if let Some(skip) = &self.part.skip
+            && let Err(error) = Python::attach(|py| skip.call0(py))
+        {
+            self.part.failure.set(error);
+        }
+    }
+}
+
+impl Detector<f64> for Part {
+    fn update(&mut self, now: &Evidence<f64>) -> Decision<f64> {
+        let in_contact = f64::from(u8::from(now.in_contact));
+        let evidence =
+            [now.force_n, now.predicted_force_n, now.residual_n, now.depth_m, now.velocity_m_per_s, in_contact];
+        let [alarm, decision, distance] = self.call(evidence);
+        Decision { distance, decision, alarm: flag(alarm) }
+    }
+}
+
+impl ForceLaw<f64> for Part {
+    fn augmented(&mut self, now: &AugmentedTick<f64>) -> (f64, f64) {
+        let begins = f64::from(u8::from(now.begins));
+        let inputs = [now.anchor_n, now.last_n, now.measured_n, now.moved_n, now.velocity_m_per_s, begins];
+        let [force_n, allowed_step_n] = self.call(inputs);
+        (force_n, allowed_step_n)
+    }
+}
+
+/// A motion law, with what it last said of the gap.
+struct OwnMotionLaw {
+    part: Part,
+    is_blended: bool,
+}
+
+impl OwnMotionLaw {
+    fn reference_m(&mut self, mode: f64, hand_m: f64, slave_m: f64) -> f64 {
+        let [reference_m, is_blended] = self.part.call([mode, hand_m, slave_m]);
+        self.is_blended = flag(is_blended);
+        reference_m
+    }
+}
+
+impl MotionLaw<f64> for OwnMotionLaw {
+    fn follow(&mut self, hand_m: f64, slave_m: f64) -> f64 {
+        self.reference_m(0.0, hand_m, slave_m)
+    }
+
+    fn update(&mut self, modes: Modes<f64>, hand_m: f64, slave_m: f64) -> f64 {
+        self.reference_m(modes.now, hand_m, slave_m)
+    }
+
+    fn is_blended(&self) -> bool {
+        self.is_blended
+    }
+}
+
+/// The parts of a run.
+pub(crate) struct Own {
+    pub(crate) parts: OwnParts,
+    pub(crate) failure: Failure,
+    /// Whether all of them are compiled, so that a run does not need the interpreter.
+    pub(crate) are_compiled: bool,
+}
+
+impl Own {
+    /// The parts by role.
+    pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let (mut parts, failure, mut are_compiled) = (OwnParts::default(), Failure::default(), true);
+        for (name, object) in given {
+            let name: String = name.extract()?;
+            let Some(role) = ROLES.iter().find(|role| role.name == name) else {
+                let known = ROLES.each_ref().map(|role| role.name).join(", ");
+                return Err(PyTypeError::new_err(format!("there is no role {name}; the roles are {known}")));
+            };
+            let part = Part::of(role, &object, &failure)?;
+            are_compiled &= matches!(part.function, Function::Compiled { .. });
+            parts = (role.set)(parts, part);
+        }
+        Ok(Self { parts, failure, are_compiled })
+    }
+}

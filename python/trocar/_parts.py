@@ -1,0 +1,78 @@
+"""Parts of one's own, as the core takes them."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._arrays import samples
+
+_SIGNATURE = "(float64*, float64*, float64*) -> none"
+
+
+class Compiled:
+    """A compiled function as a part: from numba, C or any language with C functions.
+
+    Its signature is ``void f(const double *inputs, double *outputs, double *state)``. The inputs and outputs are those of the role, in the
+    order of :mod:`trocar.parts`, with 1 and 0 for true and false; outputs that are not written are 0. It is called without the
+    interpreter, at the speed of a built-in part.
+
+    Parameters
+    ----------
+    function
+        A numba ``cfunc`` of the signature ``void(CPointer(float64), CPointer(float64), CPointer(float64))``, a function of ``ctypes``, or
+        an address. It must stay in memory during the run.
+    state
+        The initial state, of any length; each run has a copy of it.
+
+    Raises
+    ------
+    TypeError
+        A numba function with another signature.
+
+    >>> import ctypes, trocar
+    >>> trocar.Compiled(0x1000, state=[0.0, 1.0])
+    Compiled(0x1000, 2 numbers of state)
+    """
+
+    def __init__(self, function: Any, state: ArrayLike = ()) -> None:
+        signature = str(getattr(function, "_sig", _SIGNATURE))
+        if signature != _SIGNATURE:
+            raise TypeError(f"the compiled function has the signature {signature}, must be {_SIGNATURE}")
+        self.function = function
+        self._trocar_state: NDArray[np.float64] = samples("state", np.array(state, dtype=np.float64))
+        self._trocar_address = _address(function)
+
+    def __repr__(self) -> str:
+        return f"Compiled({self._trocar_address:#x}, {len(self._trocar_state)} numbers of state)"
+
+
+def _address(function: Any) -> int:
+    if isinstance(function, int):
+        return function
+    address = getattr(function, "address", None)
+    if address is not None:
+        return int(address)
+    try:
+        return ctypes.cast(function, ctypes.c_void_p).value or 0
+    except ctypes.ArgumentError:
+        what = "a numba cfunc, a function of ctypes, or an address"
+        raise TypeError(f"{function!r} is not a compiled function: {what}") from None
+
+
+class _Stepped(Protocol):
+    step: Callable[..., Any]
+
+
+Part = Union[Callable[..., Any], _Stepped, Compiled]
+"""A part of one's own: a function, an object with a method ``step``, or a :class:`Compiled` function."""
+
+
+def core_parts(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the parts for the core; a numba function becomes a :class:`Compiled` one."""
+    given = {role: part for role, part in parts.items() if part is not None}
+    return {role: Compiled(part) if hasattr(part, "_sig") else part for role, part in given.items()}

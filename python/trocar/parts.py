@@ -1,0 +1,109 @@
+"""Parts of one's own in the loop, and simulations stepped tick by tick.
+
+``trocar.run(scenario, tissue=f)`` replaces the scenario's tissue by ``f``. A part is a function, an object with a method ``step`` (and, if
+it has them, ``reset``, called before a run, and ``skip``, called at a gap in the samples of an estimator), or a compiled function (see
+:class:`Compiled`). An exception in it ends the run. It is called once per tick with these numbers, in SI units:
+
+=============== ========================================================================= =============================================
+role            arguments                                                                 returns
+=============== ========================================================================= =============================================
+``tissue``      tick, position_m, velocity_m_per_s                                        force_n; or (force_n, ruptured)
+``operator``    tick, felt_force_n (of the tick before)                                   desired_position_m
+``estimator``   force_n, depth_m, velocity_m_per_s                                        predicted_force_n, before this sample; or
+                                                                                          (predicted_force_n, stiffness_n_per_m,
+                                                                                          damping_n_s_per_m)
+``detector``    force_n, predicted_force_n, residual_n, depth_m, velocity_m_per_s,        alarm; or (alarm, decision); or (alarm,
+                in_contact                                                                decision, distance)
+``force_law``   anchor_n (before the alarm), last_n (tick before), measured_n, moved_n    (force_n, allowed_step_n)
+                (its change), velocity_m_per_s (of the master), begins; while frozen
+``motion_law``  mode (0 teleoperation, 1 augmented, 2 re-engaging), hand_m, slave_m       (reference_m, is_blended)
+=============== ========================================================================= =============================================
+
+The force of a tissue is positive when it resists insertion; ``ruptured`` is the truth that the metrics compare alarms with. The force law
+gives the feedback force and the largest change of it that it allows, the motion law the slave's reference and whether re-engaging may end.
+
+>>> import trocar
+>>> def spring(tick, position_m, velocity_m_per_s):
+...     return 200.0 * max(position_m, 0.0)
+>>> run = trocar.run("layers/skin-augmented", tissue=spring)
+>>> run.ruptures
+[]
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from . import _core
+from ._parts import Compiled, Part, core_parts
+from .running import Run
+from .scenario import Scenario, scenario_of
+
+__all__ = ["Compiled", "Part", "Simulation"]
+
+
+class Simulation:
+    """A simulation that is stepped tick by tick, for a loop around it: another program's controller, or a person's input.
+
+    Parameters
+    ----------
+    scenario
+        The scenario, as such or as a path. A tissue from a recording follows the time of the recording, unless ``tissue.index`` is
+        ``"depth"``.
+    **parts
+        One's own parts, as for :func:`trocar.run`.
+
+    >>> import trocar
+    >>> simulation = trocar.Simulation("layers/skin-augmented")
+    >>> while simulation.step():
+    ...     if simulation["tissue_force_n"] > 1.0:
+    ...         break
+    >>> here_m = simulation["master_position_m"]
+    >>> while simulation.step(here_m):
+    ...     pass
+    >>> simulation.run().ruptures
+    []
+    """
+
+    def __init__(self, scenario: Scenario | str | os.PathLike[str], **parts: Any) -> None:
+        self.scenario = scenario_of(scenario)
+        self._core = _core.Simulation(self.scenario._core, core_parts(parts))
+        self._signals: dict[str, float] | None = None
+
+    def step(self, desired_position_m: float | None = None) -> bool:
+        """Runs a tick: its signals are recorded, then both machines move to the next tick.
+
+        ``desired_position_m`` is the desired position of the master at the next tick, in m; between two ticks it is linear. Without it
+        the scenario's person moves on. Returns whether there are more ticks; after the last one, nothing happens.
+        """
+        self._signals = None
+        return self._core.step(desired_position_m)
+
+    @property
+    def signals(self) -> dict[str, float]:
+        """The signals of the last tick, by the names of :func:`trocar.trace_columns`; ``None`` before the first tick."""
+        if self._signals is None:
+            self._signals = self._core.signals()
+        return self._signals
+
+    def __getitem__(self, column: str) -> float:
+        return self.signals[column]
+
+    @property
+    def ticks(self) -> int:
+        """Number of ticks so far."""
+        return self._core.ticks
+
+    @property
+    def time_s(self) -> float:
+        """Time of the next tick, in s."""
+        return self._core.ticks * self.scenario.tick_s
+
+    def run(self) -> Run:
+        """Ends the simulation and returns its result so far."""
+        core, traces = self._core.conclude()
+        return Run(self.scenario, core, traces)
+
+    def __repr__(self) -> str:
+        return f"Simulation({self.scenario.name!r}, {self.ticks} of {self.scenario.ticks} ticks)"

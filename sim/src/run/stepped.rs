@@ -1,0 +1,136 @@
+//! A run that is stepped tick by tick from outside.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::{Run, RunError, empty_trace_with, metrics_observer, with_link};
+use crate::engine::{OwnEngine, OwnParts, Trace, Wiring};
+use crate::metrics::MetricsObserver;
+use crate::operator::Operator;
+use crate::scenario::Scenario;
+
+/// A run that is stepped tick by tick, whose person can be led from outside: a loop around the simulation, with another
+/// program's controller or a person's input in it.
+///
+/// ```
+/// # use trocar_sim as trocar;
+/// use trocar::engine::OwnParts;
+/// use trocar::run::SteppedRun;
+/// use trocar::scenario::{Scenario, Source};
+///
+/// let mut run = SteppedRun::new(Scenario::load(&Source::parse("layers/skin-augmented"), &[])?, OwnParts::default())?;
+/// while run.step(None)? {
+///     // The signals of the tick are the last ones of the trace.
+///     if run.trace().tissue_force_n.last().is_some_and(|force_n| *force_n > 1.0) {
+///         break;
+///     }
+/// }
+/// // The person stops here.
+/// let here_m = run.trace().master_position_m.last().copied();
+/// while run.step(here_m)? {}
+/// assert!(run.conclude().metrics.ruptures.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct SteppedRun {
+    scenario: Scenario,
+    engine: OwnEngine,
+    observers: (MetricsObserver<f64>, Trace),
+    led: Arc<AtomicU64>,
+    desired_m: f64,
+    tick: u64,
+    has_ended: bool,
+}
+
+impl SteppedRun {
+    /// A scenario with some of the user's own parts, before its first tick.
+    ///
+    /// # Errors
+    /// [`RunError::Scenario`] if its parts cannot be built.
+    pub fn new(scenario: Scenario, own: OwnParts) -> Result<Self, RunError> {
+        let trace = empty_trace_with(&scenario, &own);
+        let mut engine = scenario.build_with(own)?;
+        let led = Arc::new(AtomicU64::new(f64::NAN.to_bits()));
+        let operator = Led { operator: engine.parts.operator, led: led.clone() };
+        engine.parts.operator = Box::new(operator);
+        let desired_m = engine.parts.begin();
+        let observers = (metrics_observer(&scenario), trace);
+        Ok(Self { scenario, engine, observers, led, desired_m, tick: 0, has_ended: false })
+    }
+
+    /// Runs a tick: the signals are observed, and then both machines move to the next tick, at which the desired position is
+    /// `desired_m` (m), between both ticks linear; with `None`, that of the operator. Returns whether there are more ticks.
+    ///
+    /// # Errors
+    /// [`RunError::Integration`].
+    pub fn step(&mut self, desired_m: Option<f64>) -> Result<bool, RunError> {
+        if self.has_ended {
+            return Ok(false);
+        }
+        self.led.store(desired_m.unwrap_or(f64::NAN).to_bits(), Ordering::Relaxed);
+        let engine = &mut self.engine;
+        match engine.parts.tick(self.tick, self.desired_m, &mut engine.plants, &mut self.observers) {
+            ControlFlow::Continue(next_m) => self.desired_m = next_m,
+            ControlFlow::Break(outcome) => {
+                self.has_ended = true;
+                let name = self.scenario.name.clone();
+                outcome.map_err(|source| RunError::Integration { name, source })?;
+            }
+        }
+        self.tick += 1;
+        self.has_ended |= self.tick >= engine.grid.ticks();
+        Ok(!self.has_ended)
+    }
+
+    /// The number of ticks so far.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.tick
+    }
+
+    /// The signals of the ticks so far.
+    #[must_use]
+    pub fn trace(&self) -> &Trace {
+        &self.observers.1
+    }
+
+    /// The result of the ticks so far.
+    #[must_use]
+    pub fn conclude(self) -> Run {
+        let (metrics, trace) = self.observers;
+        let metrics = with_link(&self.scenario, metrics.metrics(0), self.engine.parts.link_report(0));
+        Run::of_own_parts(self.scenario, metrics, trace)
+    }
+}
+
+impl std::fmt::Debug for SteppedRun {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SteppedRun").field("scenario", &self.scenario.name).field("tick", &self.tick).finish()
+    }
+}
+
+/// An operator whose positions can be given from outside: as bits, NaN for its own.
+struct Led {
+    operator: Box<dyn Operator<f64> + Send>,
+    led: Arc<AtomicU64>,
+}
+
+impl Operator<f64> for Led {
+    fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
+        let own_m = self.operator.desired_position_m(tick, felt_n);
+        let led_m = f64::from_bits(self.led.load(Ordering::Relaxed));
+        if led_m.is_nan() { own_m } else { led_m }
+    }
+
+    fn intended_position_m(&self, desired_m: f64) -> f64 {
+        self.operator.intended_position_m(desired_m)
+    }
+
+    fn cue(&mut self, is_on: bool) {
+        self.operator.cue(is_on);
+    }
+
+    fn notices(&self) -> bool {
+        self.operator.notices()
+    }
+}
