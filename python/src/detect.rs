@@ -76,8 +76,9 @@ pub(crate) fn detect<'py>(
     let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
     let (spec, values) = samples.spec(py, values.with_adaptive_detector())?;
     let (detection, report) = interruptible(py, 1, move |_| {
-        let detection = trocar_sim::detect::detect(&spec)?;
-        let report = DetectionReport::of(&detection, &spec.recording.ruptures_s);
+        let ruptures_s = spec.recording.ruptures_s;
+        let detection = trocar_sim::detect::detect_recording(spec.recording.recording, &spec.settings)?;
+        let report = DetectionReport::of(&detection, &ruptures_s);
         Ok::<_, trocar_sim::error::InvalidValue>((detection, report))
     })?
     .map_err(error::value)?;

@@ -198,3 +198,14 @@ def test_a_detector_says_what_it_needs():
             trocar.Detector(interval_s)
     with pytest.raises(trocar.ScenarioError, match="detector.threshold"):
         trocar.Detector(1e-3, **{"detector.threshold": -1.0})
+
+
+def test_alarms_index_the_given_samples_even_if_they_are_uneven():
+    data = trocar.record()
+    time = data["time_s"].copy()
+    time[1:-1] += np.random.default_rng(1).uniform(-3e-4, 3e-4, len(time) - 2)
+    found = trocar.detect(time, data["position_m"], data["velocity_m_per_s"], data["force_n"], contact_m=0.012)
+    assert len(found.alarms) >= 2
+    assert not np.array_equal(found["time_s"], time[: len(found["time_s"])])
+    assert (time[found.alarms] <= found.alarms_s).all() and (found.alarms_s < time[found.alarms + 1]).all()
+    assert found.to_dataframe()["alarm"].sum() == len(found.alarm_rows) == len(found.alarms)

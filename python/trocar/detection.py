@@ -26,24 +26,33 @@ class Detection:
     ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
     ``velocity_m_per_s`` (as given, or estimated), ``measured_force_n``, ``residual_n``, ``stiffness_n_per_m``,
     ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have an extra column. Unevenly spaced samples
-    are first resampled at their median interval.
+    are first resampled at their median interval; the rows of the columns are then those of ``time_s``.
 
     Attributes
     ----------
     columns : dict of str to array
         All columns.
     alarms : array of int64, shape (alarms,)
-        The indices of the samples with an alarm.
+        The indices of the given samples with an alarm; if they were resampled, of the last ones before it.
+    alarm_rows : array of int64, shape (alarms,)
+        The rows of the columns with an alarm; the same as ``alarms`` unless the samples were resampled.
     report : dict
         The content of ``detection.json`` of the command line: alarms, scores, statistics of the residual, phases, settings.
     """
 
     def __init__(
-        self, name: str, columns: dict[str, NDArray[np.float64]], alarms: NDArray[np.int64], report: dict[str, Any], text: str
+        self,
+        name: str,
+        columns: dict[str, NDArray[np.float64]],
+        alarms: NDArray[np.int64],
+        alarm_rows: NDArray[np.int64],
+        report: dict[str, Any],
+        text: str,
     ) -> None:
         self.name = name
         self.columns = columns
         self.alarms = alarms
+        self.alarm_rows = alarm_rows
         self.report = report
         self._text = text
 
@@ -53,7 +62,7 @@ class Detection:
     @property
     def alarms_s(self) -> NDArray[np.float64]:
         """The times of the alarms, in the time of the recording, in s; shape (alarms,)."""
-        return self.columns["time_s"][self.alarms]
+        return self.columns["time_s"][self.alarm_rows]
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Returns the columns and ``alarm`` as a pandas DataFrame, indexed by ``time_s``."""
@@ -61,7 +70,7 @@ class Detection:
 
         frame = pandas.DataFrame(self.columns)
         alarm = np.zeros(len(frame), dtype=bool)
-        alarm[self.alarms] = True
+        alarm[self.alarm_rows] = True
         frame["alarm"] = alarm
         return frame.set_index("time_s")
 
@@ -133,9 +142,10 @@ def detect(
         For invalid samples (the message names the sample) and for invalid settings.
     """
     changes = _changes(contact_m, ruptures_s, settings)
-    columns, alarms, report, text = _core.detect(
+    times = samples("time", time)
+    columns, rows, report, text = _core.detect(
         name,
-        samples("time", time),
+        times,
         samples("position", position),
         velocities(velocity),
         samples("force", force),
@@ -143,7 +153,11 @@ def detect(
         None if settings_file is None else os.fspath(settings_file),
     )
     warn(report["warnings"])
-    return Detection(name, columns, alarms, report, text)
+    if np.array_equal(columns["time_s"], times):
+        alarms = rows
+    else:
+        alarms = np.searchsorted(times, columns["time_s"][rows], side="right").astype(np.int64) - 1
+    return Detection(name, columns, alarms, rows, report, text)
 
 
 def _changes(contact_m: float | None, ruptures_s: Sequence[float], settings: dict[str, Any]) -> list[str]:

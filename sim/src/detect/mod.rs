@@ -27,7 +27,7 @@ pub use statistics::{PhaseStatistics, ResidualStatistics};
 use crate::detection::DetectorSettings;
 use crate::error::InvalidValue;
 use crate::recording::{Recording, ResampleError};
-use crate::scenario::DetectionSpec;
+use crate::scenario::{DetectionSettings, DetectionSpec};
 
 /// The estimates and decisions for a recording, with a value per sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,11 +75,19 @@ const MIN_STEP_M: f64 = 1e-9;
 /// # Errors
 /// [`InvalidValue`] for a setting out of range.
 pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
-    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n } = samples(&spec.recording.recording);
-    let interval_s = spec.recording.recording.median_interval_s();
-    let settings = &spec.settings;
+    detect_recording(spec.recording.recording.clone(), &spec.settings)
+}
+
+/// [`detect`] of a recording that is given up: without a copy, its columns become those of the result.
+///
+/// # Errors
+/// As [`detect`].
+pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> Result<Detection, InvalidValue> {
+    let interval_s = recording.median_interval_s();
+    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n } = samples(recording);
+    let is_velocity_measured = measured.is_some();
     let filtered = || VelocitySource::Filtered { step_m: position_step_m(&position_m, settings.position_resolution_m) };
-    let velocity = measured.as_ref().map_or_else(filtered, |_| VelocitySource::Measured);
+    let velocity = if is_velocity_measured { VelocitySource::Measured } else { filtered() };
     let mut chain = DetectionChain::new(settings, interval_s, velocity)?;
     let count = time_s.len();
     let column = || Vec::with_capacity(count);
@@ -87,7 +95,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         interval_s,
         time_s,
         position_m,
-        velocity_m_per_s: column(),
+        velocity_m_per_s: measured.unwrap_or_else(column),
         measured_force_n: force_n,
         residual_n: column(),
         stiffness_n_per_m: column(),
@@ -100,16 +108,18 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
         touched: false,
         conditions: Vec::with_capacity(count),
         detector: settings.detector,
-        is_velocity_measured: measured.is_some(),
+        is_velocity_measured,
     };
     for sample in 0..count {
         let step = chain.step(&Reading {
             position_m: detection.position_m[sample],
-            velocity_m_per_s: measured.as_ref().map_or(0.0, |velocity| velocity[sample]),
+            velocity_m_per_s: if is_velocity_measured { detection.velocity_m_per_s[sample] } else { 0.0 },
             force_n: detection.measured_force_n[sample],
         });
         detection.touched |= step.depth_m > 0.0;
-        detection.velocity_m_per_s.push(step.velocity_m_per_s);
+        if !is_velocity_measured {
+            detection.velocity_m_per_s.push(step.velocity_m_per_s);
+        }
         detection.residual_n.push(step.estimate.residual_n);
         detection.stiffness_n_per_m.push(step.estimate.stiffness_n_per_m);
         detection.damping_n_s_per_m.push(step.estimate.damping_n_s_per_m);
@@ -134,19 +144,17 @@ struct Samples {
     force_n: Vec<f64>,
 }
 
-fn samples(recording: &Recording) -> Samples {
+fn samples(recording: Recording) -> Samples {
     let interval_s = recording.median_interval_s();
     let uneven = |pair: &[f64]| (pair[1] - pair[0] - interval_s).abs() > EVEN_SHARE * interval_s;
-    let as_recorded = || Samples {
-        time_s: recording.time_s().to_vec(),
-        position_m: recording.position_m().to_vec(),
-        velocity_m_per_s: recording.velocity_m_per_s().map(<[f64]>::to_vec),
-        force_n: recording.force_n().to_vec(),
+    let as_recorded = |recording: Recording| {
+        let (time_s, position_m, velocity_m_per_s, force_n) = recording.into_columns();
+        Samples { time_s, position_m, velocity_m_per_s, force_n }
     };
     if !recording.time_s().windows(2).any(uneven) {
-        return as_recorded();
+        return as_recorded(recording);
     }
-    let resample = || {
+    let resample = |recording: &Recording| {
         let ticks = recording.ticks_covered(interval_s)?;
         let even = recording.resample(interval_s, ticks)?;
         let start_s = recording.time_s().first().copied().unwrap_or(0.0);
@@ -155,7 +163,7 @@ fn samples(recording: &Recording) -> Samples {
         Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n })
     };
     // The median of ascending times is a valid tick; if resampling fails nevertheless, the samples stay as recorded.
-    resample().unwrap_or_else(|_| as_recorded())
+    resample(&recording).unwrap_or_else(|_| as_recorded(recording))
 }
 
 /// Returns the position step in m: the given one if it is above 0, else the smallest change between two samples.

@@ -27,13 +27,11 @@ impl ResidualStatistics {
         let count = residual.len().max(1) as f64;
         let mean_n = residual.iter().sum::<f64>() / count;
         let variance = residual.iter().map(|e| (e - mean_n).powi(2)).sum::<f64>() / count;
-        let mut magnitudes: Vec<f64> = residual.iter().map(|e| e.abs()).collect();
-        magnitudes.sort_by(f64::total_cmp);
         Self {
             mean_n,
             std_n: variance.sqrt(),
-            mean_absolute_n: magnitudes.iter().sum::<f64>() / count,
-            max_absolute_n: magnitudes.last().copied().unwrap_or(0.0),
+            mean_absolute_n: residual.iter().map(|e| e.abs()).sum::<f64>() / count,
+            max_absolute_n: residual.iter().map(|e| e.abs()).fold(0.0, f64::max),
             robust_std_n: robust_std(residual).unwrap_or(0.0),
         }
     }
@@ -72,14 +70,11 @@ impl PhaseStatistics {
 
     fn of(detection: &Detection, intervals: &[PhaseInterval], phase: Phase) -> Self {
         let own: Vec<&PhaseInterval> = intervals.iter().filter(|interval| interval.phase == phase).collect();
-        let gather = |column: &[f64]| -> Vec<f64> {
-            own.iter().flat_map(|interval| column[interval.samples.clone()].iter().copied()).collect()
-        };
-        let residual = gather(&detection.residual_n);
+        let residual: Vec<f64> = of_intervals(&detection.residual_n, &own).collect();
         let samples = residual.len();
         let statistics = (samples > 0).then(|| ResidualStatistics::of(&residual));
         let is_estimated = samples > 0 && phase != Phase::Free;
-        let mean = |column: &[f64]| is_estimated.then(|| gather(column).iter().sum::<f64>() / samples as f64);
+        let mean = |column: &[f64]| is_estimated.then(|| of_intervals(column, &own).sum::<f64>() / samples as f64);
         Self {
             phase,
             intervals: own.len(),
@@ -118,6 +113,11 @@ impl PhaseStatistics {
             mean_damping_n_s_per_m: weighted(&|s| s.mean_damping_n_s_per_m),
         }
     }
+}
+
+/// The values of a column in some intervals.
+fn of_intervals<'a>(column: &'a [f64], intervals: &'a [&PhaseInterval]) -> impl Iterator<Item = f64> + 'a {
+    intervals.iter().flat_map(|interval| column[interval.samples.clone()].iter().copied())
 }
 
 #[cfg(test)]

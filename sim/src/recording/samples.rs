@@ -25,6 +25,12 @@ impl Recording {
         Self { time_s, position_m, velocity_m_per_s, force_n, median_interval_s }
     }
 
+    /// Its columns: time, position, velocity, force.
+    #[must_use]
+    pub fn into_columns(self) -> (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>) {
+        (self.time_s, self.position_m, self.velocity_m_per_s, self.force_n)
+    }
+
     /// Time of each sample in s, as recorded; the first may differ from 0.
     #[must_use]
     pub fn time_s(&self) -> &[f64] {

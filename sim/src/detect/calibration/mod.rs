@@ -199,7 +199,7 @@ pub enum CalibrationError {
 /// [`CalibrationError`].
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
     request.validate()?;
-    let Samples { position_m, velocity_m_per_s, force_n, .. } = samples(&spec.recording.recording);
+    let Samples { position_m, velocity_m_per_s, force_n, .. } = samples(spec.recording.recording.clone());
     let interval_s = spec.recording.recording.median_interval_s();
     let velocity_m_per_s = match velocity_m_per_s {
         Some(velocity) => velocity,
