@@ -27,6 +27,47 @@ pub(crate) struct Step {
 
 #[pymethods]
 impl Step {
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "a step that is unpickled")]
+    fn new(
+        alarm: bool,
+        velocity_m_per_s: f64,
+        depth_m: f64,
+        predicted_force_n: f64,
+        residual_n: f64,
+        stiffness_n_per_m: f64,
+        damping_n_s_per_m: f64,
+        distance: f64,
+        decision: f64,
+    ) -> Self {
+        Self {
+            alarm,
+            velocity_m_per_s,
+            depth_m,
+            predicted_force_n,
+            residual_n,
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            distance,
+            decision,
+        }
+    }
+
+    /// What [`Step::new`] makes the same step of.
+    fn __getnewargs__(&self) -> (bool, f64, f64, f64, f64, f64, f64, f64, f64) {
+        (
+            self.alarm,
+            self.velocity_m_per_s,
+            self.depth_m,
+            self.predicted_force_n,
+            self.residual_n,
+            self.stiffness_n_per_m,
+            self.damping_n_s_per_m,
+            self.distance,
+            self.decision,
+        )
+    }
+
     fn __repr__(&self) -> String {
         let Self { alarm, residual_n, decision, .. } = self;
         let alarm = if *alarm { "True" } else { "False" };
@@ -67,6 +108,16 @@ impl Detector {
             error::value(format!("interval_s is {interval_s:?}, must be a positive, finite number of seconds"))
         })?;
         Ok(Self { initial: chain.clone(), chain, is_filtered, samples: 0 })
+    }
+
+    /// Returns a detector in the same state.
+    fn copy(&self) -> Self {
+        Self {
+            chain: self.chain.clone(),
+            initial: self.initial.clone(),
+            is_filtered: self.is_filtered,
+            samples: self.samples,
+        }
     }
 
     /// Resets the detector to its initial state.

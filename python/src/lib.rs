@@ -15,6 +15,7 @@ mod own;
 mod recording;
 mod run;
 mod scenario;
+mod score;
 mod simulation;
 mod stability;
 mod state_space;
@@ -43,6 +44,8 @@ mod _core {
     use crate::run::{Run, run, run_with, seconds_of_run, trace_columns};
     #[pymodule_export]
     use crate::scenario::{Scenario, keys, record, shipped};
+    #[pymodule_export]
+    use crate::score::score;
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]

@@ -42,11 +42,11 @@ from ._warnings import (
     VelocityMagnitudeWarning,
 )
 from .comparing import Comparison, compare
-from .detection import Calibration, Detection, Detector, calibrate, detect, record
+from .detection import Calibration, Detection, Detector, calibrate, detect, record, score
 from .linear import Stability, StateSpace, stability, state_space
 from .parts import Compiled, Simulation
 from .recordings import list_signals, read_recording
-from .running import Run, run
+from .running import Run, load, run
 from .scenario import Scenario
 from .sweeping import Range, Sweep, sweep
 
@@ -98,11 +98,13 @@ __all__ = [
     "detect",
     "keys",
     "list_signals",
+    "load",
     "metric_names",
     "metrics",
     "read_recording",
     "record",
     "run",
+    "score",
     "shipped",
     "stability",
     "state_space",

@@ -21,6 +21,7 @@ __all__ = [
     "record",
     "run",
     "run_with",
+    "score",
     "seconds_of_run",
     "shipped",
     "stability",
@@ -79,6 +80,19 @@ class Simulation:
 class Step:
     """The results of one sample. ``alarm`` is whether the detector raises an alarm; quantities are in SI units."""
 
+    def __new__(
+        cls,
+        alarm: bool,
+        velocity_m_per_s: float,
+        depth_m: float,
+        predicted_force_n: float,
+        residual_n: float,
+        stiffness_n_per_m: float,
+        damping_n_s_per_m: float,
+        distance: float,
+        decision: float,
+    ) -> Step: ...
+    def __getnewargs__(self) -> tuple[bool, float, float, float, float, float, float, float, float]: ...
     @property
     def alarm(self) -> bool: ...
     @property
@@ -101,6 +115,7 @@ class Step:
 @final
 class Detector:
     def __new__(cls, interval_s: float, is_filtered: bool, settings: list[str], settings_file: str | None) -> Detector: ...
+    def copy(self) -> Detector: ...
     def reset(self) -> None: ...
     def step(self, position_m: float, velocity_m_per_s: float | None, force_n: float) -> Step: ...
     def steps(
@@ -137,6 +152,7 @@ class StateSpace:
 
 def run(scenario: Scenario) -> tuple[Run, _Traces]: ...
 def run_with(scenario: Scenario, parts: dict[str, Any]) -> tuple[Run, _Traces]: ...
+def score(alarms_s: _Floats, ruptures_s: _Floats, window_s: float, recorded_s: float) -> tuple[dict[str, Any], list[tuple[int, int]]]: ...
 def seconds_of_run(scenario: Scenario, times: int) -> float: ...
 def compare(
     scenarios: list[Scenario], seeds: int | None, is_paper_pair: bool

@@ -19,10 +19,23 @@ _MASTER, _SLAVE, _REFERENCE, _ALARM = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 
 
 def _panels(rows: int, options: dict[str, Any]) -> tuple[Figure, Any]:
+    """Returns a new figure with its axes, or the given axes with theirs."""
     from matplotlib import pyplot
 
+    given = options.pop("ax", None)
+    if given is not None:
+        axes = np.atleast_1d(np.asarray(given, dtype=object)).ravel()
+        if len(axes) != rows:
+            raise ValueError(f"ax has {len(axes)} axes, must have {rows}")
+        if options:
+            raise TypeError(f"with ax, {', '.join(options)} would have no effect")
+        return axes[0].figure, axes
     options = {"sharex": True, "layout": "constrained", "figsize": (8, 2.4 * rows), **options}
-    return pyplot.subplots(rows, 1, **options)
+    figure, axes = pyplot.subplots(rows, 1, squeeze=False, **options)
+    if "inline" in pyplot.get_backend().lower():
+        # A notebook shows the figure that a cell returns; an open one would be shown a second time.
+        pyplot.close(figure)
+    return figure, axes.ravel()
 
 
 def _shade_events(axes: Any, run: Run) -> None:
@@ -100,12 +113,10 @@ def detection_figure(detection: Detection, **options: Any) -> Figure:
 
 
 def stability_figure(stability: Stability, **options: Any) -> Figure:
-    from matplotlib import pyplot
     from matplotlib.collections import LineCollection
     from matplotlib.colors import ListedColormap
 
-    figure: Figure = pyplot.figure(**{"layout": "constrained", **options})
-    axis = figure.subplots()
+    figure, (axis,) = _panels(1, {"figsize": (6.4, 4.8), **options} if "ax" not in options else options)
     colors = ListedColormap(["#f2d7c7", "#d3e7f3"])
     axis.pcolormesh(stability.x, stability.y, stability.stable, shading="nearest", cmap=colors, vmin=0, vmax=1)
     axis.add_collection(LineCollection(list(stability.boundary), colors="0.2"))

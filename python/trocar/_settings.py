@@ -22,8 +22,8 @@ def value(key: str, given: Any) -> str:
 
 
 def settings(changes: Mapping[str, Any]) -> list[str]:
-    """Returns changes in the form of ``--set`` of the command line."""
-    return [f"{dotted(key)}={value(key, given)}" for key, given in changes.items()]
+    """Returns nested or dotted changes in the form of ``--set`` of the command line."""
+    return [f"{key}={value(key, given)}" for key, given in _flat("", changes)]
 
 
 def key_of(setting: str) -> str:

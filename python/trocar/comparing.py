@@ -51,7 +51,7 @@ class Comparison:
         return pandas.DataFrame(rows, index=index, columns=["unit", *names])
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the slave positions and feedback forces of all runs with matplotlib."""
+        """Draws the slave positions and feedback forces of all runs, on ``ax`` (two axes) if given, with matplotlib."""
         from ._figures import comparison_figure
 
         return comparison_figure(self, **options)

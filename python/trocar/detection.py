@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._arrays import number, samples, velocities
+from ._columns import Columns
 from ._html import quantity, table
 from ._settings import settings as lines
 from ._warnings import warn
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Detection:
+class Detection(Columns):
     """The result of the estimator and the detector for a recording.
 
     ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
@@ -50,14 +51,14 @@ class Detection:
         text: str,
     ) -> None:
         self.name = name
-        self.columns = columns
+        self.columns = self._columns = columns
         self.alarms = alarms
         self.alarm_rows = alarm_rows
         self.report = report
         self._text = text
 
-    def __getitem__(self, column: str) -> NDArray[np.float64]:
-        return self.columns[column]
+    def __len__(self) -> int:
+        return len(self._columns)
 
     @property
     def alarms_s(self) -> NDArray[np.float64]:
@@ -75,7 +76,7 @@ class Detection:
         return frame.set_index("time_s")
 
     def plot(self, **options: Any) -> Figure:
-        """Draws force, residual and decision over time with the alarms, with matplotlib."""
+        """Draws force, residual and decision over time with the alarms, on ``ax`` (three axes) if given, with matplotlib."""
         from ._figures import detection_figure
 
         return detection_figure(self, **options)
@@ -214,7 +215,8 @@ class Detector:
             raise ValueError(f'velocity is {velocity!r}, must be "measured" or "filtered"')
         file = None if settings_file is None else os.fspath(settings_file)
         changes = _changes(contact_m, (), settings)
-        self._core = _core.Detector(number("interval_s", interval_s), velocity == "filtered", changes, file)
+        self._arguments = number("interval_s", interval_s), velocity == "filtered", changes, file
+        self._core = _core.Detector(*self._arguments)
 
     def step(self, position: float, velocity: float | None, force: float) -> _core.Step:
         """Processes a sample: position in m, velocity in m/s (``None`` if it is filtered), force in N.
@@ -244,8 +246,63 @@ class Detector:
         """Number of processed samples."""
         return self._core.samples
 
+    def __copy__(self) -> Detector:
+        other = object.__new__(Detector)
+        other._core, other._arguments = self._core.copy(), self._arguments
+        return other
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Detector:
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        if self.samples > 0:
+            raise TypeError(f"a detector that has processed {self.samples} samples cannot be pickled; reset() it, or copy it")
+        return _detector, (self._arguments,)
+
     def __repr__(self) -> str:
         return f"Detector({self.samples} samples)"
+
+
+def _detector(arguments: tuple[float, bool, list[str], str | None]) -> Detector:
+    detector = object.__new__(Detector)
+    detector._core, detector._arguments = _core.Detector(*arguments), arguments
+    return detector
+
+
+def score(
+    alarms_s: ArrayLike, ruptures_s: ArrayLike, *, window_s: float = 0.5, recorded_s: float | None = None
+) -> dict[str, Any]:
+    """Scores alarms against the true ruptures, as ``trocar detect`` does.
+
+    An alarm and a rupture match if the alarm is at most ``window_s`` after it; each matches at most once.
+
+    Parameters
+    ----------
+    alarms_s, ruptures_s : arrays
+        Times in s.
+    window_s
+        Longest time from a rupture to its alarm, in s.
+    recorded_s
+        Recorded time in s, for the false alarms per minute.
+
+    Returns
+    -------
+    dict
+        ``found``, ``missed``, ``false_alarms``, ``precision``, ``recall``, ``f1``, ``median_delay_s``, ``min_delay_s``, ``max_delay_s``,
+        ``false_alarms_per_minute`` (``None`` where undefined), and ``matches``: pairs of indices of a rupture and its alarm, in the
+        order of time.
+
+    >>> import trocar
+    >>> scores = trocar.score([1.02, 3.0], [1.0, 2.0])
+    >>> scores["found"], scores["missed"], scores["false_alarms"], scores["median_delay_s"]
+    (1, 1, 1, 0.02)
+    """
+    alarms, ruptures = samples("alarms_s", alarms_s), samples("ruptures_s", ruptures_s)
+    by_time = np.argsort(alarms, kind="stable"), np.argsort(ruptures, kind="stable")
+    times = float("nan") if recorded_s is None else number("recorded_s", recorded_s)
+    scores, matches = _core.score(alarms[by_time[0]], ruptures[by_time[1]], number("window_s", window_s), times)
+    scores["matches"] = [(int(by_time[1][rupture]), int(by_time[0][alarm])) for rupture, alarm in matches]
+    return scores
 
 
 class Calibration:

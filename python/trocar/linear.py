@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+Side = Literal["master", "slave", "loop-gain", "closed-loop"]
+
+
 class Stability:
     """The stability analysis of a loop.
 
@@ -57,7 +60,7 @@ class Stability:
         return {limit["parameter"]: limit["largest_stable"] for limit in self.report["limits"]}
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the map with its boundary, with matplotlib."""
+        """Draws the map with its boundary, on ``ax`` if given, with matplotlib."""
         from ._figures import stability_figure
 
         return stability_figure(self, **options)
@@ -119,8 +122,9 @@ class StateSpace:
         Time between two states; ``None`` in continuous time.
     """
 
-    def __init__(self, core: _core.StateSpace) -> None:
+    def __init__(self, core: _core.StateSpace, scenario: Scenario, side: Side) -> None:
         self._core = core
+        self._of = scenario, side
         self.A, self.B, self.C, self.D = core.a, core.b, core.c, core.d
         self.inputs, self.outputs, self.states = core.inputs, core.outputs, core.states
         self.name = core.name
@@ -151,11 +155,14 @@ class StateSpace:
             self.A, self.B, self.C, self.D, *time, inputs=self.inputs, outputs=self.outputs, states=self.states, name=self.name
         )
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return state_space, self._of
+
     def __repr__(self) -> str:
         return f"StateSpace({self.name}: {', '.join(self.inputs)} -> {', '.join(self.outputs)}; {len(self.states)} states)"
 
 
-def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["master", "slave", "loop-gain", "closed-loop"]) -> StateSpace:
+def state_space(scenario: Scenario | str | os.PathLike[str], side: Side) -> StateSpace:
     """Returns one side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35),
     or the slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"``, the plants without controllers.
 
@@ -167,4 +174,5 @@ def state_space(scenario: Scenario | str | os.PathLike[str], side: Literal["mast
     >>> trocar.state_space("paper/classical", "slave").A.shape
     (3, 3)
     """
-    return StateSpace(_core.state_space(scenario_of(scenario)._core, side))
+    scenario = scenario_of(scenario)
+    return StateSpace(_core.state_space(scenario._core, side), scenario, side)

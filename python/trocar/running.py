@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._columns import Columns
 from ._html import quantity, table
 from ._parts import Part, core_parts
 from ._warnings import warn
@@ -17,13 +20,14 @@ from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.figure import Figure
 
 
-class Run:
+class Run(Columns):
     """The result of a run.
 
-    ``run["slave_position_m"]`` is a column of the trace. Every column has the shape ``(ticks,)`` and is
+    ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has the shape ``(ticks,)`` and is
     float64, except ``mode`` and ``estimate_flags``, which are uint8. :func:`trocar.trace_columns` lists them with units and meanings.
 
     Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early, which
@@ -32,11 +36,26 @@ class Run:
 
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
         self.scenario = scenario
-        self.traces = traces
-        self._core = core
+        self.traces = self._columns = traces
+        self._core: _core.Run | _Stored = core
 
-    def __getitem__(self, column: str) -> NDArray[Any]:
-        return self.traces[column]
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __getstate__(self) -> tuple[Scenario, dict[str, NDArray[Any]], _Stored]:
+        core = self._core
+        return self.scenario, self.traces, _Stored(core.name, core.summary_json(), core.text(), core.rows())
+
+    def __setstate__(self, state: tuple[Scenario, dict[str, NDArray[Any]], _Stored]) -> None:
+        self.scenario, self.traces, self._core = state
+        self._columns = self.traces
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the run into a file of numpy (``.npz``): trace, summary and scenario. :func:`trocar.load` reads it."""
+        scenario, traces, core = self.__getstate__()
+        about = {"name": core.name, "summary": core.summary_text, "text": core.printed, "rows": core.table, "toml": scenario.to_toml()}
+        with open(path, "wb") as file:
+            np.savez_compressed(file, _about=np.array(json.dumps(about)), **traces)  # type: ignore[arg-type]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -69,8 +88,20 @@ class Run:
 
         return pandas.DataFrame(self.traces).set_index("time_s")
 
+    def to_xarray(self) -> xarray.Dataset:
+        """Returns the trace as an xarray Dataset over ``time_s``; every variable has its ``units`` and its ``long_name``."""
+        import xarray
+
+        about = {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
+        data = xarray.Dataset({name: ("time_s", column) for name, column in self._columns.items()})
+        for name, variable in data.variables.items():
+            unit, meaning = about.get(str(name), ("", ""))
+            variable.attrs.update({"units": unit, "long_name": meaning})
+        return data.assign_attrs(scenario=self.scenario.name)
+
     def plot(self, **options: Any) -> Figure:
-        """Draws positions, forces and decision over time. ``options`` are passed to ``matplotlib.pyplot.subplots``."""
+        """Draws positions, forces and decision over time, on ``ax`` (three axes) if given. Other options are passed to
+        ``matplotlib.pyplot.subplots``."""
         from ._figures import run_figure
 
         return run_figure(self, **options)
@@ -84,6 +115,54 @@ class Run:
     def _repr_html_(self) -> str:
         rows = [(label, quantity(value, unit)) for _, label, unit, value in self._core.rows()]
         return table(["metric", self.scenario.name], rows)
+
+
+@dataclass(frozen=True)
+class _Stored:
+    """What a run tells, without the core's object."""
+
+    name: str
+    summary_text: str
+    printed: str
+    table: list[tuple[str, str, str, float | None]]
+
+    def summary(self) -> dict[str, Any]:
+        summary: dict[str, Any] = json.loads(self.summary_text)
+        return summary
+
+    def warnings(self) -> list[dict[str, Any]]:
+        warnings: list[dict[str, Any]] = self.summary()["warnings"]
+        return warnings
+
+    def summary_json(self) -> str:
+        return self.summary_text
+
+    def text(self) -> str:
+        return self.printed
+
+    def rows(self) -> list[tuple[str, str, str, float | None]]:
+        return self.table
+
+
+def load(path: str | os.PathLike[str]) -> Run:
+    """Reads a run that :meth:`Run.save` wrote. Files of its scenario must be where they were.
+
+    Raises
+    ------
+    ValueError
+        A file that is not one of those.
+    """
+    with np.load(path) as file:
+        traces = {name: file[name] for name in file.files}
+    try:
+        about = json.loads(str(traces.pop("_about")))
+    except (KeyError, ValueError):
+        raise ValueError(f"{os.fspath(path)} is not a run that Run.save wrote") from None
+    rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
+    run = Run.__new__(Run)
+    stored = _Stored(about["name"], about["summary"], about["text"], rows)
+    run.__setstate__((Scenario.from_toml(about["toml"], about["name"]), traces, stored))
+    return run
 
 
 def run(

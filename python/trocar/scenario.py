@@ -14,19 +14,29 @@ from ._settings import document, settings
 class Scenario:
     """A validated, immutable scenario with all defaults.
 
-    Create it with :meth:`load`, :meth:`from_dict` or :meth:`from_toml`. ``trocar.keys()`` lists every key with its meaning, and
+    Create it from a dictionary, or with :meth:`load` or :meth:`from_toml`. ``trocar.keys()`` lists every key with its meaning, and
     ``trocar.shipped()`` lists the shipped scenarios. Quantities are in SI units (m, m/s, N, s).
 
+    Parameters
+    ----------
+    values
+        Nested or dotted keys, as for :meth:`from_dict`.
+    name
+        The name.
+
     >>> import trocar
-    >>> trocar.Scenario.load("paper/augmented").replace(**{"scaling.force": 0.8})["scaling.force"]
-    0.8
+    >>> scenario = trocar.Scenario({"base": "paper/augmented", "scaling": {"force": 0.8}})
+    >>> scenario.replace(scaling={"force": 0.9})["scaling.force"]
+    0.9
     """
 
     __slots__ = ("_core",)
     _core: CoreScenario
 
-    def __init__(self) -> None:
-        raise TypeError("create a scenario with Scenario.load, Scenario.from_dict or Scenario.from_toml")
+    def __init__(self, values: Mapping[str, Any], name: str = "scenario") -> None:
+        if not isinstance(values, Mapping):
+            raise TypeError(f"a scenario is made of a dictionary, not of {values!r}; Scenario.load reads a file")
+        object.__setattr__(self, "_core", _core.Scenario.from_text(name, document(values), []))
 
     @classmethod
     def _of(cls, core: CoreScenario) -> Scenario:
@@ -46,7 +56,7 @@ class Scenario:
         path
             The file. Paths in it are relative to its folder.
         **changes
-            Keys to change, as in ``**{"scaling.force": 2.0}``.
+            Keys to change, as in ``scaling={"force": 2.0}`` or ``**{"scaling.force": 2.0}``.
 
         Raises
         ------
@@ -61,7 +71,7 @@ class Scenario:
 
         Paths are relative to the working directory. Positions of errors refer to the TOML text of the values.
         """
-        return cls.from_toml(document(values), name)
+        return cls(values, name)
 
     @classmethod
     def from_toml(cls, text: str, name: str = "scenario") -> Scenario:

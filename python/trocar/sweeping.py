@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._columns import Columns
 from ._html import table
 from ._settings import dotted, key_of, value
 from .scenario import Scenario, scenario_of
@@ -43,7 +44,7 @@ class Range:
         return table
 
 
-class Sweep:
+class Sweep(Columns):
     """The result of a sweep, a row per case.
 
     Attributes
@@ -59,10 +60,8 @@ class Sweep:
         self.columns: dict[str, NDArray[Any]] = {
             name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()
         }
+        self._columns = self.columns
         self.hash = hash
-
-    def __getitem__(self, column: str) -> NDArray[Any]:
-        return self.columns[column]
 
     def __len__(self) -> int:
         return len(self.columns["case"])

@@ -1,0 +1,131 @@
+"""Results are mappings of their columns, can be pickled and kept, and are drawn where one wants."""
+
+import copy
+import multiprocessing
+import pickle
+
+import numpy as np
+import pytest
+
+import trocar
+
+SHORT = {"simulation.duration_s": 6.5}
+
+
+@pytest.fixture(scope="module")
+def run():
+    return trocar.run(trocar.Scenario.load("paper/augmented", **SHORT))
+
+
+def again(value):
+    return pickle.loads(pickle.dumps(value))
+
+
+def same_run(one, other):
+    assert list(one) == list(other) and all(np.array_equal(one[name], other[name]) for name in one)
+    assert one.summary == other.summary and str(one) == str(other) and one.events == other.events
+    assert one.scenario == other.scenario and one._repr_html_() == other._repr_html_()
+
+
+def test_a_result_is_a_mapping_of_its_columns(run):
+    found = trocar.detect(**{name.partition("_")[0]: column for name, column in trocar.record().items()}, contact_m=0.012)
+    sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set=SHORT)
+    for result in (run, found, sweep):
+        names = list(result)
+        assert names == list(result.keys()) and all(name in result for name in names) and "x" not in result
+        assert all(column is result[name] for name, column in result.items())
+        with pytest.raises(KeyError, match="no column 'x'; the columns are"):
+            result["x"]
+    assert dict(run) == run.traces and len(run) == len(run.traces) and len(sweep) == 2
+
+
+def test_everything_can_be_pickled_and_copied(run):
+    same_run(again(run), run)
+    same_run(again(again(run)), run)
+    same_run(copy.deepcopy(run), run)
+    comparison = trocar.compare(run.scenario)
+    other = again(comparison)
+    assert other.report == comparison.report and str(other) == str(comparison)
+    same_run(other.runs[0], comparison.runs[0])
+    for side in ("master", "closed-loop"):
+        system = trocar.state_space(run.scenario, side)
+        assert np.array_equal(again(system).A, system.A) and np.array_equal(copy.copy(system).poles(), system.poles())
+    step = trocar.Detector(0.001).step(0.01, 0.02, 0.3)
+    assert repr(again(step)) == repr(step) and again(step).depth_m == step.depth_m
+    stability = trocar.stability(x="scaling.force=0.1:10:3", y="tissue.stiffness_n_per_m=10:2000:3")
+    assert np.array_equal(again(stability).stable, stability.stable)
+
+
+def test_a_copied_detector_goes_on_from_the_same_state():
+    data = trocar.record()
+    part = [data[name] for name in ("position_m", "velocity_m_per_s", "force_n")]
+    detector = again(trocar.Detector(0.001, contact_m=0.012))
+    detector.steps(*(column[:5000] for column in part))
+    other = copy.copy(detector)
+    results = [one.steps(*(column[5000:9000] for column in part)) for one in (detector, other)]
+    assert np.array_equal(*(columns["decision"] for columns, _ in results)) and len(results[0][1]) >= 1
+    with pytest.raises(TypeError, match="9000 samples cannot be pickled; reset"):
+        pickle.dumps(detector)
+
+
+def test_processes_return_runs(run):
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        runs = pool.map(trocar.run, [run.scenario] * 2)
+    for one in runs:
+        same_run(one, run)
+
+
+def test_joblib_keeps_runs(run, tmp_path):
+    joblib = pytest.importorskip("joblib")
+    kept = joblib.Memory(tmp_path, verbose=0).cache(trocar.run)
+    kept(run.scenario)
+    assert kept.check_call_in_cache(run.scenario)
+    same_run(kept(run.scenario), run)
+
+
+def test_a_saved_run_is_loaded_again(run, tmp_path):
+    path = tmp_path / "run.npz"
+    run.save(path)
+    same_run(trocar.load(path), run)
+    np.savez(tmp_path / "other.npz", x=np.zeros(3))
+    with pytest.raises(ValueError, match="other.npz is not a run that Run.save wrote"):
+        trocar.load(tmp_path / "other.npz")
+
+
+def test_a_trace_is_an_xarray_with_units(run):
+    pytest.importorskip("xarray")
+    data = run.to_xarray()
+    assert data["slave_position_m"].attrs["units"] == "m" and data["slave_position_m"].dims == ("time_s",)
+    assert np.array_equal(data["tissue_force_n"].values, run["tissue_force_n"])
+
+
+def test_figures_are_drawn_on_given_axes(run):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    figure, axes = pyplot.subplots(3)
+    assert run.plot(ax=axes) is figure and len(axes[0].lines) == 3
+    with pytest.raises(ValueError, match="ax has 1 axes, must have 3"):
+        run.plot(ax=axes[0])
+    with pytest.raises(TypeError, match="with ax, figsize would have no effect"):
+        run.plot(ax=axes, figsize=(1, 1))
+    pyplot.close("all")
+
+
+def test_alarms_are_scored_in_any_order():
+    scores = trocar.score([5.0, 1.1, 9.0], [9.9, 1.0, 4.9], window_s=0.2, recorded_s=30.0)
+    assert scores["matches"] == [(1, 1), (2, 0)] and scores["found"] == 2 and scores["missed"] == 1
+    assert scores["false_alarms_per_minute"] == 2.0 and scores["max_delay_s"] == pytest.approx(0.1)
+    assert trocar.score([], [])["precision"] is None
+    for wrong in ({"window_s": -1.0}, {"recorded_s": 0.0}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            trocar.score([1.0], [1.0], **wrong)
+    with pytest.raises(ValueError, match="alarms_s has NaN"):
+        trocar.score([np.nan], [1.0])
+
+
+def test_a_scenario_is_made_of_a_dictionary_and_changed_by_nested_keywords():
+    scenario = trocar.Scenario({"base": "paper/augmented", "scaling": {"force": 0.8}}, "soft")
+    assert scenario == trocar.Scenario.from_dict({"base": "paper/augmented", "scaling.force": 0.8}, "soft")
+    changed = scenario.replace(scaling={"force": 0.9}, tissue={"index": "depth"})
+    assert (changed["scaling.force"], changed["tissue.index"], changed.name) == (0.9, "depth", scenario.name)
+    with pytest.raises(TypeError, match="made of a dictionary, not of 'paper/augmented'"):
+        trocar.Scenario("paper/augmented")
