@@ -7,15 +7,15 @@ use std::time::Duration;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use trocar_sim::interrupt;
 
 /// Interval of the checks for signals.
-const PERIOD: Duration = Duration::from_millis(40);
+const PERIOD: Duration = Duration::from_millis(20);
 
 /// Runs work on a separate thread with the interpreter's lock released, and checks for signals.
 ///
-/// A signal such as Ctrl-C sets `stop` and raises the exception at once. Work that ignores `stop` continues in the background, and
-/// its result is dropped. The work has its own thread pool, so that it also runs in a forked process, where the threads of a shared
-/// pool do not exist.
+/// A signal such as Ctrl-C sets `stop` and raises the exception at once; the work ends at its next check. It has its own thread pool,
+/// so that it also runs in a forked process, where the threads of a shared pool do not exist.
 pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
@@ -24,10 +24,14 @@ pub(crate) fn interruptible<T: Send + 'static>(
     let stop = Arc::new(AtomicBool::new(false));
     let (send, receive) = sync_channel(1);
     let stop_flag = stop.clone();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(failed)?;
+    let watched = stop.clone();
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    let pool = builder.start_handler(move |_| interrupt::watch(watched.clone())).build().map_err(failed)?;
     let thread = move || {
-        // The receiver can be closed.
-        let _ = send.send(pool.install(|| work(&stop_flag)));
+        if let Ok(outcome) = interrupt::catch(|| pool.install(|| work(&stop_flag))) {
+            // The receiver can be closed.
+            let _ = send.send(outcome);
+        }
     };
     std::thread::Builder::new().name("trocar".into()).spawn(thread).map_err(failed)?;
     py.detach(move || {

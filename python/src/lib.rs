@@ -53,7 +53,7 @@ mod _core {
     #[pymodule_export]
     use crate::state_space::{StateSpace, state_space};
     #[pymodule_export]
-    use crate::sweep::{metrics, sweep};
+    use crate::sweep::{metrics, sweep, sweep_with};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -6,8 +6,9 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{run_text, summary_json};
-use trocar_sim::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS, Trace};
-use trocar_sim::run::{observe, observe_with};
+use trocar_sim::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
+use trocar_sim::metrics::Metrics;
+use trocar_sim::run::{RunError, observe, observe_with};
 
 use crate::arrays::put;
 use crate::own::{Failure, Own};
@@ -59,18 +60,17 @@ impl Run {
     }
 }
 
-/// Records every tick. Checks for signals and for an exception of the user's own parts; both end the run.
-struct TraceRecorder {
-    trace: Trace,
+/// Watches for signals and for an exception of the user's own parts; both end the run.
+#[derive(Default)]
+struct Watch {
     last_check: Option<Instant>,
     signal: Option<PyErr>,
     failure: Failure,
 }
 
-impl Observer<f64> for TraceRecorder {
+impl Observer<f64> for Watch {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<f64>) {
-        self.trace.observe(signals);
         if signals.tick.is_multiple_of(TICKS) && signals.tick > 0 {
             self.check_signals();
         }
@@ -82,7 +82,7 @@ impl Observer<f64> for TraceRecorder {
     }
 }
 
-impl TraceRecorder {
+impl Watch {
     #[cold]
     #[inline(never)]
     fn check_signals(&mut self) {
@@ -93,16 +93,9 @@ impl TraceRecorder {
         }
     }
 
-    fn of(trace: Trace, failure: Failure) -> Self {
-        Self { trace, last_check: None, signal: None, failure }
-    }
-
-    /// Its trace, or what ended the run.
-    fn trace(self) -> PyResult<Trace> {
-        match self.failure.take().or(self.signal) {
-            Some(error) => Err(error),
-            None => Ok(self.trace),
-        }
+    /// Whether nothing ended the run.
+    fn ended(self) -> PyResult<()> {
+        self.failure.take().or(self.signal).map_or(Ok(()), Err)
     }
 }
 
@@ -111,11 +104,12 @@ impl TraceRecorder {
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
     let (outcome, recorder) = py.detach(|| {
-        let mut recorder = TraceRecorder::of(trocar_sim::run::empty_trace(scenario), Failure::default());
+        let mut recorder = (trocar_sim::run::empty_trace(scenario), Watch::default());
         let outcome = observe(scenario, &mut recorder);
         (outcome, recorder)
     });
-    let trace = recorder.trace()?;
+    let (trace, watch) = recorder;
+    watch.ended()?;
     let metrics = outcome.map_err(|error| error::run(py, &error))?;
     let run = py.detach(|| trocar_sim::run::Run::concluded(scenario.clone(), metrics, trace));
     hand_over(py, run.map_err(|error| error::run(py, &error))?)
@@ -128,15 +122,35 @@ pub(crate) fn run_with<'py>(
     scenario: &Scenario,
     parts: &Bound<'py, PyDict>,
 ) -> PyResult<(Run, Bound<'py, PyDict>)> {
-    let Own { parts, failure, are_compiled } = Own::of(parts)?;
+    let own = Own::of(parts)?;
     let scenario = &scenario.scenario;
-    let mut recorder = TraceRecorder::of(trocar_sim::run::empty_trace_with(scenario, &parts), failure);
-    let work = || observe_with(scenario, parts, &mut recorder);
+    let mut trace = trocar_sim::run::empty_trace_with(scenario, &own.parts);
+    let metrics = observed(py, scenario, own, &mut trace)?.map_err(|error| error::run(py, &error))?;
+    hand_over(py, trocar_sim::run::Run::of_own_parts(scenario.clone(), metrics, trace))
+}
+
+/// Runs a scenario with the user's own parts, by role, for its metrics.
+pub(crate) fn measure_with(
+    py: Python<'_>,
+    scenario: &trocar_sim::scenario::Scenario,
+    parts: &Bound<'_, PyDict>,
+) -> PyResult<Result<Metrics, RunError>> {
+    observed(py, scenario, Own::of(parts)?, &mut ())
+}
+
+/// Runs a scenario with the user's own parts and one more observer.
+fn observed<O: Observer<f64> + Send>(
+    py: Python<'_>,
+    scenario: &trocar_sim::scenario::Scenario,
+    Own { parts, failure, are_compiled }: Own,
+    observer: &mut O,
+) -> PyResult<Result<Metrics, RunError>> {
+    let mut watched = (observer, Watch { failure, ..Watch::default() });
+    let work = || observe_with(scenario, parts, &mut watched);
     // A Python function needs the interpreter at every tick: it is not given up in between.
     let outcome = if are_compiled { py.detach(work) } else { work() };
-    let trace = recorder.trace()?;
-    let metrics = outcome.map_err(|error| error::run(py, &error))?;
-    hand_over(py, trocar_sim::run::Run::of_own_parts(scenario.clone(), metrics, trace))
+    watched.1.ended()?;
+    Ok(outcome)
 }
 
 /// Returns a run and its trace as arrays, without a copy.

@@ -5,14 +5,16 @@ use std::sync::atomic::AtomicBool;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_sim::metrics::Declaration;
-use trocar_sim::scenario::Source;
+use trocar_sim::run::RunError;
+use trocar_sim::scenario::{ScenarioError, Source};
 use trocar_sim::sweep::{
-    AxisColumn, Column, Design, Execution, Part, Plan, Progress, Rows, Shard, SweepError, execute,
+    AxisColumn, Column, Design, Execution, Outcome, Part, Plan, Progress, Rows, Shard, SweepError, execute,
 };
 
 use crate::arrays::put;
 use crate::error;
 use crate::interrupt::interruptible;
+use crate::run::measure_with;
 use crate::scenario::{Scenario, text_source};
 
 /// The result by columns.
@@ -25,7 +27,11 @@ struct Columns {
 }
 
 impl Columns {
-    fn read(design: &Design, rows: &Rows, first: u64) -> Result<Self, SweepError> {
+    /// Returns the columns of all rows that `each` gives: a case, its outcome, its metrics.
+    fn of<E>(
+        design: &Design,
+        each: impl FnOnce(&mut dyn FnMut(u64, Outcome, &[f64])) -> Result<(), E>,
+    ) -> Result<Self, E> {
         let mut all = Self {
             case: vec![],
             axes: design.axes.iter().map(|axis| (axis.key.path.to_owned(), AxisColumn::of(axis))).collect(),
@@ -34,15 +40,13 @@ impl Columns {
             metrics: design.columns.iter().map(|column| (column.name.clone(), vec![])).collect(),
         };
         let (sampler, mut coordinates, mut values) = (design.coordinates(), vec![], vec![]);
-        rows.each(|case, outcome, metrics| {
-            debug_assert!(case >= first);
+        each(&mut |case, outcome, metrics| {
             sampler.values(case, &mut coordinates, &mut values);
             all.case.push(case as i64);
             all.seed.push(design.seed(case) as i64);
             all.outcome.push(outcome as u8);
             all.axes.iter_mut().zip(&values).for_each(|((_, column), value)| column.push(value));
             all.metrics.iter_mut().zip(metrics).for_each(|((_, column), metric)| column.push(*metric));
-            Ok(())
         })?;
         Ok(all)
     }
@@ -67,6 +71,26 @@ impl Columns {
     }
 }
 
+/// The sweep: a file or a text, and the scenario if neither names one.
+struct Sources {
+    sweep: Source,
+    base: Option<Source>,
+}
+
+impl Sources {
+    fn of(path: Option<&str>, text: &str, base: Option<&Scenario>) -> Self {
+        let sweep = path.map_or_else(|| text_source("sweep", text), Source::parse);
+        Self { sweep, base: base.map(|base| base.source.clone()) }
+    }
+
+    fn plan(&self, settings: &[String]) -> Result<Plan, ScenarioError> {
+        match &self.base {
+            Some(base) => Plan::over(&self.sweep, base, settings),
+            None => Plan::load(&self.sweep, settings),
+        }
+    }
+}
+
 type Swept<'py> = (Bound<'py, PyDict>, String, u64, Vec<(String, String)>);
 
 /// Runs a sweep, or a shard of it such as "3/8", with a number of threads (0 for all processors). Returns the columns, the hash
@@ -83,15 +107,11 @@ pub(crate) fn sweep<'py>(
     threads: usize,
 ) -> PyResult<Swept<'py>> {
     let shard: Shard = shard.parse().map_err(error::value)?;
-    let source = path.map_or_else(|| text_source("sweep", text), Source::parse);
-    let base = base.map(|base| base.source.clone());
+    let sources = Sources::of(path, text, base);
     let work = move |stop: &AtomicBool| {
-        let plan = match &base {
-            Some(base) => Plan::over(&source, base, &settings),
-            None => Plan::load(&source, &settings),
-        }?;
+        let plan = sources.plan(&settings)?;
         let layout = plan.layout(shard);
-        let (first, all) = (layout.packs.start * trocar_sim::sweep::PACK_CASES, layout.part_cases());
+        let all = layout.part_cases();
         let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
         let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
         let part = Part::open(&folder.path().join(trocar_sim::sweep::CASES), layout)?;
@@ -101,13 +121,49 @@ pub(crate) fn sweep<'py>(
         if execute(&plan, &part, Execution { threads, shares_runs: true }, &progress)? < all {
             return Ok(None);
         }
-        let columns = Columns::read(&plan.design, &Rows(vec![part]), first)?;
+        let columns = Columns::of(&plan.design, |row| {
+            Rows(vec![part]).each(|case, outcome, metrics| {
+                row(case, outcome, metrics);
+                Ok(())
+            })
+        })?;
         Ok(Some((columns, plan.hash(), plan.design.cases(), plan.former_names)))
     };
     let swept = interruptible(py, threads, work)?.map_err(|error: SweepError| error::sweep(py, &error))?;
     // Only a signal stops it, and its exception has been raised.
     let (columns, hash, cases, former_names) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
     Ok((columns.hand_over(py)?, hash, cases, former_names))
+}
+
+/// Runs a sweep with the user's own parts, by role, one case after the other. Returns what [`sweep`] does.
+#[pyfunction]
+pub(crate) fn sweep_with<'py>(
+    py: Python<'py>,
+    path: Option<&str>,
+    text: &str,
+    base: Option<&Scenario>,
+    settings: Vec<String>,
+    parts: &Bound<'py, PyDict>,
+) -> PyResult<Swept<'py>> {
+    let plan = Sources::of(path, text, base).plan(&settings).map_err(|error| error::scenario(py, &error))?;
+    let design = &plan.design;
+    let mut maker = plan.maker();
+    let columns = Columns::of(design, |row| {
+        for case in 0..design.cases() {
+            let scenario = maker.scenario(case).map_err(|error| error::sweep(py, &error))?;
+            let (outcome, metrics) = match measure_with(py, &scenario, parts)? {
+                Ok(metrics) => (Outcome::of(metrics.outcome), Some(metrics)),
+                Err(RunError::Integration { .. }) => (Outcome::Failed, None),
+                Err(refused) => return Err(error::sweep(py, &maker.refused(case, refused))),
+            };
+            let value = |column: &Column| metrics.as_ref().and_then(|metrics| column.value(metrics, None));
+            let values: Vec<f64> = design.columns.iter().map(|column| value(column).unwrap_or(f64::NAN)).collect();
+            row(case, outcome, &values);
+        }
+        Ok(())
+    })?;
+    let (hash, cases) = (plan.hash(), design.cases());
+    Ok((columns.hand_over(py)?, hash, cases, plan.former_names.clone()))
 }
 
 /// Returns the metrics of a sweep; those of ruptures and events have the number 1: name, scope, label, unit, which values are

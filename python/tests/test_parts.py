@@ -261,3 +261,20 @@ def test_a_simulation_is_led_from_outside(soft):
     for _ in range(1000):
         simulation.step(-0.004)
     assert simulation["master_position_m"] == pytest.approx(-0.004, abs=1e-6)
+
+
+def test_a_sweep_with_copies_of_built_in_parts_has_their_rows(soft):
+    axes = {"scaling.force": [0.5, 1.0], "operator.speed_m_per_s": [0.01, 0.02, 0.03]}
+    built_in = trocar.sweep(soft, axes, seeds=2)
+    own = trocar.sweep(soft, axes, seeds=2, tissue=Spring(soft), force_law=Decay(soft))
+    assert own.hash == built_in.hash and list(own) == list(built_in)
+    for name, column in built_in.items():
+        assert np.array_equal(own[name], column, equal_nan=column.dtype.kind == "f"), name
+
+    def fails(tick, position_m, velocity_m_per_s):
+        raise ArithmeticError("in a case")
+
+    with pytest.raises(ArithmeticError, match="in a case"):
+        trocar.sweep(soft, axes, tissue=fails)
+    with pytest.raises(ValueError, match="give no client"):
+        trocar.sweep(soft, axes, tissue=Spring(soft), client=object())

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._arrays import samples
 
+ROLES = ("tissue", "operator", "estimator", "detector", "force_law", "motion_law")
+
 _SIGNATURE = "(float64*, float64*, float64*) -> none"
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._columns import Columns
 from ._html import quantity, table
-from ._parts import Part, core_parts
+from ._parts import ROLES, Part, core_parts
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -192,15 +192,8 @@ def run(
     >>> [event["frozen_motion_m"] < 1e-4 for event in run.events]
     [True, True]
     """
-    given: dict[str, Any] = {
-        "tissue": tissue,
-        "operator": operator,
-        "estimator": estimator,
-        "detector": detector,
-        "force_law": force_law,
-        "motion_law": motion_law,
-    }
-    parts = core_parts(given)
+    given = (tissue, operator, estimator, detector, force_law, motion_law)
+    parts = core_parts(dict(zip(ROLES, given)))
     scenario = scenario_of(scenario)
     core, traces = _core.run_with(scenario._core, parts) if parts else _core.run(scenario._core)
     warn(core.warnings())

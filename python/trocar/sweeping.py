@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._columns import Columns
 from ._html import table
+from ._parts import ROLES, Part, core_parts
 from ._settings import dotted, key_of, value
 from .scenario import Scenario, scenario_of
 
@@ -100,6 +101,12 @@ def sweep(
     threads: int = 0,
     client: Any = None,
     shards: int | None = None,
+    tissue: Part | None = None,
+    operator: Part | None = None,
+    estimator: Part | None = None,
+    detector: Part | None = None,
+    force_law: Part | None = None,
+    motion_law: Part | None = None,
 ) -> Sweep:
     """Runs a scenario many times with varied keys. The results do not depend on the number of threads and machines.
 
@@ -125,6 +132,9 @@ def sweep(
         the same version of trocar, and the files of the scenario at the same paths.
     shards
         Number of shards; the default is eight per worker thread.
+    tissue, operator, estimator, detector, force_law, motion_law
+        Parts of one's own in place of the scenario's, as for :func:`trocar.run`. The cases then run one after the other, and metrics of
+        the loop (``loop_...``) are undefined.
 
     >>> import trocar
     >>> sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
@@ -132,8 +142,8 @@ def sweep(
     array([1., 1.])
     """
     if axes is None:
-        given = (set, first_seed, metrics, points, design_seed)
-        if isinstance(base, Scenario) or any(one is not None for one in given) or seeds != 1 or design != "grid":
+        others = (set, first_seed, metrics, points, design_seed)
+        if isinstance(base, Scenario) or any(one is not None for one in others) or seeds != 1 or design != "grid":
             raise ValueError("without axes, base must be the path of a sweep file, without other arguments of the sweep")
         job = _Job(os.fspath(base), "", None, [])
     else:
@@ -147,8 +157,12 @@ def sweep(
         changes = [setting for call in scenario._core.origin()[3] for setting in call]
         own = [setting for setting in changes if key_of(setting) not in overridden]
         job = _Job(None, "\n".join(lines) + "\n", scenario, own)
+    given = (tissue, operator, estimator, detector, force_law, motion_law)
+    parts = core_parts(dict(zip(ROLES, given)))
+    if parts and client is not None:
+        raise ValueError("a sweep with parts of one's own runs here: give no client")
     if client is None:
-        columns, hash, _, former_names = job.run("1/1", threads)
+        columns, hash, _, former_names = job.run_with(parts) if parts else job.run("1/1", threads)
         _name_former(former_names)
         return Sweep(columns, hash)
     return _over_workers(job, client, shards, max(threads, 1))
@@ -199,6 +213,10 @@ class _Job:
     def run(self, shard: str, threads: int) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]:
         base = None if self.base is None else self.base._core
         return _core.sweep(self.path, self.text, base, self.settings, shard, threads)
+
+    def run_with(self, parts: dict[str, Any]) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]:
+        base = None if self.base is None else self.base._core
+        return _core.sweep_with(self.path, self.text, base, self.settings, parts)
 
 
 def _over_workers(job: _Job, client: Any, shards: int | None, threads: int) -> Sweep:

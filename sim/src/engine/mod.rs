@@ -57,6 +57,7 @@ pub use wired::{Any, AnyChain, AnyDetector, PaperChain, Wired};
 
 use std::ops::ControlFlow;
 
+use crate::interrupt;
 use crate::lane::{Gather, LANES, of_each};
 use crate::time::TickGrid;
 
@@ -85,6 +86,9 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
     fn run_ticks<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
         let mut desired_m = self.parts.begin();
         for tick in 0..self.grid.ticks() {
+            if tick.is_multiple_of(interrupt::STEPS) {
+                interrupt::check();
+            }
             match self.parts.tick(tick, desired_m, &mut self.plants, observer) {
                 ControlFlow::Continue(next) => desired_m = next,
                 ControlFlow::Break(outcome) => return outcome,

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{ClosedLoop, StabilityError};
+use crate::interrupt;
 use crate::lti::Complex64;
 
 /// Maximum number of evaluations of a response.
@@ -42,6 +43,7 @@ impl ClosedLoop {
     /// # Errors
     /// [`StabilityError::TooFast`] if that needs too many points.
     pub fn poles_outside(&self, radius: f64) -> Result<usize, StabilityError> {
+        interrupt::check();
         let mut radius = radius;
         while self.open_poles.iter().any(|pole| (pole.norm() - radius).abs() < ON_THE_CIRCLE * radius) {
             radius *= 1.0 - 2.5 * ON_THE_CIRCLE;

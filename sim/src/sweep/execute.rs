@@ -12,7 +12,6 @@ use super::part::{Outcome, PACK_CASES, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
 use super::shared_runs::{Row, SharedRuns};
 use super::stability::LoopOfCase;
-use crate::metrics;
 use crate::run::RunError;
 use crate::sensor::NoiseBank;
 
@@ -161,10 +160,7 @@ impl<'a> Worker<'a> {
             let (row, thresholds) = match run {
                 Ok(RunWithEquivalents { metrics, thresholds }) => {
                     let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
-                    let outcome = match metrics.outcome {
-                        metrics::Outcome::Completed | metrics::Outcome::Oscillating { .. } => Outcome::Completed,
-                        metrics::Outcome::Diverged { .. } => Outcome::Diverged,
-                    };
+                    let outcome = Outcome::of(metrics.outcome);
                     let values = columns.iter().map(|column| column.value(&metrics, of_case.as_ref())).collect();
                     (Row { outcome, values }, thresholds)
                 }

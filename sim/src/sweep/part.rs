@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::error::SweepError;
+use crate::metrics;
 
 /// Number of consecutive cases that run together.
 pub const PACK_CASES: u64 = 8;
@@ -30,6 +31,15 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// The outcome of a run; a sweep does not tell whether a swing lasts.
+    #[must_use]
+    pub fn of(outcome: metrics::Outcome) -> Self {
+        match outcome {
+            metrics::Outcome::Completed | metrics::Outcome::Oscillating { .. } => Self::Completed,
+            metrics::Outcome::Diverged { .. } => Self::Diverged,
+        }
+    }
+
     /// Returns the word in files.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -48,7 +58,7 @@ impl Outcome {
         }
     }
 
-    fn of(code: f64) -> Self {
+    fn of_code(code: f64) -> Self {
         match code {
             0.0 => Self::Completed,
             1.0 => Self::Diverged,
@@ -284,7 +294,7 @@ impl Rows {
                 for (case, row) in cases.zip(slot[1..].chunks(1 + part.layout.columns)) {
                     values.clear();
                     values.extend(row[1..].iter().map(|bits| f64::from_bits(*bits)));
-                    each(case, Outcome::of(f64::from_bits(row[0])), &values)?;
+                    each(case, Outcome::of_code(f64::from_bits(row[0])), &values)?;
                 }
                 Ok(())
             })?;

@@ -2,6 +2,7 @@
 
 use super::signal::{Residuals, Signal};
 use super::spread::median;
+use crate::interrupt;
 
 /// Cap of the decision in thresholds, so that one rupture does not hide the next.
 const CAP_THRESHOLDS: f64 = 20.0;
@@ -44,6 +45,9 @@ pub(super) fn excursions(
     let mut decision = 0.0_f64;
     let count = residuals.residual_n.len();
     for sample in 0..count {
+        if (sample as u64).is_multiple_of(interrupt::STEPS) {
+            interrupt::check();
+        }
         let added = residuals.squared_drop(sample);
         decision = (decision + added - drift).clamp(0.0, CAP_THRESHOLDS * threshold);
         if decision == 0.0 {

@@ -162,6 +162,7 @@ pub fn threshold_for(tails: Tails, drift: f64, samples: f64) -> f64 {
         high *= 2.0;
     }
     while high / low > 1.0001 {
+        crate::interrupt::check();
         let middle = (low * high).sqrt();
         if average_run_length(tails, drift, middle) < samples {
             low = middle;
@@ -179,6 +180,7 @@ pub fn simulate(tails: Tails, drift: f64, threshold: f64, alarms: u64, seed: u64
     let mut noise = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = 0;
     for _ in 0..alarms {
+        crate::interrupt::check();
         let mut decision = 0.0_f64;
         while decision <= threshold {
             let x: f64 = StandardNormal.sample(&mut noise);

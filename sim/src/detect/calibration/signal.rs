@@ -2,6 +2,7 @@
 
 use crate::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
 use crate::estimation::{AnyEstimator, Estimator, RlsSettings};
+use crate::interrupt;
 
 /// Evenly spaced samples.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +42,9 @@ impl Residuals {
             evidence: Vec::with_capacity(count),
         };
         for sample in 0..count {
+            if (sample as u64).is_multiple_of(interrupt::STEPS) {
+                interrupt::check();
+            }
             let (force_n, velocity_m_per_s) = (signal.force_n[sample], signal.velocity_m_per_s[sample]);
             let depth_m = signal.position_m[sample] - contact_m;
             let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);

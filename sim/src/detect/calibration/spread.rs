@@ -10,7 +10,13 @@ const NOISE_SHARE: f64 = 0.75;
 /// Returns the quantile of a `share` (0 to 1), linear between the values; `None` without values.
 #[must_use]
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
+    crate::interrupt::check();
+    let below = (share * values.len().checked_sub(1)? as f64) as usize;
+    // The two order statistics that it needs, without sorting the others.
+    let (_, _, above) = values.select_nth_unstable_by(below, f64::total_cmp);
+    if let Some(next) = (0..above.len()).min_by(|a, b| above[*a].total_cmp(&above[*b])) {
+        above.swap(0, next);
+    }
     quantiles::quantile(values.len() as u64, share, |rank| values[rank as usize])
 }
 

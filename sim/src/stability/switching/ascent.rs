@@ -14,6 +14,7 @@ use super::modes::{Modes, Space};
 use super::semidefinite::times;
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
+use crate::interrupt;
 use crate::lti::eigenvalues;
 use crate::stability::StabilityError;
 
@@ -204,6 +205,7 @@ fn improve(
 ) -> Result<bool, StabilityError> {
     changes.sort_by(|a, b| b.2.total_cmp(&a.2));
     while !changes.is_empty() {
+        interrupt::check();
         let mut other = chosen.clone();
         for &(tick, choice, _) in &changes {
             other[tick] = choice;
@@ -225,6 +227,7 @@ fn ascend(modes: &Modes, steps: &[Choices], first: usize) -> Result<(f64, Vec<us
     let mut chosen: Vec<usize> = steps.iter().map(|step| first.min(step.len() - 1)).collect();
     let mut value = radius(&product(steps, &chosen, &narrow))?;
     for _ in 0..MAX_STEPS {
+        interrupt::check();
         if !value.is_finite() {
             break;
         }
@@ -382,6 +385,7 @@ fn push(modes: &Modes, plan: &[Choices], begin: usize, vertex: usize, rows: &[DM
     let mut states = run(&chosen);
     let mut best = largest(&states);
     for _ in 0..MAX_STEPS {
+        interrupt::check();
         let (_, at, row, sign) = best;
         let mut back: DVector<f64> = rows[row].transpose().column(0) * sign;
         let mut changes = vec![];

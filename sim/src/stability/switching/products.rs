@@ -9,6 +9,7 @@ use super::ascent::power;
 use super::modes::{Modes, Space};
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
+use crate::interrupt;
 use crate::lti::eigenvalues;
 use crate::stability::StabilityError;
 
@@ -118,6 +119,7 @@ pub(super) fn growth(
     for events in 1..=MAX_EVENTS {
         let mut next = vec![];
         for node in &open {
+            interrupt::check();
             for (k, one) in matrices.iter().enumerate() {
                 products += 1;
                 let matrix = one * &node.matrix;

@@ -10,6 +10,7 @@ use super::conditions::{Choice, Focus};
 use super::modes::Modes;
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
+use crate::interrupt;
 use crate::stability::StabilityError;
 
 /// The ratio of a bound to one without a certificate at which the search ends.
@@ -197,6 +198,7 @@ fn on_one_stiffness(
             let held_ticks = if k % 2 == 0 { shortest } else { longest };
             let mut best = (Sequence { stiffness_n_per_m: stiffness, starts: vec![], held_ticks }, 0.0);
             for _ in 0..EVENTS {
+                interrupt::check();
                 let earliest = if best.0.starts.is_empty() { 2 } else { best.0.end(phases.blend, dwell) };
                 let mut here = (best.0.clone(), 0.0);
                 for instant in 0..INSTANTS {

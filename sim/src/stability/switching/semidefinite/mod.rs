@@ -114,6 +114,7 @@ pub(super) fn solve(programme: &Programme) -> Solution {
     let Some(mut now) = programme.start() else { return none };
     let mut best = none;
     for _ in 0..MAX_ITERATIONS {
+        crate::interrupt::check();
         let residuals = programme.residuals(&now);
         let accuracy = programme.accuracy(&now, &residuals);
         if !accuracy.is_finite() {

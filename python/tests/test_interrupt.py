@@ -1,0 +1,60 @@
+"""Ctrl-C ends every long call, and the work behind it."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import trocar
+
+
+def recording(samples):
+    time_s = np.arange(samples) * 1e-3
+    position = 0.01 * (1.0 - np.cos(2.0 * np.pi * time_s / 5.0))
+    force = 300.0 * position + 0.02 * np.random.default_rng(1).standard_normal(samples)
+    return time_s, position, np.gradient(position, 1e-3), force
+
+
+def stability():
+    trocar.stability("paper/augmented", x="scaling.force=0.1:10:2000", y="tissue.stiffness_n_per_m=10:2000:2000")
+
+
+def compare():
+    trocar.compare("paper/augmented", seeds=10_000)
+
+
+def sweep():
+    trocar.sweep("paper/augmented", {"detector.threshold": trocar.Range(1e-3, 1e-1, 1000)}, seeds=1000)
+
+
+def calibrate():
+    trocar.calibrate(*LONG, first_s=8000.0)
+
+
+def detect():
+    trocar.detect(*LONG)
+
+
+LONG = recording(8_000_000)
+
+
+@pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect])
+def test_ctrl_c_ends_a_long_call_and_its_work(call):
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    was_long = True
+    with pytest.raises(KeyboardInterrupt):
+        call()
+        was_long = False
+        timer.join()
+        time.sleep(1.0)
+    assert was_long
+    # What is left of the work is noticed and ended; a processor that is shared needs longer for it.
+    time.sleep(1.0)
+    before = time.process_time()
+    time.sleep(0.5)
+    assert time.process_time() - before < 0.1
+    timer.join()
