@@ -10,11 +10,11 @@ const EXACT: i32 = 9;
 
 /// A value with five significant digits; `null` if it is not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Few(pub(super) f64);
+pub(crate) struct Few(pub(crate) f64);
 
 /// A value with nine significant digits, for times and axis values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fine(pub(super) f64);
+pub(crate) struct Fine(pub(crate) f64);
 
 impl Serialize for Few {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

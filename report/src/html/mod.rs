@@ -11,7 +11,7 @@ mod chart;
 mod command;
 mod compared;
 mod detected;
-mod digits;
+pub(crate) mod digits;
 mod events;
 mod map;
 mod page;

@@ -380,6 +380,7 @@
   }
 
   const root = document.documentElement;
+  const THEMES = ["system", "light", "dark"];
   const recoloured = () => {
     window.dispatchEvent(new Event("themechange"));
     maps.forEach((map) => map.draw());
@@ -389,8 +390,10 @@
     const dark = window.matchMedia("(prefers-color-scheme: dark)");
     button.hidden = false;
     button.addEventListener("click", () => {
-      const isDark = root.dataset.theme ? root.dataset.theme === "dark" : dark.matches;
-      root.dataset.theme = isDark ? "light" : "dark";
+      const next = THEMES[(THEMES.indexOf(root.dataset.theme ?? "system") + 1) % THEMES.length];
+      if (next === "system") delete root.dataset.theme;
+      else root.dataset.theme = next;
+      button.textContent = `Theme: ${next}`;
       recoloured();
     });
     dark.addEventListener("change", recoloured);
@@ -427,6 +430,7 @@
     });
   }
 
+  if (data.animation) new trocarAnimation.Player(document.getElementById("animation")).setData(data.animation);
   document.querySelectorAll(".charts").forEach(drawCharts);
   document.querySelectorAll(".map").forEach(drawMap);
   document.querySelectorAll(".windows").forEach(windows);
