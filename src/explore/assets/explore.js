@@ -316,7 +316,10 @@ const trocar = (() => {
     }
     part("export-png").addEventListener("click", async () => {
       if (trocarPictures.frame() === null) return;
-      save(`${state.scenario.replace(/^.*[/:]|\.toml$/g, "")}.png`, await trocarPictures.png(part("command").textContent, Number(part("export-scheme").value), Number(part("export-width").value)), null);
+      const run = Number(part("export-scheme").value);
+      const { blob, width } = await trocarPictures.png(part("command").textContent, run, Number(part("export-width").value));
+      save(`${state.scenario.replace(/^.*[/:]|\.toml$/g, "")}_${["classical", "augmented"][run]}.png`, blob, null);
+      files.last.width = width;
     });
     part("copy-link").addEventListener("click", async () => {
       try {

@@ -147,7 +147,8 @@ const trocarPictures = (() => {
       context.drawImage(sources[index], 0, top + head);
       top += sources[index].height + head;
     });
-    return new Promise((done) => canvas.toBlob(done, "image/png"));
+    const blob = await new Promise((done) => canvas.toBlob(done, "image/png"));
+    return { blob, width: canvas.width };
   }
 
   return {

@@ -116,6 +116,7 @@ const trocarPush = (() => {
       const { field, button } = parts;
       parts.panel = new trocarAnimation.Panel(field, "", "augmented");
       parts.panel.state.setAttribute("role", "status");
+      parts.panel.describe("Needle, tissue and hand");
       button.addEventListener("click", () => {
         if (state && !state.ended) {
           // The result follows.
