@@ -94,3 +94,57 @@ fn stability(runs: &[&Run]) -> String {
     }
     format!("{stable}; {}", false_alarms(runs))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_sim::run::run;
+    use trocar_sim::scenario::{Scenario, Source};
+
+    fn shipped(name: &str, settings: &[&str]) -> Run {
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        run(Scenario::load(&Source::Builtin(name.into()), &settings).expect("a scenario")).expect("a run")
+    }
+
+    #[test]
+    fn a_pair_is_told_with_its_metrics() {
+        let (classical, augmented) = (shipped("paper/classical.toml", &[]), shipped("paper/augmented.toml", &[]));
+        let overshoot = |run: &Run| show(run.metrics.ruptures[0].slave_overshoot_m, Unit::Metre);
+        let fall = |run: &Run| show(run.metrics.ruptures[0].felt_contrast, Unit::Share);
+        assert_eq!(
+            answer(&[&classical, &augmented]),
+            format!(
+                "In the 0.5 s after the first rupture the needle advances by {} without augmentation and by {} with it. In the \
+                 first 0.3 s the force on the hand falls by {} without augmentation and by {} with it. Neither run oscillates or \
+                 diverges.",
+                overshoot(&classical),
+                overshoot(&augmented),
+                fall(&classical),
+                fall(&augmented)
+            )
+        );
+        let one = answer(&[&classical]);
+        assert!(one.contains(&format!("the needle advances by {}. ", overshoot(&classical))), "{one}");
+        assert!(one.ends_with("The run neither oscillates nor diverges."), "{one}");
+        let same = answer(&[&classical, &classical.clone()]);
+        assert!(same.contains(&format!("by {} in both runs.", overshoot(&classical))), "{same}");
+    }
+
+    #[test]
+    fn misses_with_their_reason_and_unstable_runs_are_told() {
+        let settings = ["detector.threshold=100"];
+        let (classical, augmented) =
+            (shipped("paper/classical.toml", &settings), shipped("paper/augmented.toml", &settings));
+        let missed = answer(&[&classical, &augmented]);
+        assert!(missed.contains(" 2 of 2 ruptures are missed with it (below the threshold: g reached "), "{missed}");
+        let wall = answer(&[&shipped("passivity/late-wall.toml", &[])]);
+        assert!(wall.starts_with("No layer ruptures. Unstable: late-wall: oscillating, by "), "{wall}");
+        let mut alarmed = classical.clone();
+        alarmed.metrics.false_alarms = 3;
+        assert!(answer(&[&alarmed]).ends_with("; classical raises 3 false alarms."));
+        let mut early = classical;
+        early.metrics.ruptures[0].slave_overshoot_m = None;
+        early.metrics.ruptures[0].felt_contrast = None;
+        assert!(!answer(&[&early]).contains("needle advances"));
+    }
+}

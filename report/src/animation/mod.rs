@@ -1,8 +1,9 @@
 //! The animation of a rupture: needle, tissue, hand and felt force of one or two runs around their first rupture.
 //!
 //! [`Animation`] holds all positions, forces and modes at the times of its frames. `assets/animation.js` draws it on pages, and
-//! [`paint`] as an animated picture; neither computes anything but places on its paper.
+//! `paint.rs` as an animated picture; neither computes anything but places on its paper.
 
+mod paint;
 mod tissue;
 
 use serde::Serialize;
@@ -22,6 +23,9 @@ const FRAMES: usize = 151;
 
 /// How much slower than the run the animation plays.
 const SLOWNESS: f64 = 4.0;
+
+/// Time for which a rupture is named, in s.
+const RUPTURING_S: f64 = 0.06;
 
 /// Part of the drawn range above and below the motion.
 const MARGIN: f64 = 0.12;
@@ -173,6 +177,19 @@ impl Panel {
     }
 }
 
+impl Panel {
+    /// Returns the state at a frame, as the page names it.
+    fn state(&self, frame: usize, time_s: f64) -> &'static str {
+        let after_s = self.rupture.as_ref().map(|rupture| time_s - rupture.time_s.0);
+        match self.mode[frame] {
+            1 => "frozen",
+            2 => "re-engaging",
+            _ if after_s.is_some_and(|after_s| (0.0..RUPTURING_S).contains(&after_s)) => "rupture",
+            _ => "teleoperation",
+        }
+    }
+}
+
 impl Overshoot {
     fn of(run: &Run, ticks: &[usize]) -> Option<Self> {
         let rupture = run.metrics.ruptures.first()?;
@@ -211,4 +228,65 @@ fn note(run: &Run) -> String {
 fn time_of_largest_force(run: &Run) -> f64 {
     let forces = run.trace.tissue_force_n.iter().zip(&run.trace.time_s);
     forces.max_by(|a, b| a.0.total_cmp(b.0)).map_or(0.0, |(_, time_s)| *time_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_sim::run::run;
+    use trocar_sim::scenario::{Scenario, Source};
+
+    fn shipped(name: &str) -> Run {
+        run(Scenario::load(&Source::Builtin(name.into()), &[]).expect("a scenario")).expect("a run")
+    }
+
+    #[test]
+    fn the_frames_are_those_of_the_trace_and_the_overshoot_is_the_metric() {
+        for (classical, augmented) in [
+            ("paper/classical.toml", "paper/augmented.toml"),
+            ("layers/through-the-skin.toml", "layers/skin-augmented.toml"),
+        ] {
+            let runs = [shipped(classical), shipped(augmented)];
+            let animation = Animation::of(&[&runs[0], &runs[1]]).expect("an animation");
+            assert_eq!(animation.time_s.len(), FRAMES);
+            for (panel, run) in animation.panels.iter().zip(&runs) {
+                let rupture = &run.metrics.ruptures[0];
+                let overshoot = panel.rupture.as_ref().expect("a rupture");
+                assert_eq!(overshoot.time_s.0, rupture.time_s);
+                let reached_mm = overshoot.reached_mm[FRAMES - 1].0;
+                assert!((reached_mm - 1e3 * rupture.slave_overshoot_m.expect("a whole window")).abs() < 1e-9);
+                assert_eq!(overshoot.text, show(rupture.slave_overshoot_m, Unit::Metre));
+                for (frame, time_s) in animation.time_s.iter().enumerate() {
+                    let tick = run.trace.time_s.iter().position(|tick_s| *tick_s == time_s.0).expect("a tick");
+                    assert_eq!(panel.tip_mm[frame].0, 1e3 * run.trace.slave_position_m[tick]);
+                    assert_eq!(panel.felt_n[frame].0, run.trace.operator_force_n[tick]);
+                    assert_eq!(panel.mode[frame], run.trace.mode[tick]);
+                }
+                // Under load the layer lies at the tip; after the rupture it returns above the tip.
+                let layer = panel.layers.iter().position(|layer| layer.torn_s.is_some()).expect("a torn layer");
+                assert!((panel.tops_mm[0][layer].0 - panel.tip_mm[0].0).abs() < 1e-9);
+                let (last, top) = (&panel.tops_mm[FRAMES - 1], panel.layers[layer].top_mm.0);
+                assert!((last[layer].0 - top).abs() < 0.01 && top < panel.tip_mm[FRAMES - 1].0 - 1.0);
+                // No top crosses the one above it.
+                assert!(panel.tops_mm.iter().all(|tops| tops.is_sorted_by(|above, below| above.0 <= below.0)));
+            }
+            let png = animation.png().expect("a picture");
+            let reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().expect("a PNG file");
+            assert_eq!(reader.info().animation_control().map(|control| control.num_frames), Some(51));
+            assert!(png.len() < 1_000_000, "{} bytes", png.len());
+        }
+    }
+
+    #[test]
+    fn without_a_rupture_the_largest_force_is_shown() {
+        let run = shipped("passivity/late-wall.toml");
+        let animation = Animation::of(&[&run]).expect("an animation");
+        assert!(animation.title.starts_with("No layer ruptures: "), "{}", animation.title);
+        assert!(animation.panels[0].rupture.is_none() && animation.panels[0].layers.len() == 1);
+        assert_eq!(animation.panels[0].layers[0].top_mm.0, 5.0, "tissue.contact_m of the scenario");
+        assert!(animation.png().is_ok());
+        let mut empty = run;
+        empty.trace = trocar_sim::engine::Trace::new(empty.scenario.grid);
+        assert_eq!(Animation::of(&[&empty]), None);
+    }
 }

@@ -23,11 +23,11 @@ const TOUCH_SHARE: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Layer {
     /// Its name and thickness; empty for a tissue without layers.
-    label: String,
+    pub(super) label: String,
     /// The place of its undeformed top in mm.
     pub(super) top_mm: Few,
     /// The time of its rupture, if it ruptures.
-    torn_s: Option<Fine>,
+    pub(super) torn_s: Option<Fine>,
     #[serde(skip)]
     thickness_mm: f64,
     /// Whether it bulges until it ruptures. Other layers are cut without bulging.

@@ -8,7 +8,7 @@ const trocarAnimation = (() => {
   const MODES = ["teleoperation", "frozen", "re-engaging"];
   /** Places of a wide and of a narrow panel, in pixels: force bar, rail of the hand, left end of the tissue, place of the needle. */
   const WIDE = { bar: 8, wide: 16, hand: 64, tissue: 98, needle: 0.45 };
-  const NARROW = { bar: 4, wide: 12, hand: 42, tissue: 64, needle: 0.15 };
+  const NARROW = { bar: 4, wide: 12, hand: 42, tissue: 64, needle: 0.11 };
   const NARROW_BELOW = 280;
   /** Margins above and below the depths. */
   const TOP = 22;
@@ -177,7 +177,8 @@ const trocarAnimation = (() => {
       this.bar.setAttribute("y", TOP + (1 - share) * tall);
       this.bar.setAttribute("height", share * tall);
       this.bar.classList.toggle("pulls", now.felt_n < 0);
-      setText(this.force, `${now.felt_n.toFixed(2)} N`);
+      // Without the sign of a negative zero.
+      setText(this.force, `${(Math.round(100 * now.felt_n) / 100 || 0).toFixed(2)} N`);
       const has = Boolean(now.overshoot);
       const [low, high] = has ? [this.y(now.from_mm), this.y(now.from_mm + now.reached_mm)] : [0, 0];
       const x = this.needleAt + (this.at === WIDE ? 24 : 16);

@@ -399,9 +399,9 @@
     dark.addEventListener("change", recoloured);
   }
 
-  /** Prepares printing: light theme, width of a page, all details open. */
+  /** Prepares printing: light theme, width of half a page, all details open. */
   function printing() {
-    const PAPER = 660;
+    const [PAPER, CHART] = [660, { width: 325, height: 180 }];
     let before = null;
     window.addEventListener("beforeprint", () => {
       if (before) return;
@@ -412,7 +412,10 @@
       });
       root.dataset.theme = "light";
       recoloured();
-      for (const chart of [...byName.values()].flat()) chart.plot.setSize({ width: PAPER, height: chart.plot.height });
+      for (const chart of [...byName.values()].flat()) {
+        chart.height = chart.plot.height;
+        chart.plot.setSize(CHART);
+      }
       maps.forEach((map) => map.draw(PAPER));
     });
     window.addEventListener("afterprint", () => {
@@ -425,7 +428,7 @@
       before = null;
       recoloured();
       for (const chart of [...byName.values()].flat()) {
-        chart.plot.setSize({ width: Math.max(chart.figure.clientWidth, 280), height: chart.plot.height });
+        chart.plot.setSize({ width: Math.max(chart.figure.clientWidth, 280), height: chart.height });
       }
     });
   }
