@@ -71,8 +71,8 @@ impl Page {
     }
 
     /// Sends a command of the DevTools protocol.
-    pub async fn devtools(&self, command: &str, parameters: Json) {
-        self.client.issue_cmd(DevTools(json!({ "cmd": command, "params": parameters }))).await.expect("a command");
+    pub async fn devtools(&self, command: &str, parameters: Json) -> Json {
+        self.client.issue_cmd(DevTools(json!({ "cmd": command, "params": parameters }))).await.expect("a command")
     }
 
     /// Stops an animation at its still, in a theme.

@@ -162,6 +162,43 @@ pub async fn look(page: Page) -> Page {
     page
 }
 
+/// Checks the accessibility with axe-core, if `TROCAR_AXE` names its `axe.min.js`, and the length of a printed report.
+pub async fn axe(page: Page) -> Page {
+    let folder = TestFolder::new();
+    folder.good(&["compare", "--report", "--quiet", "--out", "o"]);
+    let report = format!("file://{}", folder.path("o/report.html").display());
+    page.client.goto(&report).await.expect("goes");
+    sleep(Duration::from_millis(500)).await;
+    let printed = page.devtools("Page.printToPDF", json!({})).await;
+    let count = "return atob(arguments[0]).match(/\\/Type\\s*\\/Page[^s]/g).length";
+    let pages = page.client.execute(count, vec![printed["data"].clone()]).await.expect("a count");
+    assert!(pages.as_u64().is_some_and(|pages| (1..=6).contains(&pages)), "{pages} printed pages");
+    let Some(axe) = std::env::var_os("TROCAR_AXE") else {
+        eprintln!("left out: axe-core, as TROCAR_AXE does not name its axe.min.js");
+        return page;
+    };
+    let axe = std::fs::read_to_string(axe).expect("axe.min.js");
+    for theme in ["light", "dark"] {
+        for address in [format!("http://{}/", page.address), report.clone()] {
+            page.client.goto("about:blank").await.expect("goes");
+            page.client.goto(&address).await.expect("goes");
+            sleep(Duration::from_millis(1500)).await;
+            page.evaluate(&format!(
+                "document.documentElement.dataset.theme = '{theme}'; window.dispatchEvent(new Event('themechange'));
+                 document.querySelectorAll('details').forEach(one => {{ one.open = true; }}); return null"
+            ))
+            .await;
+            let run = format!(
+                "{axe}; const done = arguments[arguments.length - 1]; axe.run({{ resultTypes: ['violations'] }})
+                 .then(found => done(found.violations.map(one => [one.id, one.nodes.map(node => node.html)])))"
+            );
+            let violations = page.client.execute_async(&run, vec![]).await.expect("a result");
+            assert_eq!(violations, json!([]), "{address} in the {theme} theme");
+        }
+    }
+    page
+}
+
 /// Moves a slider while the animation plays, and prints the times between frames.
 pub async fn playing(page: Page) -> Page {
     page.open("").await;

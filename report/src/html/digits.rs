@@ -41,7 +41,13 @@ fn rounded(value: f64, digits: i32) -> Option<f64> {
     if !value.is_finite() {
         return None;
     }
-    format!("{value:.*e}", (digits - 1).max(0) as usize).parse().ok()
+    if value == 0.0 {
+        return Some(value);
+    }
+    // Powers of ten up to 22 are exact, so the result is the number nearest to the rounded decimal.
+    let decimals = digits - 1 - value.abs().log10().floor() as i32;
+    let scale = 10_f64.powi(decimals.abs().min(22));
+    Some(if decimals >= 0 { (value * scale).round() / scale } else { (value / scale).round() * scale })
 }
 
 #[cfg(test)]
