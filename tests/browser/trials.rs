@@ -6,7 +6,7 @@ use std::time::Duration;
 use fantoccini::Locator;
 use fantoccini::actions::{InputSource, MouseActions, PointerAction};
 use fantoccini::key::Key;
-use serde_json::Value as Json;
+use serde_json::{Value as Json, json};
 use tokio::time::sleep;
 
 use crate::page::{Body, Page};
@@ -292,6 +292,9 @@ async fn screenshots(page: Page) -> Page {
     assert!(explored.len() > 20_000, "a page that is not empty");
     let folder = TestFolder::new();
     folder.good(&["compare", "builtin:paper/classical.toml", "builtin:paper/augmented.toml", "--report", "--quiet"]);
+    // Without motion, the picture is the same every time.
+    let reduced = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
+    page.devtools("Emulation.setEmulatedMedia", reduced).await;
     page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");
     page.evaluate("document.documentElement.dataset.theme = 'light'; return null").await;
     sleep(Duration::from_millis(1000)).await;

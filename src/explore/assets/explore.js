@@ -9,7 +9,7 @@ const trocar = (() => {
   };
   /** Times from the input event to the drawn frame, and of the server, in ms: the last hundred. */
   const timings = [];
-  const AXES = { x: "scaling.force", y: "arm.k_h_n_per_m" };
+  const AXES = { x: "scaling.force", y: "channel.delay_s" };
   const state = { scenario: "", set: {}, map: { ...AXES } };
   let hello = null;
   let base = {};
@@ -236,7 +236,8 @@ const trocar = (() => {
       trouble(message.all);
       trocarPush.refused(message.id);
       if (message.id === request.id) {
-        part("status").textContent = "refused; the pale curves are those of the last valid values";
+        const shown = trocarPictures.frame() ? "the pale curves are those of the last valid values" : "correct the marked values";
+        part("status").textContent = `refused; ${shown}`;
         next();
       }
     },
