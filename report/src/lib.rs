@@ -9,6 +9,7 @@ mod comparison;
 mod detection;
 mod detections;
 pub mod diagnostic;
+mod digits;
 pub mod figures;
 mod files;
 mod finding;

@@ -72,7 +72,7 @@ async fn warnings(page: Page) -> Page {
     assert_eq!(page.evaluate("return document.getElementById('warnings').hidden").await, Json::Bool(true));
     page.open("detector.threshold=100").await;
     let text = page.text("warnings").await;
-    assert!(page.text("answer").await.contains("missed with it (below the threshold"));
+    assert!(page.text("answer").await.contains("missed in both runs (below the threshold"));
     assert!(text.contains("classical and augmented: rupture 1 at 5.520 s missed: below the threshold"), "{text}");
     assert!(text.contains("missed-rupture") && text.contains("detector.threshold"), "{text}");
     page

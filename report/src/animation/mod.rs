@@ -8,7 +8,7 @@ mod tissue;
 
 use serde::Serialize;
 
-use crate::html::digits::{Few, Fine};
+use crate::digits::{Few, Fine};
 use crate::number::show;
 use tissue::nearest;
 pub use tissue::{DrawnTissue, Layer};
@@ -220,7 +220,7 @@ fn note(run: &Run) -> String {
     }
     let miss = run.metrics.ruptures.first().and_then(|rupture| rupture.miss.as_ref());
     match miss.filter(|_| run.scenario.augmentation.enabled) {
-        Some(miss) => format!("rupture missed: {miss}"),
+        Some(miss) => format!("rupture missed: {}", miss.reason),
         None => String::new(),
     }
 }

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::html::digits::{Few, Fine};
+use crate::digits::{Few, Fine};
 use trocar_sim::run::Run;
 use trocar_sim::scenario::{Scenario, TissueSpec};
 use trocar_sim::tissue::{LAYER_NAMES, TissueSettings};

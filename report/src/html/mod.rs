@@ -11,7 +11,6 @@ mod chart;
 mod command;
 mod compared;
 mod detected;
-pub(crate) mod digits;
 mod events;
 mod map;
 mod page;
