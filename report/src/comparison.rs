@@ -19,14 +19,19 @@ const VANISHING_SHARE: f64 = 0.01;
 /// Returns the short table of a comparison and, below it, what the comparison shows.
 #[must_use]
 pub fn comparison_text(comparison: &Comparison) -> String {
-    let is_later = |row: &Row| row.declaration.scope == Scope::Rupture && row.number > SHOWN_RUPTURES;
-    let table = table(comparison, |row| row.declaration.shown.is_main() && !is_later(row));
+    let table = table(comparison, is_main);
     let ruptures = comparison.runs.iter().map(|run| run.metrics.ruptures.len()).max().unwrap_or(0);
     let mut text = format!("{}{table}", incomplete(comparison));
     if ruptures > SHOWN_RUPTURES {
         let _ = writeln!(text, "The first {SHOWN_RUPTURES} of {ruptures} ruptures; --all shows the others.");
     }
     format!("{text}\n{}", finding_text(comparison))
+}
+
+/// Returns whether a row is in the short table.
+pub(super) fn is_main(row: &Row) -> bool {
+    let is_later = row.declaration.scope == Scope::Rupture && row.number > SHOWN_RUPTURES;
+    row.declaration.shown.is_main() && !is_later
 }
 
 /// Returns the table of all metrics. A pair has a column with the change from the first scenario to the second.
@@ -38,7 +43,7 @@ pub fn all_metrics_text(comparison: &Comparison) -> String {
 /// Returns what the comparison shows, as one sentence.
 #[must_use]
 pub fn finding_text(comparison: &Comparison) -> String {
-    wrapped(&format!("{}\n", finding(&comparison.runs)), 0)
+    wrapped(&format!("{}\n", finding(&comparison.runs.iter().collect::<Vec<_>>())), 0)
 }
 
 /// Returns a line for each run that ended early.

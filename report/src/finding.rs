@@ -27,8 +27,8 @@ impl Measure {
     /// From the rupture, for motions whose intention is not known.
     const ADVANCE: Self = Self { noun: "advance in 2 s", of: |rupture| rupture.horizon_advance_m };
 
-    fn for_runs(runs: &[Run]) -> Self {
-        let is_known = |run: &Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
+    fn for_runs(runs: &[&Run]) -> Self {
+        let is_known = |run: &&Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
         let with_ruptures = || runs.iter().filter(|run| !run.metrics.ruptures.is_empty());
         if with_ruptures().all(is_known) { Self::EXCESS } else { Self::ADVANCE }
     }
@@ -40,15 +40,15 @@ impl Measure {
 }
 
 /// Returns the sentences.
-pub(super) fn finding(runs: &[Run]) -> String {
+pub(super) fn finding(runs: &[&Run]) -> String {
     let noticed = noticed(runs);
     let sentence = without_notices(runs);
     if noticed.is_empty() { sentence } else { format!("{sentence} {noticed}") }
 }
 
 /// Returns how many ruptures the operators noticed, for the runs whose operators notice changes of the force.
-fn noticed(runs: &[Run]) -> String {
-    let of = |run: &Run| {
+fn noticed(runs: &[&Run]) -> String {
+    let of = |run: &&Run| {
         let noticed: Vec<u64> = run.metrics.ruptures.iter().filter_map(|rupture| rupture.noticed).collect();
         let count = noticed.iter().sum::<u64>();
         (!noticed.is_empty())
@@ -59,7 +59,7 @@ fn noticed(runs: &[Run]) -> String {
 }
 
 /// Returns the sentences about needle and detector.
-fn without_notices(runs: &[Run]) -> String {
+fn without_notices(runs: &[&Run]) -> String {
     let diverged = runs.iter().filter_map(|run| match run.metrics.outcome {
         Outcome::Completed | Outcome::Oscillating { .. } => None,
         Outcome::Diverged { time_s } => Some(format!("{} diverges at {time_s} s", run.scenario.name)),
@@ -128,16 +128,20 @@ fn distance_of_pair(measure: Measure, first: &Run, second: &Run) -> Vec<String> 
         }
         return parts;
     }
-    let is_due_to_augmentation = !first.scenario.augmentation.enabled
-        && second.scenario.augmentation.enabled
-        && without_augmentation(first) == without_augmentation(second);
     let change = Change { measure, before_m, after_m, are_all: counts == [total; 2] };
-    parts.push(if is_due_to_augmentation {
+    parts.push(if differ_in_augmentation(first, second) {
         format!("Augmentation {}", change.by_augmentation())
     } else {
         format!("The {} of {} is {}", measure.noun, name(second), change.against(name(first)))
     });
     parts
+}
+
+/// Returns whether the second run is the first one with augmentation.
+pub(super) fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
+    !first.scenario.augmentation.enabled
+        && second.scenario.augmentation.enabled
+        && without_augmentation(first) == without_augmentation(second)
 }
 
 /// Returns the resolved scenario without its name and its augmentation.
@@ -148,10 +152,10 @@ fn without_augmentation(run: &Run) -> Option<toml::Table> {
     Some(table)
 }
 
-fn distance_of_many(measure: Measure, runs: &[Run]) -> Vec<String> {
+fn distance_of_many(measure: Measure, runs: &[&Run]) -> Vec<String> {
     let noun = measure.noun;
     let max_m = |run: &Run| measure.distances_m(run).into_iter().reduce(f64::max);
-    let with_max: Vec<(&Run, f64)> = runs.iter().filter_map(|run| Some((run, max_m(run)?))).collect();
+    let with_max: Vec<(&Run, f64)> = runs.iter().filter_map(|run| Some((*run, max_m(run)?))).collect();
     let smallest = with_max.iter().min_by(|a, b| a.1.total_cmp(&b.1));
     let largest = with_max.iter().max_by(|a, b| a.1.total_cmp(&b.1));
     let mut parts = vec![];
@@ -353,7 +357,7 @@ enum Found {
 }
 
 /// Returns what is said about the ruptures that are detected and missed in all runs.
-fn detection(runs: &[Run]) -> Found {
+fn detection(runs: &[&Run]) -> Found {
     let ruptures = || runs.iter().flat_map(|run| &run.metrics.ruptures);
     let delays_s: Vec<f64> = ruptures().filter_map(|rupture: &RuptureMetrics| rupture.detection_delay_s).collect();
     if delays_s.len() == ruptures().count() {
@@ -391,7 +395,7 @@ fn detection(runs: &[Run]) -> Found {
     Found::Some(parts.join(", "))
 }
 
-fn false_alarms(runs: &[Run]) -> String {
+pub(super) fn false_alarms(runs: &[&Run]) -> String {
     let raises = runs.iter().filter(|run| run.metrics.false_alarms > 0).map(|run| {
         let count = counted(run.metrics.false_alarms, "false alarm");
         format!("{} raises {count}", name(run))
@@ -401,7 +405,7 @@ fn false_alarms(runs: &[Run]) -> String {
 }
 
 /// Joins texts with commas and "and".
-fn joined(texts: &[String]) -> String {
+pub(super) fn joined(texts: &[String]) -> String {
     match texts {
         [] => String::new(),
         [one] => one.clone(),
@@ -430,6 +434,10 @@ mod tests {
     use super::*;
     use trocar_sim::run::run;
     use trocar_sim::scenario::{Scenario, Source};
+
+    fn finding(runs: &[Run]) -> String {
+        super::finding(&runs.iter().collect::<Vec<_>>())
+    }
 
     /// Runs a shipped scenario. The sentence is computed from metrics, which a test can then set.
     fn shipped(name: &str) -> Run {

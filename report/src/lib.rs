@@ -1,5 +1,7 @@
 //! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
+mod animation;
+mod answer;
 mod calibration;
 mod certificate;
 mod columns;
@@ -7,6 +9,7 @@ mod comparison;
 mod detection;
 mod detections;
 pub mod diagnostic;
+mod digits;
 pub mod figures;
 mod files;
 mod finding;
@@ -32,6 +35,8 @@ mod terminal_chart;
 mod wrap;
 mod z_width;
 
+pub use animation::{Animation, DrawnTissue, Layer};
+pub use answer::answer_of_schemes;
 pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
 pub use certificate::certificate_json;
 pub use columns::ColumnFormat;

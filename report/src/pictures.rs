@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::figures::{self, EnergyView, EstimationView, Figure, FigureError, RunView, Shade, TimelineRow};
-use super::{Folder, OutputError};
+use super::{Animation, Folder, OutputError};
 use trocar_sim::detect::{Detection, DetectionReport, Phase};
 use trocar_sim::run::Run;
 
@@ -14,6 +14,9 @@ pub enum PictureError {
     /// A figure could not be drawn.
     #[error(transparent)]
     Draw(#[from] FigureError),
+    /// The animation could not be encoded.
+    #[error("cannot encode the animation: {0}")]
+    Animate(#[from] png::EncodingError),
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] OutputError),
@@ -138,7 +141,8 @@ pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
     draw(folder, jobs)
 }
 
-/// Writes a comparison's figures: `comparison` with one row of axes per run, and `overlay` with all runs in the same axes.
+/// Writes a comparison's figures: `comparison` with one row of axes per run, `overlay` with all runs in the same axes, and
+/// `animation.png`, the first two runs around their first rupture.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -146,6 +150,9 @@ pub fn comparison_pictures(folder: &Folder, runs: &[Run]) -> Result<(), PictureE
     let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(DrawnRun::of).collect();
     if borrowed.is_empty() {
         return Ok(());
+    }
+    if let Some(animation) = Animation::of(&runs.iter().collect::<Vec<_>>()) {
+        folder.write("animation.png", &animation.png()?)?;
     }
     let views: Vec<_> = borrowed.iter().map(DrawnRun::view).collect();
     let views = &views;

@@ -28,7 +28,7 @@ pub(super) struct ExploreArgs {
     /// The port of the server; 0 for any free port
     #[arg(long, default_value_t = 8417)]
     port: u16,
-    /// The address of the server; 0.0.0.0 gives access to every machine of your network
+    /// The address of the server; 0.0.0.0 gives access to every machine of your network, with the token in the printed address
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     bind: IpAddr,
     /// Do not open the browser
@@ -45,7 +45,7 @@ pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
         catalogue: Catalogue::new(Some(&args.scenario)),
         first: Source::parse(&args.scenario).display(),
     };
-    serve(options, |address| {
+    serve(options, |address, query| {
         // A browser cannot open an unspecified address.
         let is_unspecified = address.ip().is_unspecified();
         let local = match address {
@@ -53,8 +53,9 @@ pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
             SocketAddr::V6(_) if is_unspecified => IpAddr::V6(Ipv6Addr::LOCALHOST),
             _ => address.ip(),
         };
-        let page = format!("http://{}/", SocketAddr::new(local, address.port()));
-        let network = if is_unspecified { ", and on all network addresses of this machine" } else { "" };
+        let page = format!("http://{}/{query}", SocketAddr::new(local, address.port()));
+        let network =
+            if is_unspecified { "\nand on all network addresses of this machine, with the same token" } else { "" };
         // A closed terminal does not stop the server.
         let _ = terminal::print(&format!("exploring {} at {page}{network}\nCtrl-C ends the server\n", args.scenario));
         if !args.no_open {

@@ -28,6 +28,7 @@ pub(super) const ASSETS: &[Asset] = &[
     Asset { path: "/uPlot.iife.min.js", media: JAVASCRIPT, content: shared::UPLOT_JS },
     Asset { path: "/uPlot.LICENSE", media: TEXT, content: shared::UPLOT_LICENSE },
     Asset { path: "/charts.js", media: JAVASCRIPT, content: shared::CHARTS_JS },
+    Asset { path: "/animation.js", media: JAVASCRIPT, content: shared::ANIMATION_JS },
     Asset { path: "/link.js", media: JAVASCRIPT, content: include_str!("assets/link.js") },
     Asset { path: "/controls.js", media: JAVASCRIPT, content: include_str!("assets/controls.js") },
     Asset { path: "/pictures.js", media: JAVASCRIPT, content: include_str!("assets/pictures.js") },

@@ -4,14 +4,13 @@ use serde_json::{Value as Json, json};
 
 use super::pair::PairMaker;
 use super::protocol::ServerMessage;
-use super::state::{Catalogue, SCHEME, State, StateError};
-use trocar_sim::scenario::{KEYS, Key, Kind};
+use super::state::{Catalogue, Entry, SCHEME, State, StateError};
+use trocar_sim::scenario::{KEYS, Key, Kind, unit_of};
 use trocar_sim::stability::Parameter;
 
 /// Returns the first message to a page: scenarios, keys, and the parameters of a map.
 pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {
-    let scenarios: Vec<Json> =
-        catalogue.entries().map(|(name, question)| json!({ "name": name, "question": question })).collect();
+    let scenarios: Vec<Entry> = catalogue.entries().collect();
     let axes: Vec<Json> =
         Parameter::all().map(|parameter| json!({ "key": parameter.key(), "name": parameter.caption() })).collect();
     ServerMessage::json(&json!({
@@ -38,7 +37,22 @@ fn description(key: &Key) -> Json {
         Kind::Choice(words) => json!({ "type": "choice", "choices": words }),
         Kind::Text | Kind::File => Json::Null,
     };
-    json!({ "path": key.path, "kind": kind, "meaning": key.meaning, "must": key.kind.to_string() })
+    // With the condition, a page disables the controls that cannot act.
+    let acts = key.acts_for.map(|acts| json!({ "key": acts.key, "words": acts.words() }));
+    let name = plain_name(key.path);
+    json!({ "path": key.path, "name": name, "unit": unit_of(key.path), "kind": kind, "meaning": key.meaning, "acts": acts })
+}
+
+/// Returns the name of a key in words, without its unit: `skin: rupture force`.
+fn plain_name(path: &str) -> String {
+    let (section, name) = path.rsplit_once('.').unwrap_or(("", path));
+    let units = ["n", "n2", "j", "hz", "m", "s", "kg", "m2", "s2", "per"];
+    let mut words: Vec<&str> = name.split('_').collect();
+    while words.len() > 1 && unit_of(path).is_some() && words.last().is_some_and(|word| units.contains(word)) {
+        words.pop();
+    }
+    let section = section.rsplit('.').next().unwrap_or_default();
+    if section.is_empty() { words.join(" ") } else { format!("{section}: {}", words.join(" ")) }
 }
 
 /// Returns the values of a scenario's keys.

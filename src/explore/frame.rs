@@ -10,13 +10,17 @@ use serde_json::{Value as Json, json};
 
 use super::limits::MAX_POINTS;
 use super::pair::{Pair, SCHEMES};
-use super::protocol::Show;
+use super::protocol::{Show, ShownTime};
 use super::thin::Window;
-use trocar_report::row_cells;
+use trocar_report::{Animation, answer_of_schemes, row_cells};
 use trocar_sim::compare::{NoiseCheck, rows};
 use trocar_sim::engine::Trace;
 use trocar_sim::metrics::Outcome;
 use trocar_sim::run::Run;
+
+/// Displayed time before and after the first rupture, in s.
+const BEFORE_S: f64 = 0.3;
+const AFTER_S: f64 = 1.5;
 
 /// A column of a frame: its name, its factor to the unit of the page, and its values.
 type Column = (&'static str, f64, fn(&Trace) -> &[f64]);
@@ -39,7 +43,14 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
     let grid = classical.scenario.grid;
     let length = pair.runs.iter().map(|run| run.trace.len()).max().unwrap_or(0);
     let tick = |time_s: f64| ((time_s / grid.tick_s()).max(0.0) as usize).min(length);
-    let ticks = show.window_s.map_or(0..length, |(from, to)| tick(from)..(tick(to).saturating_add(2)).min(length));
+    let whole_s = (0.0, grid.time_s(length.saturating_sub(1) as u64));
+    let animation = Animation::of(&pair.runs.iter().collect::<Vec<_>>());
+    let window_s = match show.window {
+        ShownTime::All => None,
+        ShownTime::Between(from, to) => Some((from, to)),
+        ShownTime::Rupture => animation.as_ref().map(|animation| around(animation.origin_s(), whole_s)),
+    };
+    let ticks = window_s.map_or(0..length, |(from, to)| tick(from)..(tick(to).saturating_add(2)).min(length));
     let window = Window::new(ticks, show.points.clamp(2, MAX_POINTS));
     let mut points: Vec<f32> = Vec::with_capacity((1 + 2 * (COLUMNS.len() + 1)) * window.len());
     points.extend(window.ticks().into_iter().map(|tick| grid.time_s(tick as u64) as f32));
@@ -58,12 +69,20 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
         "id": show.id,
         "points": window.len(),
         "columns": columns,
-        "whole_s": [0.0, grid.time_s(length.saturating_sub(1) as u64)],
+        "whole_s": whole_s,
+        "window_s": window_s,
+        "answer": answer_of_schemes(&pair.runs[0], &pair.runs[1]),
+        "animation": animation,
         "runs": pair.runs.iter().map(description).collect::<Vec<_>>(),
         "table": table,
         "server_ms": 1e3 * began.elapsed().as_secs_f64(),
     });
     packed(&header, &points)
+}
+
+/// Returns the time around an origin, in s, within the run.
+fn around(origin_s: f64, whole_s: (f64, f64)) -> (f64, f64) {
+    ((origin_s - BEFORE_S).max(whole_s.0), (origin_s + AFTER_S).min(whole_s.1))
 }
 
 fn packed(header: &Json, points: &[f32]) -> Vec<u8> {

@@ -3,20 +3,48 @@
 //! A browser sends the page of a request (`Origin`) and the host name of the request (`Host`). A page of another site has another
 //! origin; a page with DNS rebinding has another host. So a host must be an IP address or `localhost` with the port of the server,
 //! and the origin of a WebSocket must be the same host.
+//!
+//! A server that other machines can reach also asks for a token, which is part of the address that it prints.
 
 use std::net::{IpAddr, SocketAddr};
 
 /// Checks that a request comes from a page of this server.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Guard {
     bound: SocketAddr,
+    token: Option<String>,
 }
 
 impl Guard {
     /// Returns the guard of a server with this address.
     #[must_use]
     pub fn new(bound: SocketAddr) -> Self {
-        Self { bound }
+        Self { bound, token: None }
+    }
+
+    /// Returns the same guard with a random token of 128 bits.
+    ///
+    /// # Errors
+    /// If the system has no random numbers.
+    pub fn with_token(self) -> std::io::Result<Self> {
+        let mut bytes = [0_u8; 16];
+        getrandom::fill(&mut bytes).map_err(std::io::Error::other)?;
+        let token = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { token: Some(token), ..self })
+    }
+
+    /// Returns the query of the address with the token: `?token=…`; empty without a token.
+    #[must_use]
+    pub fn query(&self) -> String {
+        self.token.as_ref().map_or(String::new(), |token| format!("?token={token}"))
+    }
+
+    /// Returns whether the query of a request has the token, if there is one.
+    #[must_use]
+    pub fn admits_query(&self, query: Option<&str>) -> bool {
+        let Some(token) = &self.token else { return true };
+        let given = |part: &str| part.strip_prefix("token=").is_some_and(|given| given == token);
+        query.is_some_and(|query| query.split('&').any(given))
     }
 
     /// Returns whether the `Host` of a request is this server.
@@ -75,6 +103,21 @@ mod tests {
         assert!(guard("0.0.0.0:8417").admits_host("10.0.0.1:8417"), "bound to all addresses");
         assert!(!guard("0.0.0.0:8417").admits_host("evil.example:8417"), "a name can point to any address");
         assert!(guard("127.0.0.1:80").admits_host("localhost"));
+    }
+
+    #[test]
+    fn a_token_is_in_the_query() {
+        let open = guard("127.0.0.1:8417");
+        assert!(open.query().is_empty() && open.admits_query(None));
+        let [one, two] = [0, 1].map(|_| guard("0.0.0.0:8417").with_token().expect("random numbers"));
+        assert_ne!(one.query(), two.query());
+        let query = one.query();
+        let token = query.strip_prefix("?token=").expect("a token");
+        assert_eq!(token.len(), 32);
+        assert!(one.admits_query(Some(&format!("x=1&token={token}"))));
+        for query in [None, Some(""), Some("token="), Some(token), Some(&format!("token={}", &token[1..]))] {
+            assert!(!one.admits_query(query), "{query:?}");
+        }
     }
 
     #[test]

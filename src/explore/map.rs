@@ -24,7 +24,8 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
     if x.varies_with(y) {
         return Err(axes());
     }
-    let (x_axis, y_axis) = (axis(x, settings.get(x)), axis(y, settings.get(y)));
+    let x_axis = with_range(axis(x, settings.get(x)), request.x_range);
+    let y_axis = with_range(axis(y, settings.get(y)), request.y_range);
     let map = map(&settings, x_axis, y_axis)?;
     let mode = ClosedLoop::new(&settings)?.dominant_mode()?;
     let axis_json = |axis: &Axis| {
@@ -53,6 +54,18 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
     })))
 }
 
+/// Returns an axis with other ends, if they are valid for it.
+fn with_range(axis: Axis, range: Option<(f64, f64)>) -> Axis {
+    let (low, high) = range.unwrap_or((axis.low, axis.high));
+    let is_valid = low < high.min(max_of(axis.parameter)) && low >= 0.0 && high.is_finite();
+    if !is_valid {
+        return axis;
+    }
+    // The ends come from a map of this parameter, which was linear if it began at 0.
+    let spacing = if low > 0.0 { Spacing::Logarithmic } else { Spacing::Linear };
+    Axis { low, high: high.min(max_of(axis.parameter)), spacing, ..axis }
+}
+
 /// Returns an axis around a value.
 fn axis(parameter: Parameter, value: f64) -> Axis {
     let value = value.abs();
@@ -69,12 +82,16 @@ fn axis(parameter: Parameter, value: f64) -> Axis {
         };
         (0.0, high, Spacing::Linear)
     };
-    // Upper limits: a long tick gives no loop, and a delay adds a state per tick.
-    let high = match parameter {
-        Parameter::Tick => high.min(0.02),
-        Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => high.min(0.25),
-        _ => high,
-    };
+    let high = high.min(max_of(parameter));
     let low = if spacing == Spacing::Logarithmic { low.min(high / 2.0) } else { low };
     Axis { parameter, low, high, count: MAP_POINTS, spacing }
+}
+
+/// Returns the upper limit of an axis: a long tick gives no loop, and a delay adds a state per tick.
+fn max_of(parameter: Parameter) -> f64 {
+    match parameter {
+        Parameter::Tick => 0.02,
+        Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => 0.25,
+        _ => f64::INFINITY,
+    }
 }

@@ -47,9 +47,21 @@ pub(super) struct Show {
     pub state: State,
     /// Maximum number of points of a line.
     pub points: usize,
-    /// Time window in s; `None` for the whole run.
     #[serde(default)]
-    pub window_s: Option<(f64, f64)>,
+    pub window: ShownTime,
+}
+
+/// The time that the lines show.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ShownTime {
+    /// The first rupture and the time around it.
+    #[default]
+    Rupture,
+    /// The whole run.
+    All,
+    /// From a time to another, in s.
+    Between(f64, f64),
 }
 
 /// A request for a stability map.
@@ -60,6 +72,11 @@ pub(super) struct MapRequest {
     pub state: State,
     pub x: String,
     pub y: String,
+    /// The ends of the axes; without them, the axes lie around the values of the state.
+    #[serde(default)]
+    pub x_range: Option<(f64, f64)>,
+    #[serde(default)]
+    pub y_range: Option<(f64, f64)>,
 }
 
 /// The format of a file.
@@ -99,6 +116,11 @@ impl ServerMessage {
 
     /// Returns the refusal of a request, with its reason.
     pub(super) fn refused(id: u32, reason: &dyn std::fmt::Display) -> Self {
-        Self::json(&serde_json::json!({ "type": "refused", "id": id, "message": reason.to_string() }))
+        Self::refused_for(id, reason, &[reason.to_string()])
+    }
+
+    /// Returns the refusal of a request, with all its reasons.
+    pub(super) fn refused_for(id: u32, reason: &dyn std::fmt::Display, all: &[String]) -> Self {
+        Self::json(&serde_json::json!({ "type": "refused", "id": id, "message": reason.to_string(), "all": all }))
     }
 }

@@ -16,6 +16,8 @@ use super::limits::MAX_TICKS;
 use super::pair::PairMaker;
 use super::protocol::ServerMessage;
 use super::state::{State, StateError, bounded};
+use super::worker::or_panicked;
+use trocar_report::DrawnTissue;
 use trocar_sim::engine::{Observer, Signals};
 use trocar_sim::metrics::Outcome;
 use trocar_sim::operator::Hand;
@@ -64,6 +66,7 @@ impl Push {
         let pacer = Pacer::new(id, &scenario, hand.clone(), stop.clone(), answers.clone());
         let start = json!({
             "type": "pushing", "id": id, "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
+            "position_scale": scenario.position_scale(), "layers": DrawnTissue::of_scenario(&scenario).layers(),
             "tick_s": scenario.grid.tick_s(), "longest_s": scenario.grid.time_s(scenario.grid.ticks()),
         });
         let thread_hand = hand.clone();
@@ -75,8 +78,8 @@ impl Push {
             let mut pacer = pacer;
             pacer.start();
             let scenario = scenario.held_by(thread_hand);
-            let outcome = match observe(&scenario, &mut pacer) {
-                Ok(metrics) => json!({
+            let outcome = || match observe(&scenario, &mut pacer) {
+                Ok(metrics) => ServerMessage::json(&json!({
                     "type": "pushed",
                     "id": id,
                     "diverged_s": match metrics.outcome {
@@ -87,10 +90,10 @@ impl Push {
                     "missed": metrics.missed_ruptures,
                     "false_alarms": metrics.false_alarms,
                     "overshoot_mm": metrics.ruptures.iter().map(|one| one.slave_overshoot_m.map(|m| 1e3 * m)).collect::<Vec<_>>(),
-                }),
-                Err(error) => json!({ "type": "refused", "id": id, "message": error.to_string() }),
+                })),
+                Err(error) => ServerMessage::refused(id, &error),
             };
-            let _ = answers.blocking_send(ServerMessage::json(&outcome));
+            let _ = answers.blocking_send(or_panicked(id, outcome));
         });
         match started {
             Ok(_) => Ok(Self { hand, stop, range_m }),
@@ -155,11 +158,12 @@ struct Pacer {
     /// The rows since the last message, one per tick.
     rows: Vec<[f32; COLUMNS.len()]>,
     events: Vec<(f64, &'static str)>,
+    tissue: DrawnTissue,
     is_closed: bool,
 }
 
 /// The columns of a row.
-const COLUMNS: [&str; 7] = [
+const COLUMNS: [&str; 8] = [
     "time_s",
     "desired_position_mm",
     "master_position_mm",
@@ -167,6 +171,7 @@ const COLUMNS: [&str; 7] = [
     "tissue_force_n",
     "feedback_force_n",
     "mode",
+    "operator_force_n",
 ];
 
 impl Pacer {
@@ -192,6 +197,7 @@ impl Pacer {
             last_sent: now,
             rows,
             events: vec![],
+            tissue: DrawnTissue::of_scenario(scenario),
             is_closed: false,
         }
     }
@@ -202,8 +208,10 @@ impl Pacer {
     }
 
     fn send(&mut self) {
-        let message =
-            json!({ "type": "moved", "id": self.id, "columns": COLUMNS, "rows": self.rows, "events": self.events });
+        let message = json!({
+            "type": "moved", "id": self.id, "columns": COLUMNS, "rows": self.rows, "events": self.events,
+            "tops_mm": self.tissue.depths_mm(), "torn": self.tissue.torn(),
+        });
         match self.answers.try_send(ServerMessage::json(&message)) {
             Ok(()) => {
                 self.rows.clear();
@@ -227,10 +235,13 @@ impl Observer<f64> for Pacer {
             s.tissue_force_n as f32,
             s.feedback_force_n as f32,
             s.mode as f32,
+            s.operator_force_n as f32,
         ]);
         if s.ruptured {
+            self.tissue.tear(time_s);
             self.events.push((time_s, "rupture"));
         }
+        self.tissue.step(time_s, 1e3 * s.slave_position_m);
         if s.alarm_taken {
             self.events.push((time_s, "alarm"));
         }

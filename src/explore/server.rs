@@ -58,26 +58,30 @@ struct ServerState {
     sessions: Arc<Semaphore>,
 }
 
-/// Serves the page until Ctrl-C or SIGTERM. `ready` is called with the address of the server.
+/// Serves the page until Ctrl-C or SIGTERM. `ready` is called with the address of the server and the query of the page's address. The
+/// query has a token if other machines can reach the server.
 ///
 /// # Errors
 /// [`ExploreError`].
-pub fn serve(options: Options, ready: impl FnOnce(SocketAddr)) -> Result<(), ExploreError> {
+pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(), ExploreError> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(ExploreError::System)?;
     let outcome = runtime.block_on(async {
         let address = SocketAddr::new(options.address, options.port);
         let listener = TcpListener::bind(address).await.map_err(|source| ExploreError::Bind { address, source })?;
         let bound = listener.local_addr().map_err(ExploreError::System)?;
+        let guard = Guard::new(bound);
+        let guard = if bound.ip().is_loopback() { guard } else { guard.with_token().map_err(ExploreError::System)? };
+        let query = guard.query();
         let state = Arc::new(ServerState {
-            guard: Guard::new(bound),
+            guard,
             catalogue: options.catalogue,
             first: options.first,
             sessions: Arc::new(Semaphore::new(MAX_SESSIONS)),
         });
         let router = Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request));
         let stopped = stopped().map_err(ExploreError::System)?;
-        ready(bound);
+        ready(bound, &query);
         tokio::select! {
             never = accept(listener, router) => match never {},
             () = stopped => Ok(()),
@@ -122,10 +126,14 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
     if request.method() != Method::GET {
         return refusal(405, "GET only.\n");
     }
-    if request.uri().path() == "/link" {
+    let path = request.uri().path();
+    if matches!(path, "/" | "/link") && !state.guard.admits_query(request.uri().query()) {
+        return refusal(403, "Open the whole address that trocar printed, with its token.\n");
+    }
+    if path == "/link" {
         return link(&state, request).await;
     }
-    match ASSETS.iter().find(|asset| asset.path == request.uri().path()) {
+    match ASSETS.iter().find(|asset| asset.path == path) {
         Some(asset) => text(200, asset.media, asset.content),
         None => refusal(404, "Not found.\n"),
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
@@ -51,6 +51,9 @@ pub enum StateError {
         /// The required value.
         must: String,
     },
+    /// Several keys or values are invalid.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Several(Vec<StateError>),
     /// Too many keys.
     #[error("{0} keys are changed; the maximum is {MAX_KEYS}")]
     Keys(usize),
@@ -83,7 +86,33 @@ impl State {
         if self.set.len() > MAX_KEYS {
             return Err(StateError::Keys(self.set.len()));
         }
-        self.set.iter().map(|(path, value)| accept(path, value)).collect()
+        let (mut values, mut errors) = (vec![], vec![]);
+        for (path, value) in &self.set {
+            match accept(path, value) {
+                Ok(value) => values.push(value),
+                Err(error) => errors.push(error),
+            }
+        }
+        match errors.len() {
+            0 => Ok(values),
+            1 => Err(errors.remove(0)),
+            _ => Err(StateError::Several(errors)),
+        }
+    }
+}
+
+impl StateError {
+    /// Returns each reason as a text, without the places of keys that have no file.
+    pub(super) fn reasons(&self) -> Vec<String> {
+        let one = |error: &ScenarioError| {
+            let remedy = error.remedy.as_ref().map_or(String::new(), |remedy| format!("; {remedy}"));
+            format!("{}{remedy}", error.message)
+        };
+        match self {
+            Self::Several(errors) => errors.iter().flat_map(Self::reasons).collect(),
+            Self::Refused(error) => std::iter::once(error).chain(&error.others).map(one).collect(),
+            _ => vec![self.to_string()],
+        }
     }
 }
 
@@ -112,6 +141,37 @@ pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
     if ticks > MAX_TICKS { Err(StateError::Ticks(ticks)) } else { Ok(scenario) }
 }
 
+/// A scenario in the menu of a page.
+#[derive(Debug, Clone, Serialize)]
+pub struct Entry {
+    /// Its name in the catalogue.
+    pub name: String,
+    /// Its title: the beginning of its question.
+    pub title: String,
+    /// The question that it answers.
+    pub question: String,
+    /// The question of its group.
+    pub group: &'static str,
+}
+
+/// The folders of the shipped scenarios, each with its question.
+const GROUPS: [(&str, &str); 8] = [
+    ("paper", "Does augmentation hold the needle? The paper's recordings"),
+    ("layers", "What happens in layers of tissue?"),
+    ("tearing", "What happens in tissue that tears?"),
+    ("hand", "What does the hand of the operator change?"),
+    ("strategies", "How to continue after the freeze?"),
+    ("sensing", "What if sensors or settings are not ideal?"),
+    ("link", "What does the link change?"),
+    ("passivity", "Is a delayed link stable, and at what cost?"),
+];
+
+/// Returns the question of a shipped scenario's group.
+fn group(name: &str) -> &'static str {
+    let folder = name.split('/').next().unwrap_or_default();
+    GROUPS.iter().find(|(known, _)| *known == folder).map_or("Other scenarios", |(_, question)| question)
+}
+
 /// The scenarios of a page: the user's scenario, if any, and the shipped scenarios.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
@@ -126,10 +186,20 @@ impl Catalogue {
         Self { own: own.map(|source| (source.display(), source)) }
     }
 
-    /// Returns names and questions.
-    pub fn entries(&self) -> impl Iterator<Item = (String, String)> {
-        let own = self.own.iter().map(|(name, _)| (name.clone(), "from the command line".to_owned()));
-        own.chain(shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question.to_owned())))
+    /// Returns all entries: the user's scenario first.
+    pub fn entries(&self) -> impl Iterator<Item = Entry> {
+        let own = self.own.iter().map(|(name, _)| Entry {
+            name: name.clone(),
+            title: name.clone(),
+            question: "From the command line.".to_owned(),
+            group: "Your scenario",
+        });
+        own.chain(shipped_questions().map(|(name, question)| Entry {
+            name: format!("builtin:{name}"),
+            title: question.split([':', '?']).next().unwrap_or(question).to_owned(),
+            question: question.to_owned(),
+            group: group(name),
+        }))
     }
 
     /// Returns the source of a scenario in the catalogue. A page cannot read any other file.

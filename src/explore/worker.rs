@@ -4,6 +4,7 @@
 //! computes, and a hostile page cannot cause more work.
 
 use std::collections::VecDeque;
+use std::panic::AssertUnwindSafe;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -102,11 +103,14 @@ pub(super) fn start(context: WorkerContext) -> std::io::Result<()> {
         // One thread for maps; the other processors are for runs.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         while let Some(request) = next_map(&mailbox) {
-            let answer = match &pool {
-                Ok(pool) => pool.install(|| mapped(&request, &mut maker)),
-                Err(_) => mapped(&request, &mut maker),
-            };
-            if answers.blocking_send(or_refused(request.id, answer)).is_err() {
+            let answer = or_panicked(request.id, || {
+                let answer = match &pool {
+                    Ok(pool) => pool.install(|| mapped(&request, &mut maker)),
+                    Err(_) => mapped(&request, &mut maker),
+                };
+                or_refused(request.id, answer)
+            });
+            if answers.blocking_send(answer).is_err() {
                 break;
             }
         }
@@ -115,7 +119,8 @@ pub(super) fn start(context: WorkerContext) -> std::io::Result<()> {
     std::thread::Builder::new().name("trocar runs".into()).spawn(move || {
         let mut worker = RunWorker { maker: PairMaker::new(catalogue), shown: None, noise: None };
         while let Some(task) = next_task(&mailbox, worker.shown.is_some() && worker.noise.is_none()) {
-            if answers.blocking_send(worker.answer(task)).is_err() {
+            let answer = or_panicked(task.id(), || worker.answer(task));
+            if answers.blocking_send(answer).is_err() {
                 break;
             }
         }
@@ -125,7 +130,20 @@ pub(super) fn start(context: WorkerContext) -> std::io::Result<()> {
 }
 
 fn or_refused(id: u32, answer: Result<ServerMessage, StateError>) -> ServerMessage {
-    answer.unwrap_or_else(|reason| ServerMessage::refused(id, &reason))
+    answer.unwrap_or_else(|reason| ServerMessage::refused_for(id, &reason, &reason.reasons()))
+}
+
+/// Returns the answer to a request. After a panic it is a refusal, and the page goes on: the next request computes everything anew.
+pub(super) fn or_panicked(id: u32, answer: impl FnOnce() -> ServerMessage) -> ServerMessage {
+    // The state that a panic leaves is that of the last complete answer, or is computed again.
+    std::panic::catch_unwind(AssertUnwindSafe(answer)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+        let reason = format!(
+            "trocar failed with these values by an error of its own: {text}. Other values work; please report this with the link of the page."
+        );
+        ServerMessage::refused(id, &reason)
+    })
 }
 
 fn next_map(mailbox: &Mailbox) -> Option<MapRequest> {
@@ -146,6 +164,17 @@ enum Task {
     Job(Job),
     /// The page has sent no request for a while.
     Idle,
+}
+
+impl Task {
+    fn id(&self) -> u32 {
+        match self {
+            Self::Show(show) => show.id,
+            Self::Job(Job::Open { id, .. }) => *id,
+            Self::Job(Job::Export(export)) => export.id,
+            Self::Idle => 0,
+        }
+    }
 }
 
 fn next_task(mailbox: &Mailbox, checks_noise: bool) -> Option<Task> {
@@ -183,7 +212,7 @@ impl RunWorker {
         match task {
             Task::Show(show) => {
                 let id = show.id;
-                self.show(show).unwrap_or_else(|reason| ServerMessage::refused(id, &reason))
+                or_refused(id, self.show(show))
             }
             Task::Job(Job::Open { id, scenario }) => or_refused(id, controls::values(id, &scenario, &mut self.maker)),
             Task::Job(Job::Export(export)) => {
@@ -243,5 +272,21 @@ impl RunWorker {
             "name": format!("{name}.{extension}"),
             "content": content,
         })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn after_a_panic_the_page_is_told_and_goes_on() {
+        let failing = || -> ServerMessage { panic!("no such lane") };
+        let ServerMessage::Text(text) = or_panicked(7, failing) else { panic!("a text") };
+        let message: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!((&message["type"], &message["id"]), (&"refused".into(), &7.into()));
+        assert!(message["message"].as_str().is_some_and(|text| text.contains("no such lane")), "{message}");
+        let next = or_panicked(8, || ServerMessage::Text("next".into()));
+        assert!(matches!(next, ServerMessage::Text(text) if text == "next"));
     }
 }

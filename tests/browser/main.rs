@@ -4,6 +4,8 @@
 //! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots` writes the pictures of the README.
 
 mod page;
+mod picture;
+mod similar;
 mod trials;
 
 #[path = "../it/support/server.rs"]

@@ -7,6 +7,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use fantoccini::elements::Element;
+use fantoccini::wd::WebDriverCompatibleCommand;
 use fantoccini::{Client, ClientBuilder, Locator};
 use serde_json::{Value as Json, json};
 
@@ -63,6 +64,27 @@ impl Page {
         self.wait("return typeof trocar !== 'undefined' && trocar.timings.length > 0 && !trocar.busy()").await;
     }
 
+    /// Sets the size of the page in pixels, as a telephone's or a screen's.
+    pub async fn resize(&self, width: u32, height: u32) {
+        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        self.devtools("Emulation.setDeviceMetricsOverride", size).await;
+    }
+
+    /// Sends a command of the DevTools protocol.
+    pub async fn devtools(&self, command: &str, parameters: Json) -> Json {
+        self.client.issue_cmd(DevTools(json!({ "cmd": command, "params": parameters }))).await.expect("a command")
+    }
+
+    /// Stops an animation at its still, in a theme.
+    pub async fn still(&self, animation: &str, theme: &str) {
+        self.evaluate(&format!(
+            "{animation}.rest(); document.documentElement.dataset.theme = '{theme}'; \
+             window.dispatchEvent(new Event('themechange')); return null"
+        ))
+        .await;
+        tokio::time::sleep(Duration::from_millis(700)).await;
+    }
+
     /// Returns the result of a script.
     pub async fn evaluate(&self, script: &str) -> Json {
         self.client.execute(script, vec![]).await.expect("a script of this test")
@@ -103,5 +125,19 @@ impl Page {
         self.wait("return trocar.file() !== null && trocar.file() !== trocar.file.before").await;
         let file = self.evaluate("return trocar.file()").await;
         (file["name"].as_str().unwrap_or_default().to_owned(), file["content"].as_str().unwrap_or_default().to_owned())
+    }
+}
+
+/// A command of the DevTools protocol, which chromedriver passes on.
+#[derive(Debug)]
+struct DevTools(Json);
+
+impl WebDriverCompatibleCommand for DevTools {
+    fn endpoint(&self, base: &url::Url, session: Option<&str>) -> Result<url::Url, url::ParseError> {
+        base.join(&format!("session/{}/goog/cdp/execute", session.unwrap_or_default()))
+    }
+
+    fn method_and_body(&self, _: &url::Url) -> (axum::http::Method, Option<String>) {
+        (axum::http::Method::POST, Some(self.0.to_string()))
     }
 }

@@ -6,14 +6,18 @@ use std::time::Duration;
 use fantoccini::Locator;
 use fantoccini::actions::{InputSource, MouseActions, PointerAction};
 use fantoccini::key::Key;
-use serde_json::Value as Json;
+use serde_json::{Value as Json, json};
 use tokio::time::sleep;
 
 use crate::page::{Body, Page};
 use crate::test_folder::TestFolder;
 
 /// All trials.
-pub const ALL: [(&str, Body); 9] = [
+pub const ALL: [(&str, Body); 14] = [
+    ("the_animation_draws_the_trace_and_the_bracket_is_the_metric", |page| Box::pin(crate::picture::animation(page))),
+    ("the_result_and_the_controls_in_front_fit_the_window", |page| Box::pin(crate::picture::layout(page))),
+    ("the_page_looks_as_it_did", |page| Box::pin(crate::picture::look(page))),
+    ("the_animation_plays_beside_a_moving_slider", |page| Box::pin(crate::picture::playing(page))),
     ("the_warnings_of_both_runs_are_listed", |page| Box::pin(warnings(page))),
     ("a_slider_moves_the_metrics_to_what_compare_prints", |page| Box::pin(slider(page))),
     ("what_is_no_number_is_wrong_and_a_refused_value_dims_the_curves", |page| Box::pin(refused(page))),
@@ -22,6 +26,7 @@ pub const ALL: [(&str, Body); 9] = [
     ("the_pointer_pushes_through_a_rupture_and_the_slave_freezes", |page| Box::pin(push(page))),
     ("what_is_exported_runs_to_the_same_bytes", |page| Box::pin(export(page))),
     ("it_is_used_by_keys_alone_and_fits_narrow_windows", |page| Box::pin(access(page))),
+    ("axe_finds_no_violation_on_page_and_report", |page| Box::pin(crate::picture::axe(page))),
     ("screenshots", |page| Box::pin(screenshots(page))),
 ];
 
@@ -67,6 +72,7 @@ async fn warnings(page: Page) -> Page {
     assert_eq!(page.evaluate("return document.getElementById('warnings').hidden").await, Json::Bool(true));
     page.open("detector.threshold=100").await;
     let text = page.text("warnings").await;
+    assert!(page.text("answer").await.contains("missed in both runs (below the threshold"));
     assert!(text.contains("classical and augmented: rupture 1 at 5.520 s missed: below the threshold"), "{text}");
     assert!(text.contains("missed-rupture") && text.contains("detector.threshold"), "{text}");
     page
@@ -93,6 +99,18 @@ async fn refused(page: Page) -> Page {
     number.clear().await.expect("cleared");
     number.send_keys(&format!("2{}", char::from(Key::Tab))).await.expect("typed");
     page.wait("return !trocar.busy() && !document.getElementById('main').classList.contains('outdated')").await;
+    // Several refused values are marked at once, each at its control.
+    page.client.goto("about:blank").await.expect("goes");
+    let state = "scaling.force=-1&detector.threshold=-2&tissue.contact_m=%22deep%22";
+    page.client.goto(&format!("http://{}/#{state}", page.address)).await.expect("goes");
+    let marked = "return [...document.querySelectorAll('.control.wrong')].map(box => box.dataset.key).sort().join()";
+    page.wait(&format!("{} === 'detector.threshold,scaling.force,tissue.contact_m'", marked)).await;
+    // A control that cannot act says why and is disabled.
+    let script = "const box = document.querySelector('[data-key=\"operator.speed_m_per_s\"]');
+        return [box.querySelector('.reason').textContent, box.querySelector('input').disabled]";
+    let inactive = page.evaluate(script).await;
+    assert!(inactive[0].as_str().is_some_and(|reason| reason.contains("operator.kind")), "{inactive}");
+    assert_eq!(inactive[1], Json::Bool(true));
     page
 }
 
@@ -125,8 +143,10 @@ async fn timing(page: Page) -> Page {
 }
 
 async fn map(page: Page) -> Page {
-    page.open("").await;
+    page.open("y=tissue.stiffness_n_per_m").await;
     page.wait("return trocarMap.current() !== null").await;
+    let ends = "const { x, y } = trocarMap.current(); return [x.low, x.high, y.low, y.high]";
+    let before = page.evaluate(ends).await;
     let map = page.element("map").await;
     page.client
         .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&map).expect("JSON")])
@@ -145,6 +165,7 @@ async fn map(page: Page) -> Page {
     assert!(near("scaling.force", 8.0) && near("tissue.stiffness_n_per_m", 1500.0), "{set}");
     // Beyond the boundary in this corner of the map, according to `trocar stability`.
     page.wait("return document.getElementById('map-text').textContent.includes('unstable')").await;
+    assert_eq!(page.evaluate(ends).await, before, "the map stays where it is");
     let address = page.client.current_url().await.expect("there");
     let state = address.fragment().expect("the state").to_owned();
     page.open(&state).await;
@@ -164,13 +185,13 @@ async fn push(page: Page) -> Page {
         .await
         .expect("scrolled");
     let height = page.evaluate("return document.getElementById('field').getBoundingClientRect().height").await;
-    let top = -height.as_f64().expect("a number") / 2.0 + 16.0;
+    let top = -height.as_f64().expect("a number") / 2.0 + 48.0;
     let mouse = MouseActions::new("mouse".into())
         .then(PointerAction::MoveToElement { element: field, duration: None, x: 0.0, y: top })
         .then(PointerAction::Down { button: 0 });
     page.client.perform_actions(mouse).await.expect("pressed");
     // A mode can last a third of a second, less than the time between two queries, so the page records the modes.
-    let watch = "const text = document.getElementById('push-mode'); window.modes = [text.textContent];
+    let watch = "const text = document.querySelector('#field .state'); window.modes = [text.textContent];
         new MutationObserver(() => modes.push(text.textContent)).observe(text, { childList: true }); return null";
     page.evaluate(watch).await;
     for _ in 0..15 {
@@ -184,7 +205,7 @@ async fn push(page: Page) -> Page {
     }
     let modes: Vec<String> = serde_json::from_value(page.evaluate("return modes").await).expect("texts");
     assert_eq!(modes.first().map(String::as_str), Some("teleoperation"));
-    assert!(modes.iter().any(|mode| mode.contains("the slave is frozen")), "{modes:?}");
+    assert!(modes.iter().any(|mode| mode == "frozen"), "{modes:?}");
     // The recorded rows of the first frozen interval: the hand moves, the slave does not.
     sleep(Duration::from_millis(300)).await;
     let first = "const rows = trocarPush.state().rows, from = rows.slice(rows.findIndex(row => row[6] === 1));
@@ -222,11 +243,17 @@ async fn export(page: Page) -> Page {
     assert!(folder.text(&format!("typed/{scenario}/trace.csv")) == csv, "the same bytes");
     page.element("export-png").await.click().await.expect("clicked");
     page.wait("return trocar.file().name.endsWith('.png') && trocar.file().size > 10000").await;
+    // The picture has the chosen width.
+    page.evaluate("document.getElementById('export-width').value = '2148'; return null").await;
+    page.element("export-png").await.click().await.expect("clicked");
+    page.wait("return trocar.file().width === 2148").await;
     page
 }
 
 async fn access(page: Page) -> Page {
     page.open("").await;
+    // The settings that are not in front are folded.
+    page.element("all").await.find(Locator::Css("summary")).await.expect("a summary").click().await.expect("opened");
     let tab = String::from(char::from(Key::Tab));
     let body = page.client.find(Locator::Css("body")).await.expect("a body");
     body.send_keys(&tab).await.expect("sent");
@@ -257,20 +284,19 @@ async fn access(page: Page) -> Page {
 
 /// Writes the pictures of the README, if a folder for them is given.
 async fn screenshots(page: Page) -> Page {
+    page.resize(1280, 800).await;
     page.open("scenario=builtin:paper/augmented.toml").await;
     page.table().await;
-    page.client.set_window_size(1400, 1000).await.expect("set");
-    page.evaluate(
-        "document.documentElement.dataset.theme = 'light'; window.dispatchEvent(new Event('themechange')); return null",
-    )
-    .await;
-    sleep(Duration::from_millis(500)).await;
+    page.still("trocar.animation()", "light").await;
     let explored = page.client.screenshot().await.expect("a picture");
     assert!(explored.len() > 20_000, "a page that is not empty");
     let folder = TestFolder::new();
     folder.good(&["compare", "builtin:paper/classical.toml", "builtin:paper/augmented.toml", "--report", "--quiet"]);
+    // Without motion, the picture is the same every time.
+    let reduced = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
+    page.devtools("Emulation.setEmulatedMedia", reduced).await;
     page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");
-    page.evaluate("document.getElementById('signals').scrollIntoView(); return null").await;
+    page.evaluate("document.documentElement.dataset.theme = 'light'; return null").await;
     sleep(Duration::from_millis(1000)).await;
     let report = page.client.screenshot().await.expect("a picture");
     assert!(report.len() > 20_000, "a report that is not empty");

@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-use crate::support::server::explore;
+use crate::support::server::{Running, explore};
 use crate::support::test_folder::TestFolder;
 
 /// Maximum time of an answer during an attack.
@@ -145,6 +145,38 @@ fn a_page_of_another_site_is_not_heard() {
     assert!(refused.to_string().contains("421"), "{refused}");
     assert!(get(address, "/", &rebound).starts_with("HTTP/1.1 421"));
     assert!(link(address, Some(&own), &address.to_string()).is_ok());
+}
+
+#[test]
+fn other_machines_need_the_token_of_the_printed_address() {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_trocar"));
+    command.args(["explore", "--no-open", "--port", "0", "--bind", "0.0.0.0"]);
+    let printed = |line: &str| line.split("http://").nth(1).map(str::to_owned);
+    let (_server, printed) = Running::start(&mut command, printed).expect("the page is served");
+    let (address, query) = printed.split_once('/').expect("an address and a query");
+    let address: SocketAddr = address.parse().expect("an address");
+    let host = address.to_string();
+    assert!(query.starts_with("?token=") && query.len() == 39, "{query}");
+    assert!(get(address, &format!("/{query}"), &host).starts_with("HTTP/1.1 200"));
+    for path in ["/", "/?token=", "/link", &format!("/{}", query.replace("token=", "token=0"))] {
+        let refused = get(address, path, &host);
+        assert!(refused.starts_with("HTTP/1.1 403") && refused.contains("token"), "{path}: {refused}");
+    }
+    assert!(link(address, Some(&format!("http://{host}")), &host).expect_err("no token").to_string().contains("403"));
+}
+
+#[test]
+fn all_invalid_values_are_named_at_once() {
+    let (_server, address) = explore(&[]);
+    let mut page = Page::open(address);
+    let set = json!({ "scaling.force": -1, "detector.threshold": "high", "simulation.seed": 1 });
+    let state = json!({ "scenario": "builtin:paper/augmented.toml", "set": set });
+    let refused = page.request(json!({ "type": "show", "state": state, "points": 400 }), "refused");
+    let all = refused["all"].as_array().expect("a list");
+    assert_eq!(all.len(), 2, "{refused}");
+    for (error, key) in all.iter().zip(["detector.threshold", "scaling.force"]) {
+        assert!(error.as_str().is_some_and(|error| error.starts_with(key)), "{refused}");
+    }
 }
 
 #[test]

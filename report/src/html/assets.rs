@@ -4,6 +4,8 @@
 pub const THEME_CSS: &str = include_str!("assets/theme.css");
 /// Charts, drawn with uPlot.
 pub const CHARTS_JS: &str = include_str!("assets/charts.js");
+/// The animation of a rupture.
+pub const ANIMATION_JS: &str = include_str!("assets/animation.js");
 /// The plotting library uPlot.
 pub const UPLOT_JS: &str = include_str!("assets/uplot/uPlot.iife.min.js");
 /// The style of uPlot.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::digits::{Few, Fine};
+use crate::digits::{Few, Fine};
 
 /// The colours of several runs or cases in one chart, by their names in the theme.
 pub(super) const COLOURS: [&str; 8] = ["blue", "vermilion", "green", "black", "purple", "orange", "sky", "grey"];

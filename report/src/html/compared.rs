@@ -4,11 +4,13 @@ use super::command::command_line;
 use super::events::{self, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use super::signals;
-use crate::Table;
-use crate::comparison::{facts_table, row_cells};
+use crate::answer::answer;
+use crate::comparison::{facts_table, is_main, row_cells};
+use crate::finding::finding;
 use crate::number::show;
 use crate::seeds::seeds_table;
 use crate::tables::outcome;
+use crate::{Animation, Table};
 use trocar_sim::compare::{Comparison, Fact, SeedStudy};
 use trocar_sim::run::Run;
 
@@ -31,19 +33,15 @@ pub fn run_html(run: &Run) -> Result<String, HtmlError> {
     let name = run.scenario.name.as_str();
     let line = command_line(["run", &format!("{name}.toml"), "--report"]);
     let sections = vec![
-        metrics(&[name], &rows),
-        events_section(&[run]),
+        main_metrics(&[name], &rows),
         charts_section(&[run]),
-        scenarios_section(&[run]),
+        events_section(&[run]),
+        metrics(&[name], &rows),
         reproduction(line, &[run]),
+        scenarios_section(&[run]),
     ];
-    let page = Page {
-        command: "trocar run",
-        heading: name.to_owned(),
-        lead: std::iter::once(about(run)).chain(warned(&run.warnings())).collect(),
-        sections,
-        drawn: drawn(&[run]),
-    };
+    let page =
+        Page { command: "trocar run", heading: name.to_owned(), lead: lead(&[run]), sections, drawn: drawn(&[run]) };
     page.render()
 }
 
@@ -60,7 +58,12 @@ pub fn comparison_html(
     let runs: Vec<&Run> = comparison.runs.iter().collect();
     let table = comparison.table();
     let names: Vec<&str> = table.scenarios.iter().map(String::as_str).collect();
-    let mut sections = vec![metrics(&names, &table.rows), events_section(&runs), charts_section(&runs)];
+    let mut sections = vec![
+        main_metrics(&names, &table.rows),
+        charts_section(&runs),
+        events_section(&runs),
+        metrics(&names, &table.rows),
+    ];
     if let Some(study) = study {
         let blocks = vec![
             Block::text(
@@ -81,7 +84,6 @@ pub fn comparison_html(
         let seeds = study.map_or(vec![], |study| vec!["--seeds".to_owned(), study.seeds.to_string()]);
         command_line(["compare".to_owned()].into_iter().chain(files).chain(seeds).chain(["--report".to_owned()]))
     };
-    sections.push(scenarios_section(&runs));
     sections.push(match line {
         Some(line) => Section {
             id: "again",
@@ -90,15 +92,16 @@ pub fn comparison_html(
         },
         None => reproduction(own(), &runs),
     });
+    sections.push(scenarios_section(&runs));
     let heading = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" and ") };
-    let page = Page {
-        command: "trocar compare",
-        heading,
-        lead: runs.iter().flat_map(|run| std::iter::once(about(run)).chain(warned(&run.warnings()))).collect(),
-        sections,
-        drawn: drawn(&runs),
-    };
+    let page = Page { command: "trocar compare", heading, lead: lead(&runs), sections, drawn: drawn(&runs) };
     page.render()
+}
+
+/// Returns the introduction: the answer, what is found over all ruptures, and the warnings.
+fn lead(runs: &[&Run]) -> Vec<String> {
+    let warnings = runs.iter().flat_map(|run| warned(&run.warnings()));
+    [answer(runs), finding(runs)].into_iter().chain(warnings).collect()
 }
 
 /// Returns a sentence about a run: outcome, tick, seed and supervisor.
@@ -113,18 +116,33 @@ fn about(run: &Run) -> String {
     )
 }
 
+/// Returns the metrics of the short table, without their meaning.
+fn main_metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
+    let main: Vec<_> = rows.iter().filter(|row| is_main(row)).cloned().collect();
+    let table = rows_table("Values of each run", names, &main, |_| "");
+    Section { id: "main", title: "Main metrics", blocks: vec![table] }
+}
+
 fn metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
+    let table = rows_table("Metrics and their meaning", names, rows, |row| row.declaration.meaning);
+    let note = Block::text("A dash marks an undefined value, such as the detection delay of a missed rupture.");
+    Section { id: "metrics", title: "All metrics", blocks: vec![table, note] }
+}
+
+fn rows_table(
+    caption: &str,
+    names: &[&str],
+    rows: &[trocar_sim::compare::Row],
+    meaning: fn(&trocar_sim::compare::Row) -> &'static str,
+) -> Block {
     let is_pair = names.len() == 2;
     let mut head = vec!["metric".to_owned()];
     head.extend(names.iter().map(|name| (*name).to_owned()));
     if is_pair {
         head.push("change".into());
     }
-    let row = |row: &trocar_sim::compare::Row| Row { cells: row_cells(row), meaning: row.declaration.meaning };
-    let rows = rows.iter().map(row).collect();
-    let table = Block::Table { caption: "Metrics and their meaning".into(), head, rows, is_text: false };
-    let note = Block::text("A dash marks an undefined value, such as the detection delay of a missed rupture.");
-    Section { id: "metrics", title: "Metrics", blocks: vec![table, note] }
+    let row = |row: &trocar_sim::compare::Row| Row { cells: row_cells(row), meaning: meaning(row) };
+    Block::Table { caption: caption.into(), head, rows: rows.iter().map(row).collect(), is_text: false }
 }
 
 fn events_section(runs: &[&Run]) -> Section {
@@ -162,7 +180,7 @@ fn charts_section(runs: &[&Run]) -> Section {
 }
 
 fn drawn(runs: &[&Run]) -> Drawn {
-    let mut drawn = Drawn::default();
+    let mut drawn = Drawn { animation: Animation::of(runs), ..Drawn::default() };
     drawn.charts.insert("signals", signals::charts(runs));
     drawn
 }
@@ -175,7 +193,8 @@ pub(super) fn scenarios_section(runs: &[&Run]) -> Section {
         name: format!("{}.toml", run.scenario.name),
         text: without_paths(&run.scenario.echo()),
     };
-    let blocks = [Block::text(about)].into_iter().chain(runs.iter().map(file)).collect();
+    let each = runs.iter().map(|run| Block::text(self::about(run)));
+    let blocks = [Block::text(about)].into_iter().chain(each).chain(runs.iter().map(file)).collect();
     Section { id: "scenario", title: "Scenario", blocks }
 }
 

@@ -2,7 +2,6 @@
 
 use super::chart::{Chart, ChartAxis, ChartShade, Columns, Extras, Mark, Series};
 use super::compared::without_paths;
-use super::digits::Fine;
 use super::events::{self, LaneEvents, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Section, Window, warned};
 use super::signals::{bounded, decision_unit, extra_parameter_axis, intervals_per_run, thresholded};
@@ -10,6 +9,7 @@ use super::thin::kept;
 use crate::DetectionEntry;
 use crate::detection::{events_table, phases_table, residual_table, scores_table};
 use crate::detections::{pooled_phases, recordings_table, scores_table as scores_of_many};
+use crate::digits::Fine;
 use crate::figures::{self, Histogram};
 use crate::number::{show, significant};
 use trocar_sim::detect::{Detection, DetectionReport, Phase};
@@ -297,6 +297,6 @@ fn delays(delays_s: &[f64]) -> Option<Chart> {
     let mut chart = Chart::new("Alarms by their delay after the rupture", x, y);
     chart.series.push(Series { stepped: true, ..Series::line("alarms", "blue") });
     chart.columns.push(Columns::new(ends, vec![steps]));
-    chart.includes = vec![super::digits::Few(0.0)];
+    chart.includes = vec![crate::digits::Few(0.0)];
     Some(chart.described())
 }

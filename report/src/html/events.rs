@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::chart::{ChartShade, Mark};
-use super::digits::Fine;
 use crate::Table;
+use crate::digits::Fine;
 use crate::number::{show, significant};
 use trocar_sim::engine::Trace;
 use trocar_sim::metrics::{RuptureMetrics, Unit};

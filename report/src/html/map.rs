@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::digits::{Few, Fine};
+use crate::digits::{Few, Fine};
 use crate::number::readable;
 use trocar_sim::stability::{Analysis, Axis, Spacing, StabilityMap};
 use trocar_sim::stability_check::Check;

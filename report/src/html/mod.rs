@@ -11,7 +11,6 @@ mod chart;
 mod command;
 mod compared;
 mod detected;
-mod digits;
 mod events;
 mod map;
 mod page;

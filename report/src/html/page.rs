@@ -15,10 +15,10 @@ use super::bars::Influence;
 use super::chart::Chart;
 use super::events::Timeline;
 use super::map::Map;
-use crate::Table;
+use crate::{Animation, Table};
 
 const STYLE: [&str; 3] = [assets::UPLOT_CSS, assets::THEME_CSS, assets::REPORT_CSS];
-const SCRIPT: [&str; 3] = [assets::UPLOT_JS, assets::CHARTS_JS, assets::REPORT_JS];
+const SCRIPT: [&str; 4] = [assets::UPLOT_JS, assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPORT_JS];
 
 /// The error of a page that cannot be rendered.
 #[derive(Debug, Error)]
@@ -44,6 +44,8 @@ pub(super) struct Page {
 pub(super) struct Drawn {
     pub(super) charts: BTreeMap<&'static str, Vec<Chart>>,
     pub(super) maps: BTreeMap<String, Map>,
+    /// The animation below the introduction.
+    pub(super) animation: Option<Animation>,
 }
 
 /// A section of a page.
@@ -117,6 +119,7 @@ struct Context<'a> {
     heading: &'a str,
     command: &'static str,
     lead: &'a [String],
+    is_animated: bool,
     sections: &'a [Section],
     data: String,
     policy: String,
@@ -142,6 +145,7 @@ impl Page {
             heading: &self.heading,
             command: self.command,
             lead: &self.lead,
+            is_animated: self.drawn.animation.is_some(),
             sections: &self.sections,
             data: escaped_json(&data),
             policy: policy(&script),

@@ -1,9 +1,9 @@
 //! The charts of runs over time.
 
 use super::chart::{COLOURS, Chart, ChartAxis, Columns, Extras, Level, Mark, Series};
-use super::digits::Few;
 use super::events;
 use super::thin::kept;
+use crate::digits::Few;
 use trocar_sim::run::Run;
 
 /// Maximum number of runs in the charts.

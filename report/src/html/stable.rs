@@ -2,10 +2,10 @@
 
 use super::chart::{Chart, ChartAxis, Columns, Level, Series};
 use super::compared::without_paths;
-use super::digits::Few;
 use super::map::Map;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::Table;
+use crate::digits::Few;
 use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, verdict};
 use crate::switching::{event_table, seconds, switching_lines};
 use trocar_sim::stability::{Analysis, LIMITED, Parameter, PortPoint, StabilityMap, Switching};

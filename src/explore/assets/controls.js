@@ -1,27 +1,24 @@
-// The controls: a slider, a switch or a list for every key that the page can set. Frequently used keys come first.
+// The controls: a few in front with plain names and units, and a control for every other key under "All settings". A control that
+// cannot act is disabled and says why. A value that the server refuses is marked at its control.
 "use strict";
 
 const trocarControls = (() => {
-  const FIRST = {
-    "Scales": ["scaling.force", "scaling.position"],
-    "Tissue": ["tissue.kind", "tissue.index", "tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m", "tissue.mu", "tissue.lambda", "tissue.power", "tissue.contact_m"],
-    "Hand": ["arm.k_h_n_per_m", "arm.b_h_n_s_per_m", "arm.m_h_kg", "operator.speed_m_per_s", "operator.movement_s", "operator.tremor_amplitude_m", "operator.reflex"],
-    "Detection": ["detector.threshold", "detector.drift", "estimator.contact_m"],
-    "Hold and force": ["augmentation.min_hold_s", "augmentation.max_hold_s", "augmentation.freeze", "augmentation.force_law", "augmentation.decay_ratio", "augmentation.amplification"],
-    "Re-engagement": ["augmentation.reengage", "augmentation.catch_up_speed_m_per_s", "augmentation.blend_s"],
-    "Delay and noise": ["channel.forward_delay_s", "channel.backward_delay_s", "channel.jitter_s", "channel.loss", "sensor.force_noise_std_n", "simulation.seed"],
-  };
-  /** Fixed ranges of sliders: from, to. */
+  /** The controls in front: their keys, and the number of displayed units in an SI unit. A limit can be the value of another key. */
+  const FRONT = [
+    { keys: ["scaling.force"], name: "Force feedback", unit: "×", range: [0, 3] },
+    { keys: ["scaling.position"], name: "Needle motion per hand motion", unit: "×", range: [0.2, 2] },
+    { keys: ["channel.forward_delay_s", "channel.backward_delay_s"], name: "Delay of the link, each way", unit: "ms", per: 1000, range: [0, 0.05] },
+    { keys: ["sensor.force_noise_std_n"], name: "Noise of the force sensor", unit: "mN", per: 1000, range: [0, 0.1] },
+    { keys: ["detector.threshold"], name: "Alarm threshold", unit: "" },
+    { keys: ["augmentation.min_hold_s"], name: "Shortest freeze", unit: "s", range: [0, "augmentation.max_hold_s"] },
+    { keys: ["augmentation.catch_up_speed_m_per_s"], name: "Speed of catching up", unit: "mm/s", per: 1000, range: [0.002, 0.2], log: true },
+    { keys: ["operator.speed_m_per_s"], name: "Speed of the hand", unit: "mm/s", per: 1000, range: [0.001, 0.1], log: true },
+  ];
+  /** Fixed ranges of other sliders, in SI units. */
   const RANGES = {
-    "scaling.force": [0, 5],
-    "scaling.position": [0.1, 4],
-    "channel.forward_delay_s": [0, 0.1],
-    "channel.backward_delay_s": [0, 0.1],
     "channel.jitter_s": [0, 0.02],
     "channel.loss": [0, 0.5],
-    "sensor.force_noise_std_n": [0, 0.2],
-    "augmentation.min_hold_s": [0, 2],
-    "augmentation.max_hold_s": [0, 5],
+    "augmentation.max_hold_s": ["augmentation.min_hold_s", 5],
     "augmentation.decay_ratio": [0, 1],
     "augmentation.exit_ratio": [0, 1],
     "augmentation.blend_s": [0, 1],
@@ -32,18 +29,22 @@ const trocarControls = (() => {
   };
   const STEPS = 400;
   const controls = new Map();
+  /** The controls in front that set several keys. Each key has its own control too. */
+  let combined = [];
+  let byPath = new Map();
   let changed = () => {};
 
   /** Returns the conversions between position and value of a slider, or null without a range. */
-  function scale(key, value) {
-    const known = RANGES[key.path];
-    if (known) {
-      const [low, high] = [Math.min(known[0], value), Math.max(known[1], value)];
+  function scale(key, value, front) {
+    const known = front?.range ?? RANGES[key.path];
+    if (known && !front?.log) {
+      const limit = (end) => (typeof end === "string" ? controls.get(end)?.value ?? value : end);
+      const [low, high] = [Math.min(limit(known[0]), value), Math.max(limit(known[1]), value)];
       return { at: (v) => ((v - low) / (high - low)) * STEPS, value: (at) => low + ((high - low) * at) / STEPS };
     }
     if (!(value > 0)) return null;
-    const low = Math.max(value / 10, key.kind.low > 0 ? key.kind.low : 0);
-    const high = Math.min(value * 10, key.kind.high ?? Infinity);
+    const low = known ? Math.min(known[0], value) : Math.max(value / 10, key.kind.low > 0 ? key.kind.low : 0);
+    const high = known ? Math.max(known[1], value) : Math.min(value * 10, key.kind.high ?? Infinity);
     if (!(high > low)) return null;
     const ratio = Math.log(high / low);
     return { at: (v) => (Math.log(v / low) / ratio) * STEPS, value: (at) => low * Math.exp((ratio * at) / STEPS) };
@@ -58,20 +59,54 @@ const trocarControls = (() => {
     return made;
   }
 
-  /** Returns the control of a key. */
-  function control(key, base) {
+  /** Returns why a key cannot act with the present values, or an empty text. */
+  function inactive(key) {
+    for (let acts = key.acts; acts; acts = byPath.get(acts.key)?.acts) {
+      // The page always runs both schemes.
+      if (acts.key === "augmentation.enabled") continue;
+      const now = controls.get(acts.key)?.value;
+      if (!acts.words.includes(String(now))) return `Acts only for ${acts.key} = ${acts.words.join(" or ")}; here it is ${now}.`;
+    }
+    return "";
+  }
+
+  function updateActive() {
+    for (const { key, box } of [...controls.values(), ...combined]) {
+      const reason = inactive(key);
+      if (box.reason.textContent === reason) continue;
+      box.reason.textContent = reason;
+      box.reason.hidden = reason === "";
+      box.classList.toggle("inactive", reason !== "");
+      for (const input of box.querySelectorAll("input, select")) input.disabled = reason !== "";
+    }
+  }
+
+  /** Returns the control of a key. One in front can set several keys, and has a unit of its own. */
+  function control(key, base, front = null) {
     const box = element("div", { class: "control", "data-key": key.path });
-    const id = `key-${key.path.replaceAll(".", "-")}`;
+    const id = `key-${(front?.keys.length > 1 ? "both." : "") + key.path}`.replaceAll(".", "-");
     const name = element("div", { class: "name" });
-    name.append(element("label", { for: id }, key.path));
-    const back = element("button", { type: "button", title: `reset to ${JSON.stringify(base ?? null)}`, "aria-label": `Reset ${key.path}` }, "reset");
+    name.append(element("label", { for: id }, front?.name ?? key.name));
+    const back = element("button", { type: "button", title: `reset to ${JSON.stringify(base ?? null)}`, "aria-label": `Reset ${front?.name ?? key.path}` }, "reset");
     name.append(back);
     const inputs = element("div", { class: "inputs" });
-    const meaning = element("p", { class: "meaning", id: `${id}-meaning` }, key.meaning);
-    const made = { key, base, value: base, box, show: () => {} };
+    const meaning = element("p", { class: "meaning", id: `${id}-meaning` }, front ? "" : key.meaning);
+    if (front) {
+      box.title = `${front.keys.join(", ")}: ${key.meaning}`;
+      meaning.hidden = true;
+    } else {
+      meaning.prepend(element("code", {}, key.path), " ");
+    }
+    box.reason = element("p", { class: "reason", hidden: "" });
+    box.error = element("p", { class: "error", role: "alert", hidden: "" });
+    const made = { key, base, value: base, box, keys: front?.keys ?? [key.path], show: () => {} };
     const give = (value, input) => {
       made.value = value;
       mark(made);
+      if (made.keys.length > 1) made.keys.forEach((path) => put(path, value));
+      followCombined(key.path);
+      if (key.kind.type === "choice" || key.kind.type === "flag") updateActive();
+      for (const other of controls.values()) if (other.limits?.includes(key.path)) other.show(other.value);
       changed(key.path, input);
     };
     back.addEventListener("click", () => {
@@ -95,8 +130,9 @@ const trocarControls = (() => {
       const input = element("input", { type: "text", id, "aria-describedby": meaning.id, placeholder: "1, 2.5, 4" });
       input.addEventListener("change", () => {
         const numbers = input.value.split(/[,;\s]+/).filter(Boolean).map(Number);
-        box.classList.toggle("wrong", numbers.some((number) => !Number.isFinite(number)));
-        if (numbers.some((number) => !Number.isFinite(number))) return;
+        const isWrong = numbers.some((number) => !Number.isFinite(number));
+        fail(made, isWrong ? "These are not numbers, separated by commas." : "");
+        if (isWrong) return;
         if (numbers.length === 0) made.show(made.base);
         give(numbers.length ? numbers : made.base, performance.now());
       });
@@ -104,15 +140,21 @@ const trocarControls = (() => {
       inputs.append(input);
     } else {
       const whole = key.kind.type === "whole";
-      const sliding = scale(key, typeof base === "number" ? base : NaN);
-      const number = element("input", { type: "number", step: "any", id: sliding ? `${id}-number` : id, "aria-label": `${key.path}, as a number`, "aria-describedby": meaning.id });
+      const per = front?.per ?? 1;
+      const unit = front?.unit ?? key.unit ?? "";
+      made.limits = (front?.range ?? RANGES[key.path])?.filter((end) => typeof end === "string");
+      let sliding = scale(key, typeof base === "number" ? base : NaN, front);
+      const shown = (value) => Number((value * per).toPrecision(12));
+      const spoken = (value) => `${rounded(value * per)} ${unit}`;
+      const label = `${front?.name ?? key.name}, as a number${unit ? ` in ${unit}` : ""}`;
+      const number = element("input", { type: "number", step: "any", id: sliding ? `${id}-number` : id, "aria-label": label, "aria-describedby": meaning.id });
       const slider = sliding && element("input", { type: "range", id, min: "0", max: String(STEPS), step: "any", "aria-describedby": meaning.id });
       const shape = (value) => (whole ? Math.max(0, Math.round(value)) : rounded(value));
       if (slider) {
         slider.addEventListener("input", () => {
           const value = shape(sliding.value(Number(slider.value)));
-          number.value = value;
-          slider.setAttribute("aria-valuetext", String(value));
+          number.value = shown(value);
+          slider.setAttribute("aria-valuetext", spoken(value));
           give(value, performance.now());
         });
         slider.addEventListener("keydown", (event) => {
@@ -127,74 +169,100 @@ const trocarControls = (() => {
         inputs.append(slider);
       }
       number.addEventListener("change", () => {
-        const given = Number(number.value);
+        const given = Number(number.value) / per;
         // A browser empties what is no number: it is wrong, and not the default.
         const isWrong = number.validity.badInput || !Number.isFinite(given);
-        box.classList.toggle("wrong", isWrong);
-        number.setCustomValidity(isWrong ? "not a number" : "");
-        if (isWrong) {
-          number.reportValidity();
-          return;
-        }
-        const value = number.value === "" ? made.base : whole ? Math.round(given) : given;
+        fail(made, isWrong ? "This is not a number." : "");
+        if (isWrong) return;
+        const value = number.value === "" ? made.base : whole ? Math.round(given) : Number(given.toPrecision(12));
         made.show(value);
         give(value, performance.now());
       });
       made.show = (value) => {
-        number.value = value ?? "";
+        number.value = typeof value === "number" ? shown(value) : "";
         if (slider && typeof value === "number") {
+          sliding = scale(key, made.limits?.length ? value : made.base, front) ?? sliding;
           // A value beyond the range, such as 0 on a logarithmic slider, is at the end of the slider.
           slider.value = Math.min(STEPS, Math.max(0, sliding.at(value) || 0));
-          slider.setAttribute("aria-valuetext", String(value));
+          slider.setAttribute("aria-valuetext", spoken(value));
         }
       };
       inputs.append(number);
+      if (unit || front) inputs.append(element("span", { class: "unit", "aria-hidden": "true" }, unit));
     }
     made.show(base);
-    box.append(name, inputs, meaning);
-    controls.set(key.path, made);
+    box.append(name, inputs, meaning, box.reason, box.error);
+    if (made.keys.length > 1) combined.push(made);
+    else controls.set(key.path, made);
     return box;
+  }
+
+  /** Shows the value of a key, or of all keys, in the combined control that sets it. */
+  function followCombined(path = null) {
+    for (const made of combined) {
+      if (path !== null && !made.keys.includes(path)) continue;
+      const { value } = controls.get(made.keys[0]) ?? made;
+      if (value !== made.value) made.show(value);
+      made.value = value;
+      mark(made);
+    }
+  }
+
+  function put(path, value) {
+    const made = controls.get(path);
+    if (!made) return;
+    made.value = value;
+    made.show(value);
+    mark(made);
   }
 
   function mark(made) {
     made.box.classList.toggle("changed", JSON.stringify(made.value) !== JSON.stringify(made.base));
-    made.box.classList.remove("wrong");
+    fail(made, "");
+  }
+
+  /** Shows an error at a control; an empty text removes it. */
+  function fail({ box }, text) {
+    box.classList.toggle("wrong", text !== "");
+    if (box.error.textContent === text) return;
+    box.error.textContent = text;
+    box.error.hidden = text === "";
+    if (text) for (let at = box.parentElement; at; at = at.parentElement) if (at.tagName === "DETAILS") at.open = true;
   }
 
   return {
     /** Draws every control with the values of a scenario. Changes call `onChange(path, time of the input)`. */
-    draw(form, keys, values, onChange) {
-      const open = new Set([...form.querySelectorAll("details[open]")].map((group) => group.dataset.group));
-      const first = form.children.length === 0;
-      // In a narrow window the signals are below the controls, so fewer groups are open.
-      const narrow = window.matchMedia("(max-width: 60rem)").matches;
-      form.replaceChildren();
+    draw({ front, sections }, keys, values, onChange) {
+      const open = new Set([...sections.querySelectorAll("details[open]")].map((group) => group.dataset.group));
+      front.replaceChildren();
+      sections.replaceChildren();
       controls.clear();
+      combined = [];
       changed = onChange;
-      const byPath = new Map(keys.map((key) => [key.path, key]));
+      byPath = new Map(keys.map((key) => [key.path, key]));
+      // A limit of a slider can be the value of another control, which is drawn first.
+      const limits = new Set(FRONT.flatMap((one) => one.range ?? []).filter((end) => typeof end === "string"));
+      for (const path of limits) if (byPath.has(path)) control(byPath.get(path), values[path]);
       const placed = new Set();
-      const group = (title, paths, isOpen) => {
-        const keysHere = paths.filter((path) => byPath.has(path) && !placed.has(path));
-        if (keysHere.length === 0) return;
-        const details = element("details", { "data-group": title });
-        details.open = first ? isOpen && (title === "Scales" || !narrow) : open.has(title);
-        details.append(element("summary", {}, title));
-        for (const path of keysHere) {
-          placed.add(path);
-          details.append(control(byPath.get(path), values[path]));
-        }
-        form.append(details);
-      };
-      // Keys without a value in this scenario are in the sections below.
-      for (const [title, paths] of Object.entries(FIRST)) {
-        group(title, paths.filter((path) => path in values), ["Scales", "Hold and force", "Delay and noise"].includes(title));
+      for (const one of FRONT) {
+        const key = byPath.get(one.keys[0]);
+        if (!key) continue;
+        if (one.keys.length === 1) placed.add(key.path);
+        front.append(control(key, values[key.path], one));
       }
-      const sections = new Map();
+      const groups = new Map();
       for (const key of keys) {
+        if (placed.has(key.path)) continue;
         const section = key.path.includes(".") ? key.path.split(".")[0] : "scenario";
-        sections.set(section, [...(sections.get(section) || []), key.path]);
+        groups.set(section, [...(groups.get(section) || []), key]);
       }
-      for (const [section, paths] of sections) group(`[${section}]`, paths, false);
+      for (const [section, group] of groups) {
+        const details = element("details", { "data-group": section });
+        details.open = open.has(section);
+        details.append(element("summary", {}, section), ...group.map((key) => control(key, values[key.path])));
+        sections.append(details);
+      }
+      updateActive();
     },
     /** Returns the changed keys and their values. */
     changes() {
@@ -211,31 +279,39 @@ const trocarControls = (() => {
         made.show(made.value);
         mark(made);
       }
+      followCombined();
+      updateActive();
     },
     /** Sets the value of a key. */
     put(path, value) {
-      const made = controls.get(path);
-      if (!made) return;
-      made.value = value;
-      made.show(value);
-      mark(made);
+      put(path, value);
+      followCombined(path);
     },
     value: (path) => controls.get(path)?.value,
-    /** Marks the controls that an error message names. */
-    blame(message) {
-      for (const [path, made] of controls) made.box.classList.toggle("wrong", message.includes(path));
+    /** Shows each error at the control that it names, and returns the others. */
+    blame(errors) {
+      const isOf = (path) => (error) => error.split(/[^\w.]+/).some((word) => word.replace(/\.$/, "") === path);
+      const others = new Set(errors);
+      const told = new Map();
+      for (const [path, made] of controls) {
+        const own = errors.filter(isOf(path));
+        own.forEach((error) => others.delete(error));
+        told.set(made, [...(told.get(made) ?? []), ...own]);
+      }
+      for (const [made, own] of told) fail(made, [...new Set(own)].join(" "));
+      return [...others];
     },
-    /** Shows only the controls whose key or meaning contains all words. */
-    find(form, words) {
+    /** Shows only the settings whose name, key or meaning contains all words. */
+    find({ front, sections }, words) {
       const required = words.toLowerCase().split(/\s+/).filter(Boolean);
-      for (const group of form.querySelectorAll("details")) {
-        let shown = 0;
-        for (const box of group.querySelectorAll(".control")) {
-          const text = box.textContent.toLowerCase();
-          const fits = required.every((word) => text.includes(word));
-          box.hidden = !fits;
-          shown += fits ? 1 : 0;
-        }
+      const search = (box) => {
+        const text = `${box.textContent} ${box.title}`.toLowerCase();
+        box.hidden = !required.every((word) => text.includes(word));
+        return !box.hidden;
+      };
+      [...front.children].forEach(search);
+      for (const group of sections.children) {
+        const shown = [...group.querySelectorAll(".control")].filter(search).length;
         group.hidden = shown === 0;
         if (required.length > 0) group.open = shown > 0;
       }

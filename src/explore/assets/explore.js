@@ -9,10 +9,13 @@ const trocar = (() => {
   };
   /** Times from the input event to the drawn frame, and of the server, in ms: the last hundred. */
   const timings = [];
-  const state = { scenario: "", set: {}, map: { x: "scaling.force", y: "tissue.stiffness_n_per_m" } };
+  const AXES = { x: "scaling.force", y: "channel.delay_s" };
+  const state = { scenario: "", set: {}, map: { ...AXES } };
   let hello = null;
   let base = {};
-  let window_s = null;
+  /** The displayed time: "rupture", "all", or { between: [from, to] } in s. */
+  let shownTime = "rupture";
+  let animation = null;
   let request = { id: 0, at: null, busy: false, again: false };
   let opened = 0;
   let addressTimer = 0;
@@ -45,8 +48,7 @@ const trocar = (() => {
   function writeAddress() {
     const given = new URLSearchParams({ scenario: state.scenario });
     for (const [key, value] of Object.entries(state.set)) given.set(key, JSON.stringify(value));
-    if (state.map.x !== "scaling.force") given.set("x", state.map.x);
-    if (state.map.y !== "tissue.stiffness_n_per_m") given.set("y", state.map.y);
+    for (const axis of ["x", "y"]) if (state.map[axis] !== AXES[axis]) given.set(axis, state.map[axis]);
     history.replaceState(null, "", `#${given}`);
     const sets = Object.entries(state.set).map(([key, value]) => ` --set '${key}=${JSON.stringify(value)}'`);
     // The keys of events act with augmentation only.
@@ -63,17 +65,21 @@ const trocar = (() => {
       request.at = request.at ?? at;
       return;
     }
-    const points = Math.min(1600, Math.max(400, Math.round(part("signals").clientWidth * 1.2)));
-    const id = trocarLink.ask({ type: "show", state: current(), points, window_s });
+    const points = Math.min(1600, Math.max(400, Math.round(part("chart-1").clientWidth * 1.5)));
+    const id = trocarLink.ask({ type: "show", state: current(), points, window: shownTime });
     if (id) request = { id, at, busy: true, again: false };
   }
 
   function map(delay = 500) {
     clearTimeout(mapped.timer);
     mapped.timer = setTimeout(() => {
-      mapped.id = trocarLink.ask({ type: "map", state: current(), x: state.map.x, y: state.map.y });
+      const ranges = trocarMap.ranges(state.map, (key) => mapValue(key));
+      mapped.id = trocarLink.ask({ type: "map", state: current(), x: state.map.x, y: state.map.y, ...ranges });
     }, delay);
   }
+
+  /** Returns the value of a map's axis. One axis is both delays. */
+  const mapValue = (key) => trocarControls.value(key === "channel.delay_s" ? "channel.forward_delay_s" : key);
 
   function changed(path, at) {
     notice = "";
@@ -86,11 +92,13 @@ const trocar = (() => {
   function open(scenario, set = {}) {
     state.scenario = scenario;
     state.set = set;
-    window_s = null;
-    trocarPictures.unzoom();
+    shownTime = "rupture";
+    trocarMap.forget();
     trocarPush.leave("");
     part("scenario").value = scenario;
-    part("question").textContent = hello.scenarios.find((one) => one.name === scenario)?.question ?? "";
+    const { question = "", title = "" } = hello.scenarios.find((one) => one.name === scenario) ?? {};
+    part("question").textContent = question.replace(title, "").replace(/^[:?]/, "");
+    part("question").title = question;
     opened = trocarLink.ask({ type: "open", scenario });
   }
 
@@ -125,11 +133,12 @@ const trocar = (() => {
     part("warnings").replaceChildren(...items);
   }
 
-  function trouble(text) {
-    part("trouble").hidden = text === "";
-    part("trouble").textContent = text;
-    // What is shown beside a refused value belongs to earlier ones.
-    part("main").classList.toggle("outdated", text !== "");
+  /** Shows errors: those of a control at it, the others above the result. What is shown belongs to earlier values then. */
+  function trouble(errors) {
+    const others = trocarControls.blame(errors);
+    part("trouble").hidden = others.length === 0;
+    part("trouble").textContent = others.join(" ");
+    part("main").classList.toggle("outdated", errors.length > 0);
   }
 
   function timed(frame) {
@@ -146,6 +155,9 @@ const trocar = (() => {
     });
   }
 
+  /** The places of the controls. */
+  const places = () => ({ front: part("front"), sections: part("sections") });
+
   function next() {
     request.busy = false;
     if (request.again) show(request.at);
@@ -157,7 +169,12 @@ const trocar = (() => {
       hello = message;
       part("version").textContent = message.version;
       if (isNew) {
-        for (const { name } of message.scenarios) part("scenario").append(new Option(name.replace(/^builtin:(.*)\.toml$/, "$1"), name));
+        const groups = new Map();
+        for (const { name, title, group } of message.scenarios) {
+          if (!groups.has(group)) groups.set(group, part("scenario").appendChild(document.createElement("optgroup")));
+          groups.get(group).label = group;
+          groups.get(group).append(new Option(title, name));
+        }
         for (const axis of ["x", "y"]) {
           for (const { key, name } of message.axes) part(`map-${axis}`).append(new Option(name, key));
         }
@@ -169,35 +186,36 @@ const trocar = (() => {
     values(message) {
       if (message.id !== opened) return;
       base = message.values;
-      trocarControls.draw(part("controls"), hello.keys, base, changed);
+      trocarControls.draw(places(), hello.keys, base, changed);
       trocarControls.give(state.set);
       // Unknown keys of the address are sent to the server, which refuses them.
       state.set = { ...state.set, ...trocarControls.changes() };
       toAddress();
-      if (part("find").value) trocarControls.find(part("controls"), part("find").value);
+      if (part("find").value) trocarControls.find(places(), part("find").value);
       request.busy = false;
       show();
       map(0);
     },
     shown(frame) {
       if (frame.id !== request.id) return;
-      if (window_s !== null && window_s[0] >= frame.whole_s[1]) {
+      if (typeof shownTime === "object" && shownTime.between[0] >= frame.whole_s[1]) {
         // The run is now shorter than the zoomed window.
-        window_s = null;
-        trocarPictures.unzoom();
+        shownTime = "rupture";
         request.again = true;
         next();
         return;
       }
-      trouble(notice);
-      trocarControls.blame("");
+      trouble(notice ? [notice] : []);
       const diverged = frame.runs.filter((run) => run.diverged_s !== null);
       setText("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
       warned(frame.runs);
-      trocarPictures.draw(part("signals"), frame);
+      setText("answer", frame.answer);
+      animation ??= new trocarAnimation.Player(part("animation"));
+      animation.setData(frame.animation);
+      trocarPictures.draw([part("chart-1"), part("chart-2"), part("signals")], frame);
       trocarPictures.table(part("metrics").tBodies[0], frame.table);
       timed(frame);
-      const [x, y] = [state.map.x, state.map.y].map((key) => trocarControls.value(key));
+      const [x, y] = [state.map.x, state.map.y].map(mapValue);
       if (typeof x === "number" && typeof y === "number" && trocarMap.is(state.map.x, state.map.y)) trocarMap.at(part("map"), x, y);
       next();
     },
@@ -211,17 +229,15 @@ const trocar = (() => {
       if (message.id === files.id) save(message.name, new Blob([message.content], { type: "text/plain" }), message.content);
     },
     refused(message) {
-      // A key of the page has no line in a file.
-      const reason = message.message.replace(/^the page:\d+:\d+: /, "");
       if (message.id === mapped.id) {
-        part("map-text").textContent = reason;
+        part("map-text").textContent = message.all.join(" ");
         return;
       }
-      trouble(reason);
-      trocarControls.blame(reason);
+      trouble(message.all);
       trocarPush.refused(message.id);
       if (message.id === request.id) {
-        part("status").textContent = "refused; the curves are those of the last valid values";
+        const shown = trocarPictures.frame() ? "the pale curves are those of the last valid values" : "correct the marked values";
+        part("status").textContent = `refused; ${shown}`;
         next();
       }
     },
@@ -278,7 +294,7 @@ const trocar = (() => {
       trocarControls.give({});
       changed("", performance.now());
     });
-    part("find").addEventListener("input", () => trocarControls.find(part("controls"), part("find").value));
+    part("find").addEventListener("input", () => trocarControls.find(places(), part("find").value));
     part("controls").addEventListener("submit", (event) => event.preventDefault());
     for (const axis of ["x", "y"]) {
       part(`map-${axis}`).addEventListener("change", () => {
@@ -290,7 +306,7 @@ const trocar = (() => {
     trocarMap.begin(part("map"), moved);
     trocarListen.begin({ button: part("listen"), output: part("listen-at"), lamp: part("lamp"), volume: part("volume"), scheme: part("listen-scheme") });
     trocarPush.begin({
-      button: part("push"), field: part("field"), felt: part("felt"), feltText: part("felt-text"), mode: part("push-mode"),
+      button: part("push"), field: part("field"),
       strips: part("pushed"), text: part("push-text"), scheme: part("push-scheme"), lamp: part("lamp"), state: current,
     });
     for (const file of ["toml", "csv"]) {
@@ -301,7 +317,10 @@ const trocar = (() => {
     }
     part("export-png").addEventListener("click", async () => {
       if (trocarPictures.frame() === null) return;
-      save(`${state.scenario.replace(/^.*[/:]|\.toml$/g, "")}.png`, await trocarPictures.png(part("command").textContent), null);
+      const run = Number(part("export-scheme").value);
+      const { blob, width } = await trocarPictures.png(part("command").textContent, run, Number(part("export-width").value));
+      save(`${state.scenario.replace(/^.*[/:]|\.toml$/g, "")}_${["classical", "augmented"][run]}.png`, blob, null);
+      files.last.width = width;
     });
     part("copy-link").addEventListener("click", async () => {
       try {
@@ -313,9 +332,15 @@ const trocar = (() => {
     });
     window.addEventListener("chartzoom", ({ detail }) => {
       if (detail.group !== trocarPictures.GROUP) return;
-      window_s = detail.min === null ? null : [Math.max(0, detail.min), Math.max(0, detail.max)];
+      shownTime = detail.min === null ? "all" : { between: [Math.max(0, detail.min), Math.max(0, detail.max)] };
       show();
     });
+    for (const time of ["rupture", "all"]) {
+      part(`show-${time}`).addEventListener("click", () => {
+        shownTime = time;
+        show();
+      });
+    }
     window.addEventListener("hashchange", () => {
       if (hello) follow(address(), state.scenario);
     });
@@ -334,5 +359,5 @@ const trocar = (() => {
   }
 
   begin();
-  return { state, timings, file: () => files.last, busy: () => request.busy || request.again };
+  return { state, timings, file: () => files.last, busy: () => request.busy || request.again, animation: () => animation };
 })();

@@ -31,7 +31,7 @@ const trocarLink = (() => {
 
   function connect() {
     let opened = false;
-    socket = new WebSocket(`ws://${location.host}/link`);
+    socket = new WebSocket(`ws://${location.host}/link${location.search}`);
     socket.binaryType = "arraybuffer";
     socket.addEventListener("open", () => {
       opened = true;

@@ -44,6 +44,33 @@ const trocarMap = (() => {
     return { left: MARGIN.left, top: MARGIN.top, width: box.width - MARGIN.left - MARGIN.right, height: box.height - MARGIN.top - MARGIN.bottom };
   }
 
+  /** Returns the outline of the stable part, up to the boundary. `at` converts a column and a row of the grid to pixels. */
+  function stablePath(at, xScale, yScale) {
+    const [columns, rows] = [map.x.count, map.y.count];
+    const ends = new Map();
+    for (const segment of map.boundary) {
+      const points = segment.map(([x, y]) => [xScale.share(x) * (columns - 1), yScale.share(y) * (rows - 1)]);
+      const cell = [0, 1].map((axis) => Math.floor((points[0][axis] + points[1][axis]) / 2));
+      ends.set(cell.join(), [...(ends.get(cell.join()) ?? []), ...points]);
+    }
+    const path = new Path2D();
+    for (let row = 0; row + 1 < rows; row += 1) {
+      for (let column = 0; column + 1 < columns; column += 1) {
+        const corners = [[column, row], [column + 1, row], [column + 1, row + 1], [column, row + 1]];
+        const stable = corners.filter(([x, y]) => map.stable[y * columns + x] === "1");
+        if (stable.length === 0) continue;
+        // The boundary cuts a cell along a line: the stable corners and the ends of the line, in order around the cell.
+        const cut = stable.length === 4 ? [] : ends.get([column, row].join()) ?? [];
+        const all = [...stable, ...cut];
+        const middle = [0, 1].map((axis) => all.reduce((sum, point) => sum + point[axis], 0) / all.length);
+        const angle = ([x, y]) => Math.atan2(y - middle[1], x - middle[0]);
+        all.sort((a, b) => angle(a) - angle(b)).forEach(([x, y], index) => path[index ? "lineTo" : "moveTo"](...at(x, y)));
+        path.closePath();
+      }
+    }
+    return path;
+  }
+
   function draw(canvas) {
     const ratio = window.devicePixelRatio || 1;
     const box = canvas.getBoundingClientRect();
@@ -56,21 +83,9 @@ const trocarMap = (() => {
     const { left, top, width, height } = place(canvas);
     const [xScale, yScale] = [scale(map.x), scale(map.y)];
     const [columns, rows] = [map.x.count, map.y.count];
-    // The verdict of a point fills its cell.
-    const edge = (index, count) => Math.min(1, Math.max(0, (index - 0.5) / (count - 1)));
-    for (let row = 0; row < rows; row += 1) {
-      for (let column = 0; column < columns; column += 1) {
-        const stable = map.stable[row * columns + column] === "1";
-        context.fillStyle = trocarCharts.colour(stable ? "sky" : "page");
-        const [x0, x1] = [edge(column, columns), edge(column + 1, columns)];
-        const [y0, y1] = [edge(row, rows), edge(row + 1, rows)];
-        context.globalAlpha = stable ? 0.45 : 1;
-        // On whole pixels, because transparent cells must not overlap.
-        const [from, to] = [Math.round(left + x0 * width), Math.round(left + x1 * width)];
-        const [above, below] = [Math.round(top + (1 - y1) * height), Math.round(top + (1 - y0) * height)];
-        context.fillRect(from, above, to - from, below - above);
-      }
-    }
+    context.fillStyle = trocarCharts.colour("sky");
+    context.globalAlpha = 0.45;
+    context.fill(stablePath((column, row) => [left + (column / (columns - 1)) * width, top + (1 - row / (rows - 1)) * height], xScale, yScale));
     context.globalAlpha = 1;
     context.strokeStyle = trocarCharts.colour("ink");
     context.lineWidth = 2;
@@ -190,6 +205,17 @@ const trocarMap = (() => {
       if (!map || (now.x === x && now.y === y)) return;
       now = { x, y };
       if (visible) draw(canvas);
+    },
+    /** Forgets the map, so that the next one is drawn around the present values. */
+    forget() {
+      map = null;
+    },
+    /** Returns the ranges of the drawn map for a request with the same axes, as long as the values lie inside: the map stays. */
+    ranges(axes, value) {
+      if (!map || map.x.key !== axes.x || map.y.key !== axes.y) return {};
+      const isInside = ({ key, low, high }) => value(key) >= low && value(key) <= high;
+      if (!isInside(map.x) || !isInside(map.y)) return {};
+      return { x_range: [map.x.low, map.x.high], y_range: [map.y.low, map.y.high] };
     },
     is: (x, y) => map !== null && map.x.key === x && map.y.key === y,
     /** Returns the position of a pair of values on the screen, for tests. */

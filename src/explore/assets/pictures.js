@@ -6,22 +6,20 @@ const trocarPictures = (() => {
   /** The lines of each chart: the run (0 classical, 1 augmented), its column, and its style. */
   const CHARTS = [
     {
-      id: "chart-position", title: "Position", height: 280, y: { label: "position", unit: "mm", named: true },
+      id: "chart-position", title: "Position, mm", height: 200, y: { label: "", unit: "mm" },
       lines: [
-        [1, "master_position_mm", { label: "master, augmented", colour: "sky", width: 4 }],
-        [0, "slave_position_mm", { label: "slave, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
-        [1, "slave_position_mm", { label: "slave, augmented", colour: "vermilion", width: 2 }],
+        [1, "master_position_mm", { label: "hand, augmented", colour: "green", width: 1.5, dash: [2, 4] }],
+        [0, "slave_position_mm", { label: "needle, classical", colour: "blue", width: 2, dash: [9, 6] }],
+        [1, "slave_position_mm", { label: "needle, augmented", colour: "vermilion", width: 2.25 }],
       ],
     },
     {
-      id: "chart-force", title: "Force", height: 280, y: { label: "force", unit: "N", named: true },
+      id: "chart-force", title: "Force on the hand, N", height: 200, y: { label: "", unit: "N" },
       lines: [
-        [1, "tissue_force_n", { label: "tissue, augmented", colour: "sky", width: 4 }],
-        [0, "feedback_force_n", { label: "feedback, classical", colour: "blue", width: 1.75, dash: [9, 6] }],
-        [1, "feedback_force_n", { label: "feedback, augmented", colour: "vermilion", width: 2 }],
-        [0, "tissue_force_n", { label: "tissue, classical", colour: "grey", width: 1.25, show: false }],
-        [0, "operator_force_n", { label: "operator, classical", colour: "purple", width: 1.25, show: false }],
-        [1, "operator_force_n", { label: "operator, augmented", colour: "green", width: 1.25, show: false }],
+        [0, "operator_force_n", { label: "classical", colour: "blue", width: 2, dash: [9, 6] }],
+        [1, "operator_force_n", { label: "augmented", colour: "vermilion", width: 2.25 }],
+        [1, "tissue_force_n", { label: "tissue", colour: "sky", width: 3, show: false }],
+        [1, "feedback_force_n", { label: "feedback", colour: "purple", width: 1.25, show: false }],
       ],
     },
     {
@@ -56,18 +54,20 @@ const trocarPictures = (() => {
     const ruptures = new Set([...classical.ruptures_s, ...augmented.ruptures_s]);
     const marks = [...ruptures].map((at) => ({ at, kind: "rupture" }));
     marks.push(...augmented.alarms.map(([at]) => ({ at, kind: "alarm" })));
-    return { shades, marks, whole: frame.whole_s, thresholds: chart.id === "chart-decision" ? [{ value: augmented.threshold }] : [] };
+    const zoomed = frame.window_s && { min: frame.window_s[0], max: frame.window_s[1] };
+    return { shades, marks, whole: frame.whole_s, zoomed, thresholds: chart.id === "chart-decision" ? [{ value: augmented.threshold }] : [] };
   }
 
   function columns(frame, chart) {
     return [frame.time_s, ...chart.lines.map(([run, column]) => frame.runs[run].lines[column])];
   }
 
-  /** Draws a frame. The first frame creates the charts; later frames update them. */
-  function draw(parent, frame) {
+  /** Draws a frame. The first frame creates the charts, one in each parent and the others in the last; later frames update them. */
+  function draw(parents, frame) {
     last = frame;
     if (charts === null) {
-      charts = CHARTS.map((chart) => {
+      charts = CHARTS.map((chart, index) => {
+        const parent = parents[Math.min(index, parents.length - 1)];
         const spec = { ...chart, group: GROUP, x: { label: "time", unit: "s" }, series: chart.lines.map((line) => line[2]) };
         return trocarCharts.chart(parent, spec, columns(frame, chart), extras(frame, chart));
       });
@@ -93,13 +93,30 @@ const trocarPictures = (() => {
     });
   }
 
-  /** Returns all charts in one image, as a blob. */
-  async function png(title) {
-    charts.forEach((chart) => chart.flush());
+  /** Returns the charts of one run (0 classical, 1 augmented) in one image with a width in pixels, or 0 for that of the page. */
+  async function png(title, run, width) {
+    const ratio = window.devicePixelRatio || 1;
+    const before = charts.map(({ plot }) => ({ width: plot.width, height: plot.height, shown: plot.series.map((one) => one.show) }));
+    charts.forEach((chart, index) => {
+      chart.flush();
+      CHARTS[index].lines.forEach(([of], line) => of !== run && chart.plot.setSeries(line + 1, { show: false }));
+      if (width > 0) chart.plot.setSize({ width: width / ratio, height: (0.45 * width) / ratio });
+    });
+    try {
+      return await image(title, charts.filter((_, index) => CHARTS[index].lines.some(([of]) => of === run)));
+    } finally {
+      charts.forEach(({ plot }, index) => {
+        before[index].shown.forEach((show, line) => line > 0 && plot.setSeries(line, { show }));
+        plot.setSize(before[index]);
+      });
+    }
+  }
+
+  async function image(title, drawn) {
     // uPlot draws at the end of the task that gave it data.
     await Promise.resolve();
     const ratio = window.devicePixelRatio || 1;
-    const sources = charts.map((chart) => chart.plot.ctx.canvas);
+    const sources = drawn.map((chart) => chart.plot.ctx.canvas);
     const head = 34 * ratio;
     const canvas = document.createElement("canvas");
     canvas.width = Math.max(...sources.map((source) => source.width));
@@ -111,8 +128,8 @@ const trocarPictures = (() => {
     context.font = `bold ${15 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
     context.fillText(title, 10 * ratio, 22 * ratio);
     let top = head;
-    charts.forEach((chart, index) => {
-      const spec = CHARTS[index];
+    drawn.forEach((chart, index) => {
+      const spec = CHARTS[charts.indexOf(chart)];
       context.font = `bold ${13 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
       context.fillStyle = trocarCharts.colour("ink");
       context.fillText(spec.title, 10 * ratio, top + 20 * ratio);
@@ -130,7 +147,8 @@ const trocarPictures = (() => {
       context.drawImage(sources[index], 0, top + head);
       top += sources[index].height + head;
     });
-    return new Promise((done) => canvas.toBlob(done, "image/png"));
+    const blob = await new Promise((done) => canvas.toBlob(done, "image/png"));
+    return { blob, width: canvas.width };
   }
 
   return {
@@ -139,10 +157,6 @@ const trocarPictures = (() => {
     table,
     png,
     frame: () => last,
-    /** Resets the zoom. */
-    unzoom() {
-      if (charts !== null) charts[0].unzoom();
-    },
     /** Moves the cursor of the charts to a time. */
     point(time_s) {
       if (charts === null) return;

@@ -4,7 +4,6 @@
 const trocarPush = (() => {
   /** Displayed time of the charts, in s. */
   const SHOWN_S = 8;
-  const MODES = ["teleoperation", "the slave is frozen", "re-engaging"];
   let parts = null;
   let state = null;
   let charts = null;
@@ -15,12 +14,12 @@ const trocarPush = (() => {
     return { id, augmented, range: null, aim: null, rows: [], events: [], maxForce: 1, pressed: false, sent: 0, ended: false };
   }
 
-  /** Converts a height in the field to a position. A deeper position is lower in the field. */
-  const position = (y, height) => {
-    const [from, to] = state.range;
-    return from + (to - from) * Math.min(1, Math.max(0, (y - 14) / (height - 28)));
+  /** Converts a height in the field to a position of the hand. */
+  const position = (y) => {
+    const { scene, size, perMm } = parts.panel;
+    const share = scene && size[1] ? (y - parts.panel.y(scene.range_mm[0])) / perMm : 0;
+    return (scene.range_mm[0] + share) / state.scale;
   };
-  const depth = (value, height) => 14 + ((value - state.range[0]) / (state.range[1] - state.range[0])) * (height - 28);
 
   function aim(value) {
     const [from, to] = state.range;
@@ -35,84 +34,19 @@ const trocarPush = (() => {
     trocarLink.tell({ type: "aim", m: state.aim / 1000 });
   }
 
+  /** Draws the last row in the field. */
   function draw() {
-    const { field } = parts;
-    const ratio = window.devicePixelRatio || 1;
-    const box = field.getBoundingClientRect();
-    if (field.width !== Math.round(box.width * ratio) || field.height !== Math.round(box.height * ratio)) {
-      field.width = Math.round(box.width * ratio);
-      field.height = Math.round(box.height * ratio);
-    }
-    const context = field.getContext("2d");
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, box.width, box.height);
-    context.font = '12px system-ui, "DejaVu Sans", sans-serif';
-    context.fillStyle = trocarCharts.colour("quiet");
-    if (!state || !state.range || state.rows.length === 0) {
-      context.fillText("press Begin", 12, 24);
-      return;
-    }
-    const row = state.rows[state.rows.length - 1];
-    const [, , master, slave, , , mode] = row;
-    const [left, right] = [box.width * 0.32, box.width * 0.72];
-    context.fillText("master", left - 22, 11);
-    context.fillText("needle", right - 20, 11);
-    context.lineWidth = 1;
-    context.strokeStyle = trocarCharts.colour("grid");
-    const minUnit = (state.range[1] - state.range[0]) / 10;
-    const unit = [1, 2, 5, 10, 20, 50, 100, 200].find((size) => size >= minUnit) ?? 500;
-    for (let value = Math.ceil(state.range[0] / unit) * unit; value <= state.range[1]; value += unit) {
-      const y = depth(value, box.height);
-      context.beginPath();
-      context.moveTo(0, y);
-      context.lineTo(box.width, y);
-      context.stroke();
-      context.fillText(String(value), 3, y - 2);
-    }
-    context.strokeStyle = trocarCharts.colour("sky");
-    context.lineWidth = 7;
-    context.beginPath();
-    context.moveTo(left, 16);
-    context.lineTo(left, depth(master, box.height));
-    context.stroke();
-    context.fillStyle = trocarCharts.colour("blue");
-    context.beginPath();
-    context.arc(left, depth(master, box.height), 9, 0, 7);
-    context.fill();
-    if (state.aim !== null) {
-      context.strokeStyle = trocarCharts.colour("quiet");
-      context.lineWidth = 1.5;
-      context.setLineDash([4, 4]);
-      context.beginPath();
-      context.moveTo(left - 22, depth(state.aim, box.height));
-      context.lineTo(left + 22, depth(state.aim, box.height));
-      context.stroke();
-      context.setLineDash([]);
-    }
-    const tip = depth(slave, box.height);
-    context.strokeStyle = trocarCharts.colour(mode === 1 ? "orange" : "vermilion");
-    context.lineWidth = mode === 1 ? 6 : 3;
-    context.beginPath();
-    context.moveTo(right, 16);
-    context.lineTo(right, tip);
-    context.stroke();
-    context.fillStyle = context.strokeStyle;
-    context.beginPath();
-    context.moveTo(right - 5, tip - 8);
-    context.lineTo(right + 5, tip - 8);
-    context.lineTo(right, tip + 2);
-    context.fill();
-    if (mode === 1) context.fillText("frozen", right - 18, Math.min(box.height - 6, tip + 16));
+    const [time, , master, slave, , feedback, mode, felt] = state.rows[state.rows.length - 1];
+    state.maxForce = Math.max(state.maxForce, Math.abs(felt));
+    parts.panel.scene.max_force_n = state.maxForce;
+    parts.panel.draw({
+      tip_mm: slave, hand_mm: master * state.scale, felt_n: felt, mode, tops_mm: state.tops, torn: state.torn, overshoot: "",
+      isRupturing: mode === 0 && state.events.some(([at, kind]) => kind === "rupture" && time - at < 0.1),
+    });
+    vibrate(feedback);
   }
 
-  function showForce() {
-    const row = state.rows[state.rows.length - 1];
-    const force = row[5];
-    state.maxForce = Math.max(state.maxForce, Math.abs(force));
-    parts.felt.style.height = `${(100 * Math.max(0, force)) / state.maxForce}%`;
-    parts.felt.classList.toggle("frozen", row[6] === 1);
-    parts.feltText.textContent = `${force.toFixed(2)} N`;
-    if (parts.mode.textContent !== MODES[row[6]]) parts.mode.textContent = MODES[row[6]];
+  function vibrate(force) {
     for (const pad of navigator.getGamepads ? navigator.getGamepads() : []) {
       const share = Math.min(1, Math.max(0, force / state.maxForce));
       if (pad && pad.vibrationActuator) {
@@ -160,10 +94,7 @@ const trocarPush = (() => {
 
   function end(text) {
     parts.button.textContent = "Begin";
-    parts.mode.textContent = "";
     parts.text.textContent = text;
-    parts.felt.style.height = "0";
-    parts.felt.classList.remove("frozen");
     if (state) state.ended = true;
   }
 
@@ -183,6 +114,9 @@ const trocarPush = (() => {
     begin(given) {
       parts = given;
       const { field, button } = parts;
+      parts.panel = new trocarAnimation.Panel(field, "", "augmented");
+      parts.panel.state.setAttribute("role", "status");
+      parts.panel.describe("Needle, tissue and hand");
       button.addEventListener("click", () => {
         if (state && !state.ended) {
           // The result follows.
@@ -191,8 +125,8 @@ const trocarPush = (() => {
         } else begin();
       });
       const at = (event) => {
-        const box = field.getBoundingClientRect();
-        aim(position(event.clientY - box.top, box.height));
+        const box = parts.panel.svg.getBoundingClientRect();
+        aim(position(event.clientY - box.top));
       };
       const ready = () => state && state.range && !state.ended;
       field.addEventListener("pointerdown", (event) => {
@@ -217,8 +151,6 @@ const trocarPush = (() => {
         event.preventDefault();
         aim(to);
       });
-      new ResizeObserver(draw).observe(field);
-      window.addEventListener("themechange", draw);
     },
     /** Handles a message about the insertion. */
     receive(message) {
@@ -227,9 +159,14 @@ const trocarPush = (() => {
       if (message.type === "pushing" && !state.ended) {
         state.range = message.range_mm;
         state.aim = message.range_mm[0];
+        state.scale = message.position_scale;
+        const [from, to] = message.range_mm.map((mm) => mm * state.scale);
+        const margin = 0.05 * (to - from);
+        parts.panel.name.textContent = state.augmented ? "augmented" : "classical";
+        parts.panel.figure.className = `needle-panel ${state.augmented ? "augmented" : "classical"}`;
+        parts.panel.setScene({ layers: message.layers, range_mm: [from - margin, to + margin], max_force_n: state.maxForce });
         parts.field.setAttribute("aria-valuemin", message.range_mm[0].toFixed(1));
         parts.field.setAttribute("aria-valuemax", message.range_mm[1].toFixed(1));
-        parts.mode.textContent = MODES[0];
       } else if (message.type === "moved" && !state.ended && state.range) {
         if (state.pressed) send();
         state.rows.push(...message.rows);
@@ -238,7 +175,8 @@ const trocarPush = (() => {
           if (kind === "alarm") trocarListen.cue(parts.lamp);
         }
         if (state.rows.length === 0) return;
-        showForce();
+        state.tops = message.tops_mm;
+        state.torn = message.torn;
         draw();
         strips();
       } else if (message.type === "pushed") {

@@ -43,6 +43,6 @@ pub fn explore(arguments: &[&str]) -> (Running, SocketAddr) {
     let program = std::env::var_os("TROCAR_BIN").unwrap_or_else(|| env!("CARGO_BIN_EXE_trocar").into());
     let mut command = Command::new(program);
     command.args(["explore", "--no-open", "--port", "0"]).args(arguments);
-    let address = |line: &str| line.split("http://").nth(1)?.trim_end_matches('/').parse().ok();
+    let address = |line: &str| line.split("http://").nth(1)?.split('/').next()?.parse().ok();
     Running::start(&mut command, address).expect("the page is served")
 }

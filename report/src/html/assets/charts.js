@@ -116,6 +116,36 @@ const trocarCharts = (() => {
     window.dispatchEvent(new CustomEvent("chartzoom", { detail: { group: state.spec.group, min, max } }));
   }
 
+  /** Zooms by a finger: dragging across selects a range, a double tap shows everything. Dragging down scrolls the page. */
+  function touch(state) {
+    const { over } = state.plot;
+    let from = null;
+    let tapped = 0;
+    over.style.touchAction = "pan-y";
+    const at = (event) => Math.min(Math.max(event.clientX - over.getBoundingClientRect().left, 0), over.clientWidth);
+    const select = (left, width) => state.plot.setSelect({ left, width, top: 0, height: width ? over.clientHeight : 0 }, false);
+    over.addEventListener("pointerdown", (event) => {
+      if (event.pointerType !== "touch") return;
+      from = at(event);
+      if (event.timeStamp - tapped < 350) zoom(state, null, null);
+      tapped = event.timeStamp;
+    });
+    over.addEventListener("pointermove", (event) => {
+      if (from !== null && event.pointerType === "touch") select(Math.min(from, at(event)), Math.abs(at(event) - from));
+    });
+    over.addEventListener("pointercancel", () => {
+      from = null;
+      select(0, 0);
+    });
+    over.addEventListener("pointerup", (event) => {
+      if (from === null || event.pointerType !== "touch") return;
+      const [left, right] = [from, at(event)].sort((a, b) => a - b);
+      from = null;
+      select(0, 0);
+      if (right - left >= 12) zoom(state, state.plot.posToVal(left, "x"), state.plot.posToVal(right, "x"));
+    });
+  }
+
   /** Handles a key: moves the cursor or zooms. */
   function keys(state, event) {
     const { plot } = state;
@@ -184,9 +214,11 @@ const trocarCharts = (() => {
       font: font(13),
       labelFont: font(13),
     };
+    // A chart whose title names the quantity has no label beside its axis.
+    const yLabel = spec.y.label ? { label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: LABEL_SIZE } : {};
     return [
       { ...common, label: spec.x.unit ? `${spec.x.label}, ${spec.x.unit}` : spec.x.label, labelSize: 22, size: 36 },
-      { ...common, label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: LABEL_SIZE, size: spec.y.named ? NAMED_SIZE - LABEL_SIZE : 62, ...named },
+      { ...common, ...yLabel, size: spec.y.named ? NAMED_SIZE - LABEL_SIZE : spec.y.label ? 62 : 46, ...named },
     ];
   }
 
@@ -214,8 +246,9 @@ const trocarCharts = (() => {
    * has points without a line.
    * `columns`: x, then one array per series, all of the same length. A value that is not a number leaves a gap.
    * `extras`: `{ shades: [{ from, to, name: "augmented" | "reengaging" }], marks: [{ at, kind: "rupture" | "alarm", label }],
-   * thresholds: [{ value }], whole: [from, to] }`. `whole` is the full range of x if the columns are only a part of it.
-   * Returns `{ plot, figure, update(columns, extras), flush(), zoom(min, max), unzoom(), destroy() }`. `zoom` shows a range of x in
+   * thresholds: [{ value }], whole: [from, to], zoomed: { min, max } }`. `whole` is the full range of x if the columns are only a part
+   * of it, and `zoomed` the displayed range, or null for everything.
+   * Returns `{ plot, figure, update(columns, extras), flush(), zoom(min, max), destroy() }`. `zoom` shows a range of x in
    * the whole group, or everything if both are null. A zoom dispatches the event "chartzoom" on the window, with the group and the
    * range of x, which is null for everything.
    */
@@ -283,6 +316,8 @@ const trocarCharts = (() => {
     over.setAttribute("aria-label", spec.alt || spec.title);
     over.addEventListener("keydown", (event) => keys(state, event));
     legend(state);
+    touch(state);
+    if (state.zoomed) state.plot.setScale("x", state.zoomed);
     const resized = new ResizeObserver(() => {
       const width = Math.max(figure.clientWidth, 280);
       if (width !== state.plot.width) state.plot.setSize({ width, height: spec.height || 240 });
@@ -318,10 +353,6 @@ const trocarCharts = (() => {
       /** Draws pending columns now. */
       flush: apply,
       zoom: (min, max) => zoom(state, min, max),
-      /** Resets the zoom of the group, so that the next columns are shown completely. */
-      unzoom() {
-        for (const other of group) other.zoomed = null;
-      },
       destroy() {
         resized.disconnect();
         watch.disconnect();

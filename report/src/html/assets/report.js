@@ -380,6 +380,7 @@
   }
 
   const root = document.documentElement;
+  const THEMES = ["system", "light", "dark"];
   const recoloured = () => {
     window.dispatchEvent(new Event("themechange"));
     maps.forEach((map) => map.draw());
@@ -389,16 +390,18 @@
     const dark = window.matchMedia("(prefers-color-scheme: dark)");
     button.hidden = false;
     button.addEventListener("click", () => {
-      const isDark = root.dataset.theme ? root.dataset.theme === "dark" : dark.matches;
-      root.dataset.theme = isDark ? "light" : "dark";
+      const next = THEMES[(THEMES.indexOf(root.dataset.theme ?? "system") + 1) % THEMES.length];
+      if (next === "system") delete root.dataset.theme;
+      else root.dataset.theme = next;
+      button.textContent = `Theme: ${next}`;
       recoloured();
     });
     dark.addEventListener("change", recoloured);
   }
 
-  /** Prepares printing: light theme, width of a page, all details open. */
+  /** Prepares printing: light theme, width of half a page, all details open. */
   function printing() {
-    const PAPER = 660;
+    const [PAPER, CHART] = [660, { width: 325, height: 180 }];
     let before = null;
     window.addEventListener("beforeprint", () => {
       if (before) return;
@@ -409,7 +412,10 @@
       });
       root.dataset.theme = "light";
       recoloured();
-      for (const chart of [...byName.values()].flat()) chart.plot.setSize({ width: PAPER, height: chart.plot.height });
+      for (const chart of [...byName.values()].flat()) {
+        chart.height = chart.plot.height;
+        chart.plot.setSize(CHART);
+      }
       maps.forEach((map) => map.draw(PAPER));
     });
     window.addEventListener("afterprint", () => {
@@ -422,11 +428,12 @@
       before = null;
       recoloured();
       for (const chart of [...byName.values()].flat()) {
-        chart.plot.setSize({ width: Math.max(chart.figure.clientWidth, 280), height: chart.plot.height });
+        chart.plot.setSize({ width: Math.max(chart.figure.clientWidth, 280), height: chart.height });
       }
     });
   }
 
+  if (data.animation) new trocarAnimation.Player(document.getElementById("animation")).setData(data.animation);
   document.querySelectorAll(".charts").forEach(drawCharts);
   document.querySelectorAll(".map").forEach(drawMap);
   document.querySelectorAll(".windows").forEach(windows);

@@ -10,11 +10,11 @@ const EXACT: i32 = 9;
 
 /// A value with five significant digits; `null` if it is not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Few(pub(super) f64);
+pub(crate) struct Few(pub(crate) f64);
 
 /// A value with nine significant digits, for times and axis values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fine(pub(super) f64);
+pub(crate) struct Fine(pub(crate) f64);
 
 impl Serialize for Few {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -41,7 +41,13 @@ fn rounded(value: f64, digits: i32) -> Option<f64> {
     if !value.is_finite() {
         return None;
     }
-    format!("{value:.*e}", (digits - 1).max(0) as usize).parse().ok()
+    if value == 0.0 {
+        return Some(value);
+    }
+    // Powers of ten up to 22 are exact, so the result is the number nearest to the rounded decimal.
+    let decimals = digits - 1 - value.abs().log10().floor() as i32;
+    let scale = 10_f64.powi(decimals.abs().min(22));
+    Some(if decimals >= 0 { (value * scale).round() / scale } else { (value / scale).round() * scale })
 }
 
 #[cfg(test)]

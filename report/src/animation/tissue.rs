@@ -1,0 +1,230 @@
+//! The drawn tissue: interfaces that bulge under the needle, and spring back when they rupture.
+//!
+//! The simulation knows forces and ruptures, and no shape. The drawing adds only what a drawing needs: at the needle, an intact
+//! interface lies at the tip as soon as the tip has reached it; a torn one returns to its place.
+
+use serde::Serialize;
+
+use crate::digits::{Few, Fine};
+use trocar_sim::run::Run;
+use trocar_sim::scenario::{Scenario, TissueSpec};
+use trocar_sim::tissue::{LAYER_NAMES, TissueSettings};
+
+/// Time constant with which a torn interface returns to its place, in s.
+const RETURN_S: f64 = 0.02;
+
+/// Thickness to which the drawing compresses a layer at most, as a share of its thickness.
+const COMPRESSED_SHARE: f64 = 0.3;
+
+/// Share of the rise of the force before a rupture at which the needle is taken to touch, for a recorded force.
+const TOUCH_SHARE: f64 = 0.1;
+
+/// A layer of the tissue, from its top down to the next one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Layer {
+    /// Its name and thickness; empty for a tissue without layers.
+    pub(super) label: String,
+    /// The place of its undeformed top in mm.
+    pub(super) top_mm: Few,
+    /// The time of its rupture, if it ruptures.
+    pub(super) torn_s: Option<Fine>,
+    #[serde(skip)]
+    thickness_mm: f64,
+    /// Whether it bulges until it ruptures. Other layers are cut without bulging.
+    #[serde(skip)]
+    ruptures: bool,
+}
+
+/// The layers of a tissue and the state of their tops.
+#[derive(Clone, Debug)]
+pub struct DrawnTissue {
+    layers: Vec<Layer>,
+    /// The depth of each top at the needle, in mm.
+    depths_mm: Vec<f64>,
+    torn: Vec<bool>,
+    last_s: f64,
+}
+
+impl DrawnTissue {
+    /// Returns the tissue of a scenario before its run: the layers one below the other, or one surface.
+    #[must_use]
+    pub fn of_scenario(scenario: &Scenario) -> Self {
+        let contact_mm = 1e3 * contact_m(scenario);
+        let mut top_mm = contact_mm;
+        let mut layers: Vec<Layer> = named_layers(scenario)
+            .into_iter()
+            .map(|named| {
+                let layer = named.at(top_mm);
+                top_mm += layer.thickness_mm;
+                layer
+            })
+            .collect();
+        if layers.is_empty() {
+            layers.push(unnamed(contact_mm));
+        }
+        Self::new(layers)
+    }
+
+    /// Returns the tissue of a run. The top of a layer that ruptures is the place of the tip at the rupture less the deflection that
+    /// the layer has then, so that it lies where the needle met it.
+    #[must_use]
+    pub fn of_run(run: &Run) -> Self {
+        let trace = &run.trace;
+        let ticks: Vec<usize> = run.metrics.ruptures.iter().map(|one| nearest(&trace.time_s, one.time_s)).collect();
+        let named = named_layers(&run.scenario);
+        if named.is_empty() {
+            let mut layers = vec![];
+            let mut from = 0;
+            for tick in ticks {
+                let touch = touch(&trace.tissue_force_n, from, tick);
+                let mut layer = unnamed(1e3 * trace.slave_position_m.get(touch).copied().unwrap_or(0.0));
+                layer.torn_s = trace.time_s.get(tick).copied().map(Fine);
+                layers.push(layer);
+                from = tick;
+            }
+            if layers.is_empty() {
+                return Self::of_scenario(&run.scenario);
+            }
+            return Self::new(layers);
+        }
+        let mut layers = Self::of_scenario(&run.scenario).layers;
+        let places: Vec<usize> = (0..named.len()).filter(|index| named[*index].ruptures).collect();
+        for (index, tick) in places.into_iter().zip(ticks) {
+            let tip_mm = 1e3 * trace.slave_position_m.get(tick).copied().unwrap_or(0.0);
+            let top_mm = tip_mm - named[index].deflection_mm;
+            let moved_mm = top_mm - layers[index].top_mm.0;
+            layers[index].torn_s = trace.time_s.get(tick).copied().map(Fine);
+            // The first layer lies at the surface; deeper ones lie where the needle meets them.
+            let first = if index == 0 { layers.len() } else { index };
+            for layer in &mut layers[first..] {
+                layer.top_mm.0 += moved_mm;
+            }
+        }
+        Self::new(layers)
+    }
+
+    fn new(layers: Vec<Layer>) -> Self {
+        let depths_mm = layers.iter().map(|layer| layer.top_mm.0).collect();
+        let torn = vec![false; layers.len()];
+        Self { layers, depths_mm, torn, last_s: f64::NEG_INFINITY }
+    }
+
+    /// Returns the layers from the surface down.
+    #[must_use]
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// Returns the depth of each top at the needle, in mm.
+    #[must_use]
+    pub fn depths_mm(&self) -> &[f64] {
+        &self.depths_mm
+    }
+
+    /// Returns whether each layer has ruptured.
+    #[must_use]
+    pub fn torn(&self) -> Vec<bool> {
+        self.layers.iter().map(|layer| layer.torn_s.is_some()).collect()
+    }
+
+    /// Tears the next layer that ruptures, at a time in s.
+    pub fn tear(&mut self, time_s: f64) {
+        if let Some(layer) = self.layers.iter_mut().find(|layer| layer.ruptures && layer.torn_s.is_none()) {
+            layer.torn_s = Some(Fine(time_s));
+        }
+    }
+
+    /// Moves the tops to a time (s) with the tip at a depth (mm).
+    pub fn step(&mut self, time_s: f64, tip_mm: f64) {
+        let remaining = (-(time_s - self.last_s).max(0.0) / RETURN_S).exp();
+        self.last_s = time_s;
+        let mut floor_mm = f64::NEG_INFINITY;
+        for (index, layer) in self.layers.iter().enumerate() {
+            let top_mm = layer.top_mm.0;
+            let depth_mm = &mut self.depths_mm[index];
+            self.torn[index] |= layer.torn_s.is_some_and(|torn| torn.0 <= time_s);
+            if self.torn[index] || !layer.ruptures && floor_mm < top_mm {
+                *depth_mm = top_mm + (*depth_mm - top_mm) * remaining;
+            } else {
+                *depth_mm = if layer.ruptures { tip_mm.max(top_mm) } else { top_mm };
+            }
+            *depth_mm = depth_mm.max(floor_mm);
+            floor_mm = *depth_mm + COMPRESSED_SHARE * layer.thickness_mm.min(5.0);
+        }
+    }
+}
+
+/// A layer of a scenario.
+struct NamedLayer {
+    name: String,
+    thickness_mm: f64,
+    ruptures: bool,
+    /// Its deflection at its rupture.
+    deflection_mm: f64,
+}
+
+impl NamedLayer {
+    fn at(self, top_mm: f64) -> Layer {
+        let thickness = crate::number::plain(self.thickness_mm);
+        Layer {
+            label: format!("{}, {thickness} mm", self.name),
+            top_mm: Few(top_mm),
+            torn_s: None,
+            thickness_mm: self.thickness_mm,
+            ruptures: self.ruptures,
+        }
+    }
+}
+
+fn unnamed(top_mm: f64) -> Layer {
+    Layer { label: String::new(), top_mm: Few(top_mm), torn_s: None, thickness_mm: 0.0, ruptures: true }
+}
+
+/// Returns the layers of a scenario from the surface down; none for a tissue without layers.
+fn named_layers(scenario: &Scenario) -> Vec<NamedLayer> {
+    let TissueSpec::Model(settings) = &scenario.tissue else { return vec![] };
+    match &**settings {
+        TissueSettings::Layers(tissue) => {
+            let layers = LAYER_NAMES.iter().zip(&tissue.layers).filter(|(_, layer)| layer.is_present());
+            let layer = |(name, layer): (&&str, &trocar_sim::tissue::LayerParameters)| NamedLayer {
+                name: (*name).to_owned(),
+                thickness_mm: 1e3 * layer.thickness_m,
+                ruptures: layer.rupture_force_n > layer.cutting_force_n,
+                deflection_mm: 1e3 * layer.deflection_m(layer.rupture_force_n),
+            };
+            layers.map(layer).collect()
+        }
+        TissueSettings::Tearing(tissue) => {
+            let width_m = tissue.crack.crack_width_m;
+            let layer = |(name, layer): &(&'static str, trocar_sim::tissue::TearingLayer)| NamedLayer {
+                name: (*name).to_owned(),
+                thickness_mm: 1e3 * layer.thickness_m,
+                ruptures: layer.ruptures(width_m),
+                deflection_mm: 1e3 * layer.rupture_force_n(width_m) / layer.stiffness_n_per_m,
+            };
+            tissue.layers.iter().map(layer).collect()
+        }
+        _ => vec![],
+    }
+}
+
+/// Returns the surface of the undeformed tissue in m: that of the tissue, or the one that the estimator assumes.
+fn contact_m(scenario: &Scenario) -> f64 {
+    let of = |key: &str| scenario.values().get(key)?.to_toml().as_float();
+    of("tissue.contact_m").unwrap_or(scenario.contact_m)
+}
+
+/// Returns the last tick before a rupture at which the force has hardly risen from its minimum since an earlier tick.
+fn touch(force_n: &[f64], from: usize, rupture: usize) -> usize {
+    let Some(before) = force_n.get(from..rupture).filter(|before| !before.is_empty()) else { return rupture };
+    let min_n = before.iter().copied().fold(f64::INFINITY, f64::min);
+    let limit_n = min_n + TOUCH_SHARE * (force_n[rupture - 1] - min_n);
+    from + before.iter().rposition(|force_n| *force_n <= limit_n).unwrap_or(0)
+}
+
+/// Returns the index of the time that is nearest to a time.
+pub(super) fn nearest(time_s: &[f64], at_s: f64) -> usize {
+    let after = time_s.partition_point(|time| *time < at_s);
+    let is_before = after > 0 && (after == time_s.len() || at_s - time_s[after - 1] < time_s[after] - at_s);
+    if is_before { after - 1 } else { after }
+}
