@@ -3,7 +3,7 @@
 use super::chart::{COLOURS, Chart, ChartAxis, Columns, Extras, Level, Mark, Series};
 use super::digits::Few;
 use super::events;
-use super::thin::kept;
+use crate::decimate::kept;
 use trocar_sim::run::Run;
 
 /// Maximum number of runs in the charts.
