@@ -1,7 +1,8 @@
 //! Forces and positions of runs, one row per run, as in figures 15 and 16 of the paper.
 
 use super::axis::{Axis, X_TICKS};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::limits::{Signal, shared};
 use super::panel::{Events, Panel, Trace};
 use super::style::{HAND, Stroke, TISSUE, of_runs};

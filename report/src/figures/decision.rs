@@ -1,7 +1,8 @@
 //! The decision function of the detector and its alarms, as in figure 13 of the paper.
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{COMPUTED, LIMIT, TISSUE};
 use super::{EstimationView, FigureError, events};

@@ -1,7 +1,8 @@
 //! The energies at the ports of a run, and the balance of the parts between them.
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent, union};
-use super::figure::{Entry, Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::{Entry, Sample};
 use super::panel::{Panel, Trace};
 use super::style::{BLACK, COMPUTED, GREY, HAND, LIMIT, Stroke, TISSUE};
 use super::{FigureError, check};

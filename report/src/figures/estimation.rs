@@ -1,7 +1,8 @@
 //! Measured and estimated force, and the prediction error, as in figures 4 and 6 of the paper.
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{COMPUTED, TISSUE};
 use super::{EstimationView, FigureError, events};

@@ -2,7 +2,8 @@
 
 use super::FigureError;
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Entry, Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::{Entry, Sample};
 use super::panel::Panel;
 use super::style::Color;
 use crate::number::{decimals, significant};

@@ -2,7 +2,8 @@
 
 use super::FigureError;
 use super::axis::{Axis, Y_TICKS, extent};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{COMPUTED, LIMIT, PURPLE, Stroke};
 

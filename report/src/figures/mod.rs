@@ -17,6 +17,7 @@ mod figure;
 mod fonts;
 mod format;
 mod heat;
+mod legend;
 mod limits;
 mod lines;
 mod locus;

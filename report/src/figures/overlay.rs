@@ -1,7 +1,8 @@
 //! Slave position and feedback force of several runs in the same axes.
 
 use super::axis::{Axis, X_TICKS};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::limits::{Signal, shared};
 use super::panel::{Events, Panel, Trace};
 use super::style::of_runs;

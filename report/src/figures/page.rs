@@ -6,6 +6,8 @@ use super::style::{BLACK, Color, Stroke, TEXT};
 /// A place, in points from the top left corner.
 pub(super) type Point = (f64, f64);
 
+/// Height of a line of text.
+pub(super) const LINE: f64 = 10.0;
 /// Height of the letters above the baseline, and below it, relative to the size.
 const ASCENT: f64 = 0.76;
 const DESCENT: f64 = 0.24;

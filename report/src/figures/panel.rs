@@ -4,17 +4,15 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::axis::{Axis, Ticks};
-use super::figure::Entry;
 use super::fonts;
+use super::legend::Entry;
 use super::lines::{Frame, polylines};
-use super::page::{Anchor, Item, Page, Point, Text, centred};
+use super::page::{Anchor, Item, LINE, Page, Point, Text, centred};
 use super::style::{Color, FRAME, MESH, RUPTURE, Stroke, TEXT};
 use crate::decimate::kept;
 
 /// Height of the tick labels below an axis.
 const TICK_LABELS: f64 = 8.0;
-/// Height of a line of text.
-pub(super) const LINE: f64 = 10.0;
 const TICK: f64 = 2.5;
 /// Gap between a tick and its label, and between labels and captions.
 const GAP: f64 = 2.0;

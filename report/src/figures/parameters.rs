@@ -1,7 +1,8 @@
 //! The estimated tissue parameters over time, as in figures 5 and 7 of the paper, with their standard errors.
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, quantile_extent};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::page::Point;
 use super::panel::{Events, Panel, Trace};
 use super::style::{COMPUTED, Color, GREY};

@@ -2,7 +2,8 @@
 
 use super::axis::{Axis, X_TICKS, extent};
 use super::decision::short;
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{COMPUTED, GREY, LIMIT, Stroke};
 use super::{EstimationView, FigureError};

@@ -2,7 +2,8 @@
 
 use super::FigureError;
 use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::figure::{Entry, Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::{Entry, Sample};
 use super::page::Point;
 use super::panel::Panel;
 use super::style::{BLACK, BLUE, Color, GREEN, GREY, ORANGE, PURPLE, SKY, Stroke, VERMILION, WHITE};

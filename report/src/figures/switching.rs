@@ -2,7 +2,8 @@
 
 use super::FigureError;
 use super::axis::{Axis, extent};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{BLACK, COMPUTED, LIMIT, Stroke};
 

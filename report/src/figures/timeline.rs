@@ -2,7 +2,8 @@
 
 use super::FigureError;
 use super::axis::{Axis, X_TICKS};
-use super::figure::{Entry, Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::{Entry, Sample};
 use super::panel::{Events, Panel};
 use super::style::{Color, GREY, SKY};
 

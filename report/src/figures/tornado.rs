@@ -2,7 +2,8 @@
 
 use super::FigureError;
 use super::axis::{Axis, X_TICKS};
-use super::figure::{Figure, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::page::Point;
 use super::panel::Panel;
 use super::style::{BLACK, Color, GREY, GUIDE};

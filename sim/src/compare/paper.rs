@@ -254,7 +254,7 @@ fn distance(run: &Run) -> Fact {
     let trace = &run.trace;
     let differences = trace.residual_n.iter().zip(&trace.distance).map(|(e, s)| (s - e * e).abs());
     let max = differences.fold(0.0, f64::max);
-    fact("distance less the squared error, at most", "s = e² (4.4.3)", "none", format!("{max:.0e} N²"), max <= 1e-12)
+    fact("distance less the squared error, at most", "s = e² (4.4.3)", "0", format!("{max:.0e} N²"), max <= 1e-12)
 }
 
 /// Returns the smaller of the peaks at the ruptures, and the largest value elsewhere.
