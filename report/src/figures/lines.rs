@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn lines_to_samples_outside_the_window_end_at_its_edges() {
-        let lines = polylines([(-10.0, 0.0), (20.0, 0.0)].into_iter(), &FRAME);
+        let lines = polylines([(-10.0, 0.0), (20.0, 0.0)], &FRAME);
         assert_eq!(lines, [vec![(0.0, 100.0), (500.0, 100.0)]]);
     }
 }
