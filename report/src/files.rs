@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::figures::FigureStyle;
+
 /// Prefix of temporary file names.
 const TEMPORARY: &str = ".trocar-";
 
@@ -53,33 +55,48 @@ pub fn stream_file(
     Ok(())
 }
 
-/// An output folder.
+/// An output folder, and how the figures in it are drawn.
 #[derive(Debug, Clone)]
-pub struct Folder(PathBuf);
+pub struct Folder {
+    path: PathBuf,
+    figures: FigureStyle,
+}
 
 impl Folder {
     /// Returns the folder at a path. The first file that is written creates it.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self(path.into())
+        Self { path: path.into(), figures: FigureStyle::default() }
+    }
+
+    /// Returns the folder with another style of its figures.
+    #[must_use]
+    pub fn with_figures(self, figures: FigureStyle) -> Self {
+        Self { figures, ..self }
     }
 
     /// Returns a folder within this one.
     #[must_use]
     pub fn folder(&self, name: &str) -> Self {
-        Self(self.0.join(name))
+        Self { path: self.path.join(name), figures: self.figures.clone() }
+    }
+
+    /// Returns how its figures are drawn.
+    #[must_use]
+    pub fn figures(&self) -> &FigureStyle {
+        &self.figures
     }
 
     /// Returns its path.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.0
+        &self.path
     }
 
     /// Removes temporary files that a killed process left. Another process that writes into the folder at the same time gets an
     /// error.
     pub fn remove_leftovers(&self) {
-        for entry in std::fs::read_dir(&self.0).into_iter().flatten().flatten() {
+        for entry in std::fs::read_dir(&self.path).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
                 // A temporary file that cannot be removed does no harm.
                 let _ = std::fs::remove_file(entry.path());
@@ -92,7 +109,7 @@ impl Folder {
     /// # Errors
     /// As [`write_file`].
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
-        write_file(&self.0.join(name), content)
+        write_file(&self.path.join(name), content)
     }
 
     /// Writes a file into the folder piece by piece.
@@ -104,7 +121,7 @@ impl Folder {
         name: &str,
         content: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
     ) -> Result<(), OutputError> {
-        stream_file(&self.0.join(name), content)
+        stream_file(&self.path.join(name), content)
     }
 }
 

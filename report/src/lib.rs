@@ -6,6 +6,7 @@ mod calibration;
 mod certificate;
 mod columns;
 mod comparison;
+pub mod decimate;
 mod detection;
 mod detections;
 pub mod diagnostic;
@@ -19,6 +20,7 @@ mod live;
 mod loop_response;
 mod metrics;
 mod number;
+mod paper;
 mod pictures;
 mod roc;
 mod schemes;
@@ -50,6 +52,7 @@ pub use loop_response::{
     locus_csv, locus_picture, loop_gain_csv, loop_picture, poles_csv, population_csv, population_text, step_csv,
 };
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
+pub use paper::{paper_figures, paper_text};
 pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use schemes::schemes_text;

@@ -84,9 +84,10 @@ pub fn locus_csv(locus: &Locus, tick_s: f64) -> String {
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn loop_picture(folder: &Folder, response: &LoopResponse) -> Result<(), PictureError> {
+pub fn loop_picture(folder: &Folder, name: &str, response: &LoopResponse) -> Result<(), PictureError> {
     let margins = &response.margins;
     let figure = figures::loop_response(&LoopView {
+        name: name.to_owned(),
         frequency_hz: response.gain.iter().map(|(hertz, _)| *hertz).collect(),
         magnitude: response.gain.iter().map(|(_, gain)| gain.norm()).collect(),
         phase_deg: phases(response),
@@ -97,23 +98,24 @@ pub fn loop_picture(folder: &Folder, response: &LoopResponse) -> Result<(), Pict
         time_s: response.step.as_ref().map_or(vec![], |step| step.time_s.clone()),
         force: response.step.as_ref().map_or(vec![], |step| step.outputs.row(2).iter().copied().collect()),
     })?;
-    Ok(keep(folder, "loop", &figure)?)
+    keep(folder, "loop", &figure)
 }
 
-/// Writes `locus.svg` and `locus.png`.
+/// Writes the figure `locus`.
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn locus_picture(folder: &Folder, locus: &Locus, tick_s: f64) -> Result<(), PictureError> {
+pub fn locus_picture(folder: &Folder, name: &str, locus: &Locus, tick_s: f64) -> Result<(), PictureError> {
     let continuous = |poles: &[Complex64]| {
         let each = poles.iter().filter(|z| z.norm() > 0.0).map(|z| z.ln() / tick_s);
         each.map(|s| (s.re, s.im)).collect()
     };
     let figure = figures::locus(&LocusView {
+        name: name.to_owned(),
         caption: locus.parameter.caption().to_owned(),
         branches: locus.branches.iter().map(|(value, poles)| (*value, continuous(poles))).collect(),
     })?;
-    Ok(keep(folder, "locus", &figure)?)
+    keep(folder, "locus", &figure)
 }
 
 /// Returns `population.csv`: a row per arm.

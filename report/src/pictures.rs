@@ -20,30 +20,36 @@ pub enum PictureError {
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] OutputError),
+    /// The page of figures could not be rendered.
+    #[error("cannot render the page: {0}")]
+    Page(#[source] minijinja::Error),
 }
 
-pub(super) type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure, FigureError> + Send + Sync + 'a>);
+pub(super) type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure<'a>, FigureError> + Send + Sync + 'a>);
 
-/// Draws figures in parallel and writes each as SVG and PNG.
+/// Draws figures in parallel and writes the files of each.
 pub(super) fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureError> {
-    jobs.into_par_iter().try_for_each(|(name, job)| Ok(keep(folder, name, &job()?)?))
+    jobs.into_par_iter().try_for_each(|(name, job)| keep(folder, name, &job()?))
 }
 
-/// Writes a figure as SVG and PNG.
-pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure) -> Result<(), OutputError> {
-    folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
-    folder.write(&format!("{name}.png"), &figure.png)
+/// Writes the files of a figure: one for each format of the folder's style.
+pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure<'_>) -> Result<(), PictureError> {
+    let style = folder.figures();
+    style.formats.par_iter().try_for_each(|format| {
+        let file = figure.file(*format, style.width)?;
+        Ok(folder.write(&format!("{name}.{}", format.word()), &file)?)
+    })
 }
 
 /// A run and the times of its ruptures and alarms.
-struct DrawnRun<'a> {
+pub(super) struct DrawnRun<'a> {
     run: &'a Run,
     ruptures_s: Vec<f64>,
     alarms_s: Vec<f64>,
 }
 
 impl<'a> DrawnRun<'a> {
-    fn of(run: &'a Run) -> Self {
+    pub(super) fn of(run: &'a Run) -> Self {
         Self {
             run,
             ruptures_s: run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect(),
@@ -51,10 +57,11 @@ impl<'a> DrawnRun<'a> {
         }
     }
 
-    fn view(&self) -> RunView<'_> {
+    pub(super) fn view(&self) -> RunView<'_> {
         let trace = &self.run.trace;
         RunView {
             name: &self.run.scenario.name,
+            is_augmented: self.run.scenario.augmentation.enabled,
             time_s: &trace.time_s,
             master_position_m: &trace.master_position_m,
             slave_position_m: &trace.slave_position_m,
@@ -81,7 +88,7 @@ impl<'a> DrawnRun<'a> {
         }
     }
 
-    fn estimation(&self) -> EstimationView<'_> {
+    pub(super) fn estimation(&self) -> EstimationView<'_> {
         let trace = &self.run.trace;
         let detector = &self.run.scenario.detector;
         EstimationView {

@@ -342,6 +342,8 @@ pub fn roc_picture(folder: &Folder, roc: &Characteristics) -> Result<(), Picture
         .collect();
     let hours = roc.all.first().and_then(|curve| curve.points.first()).map_or(0.0, |point| point.hours);
     let min_per_minute = if hours > 0.0 { 1.0 / (60.0 * hours) } else { 1.0 };
-    let figure = figures::characteristic(&views, min_per_minute)?;
-    Ok(keep(folder, "roc", &figure)?)
+    let mut names: Vec<&str> = roc.conditions.iter().map(|condition| condition.signal.as_str()).collect();
+    names.dedup();
+    let figure = figures::characteristic(&names.join(", "), &views, min_per_minute)?;
+    keep(folder, "roc", &figure)
 }

@@ -199,12 +199,12 @@ pub fn ports_csv(analysis: &Analysis) -> String {
 pub fn stability_pictures(folder: &Folder, study: &StabilityStudy) -> Result<(), PictureError> {
     let mut jobs: Vec<Job<'_>> = vec![("stability", Box::new(|| map_figure(study)))];
     if !study.analysis.ports.is_empty() {
-        jobs.push(("ports", Box::new(|| ports_figure(&study.analysis.ports))));
+        jobs.push(("ports", Box::new(|| ports_figure(&study.name, &study.analysis.ports))));
     }
     draw(folder, jobs)
 }
 
-fn map_figure(study: &StabilityStudy) -> Result<Figure, FigureError> {
+fn map_figure(study: &StabilityStudy) -> Result<Figure<'static>, FigureError> {
     let StabilityStudy { analysis, map, check, .. } = study;
     let values = |axis: &Axis| -> Vec<f64> { (0..axis.count).map(|index| axis.value(index)).collect() };
     let (x_values, y_values) = (values(&map.x), values(&map.y));
@@ -223,6 +223,7 @@ fn map_figure(study: &StabilityStudy) -> Result<Figure, FigureError> {
         check.simulated.iter().map(grew).collect()
     });
     figures::stability_map(&MapView {
+        name: &study.name,
         x: view(&map.x, &x_values),
         y: view(&map.y, &y_values),
         stable: &map.stable,
@@ -231,9 +232,10 @@ fn map_figure(study: &StabilityStudy) -> Result<Figure, FigureError> {
     })
 }
 
-fn ports_figure(ports: &[PortPoint]) -> Result<Figure, FigureError> {
+fn ports_figure(name: &str, ports: &[PortPoint]) -> Result<Figure<'static>, FigureError> {
     let column = |of: fn(&PortPoint) -> f64| ports.iter().map(of).collect::<Vec<f64>>();
     figures::ports(&PortsView {
+        name: name.to_owned(),
         frequency_hz: column(|point| point.frequency_hz),
         transmitted: column(|point| point.transmitted.norm()),
         ideal: column(|point| point.ideal.norm()),

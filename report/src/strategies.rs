@@ -147,6 +147,6 @@ pub fn strategies_picture(folder: &Folder, study: &StrategyStudy) -> Result<bool
     if views.is_empty() {
         return Ok(false);
     }
-    keep(folder, "strategies", &strategies_figure(&views)?)?;
+    keep(folder, "strategies", &strategies_figure(&study.name, &views)?)?;
     Ok(true)
 }

@@ -278,12 +278,13 @@ pub fn released_csv(switching: &Switching) -> String {
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn switching_picture(folder: &Folder, switching: &Switching) -> Result<(), PictureError> {
+pub fn switching_picture(folder: &Folder, name: &str, switching: &Switching) -> Result<(), PictureError> {
     let points = &switching.by_dwell;
     let figure = figures::switching(&SwitchingView {
+        name: name.to_owned(),
         dwell_s: points.iter().map(|point| seconds(switching, point.dwell_ticks)).collect(),
         certified: points.iter().map(|point| point.certified.unwrap_or(f64::NAN)).collect(),
         found: points.iter().map(|point| point.found).collect(),
     })?;
-    Ok(keep(folder, "switching", &figure)?)
+    keep(folder, "switching", &figure)
 }

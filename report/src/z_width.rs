@@ -80,19 +80,20 @@ pub fn z_width_text(z_width: &ZWidth) -> String {
     text
 }
 
-/// Writes `z_width.svg` and `z_width.png`.
+/// Writes the figure `z_width`.
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn z_width_picture(folder: &Folder, z_width: &ZWidth) -> Result<(), PictureError> {
+pub fn z_width_picture(folder: &Folder, name: &str, z_width: &ZWidth) -> Result<(), PictureError> {
     let view = |walls: &[Walls]| {
         let column = |of: fn(&Walls) -> Option<f64>| walls.iter().map(of).collect();
         WallsView { stable: column(|walls| walls.stable_n_per_m), passive: column(|walls| walls.passive_n_per_m) }
     };
     let figure = figures::z_width(&ZWidthView {
+        name: name.to_owned(),
         damping_n_s_per_m: z_width.damping_n_s_per_m.clone(),
         tissue: view(&z_width.tissue),
         virtual_walls: z_width.virtual_walls.as_deref().map(view),
     })?;
-    Ok(keep(folder, "z_width", &figure)?)
+    keep(folder, "z_width", &figure)
 }

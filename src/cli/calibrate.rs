@@ -124,7 +124,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     (settings.estimator, settings.detector, settings.contact_m) = (chosen.estimator, chosen.detector, chosen.contact_m);
     let detection = detect(&calibrated)?;
     let report = DetectionReport::of(&detection, &calibrated.recording.ruptures_s);
-    let folder = Folder::new(&args.output.out).folder(values.name());
+    let folder = args.output.folder().folder(values.name());
     write(&folder, &values, &calibration, (&calibrated, &detection, &report))?;
     let warnings = Warnings::new(&args.output);
     let of = |warning: Warning| warning.of(recording);

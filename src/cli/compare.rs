@@ -90,7 +90,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let comparison = Comparison::of(scenarios)?;
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
     let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
-    let folder = Folder::new(&args.output.out);
+    let folder = args.output.folder();
     write(&folder, &comparison, &json)?;
     if let Some(study) = &study {
         folder.write("seeds.csv", seeds_csv(study).as_bytes())?;
@@ -124,7 +124,7 @@ fn run_schemes(args: &CompareArgs) -> Result<(), CliError> {
     warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
     let seeds = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
     let json = schemes_json(&study, seeds.as_ref());
-    let folder = Folder::new(&args.output.out);
+    let folder = args.output.folder();
     write(&folder, &study.comparison, &json)?;
     if let Some(seeds) = &seeds {
         folder.write("seeds.csv", seeds_csv(seeds).as_bytes())?;
@@ -141,8 +141,7 @@ fn run_schemes(args: &CompareArgs) -> Result<(), CliError> {
         if let Some(seeds) = &seeds {
             text.push_str(&format!("\n{}", seeds_text(seeds)));
         }
-        let out = args.output.out.display();
-        text.push_str(&format!("\nfigures: {out}/comparison.png, {out}/overlay.png; all files: {out}\n"));
+        text.push_str(&figures(&folder));
         terminal::print(&text)?;
         if args.report {
             report::print_path(&folder)?;
@@ -163,7 +162,7 @@ fn run_strategies(args: &CompareArgs) -> Result<(), CliError> {
     bar.set_message("runs");
     let study = StrategyStudy::of(&source_of(path), &args.changes.settings, &options, |runs| bar.inc(runs))?;
     bar.finish_and_clear();
-    let folder = Folder::new(&args.output.out);
+    let folder = args.output.folder();
     let json = strategies_json(&study);
     folder.write("strategies.json", json.as_bytes())?;
     folder.write("strategies.csv", strategies_csv(&study).as_bytes())?;
@@ -172,7 +171,8 @@ fn run_strategies(args: &CompareArgs) -> Result<(), CliError> {
         terminal::print(&json)?;
     } else if !args.output.quiet {
         let out = args.output.out.display();
-        let figure = if is_drawn { format!("figure: {out}/strategies.png; ") } else { String::new() };
+        let file = folder.figures().shown("strategies");
+        let figure = if is_drawn { format!("figure: {out}/{file}; ") } else { String::new() };
         terminal::print(&format!("{}\n{figure}all files: {out}\n", strategies_text(&study)))?;
     }
     Ok(())
@@ -231,7 +231,13 @@ fn text(args: &CompareArgs, comparison: &Comparison, facts: Option<&[Fact]>, stu
         }
         None => "\nThe statements of the paper are about the shipped pair: trocar compare --paper\n".into(),
     });
-    let out = args.output.out.display();
-    text.push_str(&format!("\nfigures: {out}/comparison.png, {out}/overlay.png; all files: {out}\n"));
+    text.push_str(&figures(&args.output.folder()));
     text
+}
+
+/// Returns the lines that name the files.
+fn figures(folder: &Folder) -> String {
+    let out = folder.path().display();
+    let [comparison, overlay] = ["comparison", "overlay"].map(|name| folder.figures().shown(name));
+    format!("\nfigures: {out}/{comparison}, {out}/{overlay}; all files: {out}\n")
 }

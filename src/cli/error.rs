@@ -10,6 +10,7 @@ use thiserror::Error;
 use crate::explore::ExploreError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError, diagnostic};
+use trocar_sim::compare::PaperError;
 use trocar_sim::detect::calibration::CalibrationError;
 use trocar_sim::error::InvalidValue;
 use trocar_sim::roc::RocError;
@@ -245,6 +246,15 @@ impl CliError {
             | Self::Picture(_)
             | Self::Html(_)
             | Self::Print(_) => false,
+        }
+    }
+}
+
+impl From<PaperError> for CliError {
+    fn from(error: PaperError) -> Self {
+        match error {
+            PaperError::Scenario(error) => error.into(),
+            PaperError::Run(error) => error.into(),
         }
     }
 }

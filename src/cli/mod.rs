@@ -7,10 +7,12 @@ mod detect;
 mod error;
 mod explain;
 mod explore;
+mod figure;
 mod format;
 mod init;
 mod interrupt;
 mod manual;
+mod paper;
 mod progress;
 mod quantity;
 mod record;
@@ -29,6 +31,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use error::CliError;
+use trocar_report::Folder;
 use trocar_sim::scenario::{Scenario, ScenarioError, Source, json_schema};
 use trocar_sim::sweep::sweep_schema;
 
@@ -110,8 +113,8 @@ enum Command {
     /// channel.delay_s sets both delays. With tissue damping as x and stiffness as y, the map is the Z-width of Colgate and Brown
     /// (1994).
     ///
-    /// Files, in a folder with the name of the scenario: stability.json, sensitivities.csv, stability.png with stability_map.csv and
-    /// stability_boundary.csv, ports.png with ports.csv.
+    /// Files, in a folder with the name of the scenario: stability.json, sensitivities.csv, the figure stability with stability_map.csv and
+    /// stability_boundary.csv, the figure ports with ports.csv.
     Stability(Box<stability::StabilityArgs>),
     /// Run a scenario many times with varied keys: a row of metrics per case, statistics, figures
     ///
@@ -143,6 +146,11 @@ enum Command {
     /// marked as an example.
     /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
     Init(init::InitArgs),
+    /// Reproduce the figures of the paper, each with the paper's facts
+    ///
+    /// Runs the shipped scenarios and draws figures 4 to 13, 15 and 16 by number. paper.html has all of them, with what the paper's
+    /// figure shows, what differs here and why, and the paper's statements beside the results.
+    Paper(paper::PaperArgs),
     /// Print completions for a shell
     Completions(manual::CompletionsArgs),
     /// Print the manual page, or write the manual pages of all commands
@@ -173,6 +181,15 @@ struct OutputArgs {
     /// Print the content of the JSON files on standard output, instead of tables
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    figures: figure::FigureArgs,
+}
+
+impl OutputArgs {
+    /// Returns the folder for the files.
+    fn folder(&self) -> Folder {
+        Folder::new(&self.out).with_figures(self.figures.style())
+    }
 }
 
 /// Overrides of scenario keys.
@@ -234,6 +251,7 @@ pub fn main() -> ExitCode {
         Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),
         Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),
         Command::Init(args) => init::run(&args),
+        Command::Paper(args) => paper::run(&args),
         Command::Completions(args) => manual::completions(&args),
         Command::Man(args) => manual::man(&args),
     };

@@ -7,7 +7,7 @@ use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
-use trocar_report::{Folder, roc_csv, roc_json, roc_picture, roc_text};
+use trocar_report::{roc_csv, roc_json, roc_picture, roc_text};
 use trocar_sim::detection::DistanceKind;
 use trocar_sim::recording::InVivoLikeVariant;
 use trocar_sim::roc::{Signal, Study};
@@ -96,15 +96,15 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
         return Err(CliError::Interrupted { kept: None });
     }
     let json = roc_json(&roc, args.seeds);
-    let folder = Folder::new(&args.output.out);
+    let folder = args.output.folder();
     folder.write("roc.csv", roc_csv(&roc).as_bytes())?;
     folder.write("roc.json", json.as_bytes())?;
     roc_picture(&folder, &roc)?;
     if args.output.json {
         terminal::print(&json)?;
     } else if !args.output.quiet {
-        let out = args.output.out.display();
-        terminal::print(&format!("{}\nfigure: {out}/roc.png; all points: {out}/roc.csv\n", roc_text(&roc)))?;
+        let (out, file) = (args.output.out.display(), folder.figures().shown("roc"));
+        terminal::print(&format!("{}\nfigure: {out}/{file}; all points: {out}/roc.csv\n", roc_text(&roc)))?;
     }
     if roc.cases < roc.cases_planned {
         let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path().display());

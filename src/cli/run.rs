@@ -37,7 +37,7 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     let scenarios = args.changes.load(&args.scenarios)?;
-    let folder = Folder::new(&args.output.out);
+    let folder = args.output.folder();
     let bar = progress::bar(scenarios.len(), args.output.quiet);
     bar.set_message("running");
     let warnings = Warnings::new(&args.output);

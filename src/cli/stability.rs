@@ -7,7 +7,7 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
-    Folder, boundary_csv, certificate_json, locus_csv, locus_picture, loop_gain_csv, loop_picture, map_csv, poles_csv,
+    boundary_csv, certificate_json, locus_csv, locus_picture, loop_gain_csv, loop_picture, map_csv, poles_csv,
     population_csv, population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
     stability_text, step_csv, switching_csv, switching_picture, z_width_csv, z_width_picture, z_width_text,
 };
@@ -52,7 +52,7 @@ pub(super) struct StabilityArgs {
     /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events
     #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_TISSUE)]
     tissue: String,
-    /// Also compute the poles of the closed loop over a parameter, into locus.csv and locus.png
+    /// Also compute the poles of the closed loop over a parameter, into locus.csv and the figure locus
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT")]
     locus: Option<String>,
     /// Also compute the Z-width: the maximum stiffness of stable and passive walls over their damping (N·s/m), into
@@ -94,7 +94,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let warnings = Warnings::new(&args.output);
     warnings.print(&study.warnings());
     let StabilityStudy { analysis, map, switching, check, .. } = &study;
-    let folder = Folder::new(&args.output.out).folder(&scenario.name);
+    let folder = args.output.folder().folder(&scenario.name);
     let json = stability_json(&study);
     folder.write("stability.json", json.as_bytes())?;
     folder.write("sensitivities.csv", sensitivities_csv(analysis).as_bytes())?;
@@ -107,15 +107,15 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if let Some(step) = step_csv(&response) {
         folder.write("step.csv", step.as_bytes())?;
     }
-    loop_picture(&folder, &response)?;
+    loop_picture(&folder, &scenario.name, &response)?;
     if let Some(axis) = &of_locus {
         let locus = Locus::of(&analysis.settings, axis).map_err(CheckError::from)?;
         folder.write("locus.csv", locus_csv(&locus, analysis.settings.tick_s).as_bytes())?;
-        locus_picture(&folder, &locus, analysis.settings.tick_s)?;
+        locus_picture(&folder, &scenario.name, &locus, analysis.settings.tick_s)?;
     }
     if let Some(z_width) = &study.z_width {
         folder.write("z_width.csv", z_width_csv(z_width).as_bytes())?;
-        z_width_picture(&folder, z_width)?;
+        z_width_picture(&folder, &scenario.name, z_width)?;
     }
     let of_arms = |count: u64| Population::of(&analysis.settings, count as usize, scenario.seed);
     let population = args.arms.map(of_arms).transpose().map_err(CheckError::from)?;
@@ -125,7 +125,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if let Ok(switching) = switching {
         folder.write("switching.csv", switching_csv(switching).as_bytes())?;
         folder.write("released.csv", released_csv(switching).as_bytes())?;
-        switching_picture(&folder, switching)?;
+        switching_picture(&folder, &scenario.name, switching)?;
         if let Some(certificate) = certificate_json(switching) {
             folder.write("certificate.json", certificate.as_bytes())?;
         }
@@ -148,14 +148,20 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         if let Some(z_width) = &study.z_width {
             text = format!("{text}\n{}", z_width_text(z_width));
         }
-        let figures: String =
-            [(switching.is_ok(), "switching"), (of_locus.is_some(), "locus"), (of_walls.is_some(), "z_width")]
-                .into_iter()
-                .filter(|(is_drawn, _)| *is_drawn)
-                .map(|(_, name)| format!(", {name}.png"))
-                .collect();
+        let figures: Vec<String> = [
+            (true, "stability"),
+            (true, "ports"),
+            (true, "loop"),
+            (switching.is_ok(), "switching"),
+            (of_locus.is_some(), "locus"),
+            (of_walls.is_some(), "z_width"),
+        ]
+        .into_iter()
+        .filter(|(is_drawn, _)| *is_drawn)
+        .map(|(_, name)| folder.figures().shown(name))
+        .collect();
         let files = folder.path().display();
-        terminal::print(&format!("{text}\nfigures: stability.png, ports.png, loop.png{figures}\nfiles: {files}\n"))?;
+        terminal::print(&format!("{text}\nfigures: {}\nfiles: {files}\n", figures.join(", ")))?;
         if args.report {
             report::print_path(&folder)?;
         }

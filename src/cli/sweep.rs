@@ -95,7 +95,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         return terminal::print(&plan.scenario(case)?.echo());
     }
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let of_sweep = Folder::new(&args.output.out).folder(&plan.design.name);
+    let of_sweep = args.output.folder().folder(&plan.design.name);
     let folder = if shard.is_whole() { of_sweep.clone() } else { of_sweep.folder(&shard.folder()) };
     let layout = plan.layout(shard);
     let first = cases.min(layout.packs.start * trocar_sim::sweep::PACK_CASES);

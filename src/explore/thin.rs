@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use trocar_report::decimate::extremes;
+
 /// The displayed ticks, and the number of ticks per interval.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Window {
@@ -45,18 +47,9 @@ impl Window {
             return;
         }
         for range in self.intervals() {
-            let (mut min, mut max) = ((0, f64::INFINITY), (0, f64::NEG_INFINITY));
-            for tick in range.start..range.end.min(length) {
-                let value = values(tick);
-                if value < min.1 {
-                    min = (tick, value);
-                }
-                if value > max.1 {
-                    max = (tick, value);
-                }
-            }
-            let pair = [shown(factor * min.1), shown(factor * max.1)];
-            points.extend(if min.0 <= max.0 { pair } else { [pair[1], pair[0]] });
+            let [min, max, _] = extremes(range.start..range.end.min(length), &values);
+            let at = |tick: Option<usize>| tick.map_or(f32::NAN, |tick| shown(factor * values(tick)));
+            points.extend(if min <= max { [at(min), at(max)] } else { [at(max), at(min)] });
         }
     }
 }

@@ -14,6 +14,7 @@ mod detect_many;
 mod detect_real;
 mod estimators;
 mod explore;
+mod figures;
 mod instruction_sets;
 mod intent;
 mod keys;

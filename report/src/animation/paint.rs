@@ -1,12 +1,12 @@
 //! The animation as an animated PNG, for a talk. It has the parts and the colours of `assets/animation.js`.
 
-use ab_glyph::{Font, FontRef, OutlineCurve};
 use png::{BlendOp, ColorType, Compression, DisposeOp, Encoder, EncodingError};
 use tiny_skia::{
     Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, StrokeDash, Transform,
 };
 
 use super::{Animation, Panel};
+use crate::figures::{letters, text_width};
 
 /// Size of the picture in pixels.
 const WIDTH: u32 = 960;
@@ -45,9 +45,6 @@ const PULLS: Rgb = [176, 87, 138];
 const FROZEN: Rgb = [230, 159, 0];
 const TISSUES: [Rgb; 2] = [[246, 227, 211], [239, 208, 184]];
 const TISSUE_LINE: Rgb = [168, 112, 76];
-
-static REGULAR: &[u8] = include_bytes!("../figures/fonts/DejaVuSans.ttf");
-static BOLD: &[u8] = include_bytes!("../figures/fonts/DejaVuSans-Bold.ttf");
 
 impl Animation {
     /// Returns the animation as an animated PNG that plays in a loop.
@@ -272,35 +269,11 @@ impl Sheet {
 
     /// Writes a text with its baseline at a place. `align` is the share of its width that is left of the place.
     fn text(&mut self, (x, y): (f32, f32), (em, bold, colour): (f32, bool, Rgb), align: f32, text: &str) {
-        let Ok(face) = FontRef::try_from_slice(if bold { BOLD } else { REGULAR }) else { return };
-        let scale = em / face.units_per_em().unwrap_or(2048.0);
-        let advance = |c: char| scale * face.h_advance_unscaled(face.glyph_id(c));
-        let mut pen = x - align * text.chars().map(advance).sum::<f32>();
-        for c in text.chars() {
-            let at = |point: ab_glyph::Point| (pen + scale * point.x, y - scale * point.y);
-            let curves = face.outline(face.glyph_id(c)).map_or(vec![], |outline| outline.curves);
-            self.fill(|path| glyph(path, &curves, at), colour);
-            pen += advance(c);
-        }
-    }
-}
-
-/// Draws the outline of a letter.
-fn glyph(path: &mut PathBuilder, curves: &[OutlineCurve], at: impl Fn(ab_glyph::Point) -> (f32, f32)) {
-    let mut last = None;
-    for curve in curves {
-        let (OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, _, _, to)) =
-            *curve;
-        if last != Some(from) {
-            let (x, y) = at(from);
-            path.move_to(x, y);
-        }
-        last = Some(to);
-        let (x, y) = at(to);
-        match *curve {
-            OutlineCurve::Line(..) => path.line_to(x, y),
-            OutlineCurve::Quad(_, a, _) => path.quad_to(at(a).0, at(a).1, x, y),
-            OutlineCurve::Cubic(_, a, b, _) => path.cubic_to(at(a).0, at(a).1, at(b).0, at(b).1, x, y),
+        let (outline, units) = letters(text, bold);
+        let (size, width) = (em / units, text_width(text, f64::from(em), bold) as f32);
+        let place = Transform::from_row(size, 0.0, 0.0, -size, x - align * width, y);
+        if let Some(outline) = outline {
+            self.pixmap.fill_path(&outline, &paint(colour), FillRule::Winding, place, None);
         }
     }
 }

@@ -1,9 +1,5 @@
 //! Axis limits and ticks. Limits are finite for any data; ticks are few round numbers.
 
-use std::ops::Range;
-
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
-
 /// Approximate maximum number of ticks of a vertical axis.
 pub(super) const Y_TICKS: usize = 5;
 /// Approximate maximum number of ticks of a time axis.
@@ -12,26 +8,24 @@ pub(super) const X_TICKS: usize = 6;
 /// Values beyond this do not count for limits, because their sums could overflow.
 const MAX_MAGNITUDE: f64 = 1e30;
 
-/// One axis: limits, ticks, and the format of the labels.
+/// One axis: its limits, and how many ticks it has if there is room.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     pub(super) low: f64,
     pub(super) high: f64,
-    pub(super) ticks: Vec<f64>,
     /// Whether the axis is logarithmic; limits and ticks are then exponents of ten.
     pub(super) log: bool,
-    step: f64,
+    max_ticks: usize,
 }
 
+/// The ticks of an axis, in its coordinate, each with its label.
+pub(super) type Ticks = Vec<(f64, String)>;
+
 impl Axis {
-    /// Returns an axis with exactly these limits.
+    /// Returns an axis with exactly these limits. Without ticks (0) it has no labels.
     pub(super) fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
-        let step = nice_step((high - low) / max_ticks.max(1) as f64);
-        let first = (low / step - 1e-9).ceil();
-        let count = ((high - first * step) / step + 1e-9).floor().clamp(0.0, 50.0) as usize;
-        let ticks = (0..=count).map(|k| (first + k as f64) * step).collect();
-        Self { low, high, ticks, log: false, step }
+        Self { low, high, log: false, max_ticks }
     }
 
     /// Returns an axis with a margin around the data. The upper margin is larger, for the marks of alarms.
@@ -47,19 +41,10 @@ impl Axis {
         Self::exact((0.0, 1.14 * high), max_ticks)
     }
 
-    /// Returns a logarithmic axis over a positive `range`. An axis with less than three powers of ten has ticks at 2 and 5 times
-    /// them too.
+    /// Returns a logarithmic axis over a positive `range`.
     pub(super) fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
-        let step = ((high - low) / 6.0).ceil().max(1.0);
-        let first = (low / step).ceil() as i32;
-        let last = (high / step).floor() as i32;
-        let mut ticks: Vec<f64> = (first..=last).map(|k| f64::from(k) * step).collect();
-        if ticks.len() < 3 && step == 1.0 {
-            let between = (first - 1..=last + 1).flat_map(|k| [1.0_f64, 2.0, 5.0].map(|m| f64::from(k) + m.log10()));
-            ticks = between.filter(|tick| (low..=high).contains(tick)).collect();
-        }
-        Self { low, high, ticks, log: true, step }
+        Self { low, high, log: true, max_ticks: X_TICKS }
     }
 
     /// Returns `value` in the coordinate of the axis.
@@ -67,63 +52,68 @@ impl Axis {
         if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }
     }
 
+    /// Returns the ticks: as many as the axis has, or fewer until all labels fit.
+    pub(super) fn ticks(&self, fits: impl Fn(&Ticks) -> bool) -> Ticks {
+        if self.max_ticks == 0 {
+            return vec![];
+        }
+        let all: Vec<Ticks> =
+            if self.log { self.powers() } else { (1..=self.max_ticks).rev().map(|n| self.steps(n)).collect() };
+        let fitting =
+            all.iter().position(|ticks| ticks.len() > 1 && fits(ticks)).or_else(|| all.iter().position(&fits));
+        fitting.map_or(vec![], |index| all[index].clone())
+    }
+
+    /// Returns at most about `count` ticks of a linear axis, at round numbers.
+    fn steps(&self, count: usize) -> Ticks {
+        let step = nice_step((self.high - self.low) / count as f64);
+        let first = (self.low / step - 1e-9).ceil();
+        let count = ((self.high - first * step) / step + 1e-9).floor().clamp(0.0, 50.0) as usize;
+        (0..=count).map(|k| (first + k as f64) * step).map(|tick| (tick, self.label(tick, step))).collect()
+    }
+
+    /// Returns the ticks of a logarithmic axis, the densest first: with less than three powers of ten, at 2 and 5 times them too.
+    fn powers(&self) -> Vec<Ticks> {
+        let of_step = |step: i32| -> Ticks {
+            let (first, last) =
+                ((self.low / f64::from(step)).ceil() as i32, (self.high / f64::from(step)).floor() as i32);
+            (first..=last).map(|k| k * step).map(|k| (f64::from(k), format!("10{}", superscript(k)))).collect()
+        };
+        let with = |factors: &[f64]| -> Ticks {
+            let powers = self.low.floor() as i32..=self.high.ceil() as i32;
+            let all = powers.flat_map(|k| factors.iter().map(move |factor| f64::from(k) + factor.log10()));
+            all.filter(|tick| (self.low..=self.high).contains(tick)).map(|tick| (tick, plain(tick))).collect()
+        };
+        let min_step = ((self.high - self.low) / 6.0).ceil().clamp(1.0, 100.0) as i32;
+        let mut all = vec![];
+        if of_step(1).len() < 3 {
+            all.extend([with(&[1.0, 2.0, 5.0]), with(&[1.0, 3.0]), with(&[1.0])]);
+        }
+        all.extend([1, 2, 3, 5].map(|factor| of_step(factor * min_step)));
+        all
+    }
+
     /// Returns the label of a tick, with a typographic minus sign.
-    pub(super) fn label(&self, tick: f64) -> String {
-        if self.log {
-            return self.power(tick);
-        }
+    fn label(&self, tick: f64, step: f64) -> String {
         let largest = self.low.abs().max(self.high.abs());
-        if largest >= 1e6 || self.step < 1e-4 {
-            return scientific(tick, self.step);
+        if largest >= 1e6 || step < 1e-4 {
+            return scientific(tick, step);
         }
-        let decimals = (-self.step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
+        let decimals = (-step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
         // A step such as 2.5 needs one more decimal than its magnitude gives.
-        let scaled = self.step * 10_f64.powi(decimals as i32);
+        let scaled = step * 10_f64.powi(decimals as i32);
         let decimals = if (scaled - scaled.round()).abs() > 1e-6 { decimals + 1 } else { decimals };
         minus(&format!("{:.decimals$}", tick + 0.0))
     }
 }
 
-impl Axis {
-    /// Returns the label of a tick of a logarithmic axis: a power of ten, or a plain number if the axis has other ticks too.
-    fn power(&self, tick: f64) -> String {
-        let is_power = |tick: f64| (tick - tick.round()).abs() < 1e-9;
-        let exponent = (tick + 1e-9).floor();
-        if self.ticks.iter().all(|tick| is_power(*tick)) {
-            format!("10{}", superscript(tick.round() as i32))
-        } else if (-3.0..4.0).contains(&exponent) {
-            format!("{:.*}", (-exponent).max(0.0) as usize, 10_f64.powf(tick))
-        } else {
-            format!("{:.0}·10{}", 10_f64.powf(tick - exponent), superscript(exponent as i32))
-        }
-    }
-}
-
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
-        let part = ((value - self.low) / (self.high - self.low)).clamp(-100.0, 100.0);
-        from + (part * f64::from(to - from)).round() as i32
-    }
-
-    fn key_points<H: KeyPointHint>(&self, hint: H) -> Vec<f64> {
-        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.low..self.high
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format(tick: &f64) -> String {
-        tick.to_string()
-    }
-
-    fn format_ext(&self, tick: &f64) -> String {
-        self.label(*tick)
+/// Returns the label of a tick of a logarithmic axis as a plain number.
+fn plain(tick: f64) -> String {
+    let exponent = (tick + 1e-9).floor();
+    if (-3.0..4.0).contains(&exponent) {
+        format!("{:.*}", (-exponent).max(0.0) as usize, 10_f64.powf(tick))
+    } else {
+        format!("{:.0}·10{}", 10_f64.powf(tick - exponent), superscript(exponent as i32))
     }
 }
 
@@ -213,26 +203,33 @@ fn superscript(exponent: i32) -> String {
 mod tests {
     use super::*;
 
+    fn labels(axis: &Axis) -> Vec<String> {
+        axis.ticks(|_| true).into_iter().map(|(_, label)| label).collect()
+    }
+
     #[test]
     fn ticks_are_round_and_inside() {
-        let axis = Axis::exact((5.12, 7.12), X_TICKS);
-        let labels: Vec<String> = axis.ticks.iter().map(|&t| axis.label(t)).collect();
-        assert_eq!(labels, ["5.5", "6.0", "6.5", "7.0"]);
-        let axis = Axis::padded((-2.5, 5.7), Y_TICKS);
-        let labels: Vec<String> = axis.ticks.iter().map(|&t| axis.label(t)).collect();
-        assert_eq!(labels, ["−2", "0", "2", "4", "6"]);
+        assert_eq!(labels(&Axis::exact((5.12, 7.12), X_TICKS)), ["5.5", "6.0", "6.5", "7.0"]);
+        assert_eq!(labels(&Axis::padded((-2.5, 5.7), Y_TICKS)), ["−2", "0", "2", "4", "6"]);
+        assert_eq!(labels(&Axis::exact((0.0, 1.0), 0)), [""; 0]);
     }
 
     #[test]
     fn a_short_logarithmic_axis_has_ticks_between_its_powers() {
-        let labels = |low: f64, high: f64| {
-            let axis = Axis::log10((low, high));
-            axis.ticks.iter().map(|&tick| axis.label(tick)).collect::<Vec<_>>()
-        };
+        let labels = |low: f64, high: f64| labels(&Axis::log10((low, high)));
         assert_eq!(labels(0.25, 8.0), ["0.5", "1", "2", "5"]);
         assert_eq!(labels(2e-3, 2e-1), ["0.002", "0.005", "0.01", "0.02", "0.05", "0.1", "0.2"]);
         assert_eq!(labels(1e6, 5e6), ["1·10⁶", "2·10⁶", "5·10⁶"]);
         assert_eq!(labels(0.1, 10.0), ["10⁻¹", "10⁰", "10¹"]);
+    }
+
+    #[test]
+    fn an_axis_without_room_has_fewer_ticks() {
+        for axis in [Axis::exact((0.0, 10.0), 6), Axis::log10((1e-3, 1e3)), Axis::log10((2e-3, 2e-1))] {
+            let few = axis.ticks(|ticks| ticks.len() <= 3);
+            assert!((2..=3).contains(&few.len()), "{few:?}");
+            assert!(axis.ticks(|_| true).len() > 3);
+        }
     }
 
     #[test]
@@ -258,8 +255,9 @@ mod tests {
                     Axis::from_zero(high, 6),
                     Axis::log10((low, high)),
                 ] {
-                    assert!(axis.low < axis.high && axis.ticks.len() < 60, "{axis:?}");
-                    assert!(axis.ticks.iter().all(|&t| axis.label(t).chars().count() < 12));
+                    let ticks = labels(&axis);
+                    assert!(axis.low < axis.high && ticks.len() < 60, "{axis:?}");
+                    assert!(ticks.iter().all(|label| label.chars().count() < 12), "{ticks:?}");
                 }
             }
         }

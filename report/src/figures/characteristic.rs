@@ -1,10 +1,11 @@
 //! Detection probability and delay against the false-alarm rate, one line per detector.
 
+use super::FigureError;
 use super::axis::{Axis, Y_TICKS};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
-use super::style::{RUNS, Stroke};
-use super::{Figure, FigureError};
+use super::style::{LINES, Stroke};
 
 /// A detector's points in order of the false-alarm rate. All columns have the same length.
 #[derive(Clone, Debug)]
@@ -26,7 +27,11 @@ pub struct CharacteristicView<'a> {
 ///
 /// # Errors
 /// [`FigureError::Empty`] without detectors or points, [`FigureError::Length`] for columns of unequal lengths.
-pub fn characteristic(views: &[CharacteristicView<'_>], min_per_minute: f64) -> Result<Figure, FigureError> {
+pub fn characteristic(
+    name: &str,
+    views: &[CharacteristicView<'_>],
+    min_per_minute: f64,
+) -> Result<Figure<'static>, FigureError> {
     for view in views {
         let columns = [("detection", view.detection.len()), ("delay_median_s", view.delay_median_s.len())];
         super::check("characteristic", view.name, view.false_alarms_per_minute.len(), &columns)?;
@@ -54,34 +59,29 @@ pub fn characteristic(views: &[CharacteristicView<'_>], min_per_minute: f64) -> 
         .collect();
     let delays = views.iter().flat_map(|view| view.delay_median_s.iter().copied());
     let longest = delays.filter(|delay| delay.is_finite()).fold(0.0, f64::max);
-    let panel = |y: Axis, y_caption, traces| Panel {
-        x_caption: "False-alarm rate (1/min; left edge: no false alarm)",
+    let panel = |y: Axis, y_caption: &str, traces| Panel {
         traces,
-        ..Panel::over_time(x_axis.clone(), y, y_caption)
+        ..Panel::new(x_axis.clone(), "False-alarm rate (1/min; left edge: no false alarm)", y, y_caption)
     };
-    let detected: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.detection)).collect();
-    let delays: Vec<Vec<f64>> = views.iter().map(|view| twice(&view.delay_median_s)).collect();
-    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", lines(&places, &detected, 100.0));
-    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", lines(&places, &delays, 1e3));
+    let detected = lines(&places, views.iter().map(|view| twice(&view.detection)), 100.0);
+    let delays = lines(&places, views.iter().map(|view| twice(&view.delay_median_s)), 1e3);
+    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", detected);
+    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", delays);
     let names = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
-    Grid {
-        legends: vec![names.collect()],
-        common: vec![],
-        rows: vec![
-            Row { title: None, height: 520.0, panels: vec![detection] },
-            Row { title: None, height: 360.0, panels: vec![delay] },
-        ],
-    }
-    .draw()
+    Ok(Figure {
+        name: name.to_owned(),
+        legend: names.collect(),
+        rows: vec![Row::of(165.0, detection), Row::of(115.0, delay)],
+    })
 }
 
 /// Returns a line style for each detector. The styles repeat after the last.
 fn strokes() -> impl Iterator<Item = Stroke> {
-    RUNS.into_iter().cycle()
+    LINES.into_iter().cycle()
 }
 
-fn lines<'a>(places: &'a [Vec<f64>], columns: &'a [Vec<f64>], scale: f64) -> Vec<Trace<'a>> {
-    let line = |((x, y), stroke): ((&'a Vec<f64>, &'a Vec<f64>), Stroke)| Trace { x, y, scale, stroke };
+fn lines(places: &[Vec<f64>], columns: impl Iterator<Item = Vec<f64>>, scale: f64) -> Vec<Trace<'static>> {
+    let line = |((x, y), stroke): ((&Vec<f64>, Vec<f64>), Stroke)| Trace::new(x.clone(), y, stroke).times(scale);
     let mut traces: Vec<Trace<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
     // Thin lines are drawn over wide ones, so that both are visible where detectors agree.
     traces.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
@@ -114,19 +114,19 @@ mod tests {
     #[test]
     fn eight_detectors_have_eight_lines() {
         let views: Vec<_> = ["a", "b", "c", "d", "e", "f", "g", "h"].iter().map(|name| view(name, 0.0)).collect();
-        let figure = characteristic(&views, 1e-3).expect("a figure");
+        let svg = characteristic("study", &views, 1e-3).expect("a figure").page(500.0).svg();
         for name in ["a", "b", "c", "d", "e", "f", "g", "h"] {
-            assert!(figure.svg.contains(&format!("\n{name}\n")), "{name}");
+            assert!(svg.contains(&format!(">{name}<")), "{name}");
         }
-        assert!(figure.svg.contains("Median delay (ms)"));
-        let is_new = |(index, line): (usize, &Stroke)| !RUNS[..index].contains(line);
-        assert!(RUNS.iter().enumerate().all(is_new));
+        assert!(svg.contains("Median delay (ms)"));
+        let is_new = |(index, line): (usize, &Stroke)| !LINES[..index].contains(line);
+        assert!(LINES.iter().enumerate().all(is_new));
     }
 
     #[test]
     fn missing_or_ragged_data_is_an_error() {
-        assert!(matches!(characteristic(&[], 1e-3), Err(FigureError::Empty { .. })));
+        assert!(matches!(characteristic("", &[], 1e-3), Err(FigureError::Empty { .. })));
         let short = CharacteristicView { detection: vec![1.0], ..view("a", 0.0) };
-        assert!(matches!(characteristic(&[short], 1e-3), Err(FigureError::Length { .. })));
+        assert!(matches!(characteristic("", &[short], 1e-3), Err(FigureError::Length { .. })));
     }
 }

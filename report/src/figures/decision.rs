@@ -1,10 +1,11 @@
 //! The decision function of the detector and its alarms, as in figure 13 of the paper.
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
-use super::style::{ALONE, THRESHOLD};
-use super::{EstimationView, Figure, FigureError, events};
+use super::style::{COMPUTED, LIMIT, TISSUE};
+use super::{EstimationView, FigureError, events};
 
 /// Maximum ratio of the peak to the threshold on a linear axis. With a higher peak the axis is logarithmic, because the threshold
 /// would lie on the bottom of a linear axis.
@@ -16,37 +17,32 @@ const LOG_FLOOR: f64 = 1e-2;
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
-pub fn decision(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
+pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError> {
     view.check("decision")?;
     let (time, window) = view.time_axis(X_TICKS);
     let events = events::of_estimation(view);
     let caption = if view.decision_unit.is_empty() {
-        String::from("Decision g")
+        String::from("Decision function g")
     } else {
-        format!("Decision g ({})", view.decision_unit)
+        format!("Decision function g ({})", view.decision_unit)
     };
-    let panel = |y, y_caption, values| Panel {
+    let panel = |y, y_caption: &str, values, stroke| Panel {
         events: events.clone(),
-        traces: vec![Trace { x: view.time_s, y: values, scale: 1.0, stroke: ALONE }],
+        traces: vec![Trace::new(view.time_s, values, stroke)],
         ..Panel::over_time(time.clone(), y, y_caption)
     };
-    let mut upper = panel(decision_axis(view), &caption, view.decision);
-    let mut legend = Vec::new();
+    let mut upper = panel(decision_axis(view), &caption, view.decision, COMPUTED);
     if view.threshold.is_finite() {
-        upper.levels.push((view.threshold, THRESHOLD));
+        upper.levels.push((view.threshold, LIMIT));
         let value = format!("threshold γ = {} {}", short(view.threshold), view.decision_unit);
-        legend.push((Sample::Line(THRESHOLD), value.trim_end().to_owned()));
+        upper.legend = vec![(Sample::Line(LIMIT), value.trim_end().to_owned())];
     }
-    let lower = panel(view.force_axis(), "Force (N)", view.measured_force_n);
-    Grid {
-        legends: vec![legend],
-        common: events::entries(&[&events], window),
-        rows: vec![
-            Row { title: None, height: 360.0, panels: vec![upper] },
-            Row { title: None, height: 360.0, panels: vec![lower] },
-        ],
-    }
-    .draw()
+    let lower = panel(view.force_axis(), "Measured force (N)", view.measured_force_n, TISSUE);
+    Ok(Figure {
+        name: view.name.to_owned(),
+        legend: events::entries(&[&events], window),
+        rows: vec![Row::of(115.0, upper), Row::of(115.0, lower)],
+    })
 }
 
 fn decision_axis(view: &EstimationView<'_>) -> Axis {

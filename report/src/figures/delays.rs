@@ -1,12 +1,11 @@
 //! The distribution of the detection delays.
 
-use plotters::style::Color;
-
+use super::FigureError;
 use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::grid::{Grid, Row, Sample};
-use super::panel::Panel;
-use super::style::{MAIN, SKY};
-use super::{Figure, FigureError};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
+use super::panel::{Panel, Trace};
+use super::style::{COMPUTED, GREY};
 
 /// Maximum number of bins.
 const BINS: usize = 40;
@@ -15,7 +14,7 @@ const BINS: usize = 40;
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a delay (s, at least 0).
-pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure, FigureError> {
+pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure<'static>, FigureError> {
     let mut delays_ms: Vec<f64> = delays_s.iter().filter(|delay| delay.is_finite()).map(|delay| 1e3 * delay).collect();
     delays_ms.sort_by(f64::total_cmp);
     let Some(&max_ms) = delays_ms.last() else { return Err(FigureError::Empty { figure: "delays" }) };
@@ -23,7 +22,7 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure, FigureError> {
     let max_count = counts.iter().copied().max().unwrap_or(1);
     // The ticks are integers.
     let count_axis = Axis::from_zero(max_count as f64, Y_TICKS.min(max_count));
-    let shade = SKY.mix(0.75);
+    let shade = GREY.pale(0.45);
     let mut outline = vec![(0.0, 0.0)];
     for (index, &count) in counts.iter().enumerate() {
         outline.push((bin * index as f64, count as f64));
@@ -42,28 +41,20 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure, FigureError> {
     y.push(100.0);
 
     let axis = Axis::exact((0.0, bin * counts.len() as f64), X_TICKS);
-    let upper = Panel {
-        fills: vec![(outline, shade)],
-        x_caption: "Delay (ms)",
-        ..Panel::over_time(axis.clone(), count_axis, "Detections")
-    };
+    let upper =
+        Panel { fills: vec![(outline, shade)], ..Panel::new(axis.clone(), "Delay (ms)", count_axis, "Detections") };
     let lower = Panel {
-        traces: vec![super::panel::Trace { x: &x, y: &y, scale: 1.0, stroke: MAIN }],
-        x_caption: "Delay (ms)",
-        ..Panel::over_time(axis, Axis::from_zero(100.0, Y_TICKS), "Cumulative share (%)")
+        traces: vec![Trace::new(x, y, COMPUTED)],
+        ..Panel::new(axis, "Delay (ms)", Axis::from_zero(100.0, Y_TICKS), "Cumulative share (%)")
     };
-    Grid {
-        legends: vec![vec![
+    Ok(Figure {
+        name: String::new(),
+        legend: vec![
             (Sample::Shade(shade), format!("delays of {} detections", delays_ms.len())),
-            (Sample::Line(MAIN), "cumulative share".to_owned()),
-        ]],
-        common: vec![],
-        rows: vec![
-            Row { title: None, height: 360.0, panels: vec![upper] },
-            Row { title: None, height: 300.0, panels: vec![lower] },
+            (Sample::Line(COMPUTED), "cumulative share".to_owned()),
         ],
-    }
-    .draw()
+        rows: vec![Row::of(115.0, upper), Row::of(95.0, lower)],
+    })
 }
 
 /// Returns the counts in half-open bins from 0 on, and the width of a bin, which is a round number.

@@ -1,10 +1,11 @@
 //! The energies at the ports of a run, and the balance of the parts between them.
 
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent, union};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::{Entry, Sample};
 use super::panel::{Panel, Trace};
-use super::style::{ALONE, BLACK, GREEN, GREY, HUMAN, MAIN, PURPLE, Stroke, UNDERLAY};
-use super::{Figure, FigureError, check};
+use super::style::{BLACK, COMPUTED, GREY, HAND, LIMIT, Stroke, TISSUE};
+use super::{FigureError, check};
 
 /// The energies of a run over time. All columns have the same length.
 #[derive(Clone, Copy, Debug)]
@@ -28,19 +29,18 @@ pub struct EnergyView<'a> {
 }
 
 /// An energy, its line, its name in the legend.
-type Line<'a> = (&'a [f64], Stroke, &'static str);
+type Line<'a> = (Vec<f64>, Stroke, &'a str);
 
-const MASTER: Stroke = Stroke::solid(GREEN, 2.75);
-const SLAVE: Stroke = Stroke { color: PURPLE, width: 2.75, dashes: &[4.0, 6.0] };
-const TOTAL: Stroke = Stroke::solid(BLACK, 3.25);
-const PROMISE: Stroke = Stroke { color: GREY, width: 2.5, dashes: &[12.0, 8.0] };
+/// The two ends of the link.
+const AT_MASTER: Stroke = Stroke::dashed(GREY, 1.6, &[9.0, 3.0]);
+const AT_SLAVE: Stroke = Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]);
 
 /// Draws the energy that has passed each port (above) and what each part has received less what it has delivered (below). A
 /// balance below 0 is generated energy; the line at `-E_0` is what the passivity scheme promises for the total.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
-pub fn energy(view: &EnergyView<'_>) -> Result<Figure, FigureError> {
+pub fn energy<'a>(view: &EnergyView<'a>) -> Result<Figure<'a>, FigureError> {
     let lengths = [
         ("hand_energy_j", view.hand_j.len()),
         ("master_energy_j", view.master_j.len()),
@@ -55,38 +55,34 @@ pub fn energy(view: &EnergyView<'_>) -> Result<Figure, FigureError> {
     let link = balance(view.master_j, (view.reference_j, view.energy_scale));
     let slave = balance(view.reference_j, (view.needle_j, 1.0));
     let total = balance(view.master_j, (view.needle_j, view.energy_scale));
-    let ports: [Line<'_>; 4] = [
-        (view.reference_j, UNDERLAY, "out of the link at the slave"),
-        (view.needle_j, MAIN, "into the tissue"),
-        (view.hand_j, HUMAN, "from the hand"),
-        (view.master_j, MASTER, "into the link at the master"),
+    let ports: Vec<Line<'_>> = vec![
+        (view.needle_j.to_vec(), TISSUE, "into the tissue"),
+        (view.master_j.to_vec(), AT_MASTER, "into the link"),
+        (view.reference_j.to_vec(), AT_SLAVE, "out of the link"),
+        (view.hand_j.to_vec(), HAND, "from the hand"),
     ];
-    let balances: [Line<'_>; 4] = [
-        (&master[..], ALONE, "master"),
-        (&link[..], MASTER, "link"),
-        (&slave[..], SLAVE, "slave"),
-        (&total[..], TOTAL, "link and slave: E_m - E_s"),
+    let balances: Vec<Line<'_>> = vec![
+        (master, HAND, "master"),
+        (link, AT_MASTER, "link"),
+        (slave, AT_SLAVE, "slave"),
+        (total, COMPUTED, "link and slave"),
     ];
     let time = Axis::exact(extent(view.time_s.iter().copied()).unwrap_or((0.0, 1.0)), X_TICKS);
     let level = view.promised_j.map(|promised_j| -1e3 * promised_j);
-    let rows = [(&ports, None, "Energy (mJ)"), (&balances, level, "Balance (mJ)")].map(|(lines, level, y_caption)| {
+    let rows = [(ports, None, "Energy (mJ)"), (balances, level, "Balance (mJ)")].map(|(lines, level, y_caption)| {
         let ranges = lines.iter().map(|(values, ..)| extent(values.iter().map(|value| 1e3 * value)));
         let range = ranges.fold(level.map(|level| (level, level)), union).unwrap_or((0.0, 1.0));
-        let traces = lines.iter().map(|&(y, stroke, _)| Trace { x: view.time_s, y, scale: 1e3, stroke });
-        let panel = Panel {
-            traces: traces.collect(),
-            levels: level.into_iter().map(|level| (level, PROMISE)).collect(),
-            ..Panel::over_time(time.clone(), Axis::padded(range, Y_TICKS), y_caption)
-        };
-        Row { title: None, height: 400.0, panels: vec![panel] }
+        let names = lines.iter().map(|&(_, stroke, name)| (Sample::Line(stroke), name.to_owned()));
+        let promise: Option<Entry> = level.map(|_| (Sample::Line(LIMIT), "minimum by the passivity scheme".to_owned()));
+        Row::of(
+            125.0,
+            Panel {
+                legend: names.chain(promise).collect(),
+                traces: lines.into_iter().map(|(y, line, _)| Trace::new(view.time_s, y, line).times(1e3)).collect(),
+                levels: level.into_iter().map(|level| (level, LIMIT)).collect(),
+                ..Panel::over_time(time.clone(), Axis::padded(range, Y_TICKS), y_caption)
+            },
+        )
     });
-    let entries = |lines: &[Line<'_>; 4]| -> Vec<_> {
-        lines.iter().map(|&(_, stroke, name)| (Sample::Line(stroke), name.to_owned())).collect()
-    };
-    let mut legend = entries(&ports);
-    legend.extend(entries(&balances).into_iter().map(|(sample, name)| (sample, format!("below: {name}"))));
-    if level.is_some() {
-        legend.push((Sample::Line(PROMISE), "-E_0".to_owned()));
-    }
-    Grid { legends: vec![legend], common: vec![], rows: rows.into() }.draw()
+    Ok(Figure { name: view.name.to_owned(), legend: vec![], rows: rows.into() })
 }

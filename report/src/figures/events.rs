@@ -1,6 +1,6 @@
 //! The instants and intervals that a figure marks, and their legend.
 
-use super::grid::{Entry, Sample};
+use super::legend::{Entry, Sample};
 use super::panel::Events;
 use super::style::shade;
 use super::{EstimationView, RunView};

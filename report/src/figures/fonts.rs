@@ -5,66 +5,87 @@
 
 use std::sync::OnceLock;
 
-use ab_glyph::{Font, FontRef};
-use plotters::style::{FontStyle, register_font};
-
-use super::FigureError;
+use ttf_parser::{Face, GlyphId};
 
 /// The font family in SVG files. Verdana has the widths of DejaVu, so a viewer without DejaVu gives the same layout.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
-/// Plotters writes `size / 1.24` as the SVG font size. Sizes in this crate are that em, in pixels.
-pub(super) const PLOTTERS_SIZE_PER_EM: f64 = 1.24;
+/// The largest number of lines of a text; the rest is cut.
+const MAX_LINES: usize = 3;
 
-static REGULAR: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
-static BOLD: &[u8] = include_bytes!("fonts/DejaVuSans-Bold.ttf");
-
-/// The two parsed faces.
-pub(super) struct Faces {
-    pub(super) regular: FontRef<'static>,
-    pub(super) bold: FontRef<'static>,
+/// A face: regular or bold.
+pub(super) struct Typeface {
+    /// Its PostScript name.
+    pub(super) name: &'static str,
+    /// The TrueType file.
+    pub(super) data: &'static [u8],
+    pub(super) face: Face<'static>,
 }
 
-/// Returns the faces. The first call registers them with plotters.
-pub(super) fn faces() -> Result<&'static Faces, FigureError> {
-    static FACES: OnceLock<Option<Faces>> = OnceLock::new();
-    FACES
-        .get_or_init(|| {
-            register_font(FAMILY, FontStyle::Normal, REGULAR).ok()?;
-            register_font(FAMILY, FontStyle::Bold, BOLD).ok()?;
-            Some(Faces { regular: FontRef::try_from_slice(REGULAR).ok()?, bold: FontRef::try_from_slice(BOLD).ok()? })
-        })
-        .as_ref()
-        .ok_or(FigureError::Font)
+/// Returns the regular or the bold face.
+pub(super) fn typeface(is_bold: bool) -> &'static Typeface {
+    static FACES: [OnceLock<Typeface>; 2] = [OnceLock::new(), OnceLock::new()];
+    FACES[usize::from(is_bold)].get_or_init(|| {
+        let (name, data): (_, &'static [u8]) = if is_bold {
+            ("DejaVuSans-Bold", include_bytes!("fonts/DejaVuSans-Bold.ttf"))
+        } else {
+            ("DejaVuSans", include_bytes!("fonts/DejaVuSans.ttf"))
+        };
+        Typeface { name, data, face: Face::parse(data, 0).expect("the bundled typeface is valid") }
+    })
 }
 
-impl Faces {
-    /// Returns the width of `text` at `em` pixels.
-    pub(super) fn width(&self, text: &str, em: f64, bold: bool) -> f64 {
-        let face = if bold { &self.bold } else { &self.regular };
-        let advance: f32 = text.chars().map(|c| face.h_advance_unscaled(face.glyph_id(c))).sum();
-        f64::from(advance / units_per_em(face)) * em
+impl Typeface {
+    /// Returns the glyph of a character; a character that the face lacks has the glyph of a missing one.
+    pub(super) fn glyph(&self, letter: char) -> GlyphId {
+        self.face.glyph_index(letter).unwrap_or(GlyphId(0))
     }
 
-    /// Returns `text` on one line. Text wider than `max_width` pixels is cut and ends with an ellipsis.
-    pub(super) fn fit(&self, text: &str, em: f64, bold: bool, max_width: f64) -> String {
-        let mut kept: String = text.chars().take(400).map(|c| if c.is_control() { ' ' } else { c }).collect();
-        if self.width(&kept, em, bold) <= max_width {
-            return kept;
-        }
-        while kept.pop().is_some() {
-            let cut = format!("{}…", kept.trim_end());
-            if self.width(&cut, em, bold) <= max_width {
-                return cut;
+    /// Returns the advance of a glyph, relative to the em.
+    pub(super) fn advance(&self, glyph: GlyphId) -> f64 {
+        f64::from(self.face.glyph_hor_advance(glyph).unwrap_or(0)) / f64::from(self.face.units_per_em())
+    }
+}
+
+/// Returns the width of a text of a size.
+pub(crate) fn width(text: &str, size: f64, is_bold: bool) -> f64 {
+    let face = typeface(is_bold);
+    text.chars().map(|letter| face.advance(face.glyph(letter))).sum::<f64>() * size
+}
+
+/// Returns the lines of a text, broken at spaces, each at most `max_width` wide. A longer word, and what would be on a fourth line,
+/// is cut and ends with an ellipsis.
+pub(super) fn lines(text: &str, size: f64, is_bold: bool, max_width: f64) -> Vec<String> {
+    let clean: String = text.chars().take(400).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let mut lines: Vec<String> = vec![];
+    let mut words = clean.split(' ').filter(|word| !word.is_empty()).peekable();
+    while let Some(word) = words.next() {
+        let longer = lines.last().map(|line| format!("{line} {word}"));
+        match longer.filter(|line| width(line, size, is_bold) <= max_width) {
+            Some(longer) => *lines.last_mut().expect("there is a line") = longer,
+            None if lines.len() < MAX_LINES => lines.push(word.to_owned()),
+            None => {
+                let rest = std::iter::once(word).chain(words.by_ref());
+                let last = lines.last_mut().expect("there is a line");
+                rest.for_each(|word| last.extend([" ", word]));
             }
         }
-        String::from("…")
     }
+    lines.into_iter().map(|line| cut(line, size, is_bold, max_width)).collect()
 }
 
-/// Returns the units of `face` per em.
-pub(super) fn units_per_em(face: &FontRef<'_>) -> f32 {
-    face.units_per_em().unwrap_or(2048.0)
+/// Returns a text, or its beginning with an ellipsis if it is too wide.
+fn cut(mut text: String, size: f64, is_bold: bool, max_width: f64) -> String {
+    if width(&text, size, is_bold) <= max_width {
+        return text;
+    }
+    while text.pop().is_some() {
+        let shorter = format!("{}…", text.trim_end());
+        if width(&shorter, size, is_bold) <= max_width {
+            return shorter;
+        }
+    }
+    String::from("…")
 }
 
 #[cfg(test)]
@@ -73,18 +94,19 @@ mod tests {
 
     #[test]
     fn every_used_character_has_a_glyph() {
-        let faces = faces().expect("fonts");
-        for c in "−·²³⁰⁹⁻µθγσΔ×√±≥|…—éß".chars() {
-            assert_ne!(faces.regular.glyph_id(c).0, 0, "no regular {c}");
-            assert_ne!(faces.bold.glyph_id(c).0, 0, "no bold {c}");
+        for c in "−·²³⁰⁹⁻µθγσΔ×√±≥|…—°η".chars() {
+            for is_bold in [false, true] {
+                assert_ne!(typeface(is_bold).glyph(c).0, 0, "no {c}, bold: {is_bold}");
+            }
         }
     }
 
     #[test]
-    fn long_names_are_cut_to_the_available_width() {
-        let faces = faces().expect("fonts");
-        let cut = faces.fit(&"very long name ".repeat(50), 30.0, false, 300.0);
-        assert!(cut.ends_with('…') && faces.width(&cut, 30.0, false) <= 300.0);
-        assert_eq!(faces.fit("a\u{1}b", 30.0, false, 300.0), "a b");
+    fn long_names_are_broken_and_then_cut_to_the_width() {
+        let broken = lines(&"very long name ".repeat(50), 8.0, false, 100.0);
+        assert_eq!(broken.len(), MAX_LINES);
+        assert!(broken[2].ends_with('…') && broken.iter().all(|line| width(line, 8.0, false) <= 100.0), "{broken:?}");
+        assert_eq!(lines("a\u{1}b", 8.0, false, 100.0), ["a b"]);
+        assert_eq!(lines("", 8.0, false, 100.0), [""; 0]);
     }
 }

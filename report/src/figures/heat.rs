@@ -1,11 +1,11 @@
 //! Heat maps: a quantity over two axes, as colours.
 
-use plotters::style::{Color, RGBAColor, RGBColor};
-
+use super::FigureError;
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::grid::{Entry, Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::{Entry, Sample};
 use super::panel::Panel;
-use super::{Figure, FigureError};
+use super::style::Color;
 use crate::number::{decimals, significant};
 
 /// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. Their lightness rises evenly, so
@@ -28,6 +28,8 @@ pub struct AxisView<'a> {
 /// The cells of a heat map.
 #[derive(Clone, Debug)]
 pub struct HeatView<'a> {
+    /// Name of the sweep.
+    pub name: &'a str,
     /// Quantity and unit of the colours.
     pub caption: &'a str,
     /// The horizontal and the vertical axis.
@@ -44,7 +46,7 @@ pub struct HeatView<'a> {
 ///
 /// # Errors
 /// [`FigureError::Empty`] without cells, [`FigureError::Length`] if the number of values differs from the number of cells.
-pub fn heat_map(view: &HeatView<'_>) -> Result<Figure, FigureError> {
+pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     super::check("heat map", view.caption, view.x.len() * view.y.len(), &[("means", view.means.len())])?;
     let (min, max) = extent(view.means.iter().copied()).unwrap_or((0.0, 0.0));
     let color = |value: f64| color(if max > min { (value - min) / (max - min) } else { 0.5 });
@@ -61,17 +63,17 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure, FigureError> {
         let ends = (edges[0], edges[edges.len() - 1]);
         if log { Axis::log10((10_f64.powf(ends.0), 10_f64.powf(ends.1))) } else { Axis::exact(ends, ticks) }
     };
-    let panel = Panel {
-        x_caption: x_axis.name,
-        fills,
-        ..Panel::over_time(axis(&x_edges, x_axis.log, X_TICKS), axis(&y_edges, y_axis.log, Y_TICKS), y_axis.name)
-    };
+    let (x, y) = (axis(&x_edges, x_axis.log, X_TICKS), axis(&y_edges, y_axis.log, Y_TICKS));
     let steps = if max > min { STEPS } else { 1 };
     let values: Vec<f64> = (0..steps).map(|k| min + (max - min) * k as f64 / (STEPS - 1) as f64).collect();
-    let steps: Vec<Entry> =
-        values.iter().zip(alike(&values)).map(|(value, number)| (Sample::Shade(color(*value)), number)).collect();
-    let rows = vec![Row { title: Some(view.caption), height: 760.0, panels: vec![panel] }];
-    Grid { legends: vec![steps], common: vec![], rows }.draw()
+    let steps = values.iter().zip(alike(&values)).map(|(value, number)| (Sample::Shade(color(*value)), number));
+    let caption: Entry = (Sample::Title, view.caption.to_owned());
+    let panel = Panel {
+        fills,
+        legend: std::iter::once(caption).chain(steps).collect(),
+        ..Panel::new(x, x_axis.name, y, y_axis.name)
+    };
+    Ok(Figure { name: view.name.to_owned(), legend: vec![], rows: vec![Row::of(205.0, panel)] })
 }
 
 /// Returns the edges of the cells, halfway between their centres, in the coordinate of the axis.
@@ -105,13 +107,13 @@ fn alike(values: &[f64]) -> Vec<String> {
 }
 
 /// Returns the colour at a share of the scale, 0 to 1.
-fn color(share: f64) -> RGBAColor {
+fn color(share: f64) -> Color {
     let place = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let below = (place as usize).min(SCALE.len() - 2);
     let rest = place - below as f64;
     let mix = |a: u8, b: u8| (f64::from(a) + rest * (f64::from(b) - f64::from(a))).round() as u8;
     let ((r, g, b), (r2, g2, b2)) = (SCALE[below], SCALE[below + 1]);
-    RGBColor(mix(r, r2), mix(g, g2), mix(b, b2)).to_rgba()
+    Color(mix(r, r2), mix(g, g2), mix(b, b2))
 }
 
 #[cfg(test)]
@@ -120,7 +122,7 @@ mod tests {
 
     fn view<'a>(means: &'a [f64], y: &[f64]) -> HeatView<'a> {
         let axes = [AxisView { name: "x", log: false }, AxisView { name: "y", log: true }];
-        HeatView { caption: "what", axes, x: vec![0.0, 1.0, 2.0], y: y.to_vec(), means }
+        HeatView { name: "sweep", caption: "what", axes, x: vec![0.0, 1.0, 2.0], y: y.to_vec(), means }
     }
 
     #[test]
@@ -128,10 +130,11 @@ mod tests {
         assert_eq!(edges(&[0.0, 1.0, 3.0], false), [-0.5, 0.5, 2.0, 4.0]);
         assert_eq!(edges(&[1.0, 100.0], true), [-1.0, 1.0, 3.0]);
         let figure = heat_map(&view(&[0.0, 1.0, 2.0, f64::NAN, 3.0, 4.0], &[1.0, 10.0])).expect("drawn");
-        for end in ["#440154", "#FDE725"] {
-            assert!(figure.svg.contains(end), "{end}");
+        let svg = figure.page(500.0).svg();
+        for end in ["#440154", "#fde725"] {
+            assert!(svg.contains(end), "{end}");
         }
-        assert!(figure.svg.contains("\nwhat\n") && !figure.svg.contains("NaN"));
+        assert!(svg.contains(">what<") && !svg.contains("NaN"));
     }
 
     #[test]

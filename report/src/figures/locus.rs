@@ -1,10 +1,11 @@
 //! The root locus: the poles of the closed loop over a parameter.
 
+use super::FigureError;
 use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::Panel;
-use super::style::{BLUE, GREY, Stroke, VERMILION};
-use super::{Figure, FigureError};
+use super::style::{BLACK, GREY, LIMIT, Stroke};
 
 /// The range that is drawn, relative to the slowest pole of any value, and its minimum in 1/s.
 const REACH: f64 = 5.0;
@@ -13,6 +14,8 @@ const MIN_REACH: f64 = 20.0;
 /// The poles over a parameter, as `s` in 1/s.
 #[derive(Clone, Debug)]
 pub struct LocusView {
+    /// Name of the scenario.
+    pub name: String,
     /// The parameter's name with its unit.
     pub caption: String,
     /// Each value with its poles `(Re s, Im s)`.
@@ -23,7 +26,7 @@ pub struct LocusView {
 ///
 /// # Errors
 /// [`FigureError::Empty`] without poles.
-pub fn locus(view: &LocusView) -> Result<Figure, FigureError> {
+pub fn locus(view: &LocusView) -> Result<Figure<'static>, FigureError> {
     let size = |pole: &(f64, f64)| pole.0.hypot(pole.1);
     let finite = |poles: &[(f64, f64)]| -> Vec<(f64, f64)> {
         poles.iter().copied().filter(|pole| pole.0.is_finite() && pole.1.is_finite() && pole.1 >= 0.0).collect()
@@ -33,32 +36,23 @@ pub fn locus(view: &LocusView) -> Result<Figure, FigureError> {
     let reach = view.branches.iter().filter_map(|(_, poles)| dominant(poles)).map(|pole| size(&pole));
     let Some(reach) = reach.reduce(f64::max) else { return Err(FigureError::Empty { figure: "locus" }) };
     let reach = (REACH * reach).max(MIN_REACH);
-    let [first, others, limit] =
-        [(VERMILION, 8.0), (BLUE, 5.0), (GREY, 2.0)].map(|(color, width)| Stroke::solid(color, width));
-    let mut curves = vec![(vec![(0.0, 0.0), (0.0, reach)], limit)];
+    let [first, others] = [(BLACK, 3.6), (GREY, 1.6)].map(|(color, width)| Stroke::solid(color, width));
+    let mut curves = vec![(vec![(0.0, 0.0), (0.0, reach)], LIMIT)];
     for (at, (_, poles)) in view.branches.iter().enumerate().rev() {
         let stroke = if at == 0 { first } else { others };
         let shown = finite(poles).into_iter().filter(|pole| -reach <= pole.0 && pole.0 <= reach && pole.1 <= reach);
         curves.extend(shown.map(|pole| (vec![pole], stroke)));
     }
     let right = view.branches.iter().flat_map(|(_, poles)| finite(poles)).map(|pole| pole.0).fold(0.0, f64::max);
-    let panel = Panel {
-        x_caption: "Re s (1/s)",
-        curves,
-        ..Panel::over_time(
-            Axis::exact((-reach, (0.2 * reach).max(1.1 * right.min(reach))), X_TICKS),
-            Axis::exact((0.0, reach), Y_TICKS),
-            "Im s (1/s)",
-        )
-    };
+    let x = Axis::exact((-reach, (0.2 * reach).max(1.1 * right.min(reach))), X_TICKS);
+    let panel = Panel { curves, ..Panel::new(x, "Re s (1/s)", Axis::exact((0.0, reach), Y_TICKS), "Im s (1/s)") };
     let [Some((from, _)), Some((to, _))] = [view.branches.first(), view.branches.last()] else {
         return Err(FigureError::Empty { figure: "locus" });
     };
     let legend = vec![
-        (Sample::Line(first), format!("poles at {} = {from}", view.caption)),
-        (Sample::Line(others), format!("up to {to}")),
-        (Sample::Line(limit), "limit of stability".to_owned()),
+        (Sample::Dot(first), format!("{}: {from}", view.caption)),
+        (Sample::Dot(others), format!("up to {to}")),
+        (Sample::Line(LIMIT), "limit of stability".to_owned()),
     ];
-    let rows = vec![Row { title: None, height: 640.0, panels: vec![panel] }];
-    Grid { legends: vec![legend], common: vec![], rows }.draw()
+    Ok(Figure { name: view.name.clone(), legend, rows: vec![Row::of(205.0, panel)] })
 }

@@ -1,36 +1,41 @@
-//! Figures of runs and of estimations, as SVG and as PNG.
+//! Figures of runs and of estimations, as SVG, PNG and PDF.
 //!
-//! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`] with the bytes of both files. The
-//! same input gives the same bytes on every machine, because the typeface is bundled and no system font is read. Samples that are
-//! not finite leave gaps. Long records are reduced to the minimum and maximum of every two pixels.
+//! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`]: a description, which
+//! [`Figure::file`] draws at any width and in any format. The same input gives the same bytes on every machine, because the typeface
+//! is bundled and no system font is read. Samples that are not finite leave gaps. Long records are reduced to the minimum and
+//! maximum of short intervals.
 
 mod axis;
-mod canvas;
 mod characteristic;
 mod comparison;
-mod dash;
 mod decision;
 mod delays;
 mod energy;
 mod estimation;
 mod events;
+mod figure;
 mod fonts;
-mod glyphs;
-mod grid;
+mod format;
 mod heat;
+mod legend;
 mod limits;
+mod lines;
 mod locus;
 mod loop_response;
 mod overlay;
+mod page;
 mod panel;
+mod paper;
 mod parameters;
+mod pdf;
 mod ports;
+mod raster;
 mod residual;
 mod stability;
 mod strategies;
 mod style;
+mod svg;
 mod switching;
-mod thin;
 mod timeline;
 mod tornado;
 
@@ -41,22 +46,25 @@ pub(super) use delays::bins;
 pub use delays::delay_histogram;
 pub use energy::{EnergyView, energy};
 pub use estimation::estimation;
+pub use figure::Figure;
+pub(crate) use fonts::width as text_width;
+pub use format::{FigureFormat, FigureStyle, FigureWidth};
 pub use heat::{AxisView, HeatView, heat_map};
 pub use locus::{LocusView, locus};
 pub use loop_response::{LoopView, loop_response};
 pub use overlay::overlay;
+pub use paper::{distance, force, principle};
 pub use parameters::parameters;
 pub use ports::{PortsView, ports};
-pub use residual::residual_histogram;
+pub(crate) use raster::letters;
 pub(super) use residual::{Histogram, gaussian, histogram};
+pub use residual::{distribution, residual_histogram};
 pub use stability::{MapAxisView, MapView, stability_map};
 pub use strategies::{StrategyView, strategies};
 pub use switching::{SwitchingView, switching};
 pub use timeline::{MAX_ROWS, Shade, TimelineRow, timeline};
 pub use tornado::{TornadoView, tornado};
 pub use z_width::{WallsView, ZWidthView, z_width};
-
-use plotters::drawing::DrawingAreaErrorKind;
 
 use axis::{Axis, extent};
 use limits::{Signal, shared};
@@ -66,6 +74,8 @@ use limits::{Signal, shared};
 pub struct RunView<'a> {
     /// Name of the row or the line.
     pub name: &'a str,
+    /// Whether the run is augmented.
+    pub is_augmented: bool,
     /// Time, s, increasing.
     pub time_s: &'a [f64],
     /// Position of the master, m.
@@ -117,15 +127,6 @@ pub struct EstimationView<'a> {
     pub alarm_times_s: &'a [f64],
 }
 
-/// The two files of a figure.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Figure {
-    /// An SVG document.
-    pub svg: String,
-    /// A PNG file, 1600 pixels wide.
-    pub png: Vec<u8>,
-}
-
 /// The error of drawing a figure.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -148,21 +149,18 @@ pub enum FigureError {
         /// Number of samples of the column.
         found: usize,
     },
-    /// The bundled typeface cannot be read.
-    #[error("the bundled typeface cannot be read")]
-    Font,
-    /// Drawing failed.
-    #[error("the figure cannot be drawn")]
-    Draw(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The figure is too large for a bitmap.
+    #[error("the figure is too large for a bitmap; choose a smaller --figure-width, or --figure-format svg,pdf")]
+    Size,
     /// The bitmap cannot be encoded.
     #[error("the figure cannot be encoded as PNG")]
     Png(#[from] png::EncodingError),
-}
-
-impl From<DrawingAreaErrorKind<std::io::Error>> for FigureError {
-    fn from(error: DrawingAreaErrorKind<std::io::Error>) -> Self {
-        Self::Draw(Box::new(error))
-    }
+    /// The typeface cannot be embedded.
+    #[error("the typeface cannot be embedded in a PDF")]
+    Font,
+    /// The PDF cannot be compressed.
+    #[error("the figure cannot be compressed")]
+    Deflate(#[source] std::io::Error),
 }
 
 impl RunView<'_> {

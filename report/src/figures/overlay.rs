@@ -1,11 +1,12 @@
 //! Slave position and feedback force of several runs in the same axes.
 
 use super::axis::{Axis, X_TICKS};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::limits::{Signal, shared};
 use super::panel::{Events, Panel, Trace};
-use super::style::{RUNS, Stroke};
-use super::{Figure, FigureError, RunView, check_runs, events};
+use super::style::of_runs;
+use super::{FigureError, RunView, check_runs, events};
 
 /// Draws the slave position (above) and the feedback force (below) of all runs in the same axes.
 ///
@@ -14,7 +15,7 @@ use super::{Figure, FigureError, RunView, check_runs, events};
 ///
 /// # Errors
 /// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal lengths.
-pub fn overlay(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Figure, FigureError> {
+pub fn overlay<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Result<Figure<'a>, FigureError> {
     check_runs("overlay", runs)?;
     let window = events::window(runs, window);
     let positions = runs.iter().map(|run| Signal::position(run, run.slave_position_m));
@@ -23,29 +24,24 @@ pub fn overlay(runs: &[RunView<'_>], window: Option<(f64, f64)>) -> Result<Figur
     let force = shared(&forces.collect::<Vec<_>>(), window);
     let events = merged(runs);
 
-    let styled = || runs.iter().zip(RUNS.iter().cycle());
-    let panel = |y: Axis, y_caption, traces| Panel {
+    let strokes = of_runs(runs.iter().map(|run| run.is_augmented));
+    let styled = || runs.iter().zip(strokes.iter().copied());
+    let panel = |y: Axis, y_caption: &str, traces| Panel {
         events: events.clone(),
         traces: dashes_last(traces),
         ..Panel::over_time(Axis::exact(window, X_TICKS), y, y_caption)
     };
-    let slave = styled().map(|(run, line)| trace(run.time_s, run.slave_position_m, 1e3, line)).collect();
-    let feedback = styled().map(|(run, line)| trace(run.time_s, run.feedback_force_n, 1.0, line)).collect();
-    let row = |panel| Row { title: None, height: 400.0, panels: vec![panel] };
-    let names = styled().map(|(run, line)| (Sample::Line(*line), run.name.to_owned()));
-    Grid {
-        legends: vec![names.collect()],
-        common: events::entries(&[&events], window),
+    let slave = styled().map(|(run, line)| Trace::new(run.time_s, run.slave_position_m, line).times(1e3)).collect();
+    let feedback = styled().map(|(run, line)| Trace::new(run.time_s, run.feedback_force_n, line)).collect();
+    let names = styled().map(|(run, line)| (Sample::Line(line), run.name.to_owned()));
+    Ok(Figure {
+        name: String::new(),
+        legend: names.chain(events::entries(&[&events], window)).collect(),
         rows: vec![
-            row(panel(position, "Slave position (mm)", slave)),
-            row(panel(force, "Feedback force (N)", feedback)),
+            Row::of(130.0, panel(position, "Slave position (mm)", slave)),
+            Row::of(130.0, panel(force, "Feedback force (N)", feedback)),
         ],
-    }
-    .draw()
-}
-
-fn trace<'a>(x: &'a [f64], y: &'a [f64], scale: f64, stroke: &Stroke) -> Trace<'a> {
-    Trace { x, y, scale, stroke: *stroke }
+    })
 }
 
 /// Draws dashed lines last, so that both lines are visible where runs coincide.

@@ -1,19 +1,19 @@
 //! The estimated tissue parameters over time, as in figures 5 and 7 of the paper, with their standard errors.
 
-use plotters::style::Color;
-
 use super::axis::{Axis, X_TICKS, Y_TICKS, quantile_extent};
-use super::grid::{Grid, Row};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
+use super::page::Point;
 use super::panel::{Events, Panel, Trace};
-use super::style::{ALONE, SKY};
-use super::thin::Point;
-use super::{EstimationView, Figure, FigureError, events};
+use super::style::{COMPUTED, Color, GREY};
+use super::{EstimationView, FigureError, events};
 
 /// Quantile that sets the axes; the first estimates after contact can be very large.
 const SHOWN: f64 = 0.995;
 
 /// Half of the width of the band, in standard errors.
 const BAND: f64 = 2.0;
+const BAND_COLOR: Color = GREY.pale(0.4);
 
 /// Number of points of each edge of the band.
 const EDGE_POINTS: usize = 800;
@@ -24,7 +24,7 @@ const EDGE_POINTS: usize = 800;
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
-pub fn parameters(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
+pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError> {
     view.check("parameters")?;
     let (time, window) = view.time_axis(X_TICKS);
     let events = events::of_estimation(view);
@@ -38,7 +38,9 @@ pub fn parameters(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
         view.extra_parameter
             .map(|(name, column)| row(column, if name == "power" { "Power" } else { "Friction (N)" }, None)),
     );
-    Grid { legends: Vec::new(), common: events::entries(&[&events], window), rows }.draw()
+    let band = view.standard_errors.map(|_| (Sample::Shade(BAND_COLOR), "estimate ± 2 standard errors".to_owned()));
+    let legend = band.into_iter().chain(events::entries(&[&events], window)).collect();
+    Ok(Figure { name: view.name.to_owned(), legend, rows })
 }
 
 /// A parameter over time, with the band of its standard errors, if any.
@@ -47,18 +49,18 @@ fn parameter<'a>(
     time: &Axis,
     events: &Events,
     y: &'a [f64],
-    y_caption: &'a str,
+    y_caption: &str,
     std: Option<&[f64]>,
 ) -> Row<'a> {
     let axis = Axis::padded(quantile_extent(y.iter().copied(), SHOWN).unwrap_or((0.0, 1.0)), Y_TICKS);
     let outlines = std.map_or(vec![], |std| band(time_s, y, std, (axis.low, axis.high)));
     let panel = Panel {
         events: events.clone(),
-        fills: outlines.into_iter().map(|outline| (outline, SKY.mix(0.35))).collect(),
-        traces: vec![Trace { x: time_s, y, scale: 1.0, stroke: ALONE }],
+        fills: outlines.into_iter().map(|outline| (outline, BAND_COLOR)).collect(),
+        traces: vec![Trace::new(time_s, y, COMPUTED)],
         ..Panel::over_time(time.clone(), axis, y_caption)
     };
-    Row { title: None, height: 360.0, panels: vec![panel] }
+    Row::of(115.0, panel)
 }
 
 /// The outlines of the band around a parameter, within an axis: of each interval of time, the extremes.

@@ -1,10 +1,11 @@
 //! The two-port of the teleoperator over frequency.
 
+use super::FigureError;
 use super::axis::{Axis, Y_TICKS, extent};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
-use super::style::{RUNS, Stroke, THRESHOLD};
-use super::{Figure, FigureError};
+use super::style::{BLACK, COMPUTED, GREY, LIMIT, Stroke, TISSUE};
 
 /// Maximum displayed value of Llewellyn's parameter. Every higher value is absolutely stable.
 const MAX_LLEWELLYN: f64 = 3.0;
@@ -12,6 +13,8 @@ const MAX_LLEWELLYN: f64 = 3.0;
 /// Columns over frequency, all of the same length.
 #[derive(Clone, Debug)]
 pub struct PortsView {
+    /// Name of the scenario.
+    pub name: String,
     /// Hz, increasing.
     pub frequency_hz: Vec<f64>,
     /// `|Z_t|` in N·s/m.
@@ -33,7 +36,7 @@ pub struct PortsView {
 ///
 /// # Errors
 /// [`FigureError::Empty`] without frequencies, [`FigureError::Length`] for columns of unequal lengths.
-pub fn ports(view: &PortsView) -> Result<Figure, FigureError> {
+pub fn ports(view: &PortsView) -> Result<Figure<'static>, FigureError> {
     let columns = [
         ("transmitted", view.transmitted.len()),
         ("ideal", view.ideal.len()),
@@ -51,56 +54,48 @@ pub fn ports(view: &PortsView) -> Result<Figure, FigureError> {
     let magnitudes = view.transmitted.iter().chain(&view.ideal).chain(&view.free).copied();
     let (min, max) = extent(magnitudes.filter(|value| *value > 0.0)).unwrap_or((0.1, 10.0));
     let impedance = Axis::log10((min.max(1e-6 * max) / 1.5, 1.5 * max));
-    let [transmitted, ideal, free] = [RUNS[1], RUNS[0], RUNS[2]];
-    let line = |y, stroke| Trace { x: &x, y, scale: 1.0, stroke };
-    let panel = |y: Axis, y_caption, traces, levels| Panel {
-        x_caption: "Frequency (Hz)",
+    let ideal = Stroke::dashed(GREY, 1.6, &[9.0, 3.0]);
+    let free = Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]);
+    let line = |y: &[f64], stroke| Trace::new(x.clone(), y.to_vec(), stroke);
+    let panel = |y: Axis, y_caption: &str, traces, levels, legend: &[(Stroke, &str)]| Panel {
         traces,
         levels,
-        ..Panel::over_time(x_axis.clone(), y, y_caption)
+        legend: legend.iter().map(|(stroke, name)| (Sample::Line(*stroke), (*name).to_owned())).collect(),
+        ..Panel::new(x_axis.clone(), "Frequency (Hz)", y, y_caption)
     };
-    let shown: Vec<f64> = view.llewellyn.iter().map(|value| value.clamp(-2.0, MAX_LLEWELLYN)).collect();
-    let zero = Stroke { width: 2.0, ..THRESHOLD };
     let rows = vec![
-        Row {
-            title: None,
-            height: 430.0,
-            panels: vec![panel(
+        Row::of(
+            130.0,
+            panel(
                 impedance,
                 "Impedance (N·s/m)",
-                vec![line(&view.ideal, ideal), line(&view.free, free), line(&view.transmitted, transmitted)],
+                vec![line(&view.transmitted, TISSUE), line(&view.ideal, ideal), line(&view.free, free)],
                 vec![],
-            )],
-        },
-        Row {
-            title: None,
-            height: 260.0,
-            panels: vec![panel(
+                &[(TISSUE, "in tissue"), (ideal, "ideal: the scaled tissue"), (free, "in free motion")],
+            ),
+        ),
+        Row::of(
+            85.0,
+            panel(
                 Axis::exact((-2.2, MAX_LLEWELLYN + 0.2), Y_TICKS),
                 "Llewellyn η",
-                vec![line(&shown, RUNS[3])],
-                vec![(1.0, THRESHOLD)],
-            )],
-        },
-        Row {
-            title: None,
-            height: 260.0,
-            panels: vec![panel(
+                vec![line(&view.llewellyn, COMPUTED)],
+                vec![(1.0, LIMIT)],
+                &[(COMPUTED, "Llewellyn's parameter"), (LIMIT, "minimum for absolute stability")],
+            ),
+        ),
+        Row::of(
+            85.0,
+            panel(
                 Axis::exact((-1.1, 1.1), Y_TICKS),
                 "Re Z / |Z|",
-                vec![line(&view.free_cosine, free), line(&view.transmitted_cosine, transmitted)],
-                vec![(0.0, zero)],
-            )],
-        },
+                vec![line(&view.transmitted_cosine, TISSUE), line(&view.free_cosine, free)],
+                vec![(0.0, LIMIT)],
+                &[(TISSUE, "in tissue"), (free, "in free motion"), (LIMIT, "minimum for passivity")],
+            ),
+        ),
     ];
-    let legend = vec![
-        (Sample::Line(transmitted), "in tissue".to_owned()),
-        (Sample::Line(ideal), "ideal: the scaled tissue".to_owned()),
-        (Sample::Line(free), "in free motion".to_owned()),
-        (Sample::Line(RUNS[3]), "Llewellyn's parameter".to_owned()),
-        (Sample::Line(THRESHOLD), "minimum: η = 1 for absolute stability, Re Z = 0 for passivity".to_owned()),
-    ];
-    Grid { legends: vec![legend], common: vec![], rows }.draw()
+    Ok(Figure { name: view.name.clone(), legend: vec![], rows })
 }
 
 #[cfg(test)]
@@ -111,6 +106,7 @@ mod tests {
     fn impedances_and_the_threshold_are_drawn() {
         let column = |value: f64| vec![value, 2.0 * value, f64::INFINITY];
         let view = PortsView {
+            name: String::new(),
             frequency_hz: vec![0.1, 1.0, 10.0],
             transmitted: column(1.0),
             ideal: column(2.0),
@@ -119,8 +115,8 @@ mod tests {
             transmitted_cosine: vec![0.1, -0.2, f64::NAN],
             free_cosine: vec![0.1, 0.2, 0.3],
         };
-        let figure = ports(&view).expect("a figure");
-        assert!(figure.svg.contains("Llewellyn"));
+        let svg = ports(&view).expect("a figure").page(500.0).svg();
+        assert!(svg.contains("Llewellyn"));
         assert!(matches!(ports(&PortsView { ideal: vec![], ..view }), Err(FigureError::Length { .. })));
     }
 }

@@ -1,11 +1,12 @@
 //! The distribution of the prediction error, as in figure 11 of the paper.
 
 use super::axis::{Axis, X_TICKS, extent};
-use super::grid::{Grid, Row, Sample};
-use super::panel::{Events, Panel, Trace};
-use super::style::{MAIN, SKY};
-use super::{EstimationView, Figure, FigureError};
-use plotters::style::{Color, RGBAColor};
+use super::decision::short;
+use super::figure::{Figure, Row};
+use super::legend::Sample;
+use super::panel::{Panel, Trace};
+use super::style::{COMPUTED, GREY, LIMIT, Stroke};
+use super::{EstimationView, FigureError};
 use trocar_sim::quantiles::robust_std;
 
 /// Maximum half width of the figure in σ.
@@ -18,40 +19,43 @@ const BINS: usize = 96;
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
-pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure, FigureError> {
+pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure<'static>, FigureError> {
     view.check("residual")?;
-    let (residuals, Histogram { half, bin, densities, sigma }) = histogram(view.residual_n);
+    let named = |sigma| format!("zero-mean Gaussian, σ = 1.4826·MAD = {} N", short(sigma));
+    let gaussians: Vec<(f64, String)> =
+        histogram(view.residual_n).1.sigma.map(|sigma| (sigma, named(sigma))).into_iter().collect();
+    Ok(distribution(view.name, view.residual_n, &gaussians))
+}
+
+/// Draws the density of a prediction error (N) on a logarithmic axis, with zero-mean Gaussians: each its standard deviation (N) and
+/// its name.
+#[must_use]
+pub fn distribution(name: &str, residual_n: &[f64], gaussians: &[(f64, String)]) -> Figure<'static> {
+    let (residuals, Histogram { half, bin, densities, .. }) = histogram(residual_n);
     let single = 1.0 / (residuals.len().max(1) as f64 * bin);
     let peak = densities.iter().copied().fold(single, f64::max);
     let y = Axis::log10((0.5 * single, 3.0 * peak));
-
-    let shade: RGBAColor = SKY.mix(0.75);
+    let shade = GREY.pale(0.45);
     let outside = residuals.iter().filter(|e| e.abs() >= half).count();
     let omitted = match outside {
         0 => String::new(),
-        count => format!(", {count} of them beyond ±{} N, not drawn", super::decision::short(half)),
+        count => format!(", {count} of them beyond ±{} N, not drawn", short(half)),
     };
-    let mut legend = vec![(Sample::Shade(shade), format!("e, {} samples{omitted}", residuals.len()))];
     let curve_x: Vec<f64> = (0..=400).map(|k| -half + 2.0 * half * f64::from(k) / 400.0).collect();
-    let curve_y: Vec<f64> = curve_x.iter().map(|&e| sigma.map_or(f64::NAN, |s| gaussian(e, s))).collect();
-    if let Some(sigma) = sigma {
-        let text = format!("zero-mean Gaussian, σ = 1.4826·MAD = {} N", super::decision::short(sigma));
-        legend.push((Sample::Line(MAIN), text));
-    }
-    let panel = Panel {
-        x: Axis::exact((-half, half), X_TICKS),
-        x_caption: "Prediction error e (N)",
-        fills: vec![(outline(&densities, half, bin, &y), shade)],
-        traces: vec![Trace { x: &curve_x, y: &curve_y, scale: 1.0, stroke: MAIN }],
-        events: Events::default(),
-        ..Panel::over_time(Axis::exact((-half, half), X_TICKS), y, "Density (1/N)")
+    let lines = [COMPUTED, LIMIT];
+    let curve = |((sigma, _), line): (&(f64, String), Stroke)| {
+        let y: Vec<f64> = curve_x.iter().map(|e| gaussian(*e, *sigma)).collect();
+        Trace::new(curve_x.clone(), y, line)
     };
-    Grid {
-        legends: vec![legend],
-        common: Vec::new(),
-        rows: vec![Row { title: None, height: 640.0, panels: vec![panel] }],
-    }
-    .draw()
+    let names = gaussians.iter().zip(lines).map(|((_, name), line)| (Sample::Line(line), name.clone()));
+    let of_samples = (Sample::Shade(shade), format!("e, {} samples{omitted}", residuals.len()));
+    let panel = Panel {
+        fills: vec![(outline(&densities, half, bin, &y), shade)],
+        traces: gaussians.iter().zip(lines).map(curve).collect(),
+        ..Panel::new(Axis::exact((-half, half), X_TICKS), "Prediction error e (N)", y, "Density (1/N)")
+    };
+    let legend = std::iter::once(of_samples).chain(names).collect();
+    Figure { name: name.to_owned(), legend, rows: vec![Row::of(180.0, panel)] }
 }
 
 /// The distribution of a prediction error: densities (1/N) in bins of equal width `bin` (N) from `-half` to `half` (N), and the

@@ -1,23 +1,23 @@
 //! The stability map over two parameters.
 
-use plotters::style::{Color, WHITE};
-
+use super::FigureError;
 use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
+use super::page::Point;
 use super::panel::Panel;
-use super::style::{BLACK, BLUE, GREEN, SKY, Stroke, VERMILION};
-use super::thin::Point;
-use super::{Figure, FigureError};
+use super::style::{BLACK, Color, GREY, ORANGE, PURPLE, Stroke, WHITE};
 
-/// The stability boundary.
-const BOUNDARY: Stroke = Stroke::solid(BLACK, 3.5);
+/// The stable region and its boundary.
+const STABLE: Color = GREY.pale(0.2);
+const BOUNDARY: Stroke = Stroke::solid(PURPLE, 1.3);
 /// A run whose motion decays, and a run whose motion grows.
-const DECAYS: Stroke = Stroke::solid(BLUE, 5.0);
-const GROWS: Stroke = Stroke::solid(VERMILION, 7.0);
+const DECAYS: Stroke = Stroke::solid(GREY, 1.2);
+const GROWS: Stroke = Stroke::solid(PURPLE, 1.8);
 /// A run that disagrees with the analysis.
-const DIFFERS: Stroke = Stroke::solid(BLACK, 11.0);
+const DIFFERS: Stroke = Stroke::solid(ORANGE, 3.2);
 /// The scenario.
-const SCENARIO: Stroke = Stroke::solid(GREEN, 20.0);
+const SCENARIO: Stroke = Stroke::solid(BLACK, 5.0);
 
 /// Approximate number of runs drawn along each axis.
 const RUNS_PER_AXIS: usize = 28;
@@ -38,6 +38,8 @@ pub struct MapAxisView<'a> {
 /// Verdicts on a grid.
 #[derive(Clone, Debug)]
 pub struct MapView<'a> {
+    /// Name of the scenario.
+    pub name: &'a str,
     /// The horizontal axis.
     pub x: MapAxisView<'a>,
     /// The vertical axis.
@@ -51,11 +53,11 @@ pub struct MapView<'a> {
 }
 
 /// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the analysis are
-/// larger and black.
+/// larger and orange.
 ///
 /// # Errors
 /// [`FigureError::Empty`] for a map without points.
-pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
+pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError> {
     let MapView { x, y, .. } = view;
     let (columns, rows) = (x.values.len(), y.values.len());
     if columns < 2 || rows < 2 || view.stable.len() != columns * rows {
@@ -63,7 +65,7 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
     }
     let (x_axis, y_axis) = (axis(x, X_TICKS), axis(y, Y_TICKS));
     let (x_edges, y_edges) = (edges(x, &x_axis), edges(y, &y_axis));
-    let mut panel = Panel { x_caption: x.caption, ..Panel::over_time(x_axis.clone(), y_axis.clone(), y.caption) };
+    let mut panel = Panel::new(x_axis.clone(), x.caption, y_axis.clone(), y.caption);
     for row in 0..rows {
         let verdicts = &view.stable[row * columns..(row + 1) * columns];
         let mut column = 0;
@@ -72,7 +74,7 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
             if verdicts[column] {
                 let (left, right) = (x_edges[column], x_edges[column + length]);
                 let (low, high) = (y_edges[row], y_edges[row + 1]);
-                panel.fills.push((vec![(left, low), (right, low), (right, high), (left, high)], SKY.mix(0.38)));
+                panel.fills.push((vec![(left, low), (right, low), (right, high), (left, high)], STABLE));
             }
             column += length;
         }
@@ -81,10 +83,10 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
     panel.curves.extend(view.boundary.iter().map(|piece| (piece.iter().copied().map(place).collect(), BOUNDARY)));
     panel.curves.extend(dots(view).map(|(point, stroke)| (vec![place(point)], stroke)));
     let scenario = place((x.scenario_value, y.scenario_value));
-    panel.curves.push((vec![scenario], Stroke::solid(WHITE, 26.0)));
+    panel.curves.push((vec![scenario], Stroke::solid(WHITE, 7.0)));
     panel.curves.push((vec![scenario], SCENARIO));
     let mut legend = vec![
-        (Sample::Shade(SKY.mix(0.38)), "stable".to_owned()),
+        (Sample::Shade(STABLE), "stable".to_owned()),
         (Sample::Line(BOUNDARY), "boundary (analysis)".to_owned()),
         (Sample::Dot(SCENARIO), "scenario".to_owned()),
     ];
@@ -95,8 +97,7 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure, FigureError> {
     if view.grew.iter().zip(view.stable).any(|(grew, stable)| *grew == Some(*stable)) {
         legend.push((Sample::Dot(DIFFERS), "simulation: disagrees".to_owned()));
     }
-    Grid { legends: vec![legend], common: vec![], rows: vec![Row { title: None, height: 820.0, panels: vec![panel] }] }
-        .draw()
+    Ok(Figure { name: view.name.to_owned(), legend, rows: vec![Row::of(240.0, panel)] })
 }
 
 /// Returns the displayed runs: an even selection, and all runs that disagree.
@@ -137,20 +138,22 @@ mod tests {
         let axis = |caption| MapAxisView { caption, values: &values, is_logarithmic: true, scenario_value: 1.0 };
         let stable = [true, true, true, true, false, false, true, false, false];
         let view = MapView {
+            name: "classical",
             x: axis("Force scale"),
             y: axis("Tissue stiffness (N/m)"),
             stable: &stable,
             boundary: &[[(3.0, 10.0), (10.0, 3.0)]],
             grew: &[],
         };
-        let plain = stability_map(&view).expect("a figure");
-        assert!(plain.svg.contains("Tissue stiffness (N/m)") && !plain.svg.contains("simulation"));
+        let svg = |view: &MapView<'_>| stability_map(view).expect("a figure").page(500.0).svg();
+        let plain = svg(&view);
+        assert!(plain.contains("Tissue stiffness (N/m)") && !plain.contains("simulation"));
         let grew: Vec<Option<bool>> = stable.iter().map(|stable| Some(!stable)).collect();
-        let checked = stability_map(&MapView { grew: &grew, ..view.clone() }).expect("a figure");
-        assert!(checked.svg.contains("simulation: grows") && !checked.svg.contains("simulation: disagrees"));
+        let checked = svg(&MapView { grew: &grew, ..view.clone() });
+        assert!(checked.contains("simulation: grows") && !checked.contains("simulation: disagrees"));
         let differs: Vec<Option<bool>> = stable.iter().map(|stable| Some(*stable)).collect();
-        let disagreeing = stability_map(&MapView { grew: &differs, ..view.clone() }).expect("a figure");
-        assert!(disagreeing.svg.contains("simulation: disagrees"));
+        let disagreeing = svg(&MapView { grew: &differs, ..view.clone() });
+        assert!(disagreeing.contains("simulation: disagrees"));
         assert!(matches!(stability_map(&MapView { stable: &[], ..view }), Err(FigureError::Empty { .. })));
     }
 }

@@ -1,100 +1,126 @@
-//! Sizes, colours and line styles.
+//! Sizes, colours and line styles, in points (1/72 in).
 //!
-//! Lengths are in pixels of a figure 1600 pixels wide. The colours are those of Okabe and Ito, which differ for the common forms of
-//! colour blindness. Lines also differ in width and dashes, for print without colour.
+//! The colours are those of Okabe and Ito, which differ for the common forms of colour blindness; lines also differ in width and
+//! dashes, for print without colour. A colour has one meaning in all figures:
+//!
+//! | colour | meaning |
+//! |---|---|
+//! | blue, dashed | classical teleoperation |
+//! | vermilion | augmented teleoperation |
+//! | sky blue, wide | tissue: its force on the needle |
+//! | green, dotted | hand: the master and the felt force |
+//! | black | estimator, detector and analysis; alarms |
+//! | purple | limits and thresholds |
+//! | orange, pale | frozen and re-engaging |
+//! | grey | ruptures, guides |
+//!
+//! Where a figure compares more than two lines of one kind, such as detectors, [`LINES`] goes on through the other colours.
 
-use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
+/// Size of all text.
+pub(super) const TEXT: f64 = 8.0;
 
-use super::fonts::{FAMILY, PLOTTERS_SIZE_PER_EM};
+/// A colour, as red, green and blue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Color(pub(super) u8, pub(super) u8, pub(super) u8);
 
-/// Drawing units per pixel. Plotters has integer coordinates; quarters of a pixel keep slow curves smooth.
-pub(super) const UNITS_PER_PIXEL: i32 = 4;
-
-pub(super) const FIGURE_WIDTH: i32 = 1600;
-pub(super) const TEXT_EM: f64 = 34.0;
-pub(super) const TITLE_EM: f64 = 36.0;
-
-pub(super) const BLACK: RGBColor = RGBColor(0x1a, 0x1a, 0x1a);
-pub(super) const GREY: RGBColor = RGBColor(0x6e, 0x6e, 0x6e);
-pub(super) const GRID: RGBColor = RGBColor(0xe3, 0xe3, 0xe3);
-pub(super) const ORANGE: RGBColor = RGBColor(0xe6, 0x9f, 0x00);
-pub(super) const SKY: RGBColor = RGBColor(0x56, 0xb4, 0xe9);
-pub(super) const GREEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
-pub(super) const BLUE: RGBColor = RGBColor(0x00, 0x72, 0xb2);
-pub(super) const VERMILION: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
-pub(super) const PURPLE: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
-
-/// Converts pixels to drawing units.
-pub(super) fn units(pixels: f64) -> i32 {
-    (pixels * f64::from(UNITS_PER_PIXEL)).round() as i32
+impl Color {
+    /// Returns the colour on white paper at this coverage, 0 to 1.
+    pub(super) const fn pale(self, coverage: f64) -> Self {
+        const fn mix(channel: u8, coverage: f64) -> u8 {
+            (255.0 + coverage * (channel as f64 - 255.0) + 0.5) as u8
+        }
+        Self(mix(self.0, coverage), mix(self.1, coverage), mix(self.2, coverage))
+    }
 }
 
-/// The style of a line. Dashes are `(on, off, on, off …)` in pixels, empty for a solid line.
+pub(super) const WHITE: Color = Color(0xff, 0xff, 0xff);
+pub(super) const BLACK: Color = Color(0x1a, 0x1a, 0x1a);
+pub(super) const GREY: Color = Color(0x6e, 0x6e, 0x6e);
+pub(super) const GRID: Color = Color(0xe3, 0xe3, 0xe3);
+pub(super) const ORANGE: Color = Color(0xe6, 0x9f, 0x00);
+pub(super) const SKY: Color = Color(0x56, 0xb4, 0xe9);
+pub(super) const GREEN: Color = Color(0x00, 0x9e, 0x73);
+pub(super) const BLUE: Color = Color(0x00, 0x72, 0xb2);
+pub(super) const VERMILION: Color = Color(0xd5, 0x5e, 0x00);
+pub(super) const PURPLE: Color = Color(0xcc, 0x79, 0xa7);
+
+/// The style of a line. Dashes are `(on, off, on, off …)`, empty for a solid line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stroke {
-    pub(super) color: RGBColor,
+    pub(super) color: Color,
     pub(super) width: f64,
-    pub(super) dashes: &'static [f32],
+    pub(super) dashes: &'static [f64],
 }
 
 impl Stroke {
-    pub(super) const fn solid(color: RGBColor, width: f64) -> Self {
+    pub(super) const fn solid(color: Color, width: f64) -> Self {
         Self { color, width, dashes: &[] }
     }
 
-    pub(super) fn shape(&self) -> ShapeStyle {
-        ShapeStyle { color: self.color.to_rgba(), filled: false, stroke_width: units(self.width).max(1) as u32 }
+    pub(super) const fn dashed(color: Color, width: f64, dashes: &'static [f64]) -> Self {
+        Self { color, width, dashes }
     }
 }
 
-/// A wide pale line below a thin one.
-pub(super) const UNDERLAY: Stroke = Stroke::solid(SKY, 8.0);
-/// The main line.
-pub(super) const MAIN: Stroke = Stroke::solid(VERMILION, 3.25);
-/// The line of the operator or the master.
-pub(super) const HUMAN: Stroke = Stroke { color: BLUE, width: 3.25, dashes: &[15.0, 10.0] };
-/// The only line in its axes.
-pub(super) const ALONE: Stroke = Stroke::solid(BLUE, 2.75);
-/// A true rupture.
-pub(super) const RUPTURE: Stroke = Stroke { color: GREY, width: 2.0, dashes: &[7.0, 7.0] };
-/// An alarm.
-pub(super) const ALARM: Stroke = Stroke::solid(BLACK, 2.0);
-/// A threshold.
-pub(super) const THRESHOLD: Stroke = Stroke { color: VERMILION, width: 3.0, dashes: &[22.0, 9.0, 3.0, 9.0] };
+/// A frame or an axis.
+pub(super) const FRAME: Stroke = Stroke::solid(BLACK, 0.6);
+/// A line of the grid.
+pub(super) const MESH: Stroke = Stroke::solid(GRID, 0.5);
+/// The tissue.
+pub(super) const TISSUE: Stroke = Stroke::solid(SKY, 2.4);
+/// The hand: the master, and the force that the operator feels.
+pub(super) const HAND: Stroke = Stroke::dashed(GREEN, 1.3, &[1.5, 1.7]);
+/// A run by classical teleoperation.
+pub(super) const CLASSICAL: Stroke = Stroke::dashed(BLUE, 1.1, &[6.0, 1.8]);
+/// A run by augmented teleoperation.
+pub(super) const AUGMENTED: Stroke = Stroke::solid(VERMILION, 1.2);
+/// A result of the estimator, of the detector or of the analysis.
+pub(super) const COMPUTED: Stroke = Stroke::solid(BLACK, 0.9);
+/// A limit or a threshold.
+pub(super) const LIMIT: Stroke = Stroke::dashed(PURPLE, 1.1, &[7.0, 2.5, 1.2, 2.5]);
+/// A guide such as a zero line.
+pub(super) const GUIDE: Stroke = Stroke::solid(GREY, 0.6);
+/// A rupture.
+pub(super) const RUPTURE: Stroke = Stroke::dashed(GREY, 0.8, &[2.2, 2.2]);
 
-/// One style per run or detector in the same axes.
-pub(super) const RUNS: [Stroke; 8] = [
-    Stroke { color: BLUE, width: 3.25, dashes: &[15.0, 10.0] },
-    Stroke::solid(VERMILION, 3.75),
-    Stroke { color: GREEN, width: 3.5, dashes: &[26.0, 10.0, 4.0, 10.0] },
-    Stroke { color: BLACK, width: 3.0, dashes: &[5.0, 8.0] },
-    Stroke::solid(PURPLE, 2.25),
-    Stroke { color: ORANGE, width: 4.5, dashes: &[34.0, 14.0] },
-    Stroke { color: SKY, width: 6.0, dashes: &[10.0, 16.0] },
-    Stroke::solid(GREY, 5.0),
+/// A style per line of one kind in the same axes.
+pub(super) const LINES: [Stroke; 12] = [
+    CLASSICAL,
+    AUGMENTED,
+    Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]),
+    Stroke::dashed(GREY, 1.6, &[9.0, 3.0, 1.5, 3.0]),
+    Stroke::solid(PURPLE, 0.9),
+    Stroke::dashed(ORANGE, 1.6, &[11.0, 4.5]),
+    Stroke::dashed(GREEN, 1.3, &[3.5, 3.5]),
+    Stroke::dashed(SKY, 2.0, &[3.0, 5.0]),
+    Stroke::dashed(VERMILION, 0.8, &[2.0, 6.0]),
+    Stroke::solid(BLUE, 0.6),
+    Stroke::dashed(PURPLE, 2.2, &[1.5, 8.0]),
+    Stroke::solid(BLACK, 0.5),
 ];
 
+/// Returns the styles of runs in the same axes: the first classical and the first augmented run have their own, the others follow
+/// in the order of [`LINES`].
+pub(super) fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Stroke> {
+    let mut seen = [false; 2];
+    let mut others = LINES[2..].iter().cycle();
+    let mut style = |is_augmented: bool| {
+        if std::mem::replace(&mut seen[usize::from(is_augmented)], true) {
+            *others.next().unwrap_or(&COMPUTED)
+        } else if is_augmented {
+            AUGMENTED
+        } else {
+            CLASSICAL
+        }
+    };
+    is_augmented.into_iter().map(&mut style).collect()
+}
+
 /// Returns the shade of an interval in a mode, or `None` for teleoperation.
-pub(super) fn shade(mode: u8) -> Option<RGBAColor> {
+pub(super) fn shade(mode: u8) -> Option<Color> {
     match mode {
-        1 => Some(ORANGE.mix(0.34)),
-        2 => Some(ORANGE.mix(0.13)),
+        1 => Some(ORANGE.pale(0.34)),
+        2 => Some(ORANGE.pale(0.13)),
         _ => None,
     }
-}
-
-/// Body text.
-pub(super) fn text() -> TextStyle<'static> {
-    sized(TEXT_EM, FontStyle::Normal)
-}
-
-/// Titles of rows.
-pub(super) fn title() -> TextStyle<'static> {
-    sized(TITLE_EM, FontStyle::Bold)
-}
-
-fn sized(em: f64, style: FontStyle) -> TextStyle<'static> {
-    let size = em * PLOTTERS_SIZE_PER_EM * f64::from(UNITS_PER_PIXEL);
-    let font = (FAMILY, size).into_font().style(style).transform(FontTransform::None);
-    TextStyle::from(font).color(&BLACK)
 }

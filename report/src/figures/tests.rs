@@ -1,8 +1,10 @@
 //! Every figure with plausible, empty, short and invalid records.
 
 use std::f64::consts::TAU;
-use std::time::Instant;
 
+use super::figure::Row;
+use super::page::{Item, Page};
+use super::panel::{Panel, Trace};
 use super::*;
 
 /// Columns of a needle insertion with a rupture at 5.52 s.
@@ -88,6 +90,7 @@ impl Record {
     fn run<'a>(&'a self, name: &'a str) -> RunView<'a> {
         RunView {
             name,
+            is_augmented: false,
             time_s: &self.time,
             master_position_m: &self.master,
             slave_position_m: &self.slave,
@@ -139,40 +142,268 @@ impl Record {
     }
 }
 
-/// Returns every figure of a pair of records, with the name of its file and the drawing time in ms.
-fn all(a: &Record, b: &Record) -> Vec<(&'static str, Result<Figure, FigureError>, f64)> {
-    let runs = [a.run("classical"), b.run("augmented")];
+/// Returns every figure of a pair of records, with its name.
+fn all<'a>(a: &'a Record, b: &'a Record) -> Vec<(&'static str, Result<Figure<'a>, FigureError>)> {
+    let runs = [a.run("classical"), RunView { is_augmented: true, ..b.run("augmented") }];
     let view = b.estimation();
-    let timed = |name, draw: &dyn Fn() -> Result<Figure, FigureError>| {
-        let start = Instant::now();
-        let figure = draw();
-        (name, figure, start.elapsed().as_secs_f64() * 1e3)
+    vec![
+        ("comparison", comparison(&runs, None)),
+        ("comparison-record", comparison(&runs, Some((0.0, 16.0)))),
+        ("comparison-one", comparison(&runs[1..], None)),
+        ("comparison-four", comparison(&[runs[0], runs[1], runs[0], runs[1]], None)),
+        ("overlay", overlay(&runs, None)),
+        ("overlay-record", overlay(&runs, Some((0.0, 16.0)))),
+        ("estimation", estimation(&view)),
+        ("parameters", parameters(&view)),
+        ("decision", decision(&view)),
+        ("residual", residual_histogram(&view)),
+    ]
+}
+
+/// Returns a column over a logarithmic range, and one that falls with it.
+fn falling() -> (Vec<f64>, Vec<f64>) {
+    (0..60).map(|k| 10.0_f64.powf(-2.0 + 0.08 * f64::from(k))).map(|x| (x, 3.0 / (1.0 + x))).unzip()
+}
+
+/// Returns the figures of the analyses and the studies.
+fn studies() -> Vec<(&'static str, Figure<'static>)> {
+    let (x, y) = falling();
+    let ports_view = PortsView {
+        name: "classical".to_owned(),
+        frequency_hz: x.clone(),
+        transmitted: y.clone(),
+        ideal: y.iter().map(|y| 1.1 * y).collect(),
+        free: x.clone(),
+        llewellyn: y.iter().map(|y| y - 1.0).collect(),
+        transmitted_cosine: y.iter().map(|y| (3.0 * y).cos()).collect(),
+        free_cosine: y.iter().map(|y| y.sin()).collect(),
+    };
+    let loop_view = LoopView {
+        name: "classical".to_owned(),
+        frequency_hz: x.clone(),
+        magnitude: y.clone(),
+        phase_deg: x.iter().map(|x| -20.0 * x).collect(),
+        real: y.clone(),
+        imaginary: y.iter().map(|y| -0.3 * y).collect(),
+        gain_margin: Some((2.0, 5.0)),
+        phase_margin_hz: Some(2.0),
+        time_s: x.clone(),
+        force: y.iter().map(|y| 300.0 * y).collect(),
+    };
+    let switching_view =
+        SwitchingView { name: "augmented".to_owned(), dwell_s: x.clone(), certified: y.clone(), found: y.clone() };
+    let branches = x.iter().map(|x| (*x, vec![(-10.0 * x - 1.0, 3.0 / x), (-2.0, 0.0)])).collect();
+    let locus_view = LocusView { name: "classical".to_owned(), caption: "Delay each way (s)".to_owned(), branches };
+    let walls = |factor: f64| {
+        let walls: Vec<Option<f64>> = y.iter().map(|y| Some(factor * y)).collect();
+        WallsView { stable: walls.clone(), passive: walls }
+    };
+    let z_width_view = ZWidthView {
+        name: "classical".to_owned(),
+        damping_n_s_per_m: x.clone(),
+        tissue: walls(300.0),
+        virtual_walls: Some(walls(900.0)),
+    };
+    let detectors = ["squared-residual", "squared-drop", "mean-change", "variance-change", "parameter-change"];
+    let detectors = detectors.into_iter().chain(["force-derivative", "likelihood-ratio", "page-hinkley", "adaptive"]);
+    let curve = |name| CharacteristicView {
+        name,
+        false_alarms_per_minute: x.clone(),
+        detection: y.iter().map(|y| y / 3.0).collect(),
+        delay_median_s: y.iter().map(|y| 1e-3 * y).collect(),
+    };
+    let curves: Vec<_> = detectors.map(curve).collect();
+    let tried =
+        ["none", "freeze-decay", "freeze-amplify", "freeze-clutch", "freeze-snap", "freeze-until-load", "speed-limit"];
+    let tried = tried.into_iter().chain(["forbidden-region", "damping", "cue", "tip-force"]).enumerate();
+    let strategy = |(index, name)| StrategyView {
+        name,
+        excess_m: 1e-3 * index as f64,
+        noticed: 0.08 * index as f64,
+        is_on_front: index % 2 == 0,
+    };
+    let tried: Vec<_> = tried.map(strategy).collect();
+    let means: Vec<f64> = (0..48).map(|k| f64::from(k % 7)).collect();
+    let axis = |name, log| AxisView { name, log };
+    let heat_view = HeatView {
+        name: "scale_factors",
+        caption: "rupture 1: advance in 2 s in mm (mean over 5 seeds)",
+        axes: [axis("scaling.force", true), axis("tissue.stiffness_n_per_m (N/m)", true)],
+        x: x[..8].to_vec(),
+        y: x[..6].to_vec(),
+        means: &means,
+    };
+    let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("operator.arm_stiffness_n_per_m", Some(0.1), None)];
+    let influence = TornadoView { metric: "rupture 1: advance in 2 s", bars };
+    let map_axis = |caption| MapAxisView { caption, values: &x, is_logarithmic: true, scenario_value: 1.0 };
+    let stable: Vec<bool> = (0..3600).map(|k| k % 60 + k / 60 < 60).collect();
+    let grew: Vec<Option<bool>> = stable.iter().enumerate().map(|(k, stable)| Some((k % 50 == 0) == *stable)).collect();
+    let map_view = MapView {
+        name: "classical",
+        x: map_axis("Force scale"),
+        y: map_axis("Tissue stiffness (N/m)"),
+        stable: &stable,
+        boundary: &[[(0.1, 100.0), (100.0, 0.1)]],
+        grew: &grew,
+    };
+    let row = |name| TimelineRow {
+        name,
+        duration_s: 12.0,
+        shades: vec![(1.0, 5.0, Shade::Insertion), (5.0, 7.0, Shade::Hold), (7.0, 11.0, Shade::Withdrawal)],
+        rupture_times_s: vec![4.0],
+        alarm_times_s: vec![4.01, 9.0],
+    };
+    let energy_view = EnergyView {
+        name: "augmented",
+        time_s: &x,
+        hand_j: &y,
+        master_j: &y,
+        reference_j: &x,
+        needle_j: &x,
+        energy_scale: 1.0,
+        promised_j: Some(0.5),
     };
     vec![
-        timed("comparison", &|| comparison(&runs, None)),
-        timed("comparison-record", &|| comparison(&runs, Some((0.0, 16.0)))),
-        timed("comparison-one", &|| comparison(&runs[1..], None)),
-        timed("comparison-four", &|| comparison(&[runs[0], runs[1], runs[0], runs[1]], None)),
-        timed("overlay", &|| overlay(&runs, None)),
-        timed("overlay-record", &|| overlay(&runs, Some((0.0, 16.0)))),
-        timed("estimation", &|| estimation(&view)),
-        timed("parameters", &|| parameters(&view)),
-        timed("decision", &|| decision(&view)),
-        timed("residual", &|| residual_histogram(&view)),
+        ("principle", principle()),
+        ("energy", owned(energy(&energy_view))),
+        ("ports", owned(ports(&ports_view))),
+        ("loop", owned(loop_response(&loop_view))),
+        ("switching", owned(switching(&switching_view))),
+        ("locus", owned(locus(&locus_view))),
+        ("z_width", owned(z_width(&z_width_view))),
+        ("roc", owned(characteristic("in_vivo_like", &curves, 1e-2))),
+        ("strategies", owned(strategies("skin-augmented", &tried))),
+        ("heat", owned(heat_map(&heat_view))),
+        ("tornado", owned(tornado("scale_factors", &[influence]))),
+        ("stability", owned(stability_map(&map_view))),
+        ("timeline", owned(timeline(&[row("first"), row("second"), row("a third recording")]))),
+        ("delays", owned(delay_histogram(&[0.002, 0.003, 0.003, 0.008, 0.02]))),
     ]
+}
+
+/// Returns a figure that borrows nothing.
+fn owned(figure: Result<Figure<'_>, FigureError>) -> Figure<'static> {
+    let Figure { name, legend, rows } = figure.expect("a figure");
+    let trace =
+        |Trace { x, y, scale, stroke }: Trace<'_>| Trace::new(x.into_owned(), y.into_owned(), stroke).times(scale);
+    let panel =
+        |Panel { x, y, x_caption, y_caption, legend, events, fills, traces, curves, levels, notes, is_bare }: Panel<
+            '_,
+        >| {
+            let traces = traces.into_iter().map(trace).collect();
+            Panel { x, y, x_caption, y_caption, legend, events, fills, traces, curves, levels, notes, is_bare }
+        };
+    let row =
+        |Row { title, height, panels }: Row<'_>| Row { title, height, panels: panels.into_iter().map(panel).collect() };
+    Figure { name, legend, rows: rows.into_iter().map(row).collect() }
+}
+
+const COLUMN: &str = "3.5in";
+const PAGE: &str = "7.16in";
+
+fn width(text: &str) -> FigureWidth {
+    text.parse().expect("a width")
+}
+
+/// Returns the texts of a page, and asserts that none is cut, overlaps another or leaves the page.
+fn texts(name: &str, page: &Page) -> Vec<String> {
+    let texts: Vec<_> =
+        page.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect();
+    for (index, text) in texts.iter().enumerate() {
+        let [left, top, right, bottom] = text.bounds();
+        let is_inside = left >= 0.0 && top >= 0.0 && right <= page.width && bottom <= page.height;
+        assert!(is_inside, "{name}: {:?} at {:?} on {} x {}", text.text, text.bounds(), page.width, page.height);
+        assert!(!text.text.contains('…'), "{name}: {}", text.text);
+        for other in &texts[..index] {
+            let [l, t, r, b] = other.bounds();
+            let overlap = left < r && l < right && top < b && t < bottom;
+            assert!(!overlap, "{name}: {:?} {:?} and {:?} {:?}", text.text, text.bounds(), other.text, other.bounds());
+        }
+    }
+    texts.into_iter().map(|text| text.text.clone()).collect()
+}
+
+#[test]
+fn texts_are_at_least_7_pt_and_are_neither_clipped_nor_over_each_other() {
+    let (classical, augmented) = (insertion(4000, false), insertion(4000, true));
+    let of_runs = all(&classical, &augmented).into_iter().map(|(name, figure)| (name, figure.expect(name)));
+    for (name, figure) in of_runs.chain(studies()) {
+        for size in [COLUMN, PAGE, "5in", "254mm"] {
+            let page = figure.page(width(size).points());
+            let texts = texts(&format!("{name} at {size}"), &page);
+            assert!(texts.len() > 4, "{name}: {texts:?}");
+            let svg = page.svg();
+            let size = svg
+                .split("font-size=\"")
+                .nth(1)
+                .and_then(|rest| rest.split('"').next())
+                .and_then(|size| size.parse().ok());
+            assert!(size.is_some_and(|size: f64| size >= 7.0), "{size:?}");
+        }
+    }
+}
+
+#[test]
+fn panels_have_letters_and_figures_name_their_runs() {
+    let (classical, augmented) = (insertion(400, false), insertion(400, true));
+    for (name, figure) in all(&classical, &augmented) {
+        let texts = texts(name, &figure.expect(name).page(width(COLUMN).points()));
+        let names = ["classical", "augmented", "estimation"];
+        assert!(texts.iter().any(|text| names.contains(&text.as_str())), "{name}: {texts:?}");
+        assert_eq!(texts.contains(&"(b)".to_owned()), name != "residual", "{name}: {texts:?}");
+    }
+}
+
+#[test]
+fn a_png_states_its_resolution_and_has_its_width() {
+    let record = insertion(400, true);
+    let figure = estimation(&record.estimation()).expect("a figure");
+    for (size, pixels) in [(COLUMN, 1050), (PAGE, 2148)] {
+        let bytes = figure.file(FigureFormat::Png, width(size)).expect("a file");
+        let decoder = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
+        assert_eq!(decoder.info().width, pixels);
+        let resolution = decoder.info().pixel_dims.expect("a resolution");
+        assert_eq!((resolution.xppu, resolution.unit), (11_811, png::Unit::Meter));
+    }
+}
+
+#[test]
+fn a_pdf_embeds_its_typefaces_and_maps_them_to_text() {
+    let record = insertion(4000, true);
+    let figure = estimation(&record.estimation()).expect("a figure");
+    let bytes = figure.file(FigureFormat::Pdf, width(COLUMN)).expect("a file");
+    let text = String::from_utf8_lossy(&bytes);
+    assert!(text.starts_with("%PDF-") && text.contains("/MediaBox [0 0 252 "));
+    let count = |what: &str| text.matches(what).count();
+    // Regular and bold; every font has its file.
+    assert_eq!((count("/Type0"), count("/FontFile2"), count("/ToUnicode")), (2, 2, 2));
+    for font in ["TROCAR+DejaVuSans", "TROCAR+DejaVuSans-Bold"] {
+        assert!(text.contains(font), "{font}");
+    }
+    assert!(bytes.len() < 200_000, "{}", bytes.len());
 }
 
 #[test]
 fn figures_of_an_insertion_are_small_and_the_same_each_time() {
     let (classical, augmented) = (insertion(16_000, false), insertion(16_000, true));
-    let first = all(&classical, &augmented);
-    let second = all(&classical, &augmented);
-    for ((name, figure, _), (_, again, _)) in first.into_iter().zip(second) {
+    let (first, second) = (all(&classical, &augmented), all(&classical, &augmented));
+    for ((name, figure), (_, again)) in first.into_iter().zip(second) {
         let (figure, again) = (figure.expect(name), again.expect(name));
-        assert!(figure == again, "{name} differs between two drawings");
-        assert!(figure.svg.len() < 300_000, "{name}.svg has {} bytes", figure.svg.len());
-        assert!(figure.png.len() < 800_000, "{name}.png has {} bytes", figure.png.len());
-        assert!(figure.svg.starts_with("<svg width=\"1600\"") && figure.svg.trim_end().ends_with("</svg>"));
+        for format in FigureFormat::ALL {
+            let file = |figure: &Figure<'_>| figure.file(format, FigureWidth::default()).expect(name);
+            let bytes = file(&figure);
+            assert!(bytes == file(&again), "{name} differs between two drawings");
+            assert!(bytes.len() < 1_000_000, "{name}.{} has {} bytes", format.word(), bytes.len());
+        }
+    }
+}
+
+/// Asserts that there is a figure and that all of its files can be drawn, at the smallest width too.
+fn drawn(name: &str, figure: Result<Figure<'_>, FigureError>) {
+    let figure = figure.unwrap_or_else(|error| panic!("{name}: {error}"));
+    for format in FigureFormat::ALL {
+        let file = figure.file(format, width("2.5in"));
+        assert!(file.is_ok_and(|file| !file.is_empty()), "{name}");
     }
 }
 
@@ -191,14 +422,14 @@ fn invalid_records_give_figures() {
     ];
     for values in records {
         let record = Record::filled(values);
-        for (name, figure, _) in all(&record, &record) {
-            assert!(figure.is_ok(), "{name} of {values:?}: {figure:?}");
+        for (name, figure) in all(&record, &record) {
+            drawn(&format!("{name} of {values:?}"), figure);
         }
     }
     let mut odd = Record::filled(&[1.0, 2.0, 3.0]);
     odd.time = vec![f64::NAN, 1e300, f64::NEG_INFINITY];
-    for (name, figure, _) in all(&odd, &odd) {
-        assert!(figure.is_ok(), "{name} of odd times: {figure:?}");
+    for (name, figure) in all(&odd, &odd) {
+        drawn(&format!("{name} of odd times"), figure);
     }
 }
 
@@ -212,8 +443,8 @@ fn a_diverging_run_is_drawn_beside_a_stable_one() {
         diverged.tissue[k] = growth;
         diverged.feedback[k] = -growth;
     }
-    for (name, figure, _) in all(&diverged, &stable).into_iter().chain(all(&stable, &diverged)) {
-        assert!(figure.is_ok(), "{name}: {figure:?}");
+    for (name, figure) in all(&diverged, &stable).into_iter().chain(all(&stable, &diverged)) {
+        drawn(name, figure);
     }
 }
 
@@ -221,23 +452,23 @@ fn a_diverging_run_is_drawn_beside_a_stable_one() {
 fn a_million_samples_make_small_figures() {
     let record = insertion(1_000_000, true);
     let runs = [record.run("long")];
-    let figure = comparison(&runs, Some((0.0, 16.0))).expect("a figure");
-    assert!(figure.svg.len() < 300_000, "{}", figure.svg.len());
-    let figure = estimation(&record.estimation()).expect("a figure");
-    assert!(figure.svg.len() < 300_000, "{}", figure.svg.len());
+    for figure in [comparison(&runs, Some((0.0, 16.0))), estimation(&record.estimation())] {
+        let svg = figure.expect("a figure").page(width(PAGE).points()).svg();
+        assert!(svg.len() < 300_000, "{}", svg.len());
+    }
 }
 
 #[test]
 fn empty_data_is_an_error() {
     let none = Record::default();
-    for (name, figure, _) in all(&none, &none) {
+    for (name, figure) in all(&none, &none) {
         assert!(matches!(figure, Err(FigureError::Empty { .. })), "{name}");
     }
     assert!(matches!(comparison(&[], None), Err(FigureError::Empty { figure: "comparison" })));
     assert!(matches!(overlay(&[], None), Err(FigureError::Empty { figure: "overlay" })));
     let record = Record::filled(&[1.0, 2.0]);
     let ragged = RunView { mode: &[0], ..record.run("ragged") };
-    let error = overlay(&[ragged], None).expect_err("ragged columns");
+    let Err(error) = overlay(&[ragged], None) else { panic!("ragged columns") };
     assert_eq!(error.to_string(), "ragged: column mode has 1 samples, but time_s has 2");
 }
 
@@ -247,23 +478,7 @@ fn long_and_unusual_names_are_safe() {
     let name = "a <very> & long \"name\" with \u{0} control \u{7} characters, 漢字, ".repeat(20);
     let runs = [record.run(&name), record.run(""), record.run(&name)];
     for figure in [comparison(&runs, None), overlay(&runs, None)] {
-        let svg = figure.expect("a figure").svg;
+        let svg = figure.expect("a figure").page(width(COLUMN).points()).svg();
         assert!(!svg.contains('\u{0}') && !svg.contains("<very>"));
-    }
-}
-
-/// Writes sample figures to a folder: `TROCAR_FIGURES=dir cargo test --release figures::tests::samples -- --nocapture`.
-#[test]
-fn samples() {
-    let Ok(folder) = std::env::var("TROCAR_FIGURES") else {
-        return;
-    };
-    let (classical, augmented) = (insertion(16_000, false), insertion(16_000, true));
-    std::fs::create_dir_all(&folder).expect("the folder");
-    for (name, figure, milliseconds) in all(&classical, &augmented) {
-        let figure = figure.expect(name);
-        println!("{name}: {milliseconds:.1} ms, svg {} B, png {} B", figure.svg.len(), figure.png.len());
-        std::fs::write(format!("{folder}/{name}.svg"), figure.svg).expect("svg");
-        std::fs::write(format!("{folder}/{name}.png"), figure.png).expect("png");
     }
 }

@@ -1,12 +1,11 @@
 //! Many recordings over one time axis: phases of the needle, ruptures and alarms.
 
-use plotters::style::{Color, RGBAColor};
-
+use super::FigureError;
 use super::axis::{Axis, X_TICKS};
-use super::grid::{Entry, Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::{Entry, Sample};
 use super::panel::{Events, Panel};
-use super::style::{ORANGE, PURPLE, SKY};
-use super::{Figure, FigureError};
+use super::style::{Color, GREY, SKY};
 
 /// Maximum number of recordings in one figure.
 pub const MAX_ROWS: usize = 120;
@@ -26,11 +25,11 @@ impl Shade {
     const ALL: [(Self, &'static str); 3] =
         [(Self::Insertion, "insertion"), (Self::Hold, "hold"), (Self::Withdrawal, "withdrawal")];
 
-    fn color(self) -> RGBAColor {
+    fn color(self) -> Color {
         match self {
-            Self::Insertion => SKY.mix(0.55),
-            Self::Hold => ORANGE.mix(0.25),
-            Self::Withdrawal => PURPLE.mix(0.55),
+            Self::Insertion => SKY.pale(0.6),
+            Self::Hold => GREY.pale(0.2),
+            Self::Withdrawal => SKY.pale(0.25),
         }
     }
 }
@@ -54,34 +53,33 @@ pub struct TimelineRow<'a> {
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a row.
-pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure, FigureError> {
+pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure<'static>, FigureError> {
     if rows.is_empty() {
         return Err(FigureError::Empty { figure: "timeline" });
     }
     let rows = &rows[..rows.len().min(MAX_ROWS)];
     let longest_s = rows.iter().map(|row| row.duration_s).filter(|s| s.is_finite()).fold(0.0, f64::max);
     let time = Axis::exact((0.0, longest_s), X_TICKS);
-    let mut blank = Axis::exact((0.0, 1.0), 1);
-    blank.ticks.clear();
-    let mut common: Vec<Entry> = vec![];
+    let blank = Axis::exact((0.0, 1.0), 0);
+    let mut legend: Vec<Entry> = vec![];
     for (shade, name) in Shade::ALL {
         if rows.iter().any(|row| row.shades.iter().any(|shown| shown.2 == shade)) {
-            common.push((Sample::Shade(shade.color()), name.to_owned()));
+            legend.push((Sample::Shade(shade.color()), name.to_owned()));
         }
     }
     if rows.iter().any(|row| !row.rupture_times_s.is_empty()) {
-        common.push((Sample::Rupture, "labelled rupture".to_owned()));
+        legend.push((Sample::Rupture, "labelled rupture".to_owned()));
     }
     if rows.iter().any(|row| !row.alarm_times_s.is_empty()) {
-        common.push((Sample::Alarm, "alarm".to_owned()));
+        legend.push((Sample::Alarm, "alarm".to_owned()));
     }
     let panel = |row: &TimelineRow<'_>| {
         let shades = row.shades.iter().map(|&(from, to, shade)| (from, to, shade.color())).collect();
         let (ruptures, alarms) = (row.rupture_times_s.clone(), row.alarm_times_s.clone());
         Panel { events: Events { shades, ruptures, alarms }, ..Panel::over_time(time.clone(), blank.clone(), "") }
     };
-    let rows = rows.iter().map(|row| Row { title: Some(row.name), height: 64.0, panels: vec![panel(row)] }).collect();
-    Grid { legends: vec![], common, rows }.draw()
+    let rows = rows.iter().map(|row| Row { title: Some(row.name.to_owned()), ..Row::of(16.0, panel(row)) }).collect();
+    Ok(Figure { name: String::new(), legend, rows })
 }
 
 #[cfg(test)]
@@ -100,17 +98,18 @@ mod tests {
 
     #[test]
     fn every_recording_has_a_row_and_the_legend_names_the_marks_in_use() {
-        let figure = timeline(&[row("first", 2.0), row("second", 0.0), row("third", f64::NAN)]).expect("drawn");
+        let rows = [row("first", 2.0), row("second", 0.0), row("third", f64::NAN)];
+        let svg = timeline(&rows).expect("drawn").page(500.0).svg();
         for text in ["first", "second", "third", "insertion", "withdrawal", "labelled rupture", "alarm"] {
-            assert!(figure.svg.contains(text), "{text}");
+            assert!(svg.contains(text), "{text}");
         }
-        assert!(!figure.svg.contains("hold") && !figure.svg.contains("NaN"));
+        assert!(!svg.contains("hold") && !svg.contains("NaN"));
     }
 
     #[test]
     fn the_number_of_rows_is_bounded() {
         let rows: Vec<_> = (0..MAX_ROWS + 50).map(|_| row("x", 2.0)).collect();
-        assert_eq!(timeline(&rows).expect("drawn"), timeline(&rows[..MAX_ROWS]).expect("drawn"));
+        assert_eq!(timeline(&rows).expect("drawn").rows.len(), MAX_ROWS);
         assert!(matches!(timeline(&[]), Err(FigureError::Empty { .. })));
     }
 }

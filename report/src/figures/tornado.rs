@@ -1,13 +1,12 @@
 //! The influence of each axis on each metric, as bars.
 
-use plotters::style::{Color, RGBAColor};
-
+use super::FigureError;
 use super::axis::{Axis, X_TICKS};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
+use super::page::Point;
 use super::panel::Panel;
-use super::style::{BLUE, GREY, SKY, Stroke, VERMILION};
-use super::thin::Point;
-use super::{Figure, FigureError};
+use super::style::{BLACK, Color, GREY, GUIDE};
 
 /// Maximum number of bars in one figure.
 const MAX_BARS: usize = 100;
@@ -17,61 +16,50 @@ const MAX_BARS: usize = 100;
 pub struct TornadoView<'a> {
     /// The metric.
     pub metric: &'a str,
-    /// By axis: its name, first-order Sobol index (0 to 1) and standardised rank regression coefficient (-1 to 1).
-    pub bars: Vec<(&'a str, Option<f64>, Option<f64>)>,
+    /// Its bars.
+    pub bars: Vec<Bar<'a>>,
 }
+
+/// The name of an axis, its first-order Sobol index (0 to 1) and its standardised rank regression coefficient (-1 to 1).
+pub type Bar<'a> = (&'a str, Option<f64>, Option<f64>);
+
+/// The colours of the two bars.
+const SLOPE: Color = BLACK;
+const SHARE: Color = GREY.pale(0.45);
 
 /// Draws two bars per metric and axis: the rank regression coefficient above, the first-order Sobol index below.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a bar.
-pub fn tornado(views: &[TornadoView<'_>]) -> Result<Figure, FigureError> {
-    let titled: Vec<(String, Option<f64>, Option<f64>)> = views
-        .iter()
-        .flat_map(|view| view.bars.iter().map(|bar| (format!("{}: {}", view.metric, bar.0), bar.1, bar.2)))
-        .take(MAX_BARS)
-        .collect();
-    if titled.is_empty() {
-        return Err(FigureError::Empty { figure: "tornado" });
-    }
-    let share = Axis::exact((-1.05, 1.05), X_TICKS);
-    let mut blank = Axis::exact((0.0, 1.0), 1);
-    blank.ticks.clear();
-    let zero = [0.0, 0.0];
-    let up = [0.0, 1.0];
-    let bar = |value: f64, low: f64, high: f64| -> Vec<Point> {
+pub fn tornado(name: &str, views: &[TornadoView<'_>]) -> Result<Figure<'static>, FigureError> {
+    let bars = views.iter().flat_map(|view| view.bars.iter().map(|bar| (view.metric, *bar)));
+    let bar = |value: f64, (low, high): (f64, f64)| -> Vec<Point> {
         let value = value.clamp(-1.05, 1.05);
         vec![(0.0, low), (value, low), (value, high), (0.0, high)]
     };
-    let panel = |epsilon_squared: Option<f64>, slope: Option<f64>| {
-        let mut fills: Vec<(Vec<Point>, RGBAColor)> = vec![];
-        if let Some(slope) = slope {
-            let color = if slope < 0.0 { BLUE } else { VERMILION };
-            fills.push((bar(slope, 0.5, 0.92), color.to_rgba()));
-        }
-        fills.extend(epsilon_squared.map(|index| (bar(index, 0.08, 0.5), SKY.to_rgba())));
-        let middle = super::panel::Trace { x: &zero, y: &up, scale: 1.0, stroke: Stroke::solid(GREY, 2.0) };
-        Panel {
-            x_caption: "Standardised rank regression coefficient; first-order Sobol index",
-            fills,
-            traces: vec![middle],
-            ..Panel::over_time(share.clone(), blank.clone(), "")
-        }
+    let row = |(metric, (axis, index, slope)): (&str, Bar<'_>)| {
+        let slope = slope.map(|slope| (bar(slope, (0.5, 0.9)), SLOPE));
+        let index = index.map(|index| (bar(index, (0.1, 0.5)), SHARE));
+        let panel = Panel {
+            fills: slope.into_iter().chain(index).collect(),
+            curves: vec![(vec![(0.0, 0.0), (0.0, 1.0)], GUIDE)],
+            ..Panel::new(Axis::exact((-1.05, 1.05), X_TICKS), "Influence", Axis::exact((0.0, 1.0), 0), "")
+        };
+        Row { title: Some(format!("{metric}: {axis}")), ..Row::of(14.0, panel) }
     };
-    let rows = titled
-        .iter()
-        .map(|(title, epsilon_squared, slope)| Row {
-            title: Some(title),
-            height: 56.0,
-            panels: vec![panel(*epsilon_squared, *slope)],
-        })
-        .collect();
-    let common = vec![
-        (Sample::Shade(VERMILION.to_rgba()), "rank regression: increases with the axis".to_owned()),
-        (Sample::Shade(BLUE.to_rgba()), "decreases".to_owned()),
-        (Sample::Shade(SKY.to_rgba()), "first-order Sobol index".to_owned()),
+    let rows: Vec<Row<'_>> = bars.take(MAX_BARS).map(row).collect();
+    if rows.is_empty() {
+        return Err(FigureError::Empty { figure: "tornado" });
+    }
+    let legend = [
+        (SLOPE, "standardised rank regression coefficient (to the right: increases with the axis)"),
+        (SHARE, "first-order Sobol index"),
     ];
-    Grid { legends: vec![], common, rows }.draw()
+    Ok(Figure {
+        name: name.to_owned(),
+        legend: legend.map(|(color, text)| (Sample::Shade(color), text.to_owned())).into(),
+        rows,
+    })
 }
 
 #[cfg(test)]
@@ -83,10 +71,10 @@ mod tests {
         let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("arm.grip", Some(0.1), None)];
         let views =
             [TornadoView { metric: "overshoot", bars }, TornadoView { metric: "delay", bars: vec![("x", None, None)] }];
-        let figure = tornado(&views).expect("drawn");
+        let svg = tornado("sweep", &views).expect("drawn").page(500.0).svg();
         for title in ["overshoot: scaling.force", "overshoot: arm.grip", "delay: x"] {
-            assert!(figure.svg.contains(&format!("\n{title}\n")), "{title}");
+            assert!(svg.contains(&format!(">{title}<")), "{title}");
         }
-        assert!(matches!(tornado(&[]), Err(FigureError::Empty { .. })));
+        assert!(matches!(tornado("", &[]), Err(FigureError::Empty { .. })));
     }
 }

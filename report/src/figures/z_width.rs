@@ -1,10 +1,11 @@
 //! The Z-width: the maximum stiffness of stable and passive walls over their damping.
 
+use super::FigureError;
 use super::axis::{Axis, X_TICKS, extent};
-use super::grid::{Grid, Row, Sample};
+use super::figure::{Figure, Row};
+use super::legend::Sample;
 use super::panel::{Panel, Trace};
-use super::style::{BLUE, Stroke, VERMILION};
-use super::{Figure, FigureError};
+use super::style::{GREEN, SKY, Stroke};
 
 /// The maximum stiffness of walls in N/m, for each damping; `None` or infinite where there is none to draw.
 #[derive(Clone, Debug)]
@@ -18,6 +19,8 @@ pub struct WallsView {
 /// The Z-width.
 #[derive(Clone, Debug)]
 pub struct ZWidthView {
+    /// Name of the scenario.
+    pub name: String,
     /// Damping of the walls in N·s/m, increasing.
     pub damping_n_s_per_m: Vec<f64>,
     /// Walls in the tissue.
@@ -30,19 +33,19 @@ pub struct ZWidthView {
 ///
 /// # Errors
 /// [`FigureError::Empty`] without dampings, [`FigureError::Length`] for columns of unequal lengths.
-pub fn z_width(view: &ZWidthView) -> Result<Figure, FigureError> {
+pub fn z_width(view: &ZWidthView) -> Result<Figure<'static>, FigureError> {
     let Some((low, high)) = extent(view.damping_n_s_per_m.iter().copied()) else {
         return Err(FigureError::Empty { figure: "z_width" });
     };
-    let [blue, vermilion] = [BLUE, VERMILION].map(|color| Stroke::solid(color, 2.75));
-    let dashed = |stroke: Stroke| Stroke { dashes: &[15.0, 10.0], ..stroke };
+    let [tissue, virtual_wall] = [SKY, GREEN].map(|color| Stroke::solid(color, 1.2));
+    let dashed = |stroke: Stroke| Stroke { dashes: &[5.0, 3.0], ..stroke };
     let mut lines = vec![
-        ("stable walls in the tissue", &view.tissue.stable, blue),
-        ("passive walls in the tissue", &view.tissue.passive, dashed(blue)),
+        ("stable walls in the tissue", &view.tissue.stable, tissue),
+        ("passive walls in the tissue", &view.tissue.passive, dashed(tissue)),
     ];
     if let Some(walls) = &view.virtual_walls {
-        lines.push(("stable walls computed by the master", &walls.stable, vermilion));
-        lines.push(("passive walls computed by the master", &walls.passive, dashed(vermilion)));
+        lines.push(("stable walls computed by the master", &walls.stable, virtual_wall));
+        lines.push(("passive walls computed by the master", &walls.passive, dashed(virtual_wall)));
     }
     for (name, values, _) in &lines {
         super::check("z_width", "walls", view.damping_n_s_per_m.len(), &[(*name, values.len())])?;
@@ -56,22 +59,16 @@ pub fn z_width(view: &ZWidthView) -> Result<Figure, FigureError> {
         })
         .collect();
     let (min, max) = extent(points.iter().flat_map(|(_, y)| y.iter().copied())).unwrap_or((1.0, 10.0));
-    let traces = points
-        .iter()
-        .zip(&lines)
-        .filter(|((x, _), _)| !x.is_empty())
-        .map(|((x, y), (_, _, stroke))| Trace { x, y, scale: 1.0, stroke: *stroke })
-        .collect();
+    let traces = points.into_iter().zip(&lines).filter(|((x, _), _)| !x.is_empty());
     let panel = Panel {
-        x_caption: "Damping of the wall (N·s/m)",
-        traces,
-        ..Panel::over_time(
+        traces: traces.map(|((x, y), (_, _, stroke))| Trace::new(x, y, *stroke)).collect(),
+        ..Panel::new(
             Axis::exact((low, high), X_TICKS),
+            "Damping of the wall (N·s/m)",
             Axis::log10((min / 1.5, 1.5 * max)),
             "Maximum stiffness of the wall (N/m)",
         )
     };
     let legend = lines.iter().map(|(name, _, stroke)| (Sample::Line(*stroke), (*name).to_owned())).collect();
-    let rows = vec![Row { title: None, height: 640.0, panels: vec![panel] }];
-    Grid { legends: vec![legend], common: vec![], rows }.draw()
+    Ok(Figure { name: view.name.clone(), legend, rows: vec![Row::of(195.0, panel)] })
 }

@@ -17,7 +17,6 @@ mod page;
 mod signals;
 mod stable;
 mod swept;
-mod thin;
 
 pub use command::command_line;
 pub use compared::{comparison_html, run_html};

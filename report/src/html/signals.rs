@@ -2,7 +2,7 @@
 
 use super::chart::{COLOURS, Chart, ChartAxis, Columns, Extras, Level, Mark, Series};
 use super::events;
-use super::thin::kept;
+use crate::decimate::kept;
 use crate::digits::Few;
 use trocar_sim::run::Run;
 

@@ -31,7 +31,7 @@ pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> 
         let x: Vec<f64> = map.cells.iter().take(map.x_count).map(|cell| cell.x).collect();
         let y: Vec<f64> = map.cells.iter().step_by(map.x_count.max(1)).map(|cell| cell.y).collect();
         let axes = [axis(&named[0], map.x_axis), axis(&named[1], map.y_axis)];
-        let view = HeatView { caption: &caption, axes, x, y, means: &means };
+        let view = HeatView { name: &design.name, caption: &caption, axes, x, y, means: &means };
         let figure = figures::heat_map(&view)?;
         let name = format!("heat_{}", column.name);
         folder.write(&format!("{name}.csv"), heat_map_csv(design, map).as_bytes())?;
@@ -48,7 +48,7 @@ pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> 
             bars: influences.of_axes.iter().map(|i| (i.axis, i.epsilon_squared, i.rank_regression)).collect(),
         })
         .collect();
-    let figure = figures::tornado(&views)?;
+    let figure = figures::tornado(&design.name, &views)?;
     folder.write("tornado.csv", tornado_csv(design, findings).as_bytes())?;
-    Ok(keep(folder, "tornado", &figure)?)
+    keep(folder, "tornado", &figure)
 }

@@ -8,6 +8,9 @@ use crate::metrics::{Metrics, RuptureMetrics};
 /// A statement of the paper and the corresponding result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fact {
+    /// The number of the paper's figure that shows it; 0 for none.
+    #[serde(skip)]
+    pub figure: u8,
     /// The subject.
     pub what: &'static str,
     /// The statement, with the section of the paper.
@@ -52,6 +55,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
     let fall_text = |rupture: &RuptureMetrics| fall(rupture).map_or("—".into(), |fall| format!("{:.0} ms", ms(fall)));
     Some(vec![
         Fact {
+            figure: 15,
             what: "classical: slave travel in 300 ms",
             paper: "9 mm (5.2)",
             asked: "9.0 ± 0.5 mm",
@@ -59,6 +63,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: (travel - 9.0).abs() <= 0.5,
         },
         Fact {
+            figure: 16,
             what: "augmented: master during the event",
             paper: "19 to 28 mm (5.2)",
             asked: "± 0.7 mm",
@@ -66,6 +71,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: (from - 19.0).abs() <= 0.7 && (to - 28.0).abs() <= 0.7,
         },
         Fact {
+            figure: 16,
             what: "augmented: slave motion while frozen",
             paper: "frozen (5.1)",
             asked: "at most 0.1 mm",
@@ -73,6 +79,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: frozen <= 0.1,
         },
         Fact {
+            figure: 16,
             what: "augmented: length of the event",
             paper: "about 0.5 s (5.2)",
             asked: "0.5 ± 0.05 s",
@@ -80,6 +87,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: (duration_s - 0.5).abs() <= 0.05,
         },
         Fact {
+            figure: 16,
             what: "feedback force down to 5 %",
             paper: "converges faster (5.2)",
             asked: "sooner",
@@ -87,6 +95,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: fall(a1).is_some_and(|a| fall(c1).is_none_or(|c| a < c)),
         },
         Fact {
+            figure: 16,
             what: "its change in the first tick frozen",
             paper: "continuous (5.1)",
             asked: "what its law allows",
@@ -94,6 +103,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: event.entry_step_n <= event.entry_step_allowed_n + 1e-9,
         },
         Fact {
+            figure: 16,
             what: "its change in the first tick released",
             paper: "continuous (5.1)",
             asked: "what its law allows",
@@ -101,6 +111,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: event.exit_step_n? <= event.exit_step_allowed_n? + 1e-9,
         },
         Fact {
+            figure: 16,
             what: "its change beyond the law, all events",
             paper: "continuous (5.1)",
             asked: "none",
@@ -108,6 +119,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: excess <= 1e-9,
         },
         Fact {
+            figure: 13,
             what: "detection of 5.52 s and 8.85 s",
             paper: "less than 10 ms (4.6)",
             asked: "both, within 10 ms",
@@ -115,6 +127,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: detected,
         },
         Fact {
+            figure: 13,
             what: "false alarms, extraction included",
             paper: "none (4.6)",
             asked: "none",
@@ -122,6 +135,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: has_no_false_alarm(c) && has_no_false_alarm(a),
         },
         Fact {
+            figure: 6,
             what: "tissue force, in the paper's sign",
             paper: "-5.69 to 2.45 N (3.2.2)",
             asked: "about -5.7 to 2.5 N",
@@ -129,6 +143,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: (max_n - 5.7).abs() <= 0.15 && (min_n + 2.5).abs() <= 0.15,
         },
         Fact {
+            figure: 6,
             what: "mean |residual|",
             paper: "0.0486 N (3.2.2)",
             asked: "below 0.05 N",
@@ -136,6 +151,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: error < 0.05,
         },
         Fact {
+            figure: 12,
             what: "with 6.25e-4 N² of white noise",
             paper: "two distinct peaks (4.4.3)",
             asked: "both and only both",
@@ -147,6 +163,7 @@ pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
             holds: detects_in_noise,
         },
         Fact {
+            figure: 9,
             what: "the derivative in that noise",
             paper: "very difficult (4.1)",
             asked: "fails",

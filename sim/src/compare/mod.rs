@@ -3,6 +3,7 @@
 
 mod facts;
 mod noise;
+mod paper;
 mod schemes;
 mod seeds;
 mod sensitivity;
@@ -11,6 +12,7 @@ mod table;
 
 pub use facts::{Fact, paper_facts};
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
+pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
 pub use sensitivity::{Noticed, Sensitivity};

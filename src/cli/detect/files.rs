@@ -40,7 +40,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     }
     let labels = labels::given(args, &inputs)?;
     let work: Vec<_> = inputs.into_iter().zip(labels).collect();
-    let out = Folder::new(&args.output.out);
+    let out = args.output.folder();
     if is_collection(args) {
         return many(args, &out, work);
     }

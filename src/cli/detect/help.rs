@@ -12,8 +12,8 @@ A folder means its *.csv files, or without any its files of other formats, in th
 of the arguments. A recording that cannot be read is reported, the others continue, and the exit code is 2.
 
 Each recording has a folder with its name in --out (a second x.csv has x-2), with detection.csv, detection.json, events.csv and \
-figures. --out also has detections.json, a common events.csv, timeline.png (phases, ruptures and alarms, a row per recording) and, \
-with labels, delays.png.
+figures. --out also has detections.json, a common events.csv, the figure timeline (phases, ruptures and alarms, a row per recording) and, \
+with labels, the figure delays.
 
 Labels, as a CSV file:
   file,time_s,kind

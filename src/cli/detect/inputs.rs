@@ -14,8 +14,17 @@ use trocar_sim::warning::Warning;
 pub(super) const SIDECAR_END: &str = ".labels.csv";
 
 /// File names in the output folder, which a recording's folder cannot have.
-const RESERVED: [&str; 7] =
-    ["report.html", "detections.json", "events.csv", "timeline.svg", "timeline.png", "delays.svg", "delays.png"];
+const RESERVED: [&str; 9] = [
+    "report.html",
+    "detections.json",
+    "events.csv",
+    "timeline.svg",
+    "timeline.png",
+    "timeline.pdf",
+    "delays.svg",
+    "delays.png",
+    "delays.pdf",
+];
 
 /// A recording.
 #[derive(Debug)]

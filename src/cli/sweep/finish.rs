@@ -89,9 +89,10 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
 
 /// Returns the lines that name the figures in a folder.
 fn figures(folder: &Folder) -> String {
+    let end = folder.figures().shown("");
     let entries = std::fs::read_dir(folder.path()).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let mut names: Vec<String> = names.filter(|name| name.ends_with(".png")).collect();
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(&end)).collect();
     names.sort();
     if names.is_empty() {
         return String::new();

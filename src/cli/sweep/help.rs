@@ -28,7 +28,7 @@ A case has the same result alone, in a shard and on any number of threads. Compl
 the same command continues the sweep, to the same bytes. A changed sweep file is an error that shows the difference.
 
 Files, in DIR/NAME: cases.parquet and cases.csv (a row per case: number, values, seed, outcome, metrics), summary.csv, .json and \
-.txt, heat_METRIC and tornado as .svg, .png and .csv, sweep.toml (all inputs of the sweep), manifest.json.
+.txt, heat_METRIC and tornado as figures and .csv, sweep.toml (all inputs of the sweep), manifest.json.
 
 Examples:
   trocar sweep scenarios/sweeps/small.toml

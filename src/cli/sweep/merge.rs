@@ -9,7 +9,6 @@ use super::{MANIFEST, Manifest, OutputArgs, is_complete};
 use crate::cli::error::CliError;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
-use trocar_report::Folder;
 use trocar_report::html::command_line;
 use trocar_sim::sweep::{Joined, SweepError, join};
 
@@ -37,7 +36,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
         folders.extend(shards(folder)?);
     }
     let Joined { design, canonical, hash, rows } = join(&folders)?;
-    let folder = Folder::new(&args.output.out).folder(&design.name);
+    let folder = args.output.folder().folder(&design.name);
     is_complete(&folder, &canonical)?;
     let manifest = Manifest {
         trocar_version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -1,10 +1,12 @@
-//! Selects the samples of a page: the minimum and maximum of every column in each time interval, and nearly every sample around
-//! events.
+//! Reduces columns to the samples that are visible: the minimum and maximum in each interval. Figures, pages and the live page use
+//! it, so that a peak is in all of them or in none.
+
+use std::ops::Range;
 
 /// Returns the kept rows in ascending order: the first and the last row, and in each interval the rows where a column has its
 /// minimum, its maximum or a value that is not finite. The time within `detailed` (s) is divided into about `2 * intervals`
 /// intervals, the rest into `intervals`, so that at most about `6 * columns.len() * intervals` rows are kept.
-pub(super) fn kept(time_s: &[f64], columns: &[&[f64]], detailed: &[(f64, f64)], intervals: usize) -> Vec<usize> {
+pub(crate) fn kept(time_s: &[f64], columns: &[&[f64]], detailed: &[(f64, f64)], intervals: usize) -> Vec<usize> {
     let rows = columns.iter().map(|column| column.len()).fold(time_s.len(), usize::min);
     let is_detailed = |row: usize| detailed.iter().any(|(from, to)| (*from..=*to).contains(&time_s[row]));
     let count = (0..rows).filter(|row| is_detailed(*row)).count();
@@ -17,7 +19,7 @@ pub(super) fn kept(time_s: &[f64], columns: &[&[f64]], detailed: &[(f64, f64)], 
         let max_end = (start + if at_start { fine } else { coarse }).min(rows);
         let end = (start + 1..max_end).find(|row| is_detailed(*row) != at_start).unwrap_or(max_end);
         for column in columns {
-            for row in extremes(column, start, end).into_iter().flatten() {
+            for row in extremes(start..end, |row| column[row]).into_iter().flatten() {
                 is_kept[row] = true;
             }
         }
@@ -29,20 +31,21 @@ pub(super) fn kept(time_s: &[f64], columns: &[&[f64]], detailed: &[(f64, f64)], 
     (0..rows).filter(|row| is_kept[*row]).collect()
 }
 
-/// Returns the rows of the minimum, of the maximum and of the first value that is not finite, between two rows of a column.
-fn extremes(column: &[f64], start: usize, end: usize) -> [Option<usize>; 3] {
+/// Returns the rows of the minimum, of the maximum and of the first value that is not finite.
+pub fn extremes(rows: Range<usize>, value: impl Fn(usize) -> f64) -> [Option<usize>; 3] {
     let mut found = [None; 3];
-    for row in start..end {
-        let value = column[row];
+    let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+    for row in rows {
+        let value = value(row);
         if !value.is_finite() {
             found[2] = found[2].or(Some(row));
             continue;
         }
-        if found[0].is_none_or(|min: usize| value < column[min]) {
-            found[0] = Some(row);
+        if value < min {
+            (min, found[0]) = (value, Some(row));
         }
-        if found[1].is_none_or(|max: usize| value > column[max]) {
-            found[1] = Some(row);
+        if value > max {
+            (max, found[1]) = (value, Some(row));
         }
     }
     found

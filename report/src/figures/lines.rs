@@ -1,6 +1,8 @@
-//! Reduces samples to visible lines: at most two points per two pixels of width, clipped to the axes, with straight parts merged.
+//! Lines inside a pair of axes: clipped to their edges, with straight parts merged.
 
-/// The rectangle in which lines are drawn: its size in pixels and the values at its edges.
+use super::page::Point;
+
+/// The rectangle in which lines are drawn: its size in points and the values at its edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) x: (f64, f64),
@@ -9,77 +11,34 @@ pub(super) struct Frame {
     pub(super) height: f64,
 }
 
-pub(super) type Point = (f64, f64);
-
-/// Width of a column in pixels; a line keeps two points per column. Every line is wider.
-const COLUMN: f64 = 2.0;
-/// Points closer than this to a straight line, in pixels, are merged into it.
-const TOLERANCE: f64 = 0.12;
+/// Points closer than this to a straight line are merged into it.
+const TOLERANCE: f64 = 0.03;
 /// Maximum number of points that are merged into a straight line. It bounds the work.
 const MAX_MERGED: usize = 48;
-/// Positions are clamped to this many pixels, so that values such as 1e300 do not overflow.
+/// Positions are clamped to this many points, so that values such as 1e300 do not overflow.
 const FAR: f64 = 1e6;
 
 impl Frame {
-    /// Returns the position in pixels from the top left corner.
-    pub(super) fn pixel(&self, x: f64, y: f64) -> Point {
+    /// Returns the place in points from the top left corner.
+    pub(super) fn place(&self, x: f64, y: f64) -> Point {
         let across = (x - self.x.0) / (self.x.1 - self.x.0) * self.width;
         let down = (self.y.1 - y) / (self.y.1 - self.y.0) * self.height;
         (across.clamp(-FAR, FAR), down.clamp(-FAR, FAR))
     }
 }
 
-/// Returns the lines through `samples` (time and value, in axis coordinates), in pixels. A sample that is not finite breaks the
-/// line.
-pub(super) fn polylines(samples: impl Iterator<Item = Point>, frame: &Frame) -> Vec<Vec<Point>> {
+/// Returns the lines through `samples`, which are in axis coordinates. A sample that is not finite breaks the line.
+pub(super) fn polylines(samples: impl IntoIterator<Item = Point>, frame: &Frame) -> Vec<Vec<Point>> {
     let mut lines = Lines::default();
-    let mut column: Option<Column> = None;
-    for (time, value) in samples {
-        if !(time.is_finite() && value.is_finite()) {
-            lines.flush(column.take(), frame);
+    for (x, y) in samples {
+        if x.is_finite() && y.is_finite() {
+            lines.draw_to(frame.place(x, y), frame);
+        } else {
             lines.lift(frame);
-            continue;
-        }
-        let at = frame.pixel(time, value);
-        let index = (at.0 / COLUMN).floor() as i64;
-        match &mut column {
-            Some(open) if open.index == index => open.add(at),
-            _ => {
-                lines.flush(column.take(), frame);
-                column = Some(Column::new(index, at));
-            }
         }
     }
-    lines.flush(column.take(), frame);
     lines.lift(frame);
     lines.done
-}
-
-/// Consecutive samples in one column: the extremes, in their order.
-struct Column {
-    index: i64,
-    low: Point,
-    high: Point,
-    low_first: bool,
-}
-
-impl Column {
-    fn new(index: i64, at: Point) -> Self {
-        Self { index, low: at, high: at, low_first: true }
-    }
-
-    fn add(&mut self, at: Point) {
-        if at.1 < self.low.1 {
-            (self.low, self.low_first) = (at, false);
-        }
-        if at.1 > self.high.1 {
-            (self.high, self.low_first) = (at, true);
-        }
-    }
-
-    fn points(&self) -> [Point; 2] {
-        if self.low_first { [self.low, self.high] } else { [self.high, self.low] }
-    }
 }
 
 #[derive(Default)]
@@ -91,19 +50,16 @@ struct Lines {
 }
 
 impl Lines {
-    fn flush(&mut self, column: Option<Column>, frame: &Frame) {
-        let Some(column) = column else { return };
-        for at in column.points() {
-            match self.pen {
-                None => self.is_single = true,
-                Some(from) if from != at => {
-                    self.is_single = false;
-                    self.segment(from, at, frame);
-                }
-                Some(_) => {}
+    fn draw_to(&mut self, at: Point, frame: &Frame) {
+        match self.pen {
+            None => self.is_single = true,
+            Some(from) if from != at => {
+                self.is_single = false;
+                self.segment(from, at, frame);
             }
-            self.pen = Some(at);
+            Some(_) => {}
         }
+        self.pen = Some(at);
     }
 
     fn segment(&mut self, from: Point, to: Point, frame: &Frame) {
@@ -194,20 +150,6 @@ mod tests {
     const FRAME: Frame = Frame { x: (0.0, 10.0), y: (-1.0, 1.0), width: 500.0, height: 200.0 };
 
     #[test]
-    fn a_million_samples_become_two_per_column_and_keep_their_extremes() {
-        let noisy = (0..1_000_000).map(|k| {
-            let spike = if k == 612_345 { 0.99 } else { 0.5 };
-            (f64::from(k) * 1e-5, spike * f64::from(k % 7 - 3) / 3.0)
-        });
-        let noisy = noisy.map(|(t, v)| if (t - 6.12345).abs() < 1e-9 { (t, 0.99) } else { (t, v) });
-        let lines = polylines(noisy, &FRAME);
-        let count: usize = lines.iter().map(Vec::len).sum();
-        assert!(count <= 502, "{count}");
-        let top = lines.iter().flatten().fold(f64::INFINITY, |m, p| m.min(p.1));
-        assert!((top - 1.0).abs() < 1e-6, "{top}");
-    }
-
-    #[test]
     fn straight_lines_need_two_points() {
         let lines = polylines((0..=1000).map(|k| (f64::from(k) * 0.01, 0.0)), &FRAME);
         assert_eq!(lines.len(), 1);
@@ -232,7 +174,7 @@ mod tests {
 
     #[test]
     fn lines_to_samples_outside_the_window_end_at_its_edges() {
-        let lines = polylines([(-10.0, 0.0), (20.0, 0.0)].into_iter(), &FRAME);
+        let lines = polylines([(-10.0, 0.0), (20.0, 0.0)], &FRAME);
         assert_eq!(lines, [vec![(0.0, 100.0), (500.0, 100.0)]]);
     }
 }

@@ -1,0 +1,115 @@
+//! The formats and the width of figures, as the user chooses them.
+
+use std::str::FromStr;
+
+const POINTS_PER_INCH: f64 = 72.0;
+const MM_PER_INCH: f64 = 25.4;
+/// Limits of the width, in inches.
+const MIN_WIDTH_IN: f64 = 2.5;
+const MAX_WIDTH_IN: f64 = 20.0;
+
+/// The format of a figure's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FigureFormat {
+    /// Scalable Vector Graphics; texts are texts in the typeface of the viewer.
+    Svg,
+    /// Portable Network Graphics, at 300 dots per inch.
+    Png,
+    /// Portable Document Format, with an embedded typeface.
+    Pdf,
+}
+
+impl FigureFormat {
+    /// All formats.
+    pub const ALL: [Self; 3] = [Self::Png, Self::Svg, Self::Pdf];
+
+    /// Returns its name, which is also the end of the names of its files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Svg => "svg",
+            Self::Png => "png",
+            Self::Pdf => "pdf",
+        }
+    }
+}
+
+/// The width of a figure, from 2.5 in to 20 in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FigureWidth {
+    inches: f64,
+}
+
+impl Default for FigureWidth {
+    /// The width of a page of two columns, 7.16 in.
+    fn default() -> Self {
+        Self { inches: 7.16 }
+    }
+}
+
+impl FigureWidth {
+    /// Returns the width in points.
+    pub(super) fn points(self) -> f64 {
+        POINTS_PER_INCH * self.inches
+    }
+}
+
+impl FromStr for FigureWidth {
+    type Err = String;
+
+    /// Parses a number with a unit: in, mm or cm.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let units = [("in", 1.0), ("mm", 1.0 / MM_PER_INCH), ("cm", 10.0 / MM_PER_INCH)];
+        let parsed = units.into_iter().find_map(|(unit, inches)| {
+            let number: f64 = text.trim().strip_suffix(unit)?.trim_end().parse().ok()?;
+            Some(inches * number)
+        });
+        let inches = parsed.ok_or("write a number with its unit: 3.5in, 89mm or 8.9cm")?;
+        if (MIN_WIDTH_IN..=MAX_WIDTH_IN).contains(&inches) {
+            Ok(Self { inches })
+        } else {
+            Err(format!("must be from {MIN_WIDTH_IN} to {MAX_WIDTH_IN} in (63.5 to 508 mm)"))
+        }
+    }
+}
+
+/// How the figures of a folder are drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FigureStyle {
+    /// Their width.
+    pub width: FigureWidth,
+    /// A file for each of these.
+    pub formats: Vec<FigureFormat>,
+}
+
+impl FigureStyle {
+    /// Returns the name of the file of a figure that is easiest to look at.
+    #[must_use]
+    pub fn shown(&self, name: &str) -> String {
+        let format = FigureFormat::ALL.into_iter().find(|format| self.formats.contains(format));
+        format.map_or_else(String::new, |format| format!("{name}.{}", format.word()))
+    }
+}
+
+impl Default for FigureStyle {
+    /// SVG and PNG of the width of a page.
+    fn default() -> Self {
+        Self { width: FigureWidth::default(), formats: vec![FigureFormat::Svg, FigureFormat::Png] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn widths_have_units_and_limits() {
+        let points = |text: &str| text.parse::<FigureWidth>().map(FigureWidth::points);
+        assert_eq!(points("3.5in"), Ok(252.0));
+        assert!(points("88.9 mm").is_ok_and(|points| (points - 252.0).abs() < 1e-9));
+        assert_eq!(points("8.89cm").map(f64::round), Ok(252.0));
+        for wrong in ["3.5", "in", "2in", "600mm", "NaN in", "-3in"] {
+            assert!(points(wrong).is_err(), "{wrong}");
+        }
+    }
+}

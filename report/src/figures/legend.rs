@@ -1,0 +1,89 @@
+//! Legends: entries in lines, above the panels.
+
+use super::fonts;
+use super::page::{Anchor, LINE, Page, Text, centred};
+use super::style::{Color, RUPTURE, Stroke, TEXT, WHITE};
+
+const SAMPLE: f64 = 18.0;
+/// Gap between a sample and its text, and between entries.
+const SAMPLE_GAP: f64 = 4.0;
+const ENTRY_GAP: f64 = 12.0;
+
+/// What stands before the text of a legend entry.
+#[derive(Clone, Debug)]
+pub(super) enum Sample {
+    /// Nothing: the text is a title.
+    Title,
+    Line(Stroke),
+    Dot(Stroke),
+    Ring(Stroke),
+    Shade(Color),
+    Alarm,
+    Rupture,
+}
+
+/// One entry of a legend.
+pub(super) type Entry = (Sample, String);
+
+/// A legend's entries with their places, and its height.
+pub(super) struct Flow {
+    entries: Vec<(f64, f64, Sample, Vec<String>)>,
+    pub(super) height: f64,
+}
+
+/// Lays out entries in lines of at most `max_width`. An entry that is longer has lines of its own.
+pub(super) fn flow(entries: &[Entry], max_width: f64) -> Flow {
+    let (mut x, mut y) = (0.0, 0.0);
+    let mut placed = Vec::new();
+    for (sample, text) in entries {
+        let is_bold = matches!(sample, Sample::Title);
+        let lines = fonts::lines(text, TEXT, is_bold, (max_width - sample_width(sample)).max(TEXT));
+        let widest = lines.iter().map(|line| fonts::width(line, TEXT, is_bold)).fold(0.0, f64::max);
+        let width = sample_width(sample) + widest;
+        if x > 0.0 && (x + width > max_width || lines.len() > 1) {
+            (x, y) = (0.0, y + LINE);
+        }
+        let below = lines.len().saturating_sub(1) as f64 * LINE;
+        placed.push((x, y, sample.clone(), lines));
+        y += below;
+        x = if below > 0.0 { max_width } else { x + width + ENTRY_GAP };
+    }
+    Flow { height: if placed.is_empty() { 0.0 } else { y + LINE + 1.0 }, entries: placed }
+}
+
+fn sample_width(sample: &Sample) -> f64 {
+    match sample {
+        Sample::Title => 0.0,
+        Sample::Line(_) => SAMPLE + SAMPLE_GAP,
+        Sample::Shade(_) => 12.0 + SAMPLE_GAP,
+        Sample::Dot(_) | Sample::Ring(_) | Sample::Alarm | Sample::Rupture => 7.0 + SAMPLE_GAP,
+    }
+}
+
+impl Flow {
+    /// Draws the legend from a place on, and returns its height.
+    pub(super) fn draw(&self, page: &mut Page, origin: (f64, f64)) -> f64 {
+        for (x, y, sample, lines) in &self.entries {
+            let (left, middle) = (origin.0 + x, origin.1 + y + 0.5 * LINE);
+            let centre = left + 3.5;
+            match sample {
+                Sample::Title => {}
+                Sample::Line(line) => page.line((left, middle), (left + SAMPLE, middle), line),
+                Sample::Dot(dot) => page.lines(vec![vec![(centre, middle)]], dot),
+                Sample::Ring(dot) => {
+                    page.lines(vec![vec![(centre, middle)]], dot);
+                    page.lines(vec![vec![(centre, middle)]], &Stroke { color: WHITE, width: 0.5 * dot.width, ..*dot });
+                }
+                Sample::Shade(color) => page.rectangle((left, middle - 3.5), (left + 12.0, middle + 3.5), *color),
+                Sample::Alarm => page.alarm((centre, middle - 3.0)),
+                Sample::Rupture => page.line((centre, middle - 4.5), (centre, middle + 4.5), &RUPTURE),
+            }
+            for (index, line) in lines.iter().enumerate() {
+                let at = (left + sample_width(sample), centred(middle + LINE * index as f64));
+                let is_bold = matches!(sample, Sample::Title);
+                page.text(Text { is_bold, ..Text::new(line, at, Anchor::Start) });
+            }
+        }
+        self.height
+    }
+}

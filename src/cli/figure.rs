@@ -1,0 +1,29 @@
+//! How figures are drawn.
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use trocar_report::figures::{FigureFormat, FigureStyle, FigureWidth};
+
+/// How figures are drawn.
+#[derive(Debug, Args)]
+pub(super) struct FigureArgs {
+    /// Width of the figures, with 8 pt text at any width: a number and in, mm or cm, such as 3.5in for a column, 7.16in for a page
+    #[arg(long, value_name = "WIDTH", default_value = "7.16in")]
+    figure_width: FigureWidth,
+    /// Formats of the figures, separated by commas; pdf has an embedded typeface
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "png,svg", value_parser = parser())]
+    figure_format: Vec<FigureFormat>,
+}
+
+fn parser() -> impl TypedValueParser<Value = FigureFormat> {
+    let of = |word: String| FigureFormat::ALL.into_iter().find(|format| format.word() == word);
+    PossibleValuesParser::new(FigureFormat::ALL.map(FigureFormat::word))
+        .try_map(move |word| of(word).ok_or("no format"))
+}
+
+impl FigureArgs {
+    pub(super) fn style(&self) -> FigureStyle {
+        FigureStyle { width: self.figure_width, formats: self.figure_format.clone() }
+    }
+}

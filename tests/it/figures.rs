@@ -1,0 +1,56 @@
+//! Figures as the user asks for them, and those of the paper.
+
+use trocar_sim::compare::{FIGURES, PaperStudy};
+
+use crate::support::test_folder::TestFolder;
+
+#[test]
+fn every_figure_of_the_paper_is_a_file_and_the_page_has_the_computed_facts() {
+    let folder = TestFolder::new();
+    let told = folder.good(&["paper", "--out", "p", "--figure-width", "3.5in", "--figure-format", "png,svg,pdf"]);
+    let files = folder.files("p");
+    for number in FIGURES {
+        for (format, start) in [("png", &b"\x89PNG"[..]), ("svg", b"<svg"), ("pdf", b"%PDF")] {
+            let name = format!("figure_{number:02}.{format}");
+            let file = files.iter().find(|(path, _)| path.ends_with(&name)).unwrap_or_else(|| panic!("no {name}")).1;
+            assert!(file.starts_with(start), "{name}");
+        }
+    }
+    assert_eq!(files.len(), 3 * FIGURES.len() + 1, "{:?}", files.keys());
+
+    let page = folder.text("p/paper.html").replace("&#x27;", "'").replace("&#x2f;", "/");
+    assert!(page.len() < 2_000_000, "{}", page.len());
+    for figure in PaperStudy::new().expect("runs").figures() {
+        assert!(page.contains(&format!("id=\"figure-{}\"", figure.number)) && page.contains(figure.differs));
+        assert!(told.contains(&format!("Figure {}:", figure.number)));
+        for fact in figure.facts {
+            assert!(page.contains(&fact.ours), "figure {}: {}", figure.number, fact.ours);
+        }
+    }
+}
+
+#[test]
+fn figures_have_the_requested_width_and_formats() {
+    let folder = TestFolder::new();
+    let compare = ["compare", "--quiet", "--out", "o", "--figure-width", "89mm", "--figure-format", "svg,pdf"];
+    folder.good(&compare);
+    assert!(folder.text("o/overlay.svg").contains("width=\"252.28pt\""));
+    let names: Vec<_> = folder.files("o").into_keys().collect();
+    let count =
+        |end: &str| names.iter().filter(|path| path.extension().is_some_and(|extension| extension == end)).count();
+    // Two of the pair and six of each run.
+    assert_eq!((count("svg"), count("pdf"), count("png")), (14, 14, 0), "{names:?}");
+    let told = folder.good(&["compare", "--out", "o", "--figure-format", "pdf"]);
+    assert!(told.contains("figures: o/comparison.pdf, o/overlay.pdf"), "{told}");
+}
+
+#[test]
+fn an_impossible_width_or_format_is_rejected_with_a_remedy() {
+    let folder = TestFolder::new();
+    for (width, phrase) in
+        [("3.5", "3.5in, 89mm or 8.9cm"), ("1in", "from 2.5 to 20 in"), ("NaNin", "from 2.5 to 20 in")]
+    {
+        folder.refused(&["paper", "--figure-width", width], &[phrase]);
+    }
+    folder.refused(&["compare", "--figure-format", "gif"], &["png, svg, pdf"]);
+}
