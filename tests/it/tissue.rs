@@ -101,12 +101,17 @@ fn tearing_layer() -> impl Strategy<Value = TearingLayer> {
 }
 
 fn tearing() -> impl Strategy<Value = AnyTissue<f64>> {
+    counted_tearing().prop_map(|(tissue, _)| tissue)
+}
+
+/// A tissue that tears, with its number of layers.
+fn counted_tearing() -> impl Strategy<Value = (AnyTissue<f64>, usize)> {
     let crack = (2e-4..2e-3f64, 0.02..2.0f64);
     (prop::collection::vec(tearing_layer(), 1..8), crack, shaft()).prop_map(|(layers, crack, shaft)| {
         let crack = Crack { crack_width_m: crack.0, crack_speed_m_per_s: crack.1 };
-        let layers = layers.into_iter().map(|layer| ("any", layer)).collect();
+        let (layers, count): (Vec<_>, _) = (layers.iter().map(|layer| ("any", *layer)).collect(), layers.len());
         let settings = TearingSettings { surface: Surface::DEFAULT, crack, shaft, layers };
-        AnyTissue::Tearing(Tearing::new(&settings, TICK_S, START_M).expect("valid"))
+        (AnyTissue::Tearing(Tearing::new(&settings, TICK_S, START_M).expect("valid")), count)
     })
 }
 
@@ -186,7 +191,7 @@ proptest! {
 
     #[test]
     fn each_layer_ruptures_at_most_once_and_a_second_insertion_dissipates_too(
-        mut tissue in prop_oneof![layered(), tearing()],
+        (mut tissue, layers) in prop_oneof![layered().prop_map(|tissue| (tissue, LAYERS)), counted_tearing()],
         depth in 0.01..0.06f64,
     ) {
         let motion = motion(&[depth], 1.0);
@@ -196,7 +201,9 @@ proptest! {
             (reactions.iter().filter(|reaction| reaction.ruptured).count(), work(&motion, &force_n))
         };
         let ((ruptures, _), (again, (sum, size))) = (insert(), insert());
-        prop_assert!(ruptures <= LAYERS.max(7) && again == 0, "{ruptures} then {again}");
+        prop_assert!(ruptures + again <= layers, "{ruptures} then {again} of {layers}");
+        // A crack that the first insertion has not driven through a layer goes on in the second, and may reach the next one.
+        prop_assert!(again == 0 || matches!(tissue, AnyTissue::Tearing(_)), "{ruptures} then {again}");
         prop_assert!(sum >= -1e-3 * size, "{sum} J of {size} J");
     }
 }

@@ -81,6 +81,12 @@ pub(super) enum Item {
     Text(Text),
 }
 
+/// Whether an outline is an upright rectangle. It is drawn without smooth edges, so that no seams show between neighbours.
+pub(super) fn is_rectangle(outline: &[Point]) -> bool {
+    let [a, b, c, d] = outline else { return false };
+    a.1 == b.1 && b.0 == c.0 && c.1 == d.1 && d.0 == a.0
+}
+
 /// A figure at its size, in points.
 #[derive(Clone, Debug)]
 pub(super) struct Page {

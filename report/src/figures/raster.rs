@@ -5,7 +5,7 @@ use ttf_parser::OutlineBuilder;
 
 use super::FigureError;
 use super::fonts::typeface;
-use super::page::{Item, Page, Point, Text};
+use super::page::{Item, Page, Point, Text, is_rectangle};
 use super::style::{Color, TEXT};
 
 /// Resolution of the bitmap.
@@ -70,7 +70,10 @@ impl Item {
             Self::Area(outline, color) => {
                 let mut path = PathBuilder::new();
                 trace(outline, &mut path);
-                fill(path.finish(), *color, scale);
+                let paint = Paint { anti_alias: !is_rectangle(outline), ..paint(*color) };
+                if let Some(path) = path.finish() {
+                    pixmap.fill_path(&path, &paint, FillRule::Winding, scale, None);
+                }
             }
             Self::Dot((x, y), radius, color) => {
                 fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), *color, scale);

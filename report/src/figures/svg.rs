@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::fonts::FAMILY;
-use super::page::{Anchor, Item, Page, Point, Text};
+use super::page::{Anchor, Item, Page, Point, Text, is_rectangle};
 use super::style::{Color, TEXT};
 
 impl Page {
@@ -39,7 +39,10 @@ impl Item {
                     }
                 }
             }
-            Self::Area(outline, color) => writeln!(svg, "<path d=\"{}Z\" fill=\"{}\"/>", path(outline), hex(*color))?,
+            Self::Area(outline, color) => {
+                let edges = if is_rectangle(outline) { " shape-rendering=\"crispEdges\"" } else { "" };
+                writeln!(svg, "<path d=\"{}Z\" fill=\"{}\"{edges}/>", path(outline), hex(*color))?;
+            }
             Self::Dot((x, y), radius, color) => {
                 let (x, y, radius, color) = (Decimal(*x), Decimal(*y), Decimal(*radius), hex(*color));
                 writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{color}\"/>")?;

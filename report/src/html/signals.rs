@@ -127,7 +127,7 @@ fn drawn(mut chart: Chart, runs: &[&Run], quantities: &[Quantity<'_>], factor: f
         for (index, (name, _)) in quantities.iter().enumerate() {
             let series = match (runs.len(), quantities.len()) {
                 (1, 1) => Series::line(*name, "blue"),
-                (1, _) => of_single_run(name),
+                (1, _) => of_single_run(name, run),
                 (_, 1) => Series { width: 2.25, ..Series::line(&run.scenario.name, COLOURS[place]) },
                 (2, _) => {
                     let label = format!("{name}, {}", run.scenario.name);
@@ -148,12 +148,13 @@ fn drawn(mut chart: Chart, runs: &[&Run], quantities: &[Quantity<'_>], factor: f
     chart
 }
 
-/// Returns the line of a quantity of a single run.
-fn of_single_run(name: &str) -> Series {
+/// Returns the line of a quantity of a single run, in the colours of the figures: that of its control, of the tissue or of the hand.
+fn of_single_run(name: &str, run: &Run) -> Series {
     match name {
-        "slave" | "feedback force" => Series::line(name, "vermilion"),
+        "slave" | "feedback force" if run.scenario.augmentation.enabled => Series::line(name, "vermilion"),
+        "slave" | "feedback force" => Series::line(name, "blue"),
         "tissue force" => Series { width: 4.0, ..Series::line(name, "sky") },
-        _ => Series::line(name, "blue").dashed(),
+        _ => Series::line(name, "green").dashed(),
     }
 }
 
