@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol, Union
+from collections.abc import Callable
+from typing import Any, Protocol, TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._arrays import samples
-
-ROLES = ("tissue", "operator", "estimator", "detector", "force_law", "motion_law")
 
 _SIGNATURE = "(float64*, float64*, float64*) -> none"
 
@@ -74,7 +72,18 @@ Part = Union[Callable[..., Any], _Stepped, Compiled]
 """A part of one's own: a function, an object with a method ``step``, or a :class:`Compiled` function."""
 
 
-def core_parts(parts: Mapping[str, Any]) -> dict[str, Any]:
+class Parts(TypedDict, total=False):
+    """The roles that parts of one's own can have; :mod:`trocar.parts` has their arguments and results."""
+
+    tissue: Part | None
+    operator: Part | None
+    estimator: Part | None
+    detector: Part | None
+    force_law: Part | None
+    motion_law: Part | None
+
+
+def core_parts(parts: Parts) -> dict[str, Any]:
     """Returns the parts for the core; a numba function becomes a :class:`Compiled` one."""
     given = {role: part for role, part in parts.items() if part is not None}
     return {role: Compiled(part) if hasattr(part, "_sig") else part for role, part in given.items()}

@@ -33,12 +33,15 @@ gives the feedback force and the largest change of it that it allows, the motion
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import TYPE_CHECKING
 
 from . import _core
-from ._parts import Compiled, Part, core_parts
+from ._parts import Compiled, Part, Parts, core_parts
 from .running import Run
 from .scenario import Scenario, scenario_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 __all__ = ["Compiled", "Part", "Simulation"]
 
@@ -66,7 +69,7 @@ class Simulation:
     []
     """
 
-    def __init__(self, scenario: Scenario | str | os.PathLike[str], **parts: Any) -> None:
+    def __init__(self, scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> None:
         self.scenario = scenario_of(scenario)
         self._core = _core.Simulation(self.scenario._core, core_parts(parts))
         self._signals: dict[str, float] | None = None

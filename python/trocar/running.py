@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._columns import Columns
 from ._html import quantity, table
-from ._parts import ROLES, Part, core_parts
+from ._parts import Parts, core_parts
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
 
 class Run(Columns):
@@ -165,25 +166,16 @@ def load(path: str | os.PathLike[str]) -> Run:
     return run
 
 
-def run(
-    scenario: Scenario | str | os.PathLike[str],
-    *,
-    tissue: Part | None = None,
-    operator: Part | None = None,
-    estimator: Part | None = None,
-    detector: Part | None = None,
-    force_law: Part | None = None,
-    motion_law: Part | None = None,
-) -> Run:
+def run(scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> Run:
     """Runs a scenario, given as such or as a path. The same scenario gives identical results, bit for bit.
 
     Parameters
     ----------
     scenario
         The scenario.
-    tissue, operator, estimator, detector, force_law, motion_law
-        Parts of one's own in place of the scenario's; :mod:`trocar.parts` has their arguments and results. Such a run cannot be
-        repeated: its missed ruptures have no reason, its ruptures no layer, and a lasting swing is not told.
+    **parts
+        Parts of one's own in place of the scenario's: ``tissue``, ``operator``, ``estimator``, ``detector``, ``force_law``,
+        ``motion_law``. :mod:`trocar.parts` has their arguments and results. Such a run cannot be repeated: its missed ruptures have no reason, its ruptures no layer, and a lasting swing is not told.
 
     >>> import trocar
     >>> run = trocar.run("paper/augmented")
@@ -192,9 +184,8 @@ def run(
     >>> [event["frozen_motion_m"] < 1e-4 for event in run.events]
     [True, True]
     """
-    given = (tissue, operator, estimator, detector, force_law, motion_law)
-    parts = core_parts(dict(zip(ROLES, given)))
+    own = core_parts(parts)
     scenario = scenario_of(scenario)
-    core, traces = _core.run_with(scenario._core, parts) if parts else _core.run(scenario._core)
+    core, traces = _core.run_with(scenario._core, own) if own else _core.run(scenario._core)
     warn(core.warnings())
     return Run(scenario, core, traces)

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 from . import _core
 from ._columns import Columns
 from ._html import table
-from ._parts import ROLES, Part, core_parts
+from ._parts import Parts, core_parts
 from ._settings import dotted, key_of, value
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
     import pandas
+    from typing_extensions import Unpack
 
 _OUTCOMES = np.array(["completed", "diverged", "failed"])
 
@@ -101,12 +102,7 @@ def sweep(
     threads: int = 0,
     client: Any = None,
     shards: int | None = None,
-    tissue: Part | None = None,
-    operator: Part | None = None,
-    estimator: Part | None = None,
-    detector: Part | None = None,
-    force_law: Part | None = None,
-    motion_law: Part | None = None,
+    **parts: Unpack[Parts],
 ) -> Sweep:
     """Runs a scenario many times with varied keys. The results do not depend on the number of threads and machines.
 
@@ -132,7 +128,7 @@ def sweep(
         the same version of trocar, and the files of the scenario at the same paths.
     shards
         Number of shards; the default is eight per worker thread.
-    tissue, operator, estimator, detector, force_law, motion_law
+    **parts
         Parts of one's own in place of the scenario's, as for :func:`trocar.run`. The cases then run one after the other, and metrics of
         the loop (``loop_...``) are undefined.
 
@@ -157,12 +153,11 @@ def sweep(
         changes = [setting for call in scenario._core.origin()[3] for setting in call]
         own = [setting for setting in changes if key_of(setting) not in overridden]
         job = _Job(None, "\n".join(lines) + "\n", scenario, own)
-    given = (tissue, operator, estimator, detector, force_law, motion_law)
-    parts = core_parts(dict(zip(ROLES, given)))
-    if parts and client is not None:
-        raise ValueError("a sweep with parts of one's own runs here: give no client")
+    own_parts = core_parts(parts)
+    if own_parts and client is not None:
+        raise ValueError("a sweep with parts of one's own_parts runs here: give no client")
     if client is None:
-        columns, hash, _, former_names = job.run_with(parts) if parts else job.run("1/1", threads)
+        columns, hash, _, former_names = job.run_with(own_parts) if own_parts else job.run("1/1", threads)
         _name_former(former_names)
         return Sweep(columns, hash)
     return _over_workers(job, client, shards, max(threads, 1))

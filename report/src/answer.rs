@@ -4,7 +4,7 @@
 use super::finding::{differ_in_augmentation, false_alarms, joined};
 use super::number::{counted, show};
 use super::tables::outcome;
-use trocar_sim::metrics::{Outcome, RuptureMetrics, Unit};
+use trocar_sim::metrics::{Outcome, RUPTURE_WINDOW_S, RuptureMetrics, TRAVEL_S, Unit};
 use trocar_sim::run::Run;
 
 /// Maximum number of runs with a number each.
@@ -32,11 +32,12 @@ fn told(runs: &[&Run], whose: &[String]) -> String {
     } else if runs.len() <= MAX_RUNS {
         let advance = |one: &RuptureMetrics| one.slave_overshoot_m.map(|metres| show(Some(metres), Unit::Metre));
         if let Some(numbers) = of_each(&ruptures, whose, advance) {
-            sentences.push(format!("In the 0.5 s after the first rupture the needle advances {numbers}"));
+            sentences
+                .push(format!("In the {RUPTURE_WINDOW_S} s after the first rupture the needle advances {numbers}"));
         }
         let fall = |one: &RuptureMetrics| one.felt_contrast.map(|share| show(Some(share), Unit::Share));
         if let Some(numbers) = of_each(&ruptures, whose, fall) {
-            sentences.push(format!("In the first 0.3 s the force on the hand falls {numbers}"));
+            sentences.push(format!("In the first {TRAVEL_S} s the force on the hand falls {numbers}"));
         }
     }
     sentences.extend(missed(runs, whose));

@@ -18,11 +18,19 @@ thread_local! {
 pub struct Interrupted;
 
 /// Number of steps of a fast loop between two checks.
-pub(crate) const STEPS: u64 = 4096;
+const STEPS: u64 = 4096;
 
 /// Makes this thread end its work once the flag is set.
 pub fn watch(stop: Arc<AtomicBool>) {
     STOP.set(Some(stop));
+}
+
+/// [`check`] at every so many steps of a fast loop.
+#[inline(always)]
+pub(crate) fn check_at(step: u64) {
+    if step.is_multiple_of(STEPS) {
+        check();
+    }
 }
 
 /// Ends the work if the flag of this thread is set.

@@ -14,6 +14,17 @@ pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<
     Some(here + (place - below as f64) * (next - here))
 }
 
+/// The quantile at `share` (0 to 1) of values, interpolated as by [`quantile`]. It reorders them, without sorting them all. `None`
+/// without values.
+pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
+    let below = (share * values.len().checked_sub(1)? as f64) as usize;
+    let (_, _, above) = values.select_nth_unstable_by(below, f64::total_cmp);
+    if let Some(next) = (0..above.len()).min_by(|a, b| above[*a].total_cmp(&above[*b])) {
+        above.swap(0, next);
+    }
+    quantile(values.len() as u64, share, |rank| values[rank as usize])
+}
+
 /// The ranks, from 0, of the bounds of the median's 95 % interval; `count` is not 0.
 ///
 /// They are `n/2 ± 1.96 √n/2`, rounded outwards (the normal approximation of the sign test), and assume no
@@ -98,6 +109,9 @@ mod tests {
         let at = |share| quantile(3, share, |rank| values[rank as usize]);
         assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(at), [1.0, 1.5, 2.0, 3.0, 4.0].map(Some));
         assert_eq!(quantile(0, 0.5, |_| 0.0), None);
+        let unordered = |share| quantile_of(&mut [4.0, 1.0, 2.0], share);
+        assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(unordered), [1.0, 1.5, 2.0, 3.0, 4.0].map(Some));
+        assert_eq!(quantile_of(&mut [], 0.5), None);
     }
 
     #[test]

@@ -133,9 +133,7 @@ impl Animation {
             panels,
         })
     }
-}
 
-impl Animation {
     /// Returns the time in s of the first rupture; without one, that of the largest tissue force.
     #[must_use]
     pub fn origin_s(&self) -> f64 {
@@ -175,9 +173,7 @@ impl Panel {
             tip_mm,
         }
     }
-}
 
-impl Panel {
     /// Returns the state at a frame, as the page names it.
     fn state(&self, frame: usize, time_s: f64) -> &'static str {
         let after_s = self.rupture.as_ref().map(|rupture| time_s - rupture.time_s.0);

@@ -204,7 +204,10 @@ fn named_layers(scenario: &Scenario) -> Vec<NamedLayer> {
             };
             tissue.layers.iter().map(layer).collect()
         }
-        _ => vec![],
+        TissueSettings::Recording(_)
+        | TissueSettings::KelvinVoigt(_)
+        | TissueSettings::HuntCrossley(_)
+        | TissueSettings::Generalised(_) => vec![],
     }
 }
 

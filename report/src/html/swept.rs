@@ -206,9 +206,7 @@ fn medians(cases: &[(f64, f64)], log: bool) -> Vec<f64> {
     let mut start = 0;
     for group in cases.chunk_by(is_same) {
         let mut values: Vec<f64> = group.iter().map(|(_, y)| *y).filter(|y| y.is_finite()).collect();
-        values.sort_by(f64::total_cmp);
-        let of_rank = |rank: u64| values[rank as usize];
-        if let Some(median) = trocar_sim::quantiles::quantile(values.len() as u64, 0.5, of_rank) {
+        if let Some(median) = trocar_sim::quantiles::quantile_of(&mut values, 0.5) {
             medians[start + group.len() / 2] = median;
         }
         start += group.len();

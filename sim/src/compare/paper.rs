@@ -4,6 +4,7 @@ use super::facts::{Fact, paper_facts};
 use super::{ADDED_NOISE_STD_N, Comparison};
 use crate::detect::calibration::Whiteness;
 use crate::detect::{Phase, PhaseRule};
+use crate::moments::Moments;
 use crate::run::{Run, RunError, run};
 use crate::scenario::{Scenario, ScenarioError, Source};
 
@@ -139,11 +140,9 @@ impl PaperStudy {
         let trace = &self.direct.trace;
         let low = trace.tissue_force_n.iter().copied().fold(f64::INFINITY, f64::min);
         let high = trace.tissue_force_n.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let errors: Vec<f64> = trace.residual_n.iter().map(|e| e.abs()).collect();
-        let count = errors.len().max(1) as f64;
-        let mean = errors.iter().sum::<f64>() / count;
-        let std = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / count).sqrt();
-        let max = errors.iter().copied().fold(0.0, f64::max);
+        let (mean, variance) = mean_and_variance(trace.residual_n.iter().map(|e| e.abs()));
+        let std = variance.sqrt();
+        let max = trace.residual_n.iter().map(|e| e.abs()).fold(0.0, f64::max);
         vec![
             fact(
                 "force, in the paper's sign",
@@ -178,9 +177,7 @@ impl PaperStudy {
 
     fn quiet_facts(&self) -> Vec<Fact> {
         let residuals = self.quiet_residual_n();
-        let count = residuals.len().max(1) as f64;
-        let mean = residuals.iter().sum::<f64>() / count;
-        let variance = residuals.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / count;
+        let (mean, variance) = mean_and_variance(residuals.iter().copied());
         let mut facts = vec![
             fact("mean", "zero (4.3)", "below σ", format!("{mean:.4} N"), mean.abs() < variance.sqrt()),
             fact(
@@ -209,6 +206,13 @@ impl PaperStudy {
         };
         fact(what, paper, asked, format!("{ours:.2}"), if number == 9 { ours < 1.0 } else { ours > 1.0 })
     }
+}
+
+/// The mean of values and their variance about it; 0 without values.
+fn mean_and_variance(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let mut moments = Moments::default();
+    values.into_iter().for_each(|value| moments.add(value));
+    (moments.mean, moments.squares / moments.count.max(1) as f64)
 }
 
 fn fact(what: &'static str, paper: &'static str, asked: &'static str, ours: String, holds: bool) -> Fact {

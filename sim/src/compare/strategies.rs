@@ -14,7 +14,7 @@ use self::windows::{OfWindows, Windows};
 use super::sensitivity::{Noticed, Sensitivity};
 use crate::engine::InstructionSet;
 use crate::metrics::{HORIZON_S, Metrics, Outcome};
-use crate::quantiles;
+use crate::quantiles::{quantile_of, rank_correlation};
 use crate::run::{RunError, run, run_pack_observed, run_pack_sharing};
 use crate::scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
 use crate::sensor::NoiseBank;
@@ -289,12 +289,12 @@ impl Tally {
             missed_ruptures: self.missed,
             false_alarms: self.false_alarms,
             mean_excess_m: mean(&self.excesses_m),
-            high_excess_m: quantile(&mut self.excesses_m, 0.95),
-            depth_at_return_m: quantile(&mut self.depths_m, 0.5),
+            high_excess_m: quantile_of(&mut self.excesses_m, 0.95),
+            depth_at_return_m: quantile_of(&mut self.depths_m, 0.5),
             unintended_cut_m: mean(&self.cuts_m),
             final_excess_m: mean(&self.final_m),
             noticed: self.noticed,
-            noticed_after_s: quantile(&mut self.noticed_after_s, 0.5),
+            noticed_after_s: quantile_of(&mut self.noticed_after_s, 0.5),
             against_nothing: Sensitivity::of(&self.noticed, &nothing),
             against_false_alarms: Sensitivity::of(&self.noticed, &self.false_events),
             false_alarm: (events > 0.0).then_some(FalseAlarmCost { event_s, force_n, excess_m }),
@@ -367,7 +367,7 @@ impl StrategyStudy {
             let mut tally = Tally::default();
             all.by_ref().take(patients as usize).for_each(|one| tally.merge(one));
             if rows.is_empty() {
-                let of_share = [0.05, 0.5, 0.95].map(|share| quantile(&mut tally.velocities, share));
+                let of_share = [0.05, 0.5, 0.95].map(|share| quantile_of(&mut tally.velocities, share));
                 velocities = of_share.iter().all(Option::is_some).then(|| of_share.map(Option::unwrap_or_default));
             }
             rows.push(tally.row(strategy.name, verdict));
@@ -432,11 +432,6 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    quantiles::quantile(values.len() as u64, share, |rank| values[rank as usize])
-}
-
 /// Marks the rows that no other row dominates in mean excess and noticed share.
 fn mark_front(rows: &mut [StrategyRow]) {
     let point = |row: &StrategyRow| {
@@ -458,7 +453,7 @@ fn rank_correlations(rows: &[StrategyRow]) -> Vec<Option<f64>> {
     let correlation = |window: usize| {
         let both: Vec<(f64, f64)> =
             of_window(window).into_iter().zip(reference.clone()?).filter_map(|(a, b)| a.zip(b)).collect();
-        quantiles::rank_correlation(&both)
+        rank_correlation(&both)
     };
     (0..WINDOWS_S.len()).map(correlation).collect()
 }

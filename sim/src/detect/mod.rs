@@ -112,9 +112,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
         is_velocity_measured,
     };
     for sample in 0..count {
-        if (sample as u64).is_multiple_of(interrupt::STEPS) {
-            interrupt::check();
-        }
+        interrupt::check_at(sample as u64);
         let step = chain.step(&Reading {
             position_m: detection.position_m[sample],
             velocity_m_per_s: if is_velocity_measured { detection.velocity_m_per_s[sample] } else { 0.0 },

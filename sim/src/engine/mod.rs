@@ -86,9 +86,7 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
     fn run_ticks<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
         let mut desired_m = self.parts.begin();
         for tick in 0..self.grid.ticks() {
-            if tick.is_multiple_of(interrupt::STEPS) {
-                interrupt::check();
-            }
+            interrupt::check_at(tick);
             match self.parts.tick(tick, desired_m, &mut self.plants, observer) {
                 ControlFlow::Continue(next) => desired_m = next,
                 ControlFlow::Break(outcome) => return outcome,

@@ -45,9 +45,7 @@ pub(super) fn excursions(
     let mut decision = 0.0_f64;
     let count = residuals.residual_n.len();
     for sample in 0..count {
-        if (sample as u64).is_multiple_of(interrupt::STEPS) {
-            interrupt::check();
-        }
+        interrupt::check_at(sample as u64);
         let added = residuals.squared_drop(sample);
         decision = (decision + added - drift).clamp(0.0, CAP_THRESHOLDS * threshold);
         if decision == 0.0 {

@@ -42,9 +42,7 @@ impl Residuals {
             evidence: Vec::with_capacity(count),
         };
         for sample in 0..count {
-            if (sample as u64).is_multiple_of(interrupt::STEPS) {
-                interrupt::check();
-            }
+            interrupt::check_at(sample as u64);
             let (force_n, velocity_m_per_s) = (signal.force_n[sample], signal.velocity_m_per_s[sample]);
             let depth_m = signal.position_m[sample] - contact_m;
             let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);

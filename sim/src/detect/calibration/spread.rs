@@ -1,6 +1,6 @@
 //! The noise of a signal, from its differences between samples.
 
-use crate::quantiles;
+use crate::quantiles::quantile_of;
 
 /// Number of samples per block, over which the noise is averaged.
 const NOISE_BLOCK: usize = 50;
@@ -11,13 +11,7 @@ const NOISE_SHARE: f64 = 0.75;
 #[must_use]
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     crate::interrupt::check();
-    let below = (share * values.len().checked_sub(1)? as f64) as usize;
-    // The two order statistics that it needs, without sorting the others.
-    let (_, _, above) = values.select_nth_unstable_by(below, f64::total_cmp);
-    if let Some(next) = (0..above.len()).min_by(|a, b| above[*a].total_cmp(&above[*b])) {
-        above.swap(0, next);
-    }
-    quantiles::quantile(values.len() as u64, share, |rank| values[rank as usize])
+    quantile_of(&mut values, share)
 }
 
 /// Returns the median; `None` without values.
