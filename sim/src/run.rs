@@ -115,7 +115,9 @@ pub fn empty_trace_with(scenario: &Scenario, own: &OwnParts) -> Trace {
 /// # Errors
 /// As [`run`].
 pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
-    run_observed(scenario, ()).map(|(metrics, ())| metrics)
+    let mut engine = scenario.build()?;
+    let metrics = with_metrics(scenario, (), |observers| engine.run_compiled(observers))?;
+    Ok(with_link(scenario, metrics, engine.link_report()))
 }
 
 /// Runs a scenario for its metrics with one more observer, which is not called for a diverged tick.
@@ -123,7 +125,9 @@ pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
 /// # Errors
 /// As [`run`].
 pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
-    run_observed(scenario, observer).map(|(metrics, _)| metrics)
+    let mut engine = scenario.build()?;
+    let metrics = with_metrics(scenario, observer, |observers| engine.run(observers))?;
+    Ok(with_link(scenario, metrics, engine.link_report()))
 }
 
 /// [`observe`] with some of the user's own parts in place of the scenario's.
@@ -132,16 +136,8 @@ pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<
 /// As [`run`].
 pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
     let mut engine = scenario.build_with(own)?;
-    let run = |observers: &mut (MetricsObserver<f64>, &mut dyn Observer<f64>)| engine.run(observers);
-    let (metrics, _) = with_metrics(scenario, observer, run)?;
+    let metrics = with_metrics(scenario, observer, |observers| engine.run(observers))?;
     Ok(with_link(scenario, metrics, engine.parts.link_report(0)))
-}
-
-/// [`observe`], compiled for the observer, which it returns.
-fn run_observed<O: Observer<f64>>(scenario: &Scenario, observer: O) -> Result<(Metrics, O), RunError> {
-    let mut engine = scenario.build()?;
-    let (metrics, observer) = with_metrics(scenario, observer, |observers| engine.run(observers))?;
-    Ok((with_link(scenario, metrics, engine.link_report()), observer))
 }
 
 /// Runs a scenario's engine with the metrics observer and one more.
@@ -149,11 +145,10 @@ fn with_metrics<O: Observer<f64>>(
     scenario: &Scenario,
     observer: O,
     run: impl FnOnce(&mut (MetricsObserver<f64>, O)) -> Result<(), IntegrationError>,
-) -> Result<(Metrics, O), RunError> {
+) -> Result<Metrics, RunError> {
     let mut observers = (metrics_observer(scenario), observer);
     run(&mut observers).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
-    let (metrics, observer) = observers;
-    Ok((metrics.metrics(0), observer))
+    Ok(observers.0.metrics(0))
 }
 
 /// The metrics of a scenario's run before its first tick.

@@ -49,8 +49,7 @@ impl InstructionSet {
     }
 }
 
-/// Runs an engine in wider registers if the machine has them, compiled for its observer if that is a common one. All
-/// other observers are called dynamically.
+/// Runs an engine in wider registers if the machine has them, compiled for its observer.
 #[cfg_attr(target_arch = "x86_64", allow(unsafe_code, reason = "calls a function compiled for an instruction set"))]
 pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine: &mut Engine<P, W>,
@@ -58,22 +57,18 @@ pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
 ) -> Result<(), IntegrationError> {
     #[cfg(target_arch = "x86_64")]
     if InstructionSet::Avx2.is_available() {
-        // SAFETY, for both: the check above shows that the machine has the instructions of the function.
-        return if O::is_common() {
-            unsafe { run_avx2(engine, observer) }
-        } else {
-            unsafe { run_avx2(engine, &mut { observer as &mut dyn Observer<W::Lane> }) }
-        };
+        // SAFETY: the check above shows that the machine has the instructions of the function.
+        return unsafe { run_avx2(engine, observer) };
     }
     run_portably(engine, observer)
 }
 
-/// Runs an engine in the registers of every machine.
-pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
+/// Runs an engine in the registers of every machine. The observer is called dynamically.
+pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring>(
     engine: &mut Engine<P, W>,
-    observer: &mut O,
+    mut observer: &mut dyn Observer<W::Lane>,
 ) -> Result<(), IntegrationError> {
-    engine.run_ticks(&mut { observer as &mut dyn Observer<W::Lane> })
+    engine.run_ticks(&mut observer)
 }
 
 #[cfg(target_arch = "x86_64")]

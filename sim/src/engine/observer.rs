@@ -5,15 +5,6 @@ use crate::lane::Lane;
 
 /// Receives the signals of each tick.
 pub trait Observer<L: Lane> {
-    /// Whether runs with this observer are so common that each wiring is compiled separately for it.
-    #[inline(always)]
-    fn is_common() -> bool
-    where
-        Self: Sized,
-    {
-        false
-    }
-
     /// Receives the signals of a tick. The ticks of a run come in order, starting at 0.
     fn observe(&mut self, signals: &Signals<L>);
 
@@ -26,11 +17,6 @@ pub trait Observer<L: Lane> {
 
 /// Ignores all signals: the tick alone.
 impl<L: Lane> Observer<L> for () {
-    #[inline(always)]
-    fn is_common() -> bool {
-        true
-    }
-
     #[inline(always)]
     fn observe(&mut self, _signals: &Signals<L>) {}
 }
@@ -51,11 +37,6 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
 /// Two observers. When the first is done, for example because the run has diverged, the second does not receive that
 /// tick.
 impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
-    #[inline(always)]
-    fn is_common() -> bool {
-        A::is_common() && B::is_common()
-    }
-
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
         self.0.observe(signals);

@@ -34,7 +34,16 @@ macro_rules! wirings {
             ///
             /// # Errors
             /// As [`Engine::run`].
-            pub fn run<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+            pub fn run(&mut self, mut observer: &mut dyn Observer<L>) -> Result<(), IntegrationError> {
+                self.run_compiled(&mut observer)
+            }
+
+            /// [`Wired::run`], compiled for the observer: faster by the call of the observer in each tick, and longer
+            /// to build by a copy of the tick for each wiring.
+            ///
+            /// # Errors
+            /// As [`Engine::run`].
+            pub fn run_compiled<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
                 match self {
                     $(Self::$Wiring(engine) => instruction_set::run(engine, observer),)*
                 }
@@ -44,7 +53,7 @@ macro_rules! wirings {
             ///
             /// # Errors
             /// As [`Engine::run`].
-            pub fn run_portably<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+            pub fn run_portably(&mut self, observer: &mut dyn Observer<L>) -> Result<(), IntegrationError> {
                 match self {
                     $(Self::$Wiring(engine) => instruction_set::run_portably(engine, observer),)*
                 }

@@ -471,11 +471,6 @@ impl<L: Lane> MetricsObserver<L> {
 
 impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
-    fn is_common() -> bool {
-        true
-    }
-
-    #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         // Fast path: most ticks only add to the sums. All other ticks take the general path, out of line. `bound` is
         // below 1 only in teleoperation and far from divergence; the general path distinguishes the rest.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{RunError, run_observed};
+use super::{RunError, measure, observe};
 #[cfg(target_arch = "x86_64")]
 use crate::engine::{Avx2, Avx512};
 use crate::engine::{ExactPlants, GatheredPlants, InstructionSet, Observer, Wide, Wired};
@@ -54,6 +54,16 @@ pub(crate) trait RunObserver {
 
     /// The result of lane `lane`.
     fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
+
+    /// A separate run of the scenario at index `place` of the list.
+    ///
+    /// # Errors
+    /// As [`measure`].
+    fn run_alone(&self, scenario: &Scenario, place: usize) -> Result<(Metrics, Self::Finding), RunError> {
+        let mut over_one = self.over_lanes::<f64>(place..place + 1);
+        let metrics = observe(scenario, &mut over_one)?;
+        Ok((metrics, Self::finding(&over_one, 0)))
+    }
 }
 
 /// No additional observer.
@@ -64,6 +74,10 @@ impl RunObserver for () {
     fn over_lanes<L: Lane>(&self, _places: Range<usize>) {}
 
     fn finding<L: Lane>(_observer: &(), _lane: usize) {}
+
+    fn run_alone(&self, scenario: &Scenario, _place: usize) -> Result<(Metrics, ()), RunError> {
+        Ok((measure(scenario)?, ()))
+    }
 }
 
 /// A run's metrics, and its observer's result.
@@ -94,10 +108,7 @@ fn run_eight<R: RunObserver>(
     scenarios: &[Scenario],
     (first, observer): (usize, &R),
 ) -> Vec<ObservedRun<R>> {
-    let alone = |k: usize| {
-        let over_one = observer.over_lanes::<f64>(first + k..first + k + 1);
-        run_observed(&scenarios[k], over_one).map(|(metrics, one)| (metrics, R::finding(&one, 0)))
-    };
+    let alone = |k: usize| observer.run_alone(&scenarios[k], first + k);
     let is_worthwhile = scenarios.len() >= MIN_SCENARIOS && set != InstructionSet::Baseline;
     let engines = if is_worthwhile { Engines::of(scenarios) } else { None };
     let together = engines.and_then(|mut engines| {

@@ -31,18 +31,28 @@ pub enum ScenarioEngine {
 }
 
 impl ScenarioEngine {
-    /// Runs the scenario. The exact engine is compiled for its observer; the other engines call it dynamically, because
-    /// the call costs little beside their ticks.
+    /// Runs the scenario.
     ///
     /// # Errors
     /// As [`Engine::run`].
-    pub fn run<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
-        let dynamic: &mut dyn Observer<f64> = &mut *observer;
+    pub fn run(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), IntegrationError> {
         match self {
             Self::Exact(engine) => engine.run(observer),
-            Self::Limited(engine) => engine.run(&mut { dynamic }),
-            Self::Split(engine) => engine.run(&mut { dynamic }),
-            Self::Integrated(engine) => engine.run(&mut { dynamic }),
+            Self::Limited(engine) => engine.run(&mut observer),
+            Self::Split(engine) => engine.run(&mut observer),
+            Self::Integrated(engine) => engine.run(&mut observer),
+        }
+    }
+
+    /// [`ScenarioEngine::run`] with the exact engine compiled for its observer. The call of an observer costs little
+    /// beside the ticks of the other engines.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+        match self {
+            Self::Exact(engine) => engine.run_compiled(observer),
+            Self::Limited(_) | Self::Split(_) | Self::Integrated(_) => self.run(observer),
         }
     }
 

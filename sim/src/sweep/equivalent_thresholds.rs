@@ -166,12 +166,6 @@ impl<L: Lane> EquivalentThresholds<L> {
 }
 
 impl<L: Lane> Observer<L> for EquivalentThresholds<L> {
-    /// Lanes, in which nearly all cases of a sweep run.
-    #[inline(always)]
-    fn is_common() -> bool {
-        L::WIDTH > 1
-    }
-
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         let above = s.decision.gt(self.threshold);
