@@ -71,40 +71,48 @@ impl Figure<'_> {
             && rows.iter().all(|row| row.title.is_none() || row.height > FIXED_HEIGHT);
         let mut letters = ('a'..='z').filter(|_| is_lettered);
 
-        let mut page = Page { width, height: 0.0, items: vec![] };
+        let mut page = Page::new(width);
         let mut y = MARGIN;
         let title = (!self.name.is_empty()).then(|| (Sample::Title, self.name.clone()));
         let entries: Vec<Entry> = title.into_iter().chain(self.legend.iter().cloned()).collect();
-        y += flow(&entries, width - 2.0 * MARGIN).draw(&mut page, (MARGIN, y));
+        // Legends show lines as they were drawn, hence after them.
+        let head = flow(&entries, width - 2.0 * MARGIN);
+        y += head.height;
+        let mut legends = vec![(head, (MARGIN, MARGIN))];
         for (index, row) in rows.iter().enumerate() {
             if let Some(title) = row.title {
                 let titled = [(Sample::Title, title.to_owned())];
-                y += flow(&titled, width - 2.0 * MARGIN).draw(&mut page, (MARGIN, y + 1.0));
+                let title = flow(&titled, width - 2.0 * MARGIN);
+                y += title.height;
+                legends.push((title, (MARGIN, y - title.height + 1.0)));
             }
             let column = column_width(row.panels.len());
             let labels: Vec<f64> = (0..row.panels.len()).map(|c| labels(row, c)).collect();
             // Space for the letter, where labels are narrow.
             let indent = |c: usize| if is_lettered { labels[c].max(LETTER) } else { labels[c] };
             let legend = |(c, panel): (usize, &&Panel<'_>)| flow(&panel.legend, column - indent(c));
-            let legends: Vec<Flow> = row.panels.iter().enumerate().map(legend).collect();
+            let of_panels: Vec<Flow> = row.panels.iter().enumerate().map(legend).collect();
             let lettered = if is_lettered { LINE } else { 0.0 };
-            let head = legends.iter().map(|legend| legend.height).fold(lettered, f64::max);
+            let head = of_panels.iter().map(|legend| legend.height).fold(lettered, f64::max);
             let top = y + head + GAP;
             let x_labelled = is_x_labelled(&rows, index);
             let mut below: f64 = 0.0;
-            for (c, (panel, legend)) in row.panels.iter().zip(legends).enumerate() {
+            for (c, (panel, legend)) in row.panels.iter().zip(of_panels).enumerate() {
                 let edge = MARGIN + (column + COLUMN_GAP) * c as f64;
                 if let Some(letter) = letters.next() {
                     let text = Text::new(format!("({letter})"), (edge, centred(y + 0.5 * LINE)), Anchor::Start);
                     page.text(Text { is_bold: true, ..text });
                 }
-                legend.draw(&mut page, (edge + indent(c), y));
+                legends.push((legend, (edge + indent(c), y)));
                 let axes = column - labels[c] - RIGHT;
                 let place = Place { left: edge + labels[c], top, width: axes, height: row.height, edge, x_labelled };
                 panel.draw(&mut page, &place);
                 below = below.max(if x_labelled { panel.label_height(axes) } else { 0.0 });
             }
             y = top + row.height + below + GAP;
+        }
+        for (legend, origin) in legends {
+            legend.draw(&mut page, origin);
         }
         page.height = y + MARGIN;
         page

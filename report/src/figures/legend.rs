@@ -61,14 +61,14 @@ fn sample_width(sample: &Sample) -> f64 {
 }
 
 impl Flow {
-    /// Draws the legend from a place on, and returns its height.
-    pub(super) fn draw(&self, page: &mut Page, origin: (f64, f64)) -> f64 {
+    /// Draws the legend from a place on, after the lines that it names.
+    pub(super) fn draw(&self, page: &mut Page, origin: (f64, f64)) {
         for (x, y, sample, lines) in &self.entries {
             let (left, middle) = (origin.0 + x, origin.1 + y + 0.5 * LINE);
             let centre = left + 3.5;
             match sample {
                 Sample::Title => {}
-                Sample::Line(line) => page.line((left, middle), (left + SAMPLE, middle), line),
+                Sample::Line(line) => page.line((left, middle), (left + SAMPLE, middle), &page.as_drawn(line)),
                 Sample::Dot(dot) => page.lines(vec![vec![(centre, middle)]], dot),
                 Sample::Ring(dot) => {
                     page.lines(vec![vec![(centre, middle)]], dot);
@@ -84,6 +84,5 @@ impl Flow {
                 page.text(Text { is_bold, ..Text::new(line, at, Anchor::Start) });
             }
         }
-        self.height
     }
 }

@@ -94,9 +94,16 @@ pub(super) struct Page {
     pub(super) height: f64,
     /// In drawing order.
     pub(super) items: Vec<Item>,
+    /// The dashed strokes of the lines, and whether the line was too long for dashes.
+    dashed: Vec<(Stroke, bool)>,
 }
 
 impl Page {
+    /// An empty page of a width.
+    pub(super) fn new(width: f64) -> Self {
+        Self { width, height: 0.0, items: vec![], dashed: vec![] }
+    }
+
     /// Draws lines, each with at least two points; a line of one point is a dot.
     pub(super) fn lines(&mut self, lines: Vec<Vec<Point>>, stroke: &Stroke) {
         let (dots, lines): (Vec<_>, Vec<_>) =
@@ -104,11 +111,21 @@ impl Page {
         let length: f64 = lines.iter().flat_map(|line| line.windows(2)).map(|pair| distance(pair[0], pair[1])).sum();
         let period: f64 = stroke.dashes.iter().sum();
         let is_solid = 0.5 * stroke.dashes.len() as f64 * length > MAX_DASHES * period;
+        if !lines.is_empty() && !stroke.dashes.is_empty() {
+            self.dashed.push((*stroke, is_solid));
+        }
         let stroke = Stroke { dashes: if is_solid { &[] } else { stroke.dashes }, ..*stroke };
         if !lines.is_empty() {
             self.items.push(Item::Lines(lines, stroke));
         }
         self.items.extend(dots.iter().map(|dot| Item::Dot(dot[0], 0.5 * stroke.width + 0.2, stroke.color)));
+    }
+
+    /// A stroke as its lines were drawn: solid if all of them were too long for dashes.
+    pub(super) fn as_drawn(&self, stroke: &Stroke) -> Stroke {
+        let mut drawn = self.dashed.iter().filter(|(dashed, _)| dashed == stroke).peekable();
+        let is_solid = drawn.peek().is_some() && drawn.all(|(_, is_solid)| *is_solid);
+        Stroke { dashes: if is_solid { &[] } else { stroke.dashes }, ..*stroke }
     }
 
     pub(super) fn line(&mut self, from: Point, to: Point, stroke: &Stroke) {
@@ -136,16 +153,20 @@ fn distance(a: Point, b: Point) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figures::style::CLASSICAL;
+    use crate::figures::style::{AUGMENTED, CLASSICAL};
 
     #[test]
     fn a_line_is_dashed_unless_it_swings_too_often() {
         let dashes = |swings: f64| {
             let line = (0..8000).map(|k| 0.03 * f64::from(k)).map(|x| (x, 50.0 * (x * swings).sin())).collect();
-            let mut page = Page { width: 1.0, height: 1.0, items: vec![] };
+            let mut page = Page::new(1.0);
             page.lines(vec![line], &CLASSICAL);
+            assert_eq!(page.as_drawn(&AUGMENTED), AUGMENTED, "no line has it");
             match &page.items[..] {
-                [Item::Lines(_, stroke)] => stroke.dashes.len(),
+                [Item::Lines(_, stroke)] => {
+                    assert_eq!(page.as_drawn(&CLASSICAL), *stroke, "the legend's");
+                    stroke.dashes.len()
+                }
                 other => panic!("{other:?}"),
             }
         };
