@@ -75,7 +75,8 @@ pub(crate) fn detect<'py>(
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
     let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
     let (spec, values) = samples.spec(py, values.with_adaptive_detector())?;
-    let (detection, report) = interruptible(py, 1, move |_| {
+    // The report has two halves.
+    let (detection, report) = interruptible(py, 2, move |_| {
         let ruptures_s = spec.recording.ruptures_s;
         let detection = trocar_sim::detect::detect_recording(spec.recording.recording, &spec.settings)?;
         let report = DetectionReport::of(&detection, &ruptures_s);

@@ -37,16 +37,64 @@ pub fn median_ranks(count: u64) -> (u64, u64) {
 }
 
 /// The upper median; `None` without values.
-pub fn upper_median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+pub fn upper_median(values: &[f64]) -> Option<f64> {
+    order_statistic(|| values.iter().copied(), values.len() / 2)
 }
 
 /// 1.4826 times the median absolute deviation from the median, both upper medians: a standard deviation that is robust
-/// to outliers; `None` without values.
-pub fn robust_std(values: &[f64]) -> Option<f64> {
-    let median = upper_median(values.to_vec())?;
-    Some(GAUSSIAN_MAD * upper_median(values.iter().map(|value| (value - median).abs()).collect())?)
+/// to outliers; `None` without values. `values` returns the same values at every call.
+pub fn robust_std<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
+    let middle = values().count() / 2;
+    let median = order_statistic(&values, middle)?;
+    Some(GAUSSIAN_MAD * order_statistic(|| values().map(|value| (value - median).abs()), middle)?)
+}
+
+/// Bits of a key that one pass of [`order_statistic`] counts, and the number of values that are selected in memory.
+const RADIX_BITS: u32 = 16;
+const MAX_SELECTED: usize = 1 << 16;
+
+/// The order statistic of a rank (0 is the smallest) by [`f64::total_cmp`]; `None` beyond the last. `values` returns the same values
+/// at every call.
+///
+/// Each pass counts the values by the next 16 bits of their keys, which are ordered as they are, and keeps the part that has the rank:
+/// millions of values are neither copied nor moved.
+pub fn order_statistic<I: Iterator<Item = f64>>(values: impl Fn() -> I, mut rank: usize) -> Option<f64> {
+    // The leading bits of the key that are known, how many they are, and the number of keys with them.
+    let (mut prefix, mut known, mut count) = (0_u64, 0, values().count());
+    let keys = |prefix: u64, known: u32| {
+        values().map(key).filter(move |key| known == 0 || key >> (u64::BITS - known) == prefix)
+    };
+    let mut counts = vec![];
+    while known < u64::BITS {
+        if count <= MAX_SELECTED {
+            let mut keys: Vec<u64> = keys(prefix, known).collect();
+            return (rank < count).then(|| of_key(*keys.select_nth_unstable(rank).1));
+        }
+        counts.clear();
+        counts.resize(1 << RADIX_BITS, 0);
+        let shift = u64::BITS - known - RADIX_BITS;
+        keys(prefix, known).for_each(|key| counts[(key >> shift) as usize & ((1 << RADIX_BITS) - 1)] += 1);
+        let mut up_to = 0;
+        let bucket = counts.iter().position(|in_bucket| {
+            up_to += in_bucket;
+            up_to > rank
+        })?;
+        count = counts[bucket];
+        rank -= up_to - count;
+        (prefix, known) = (prefix << RADIX_BITS | bucket as u64, known + RADIX_BITS);
+    }
+    Some(of_key(prefix))
+}
+
+/// A number that is ordered as the value is by [`f64::total_cmp`].
+#[inline(always)]
+fn key(value: f64) -> u64 {
+    let bits = value.to_bits();
+    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+}
+
+fn of_key(key: u64) -> f64 {
+    f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 
 /// `Φ(x)`: the share of a standard normal distribution below `x`.
@@ -116,10 +164,33 @@ mod tests {
 
     #[test]
     fn the_upper_median_and_the_spread_about_it_are_of_order_statistics() {
-        assert_eq!(upper_median(vec![4.0, 1.0, 3.0, 2.0]), Some(3.0));
+        assert_eq!(upper_median(&[4.0, 1.0, 3.0, 2.0]), Some(3.0));
         // Deviations 2, 1, 0 and 97 from 3: their upper median is 2.
+        let robust_std = |values: &[f64]| robust_std(|| values.iter().copied());
         assert_eq!(robust_std(&[1.0, 2.0, 3.0, 100.0]), Some(1.4826 * 2.0));
-        assert_eq!((upper_median(vec![]), robust_std(&[])), (None, None));
+        assert_eq!((upper_median(&[]), robust_std(&[])), (None, None));
+    }
+
+    #[test]
+    fn an_order_statistic_is_that_of_the_sorted_values() {
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let wide: Vec<f64> = (0..5000).map(|_| next() * 1e3_f64.powf(8.0 * next())).collect();
+        // More than fit into memory of one selection, in one bucket of 16 bits; they differ in the last bits.
+        let narrow: Vec<f64> = (0..100_000).map(|_| f64::from_bits(1.0_f64.to_bits() + (1e5 * (next() + 0.5)) as u64)).collect();
+        let special = vec![0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::MIN_POSITIVE, -1.0, 1.0];
+        for values in [wide, narrow, special, vec![-0.25; 70_000]] {
+            let mut sorted = values.clone();
+            sorted.sort_unstable_by(f64::total_cmp);
+            for rank in (0..values.len()).step_by(values.len() / 7) {
+                let found = order_statistic(|| values.iter().copied(), rank).map(f64::to_bits);
+                assert_eq!(found, Some(sorted[rank].to_bits()), "{rank} of {}", values.len());
+            }
+            assert_eq!(order_statistic(|| values.iter().copied(), values.len()), None);
+        }
     }
 
     #[test]

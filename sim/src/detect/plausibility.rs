@@ -31,6 +31,9 @@ const RATIO: (f64, f64) = (0.5, 2.0);
 /// Samples over which the slope of the positions is taken.
 const SLOPE_SAMPLES: usize = 20;
 
+/// Windows of [`SLOPE_SAMPLES`] that are summed side by side, which the processor's vectors need.
+const WINDOWS_AT_ONCE: usize = 256;
+
 /// Minimum share of the time in contact in which the detector is armed, and minimum time in contact in s.
 const MIN_ARMED: f64 = 0.1;
 const MIN_CONTACT_S: f64 = 0.5;
@@ -65,11 +68,13 @@ pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
 pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warning> {
     let mut all: Vec<Warning> = misses.iter().map(LabelMiss::warning).collect();
     all.extend(sampling_rate(detection.interval_s));
-    all.extend(force(detection, &detection.detector));
-    all.extend(travel(detection));
-    all.extend(velocity(detection));
-    all.extend(contact(detection));
-    all.extend(constant_force(detection));
+    if let Some(peak) = peak(&detection.measured_force_n) {
+        all.extend(force(detection, &detection.detector, peak));
+        all.extend(travel(detection));
+        all.extend(velocity(detection));
+        all.extend(contact(detection, peak));
+        all.extend(constant_force(detection, peak));
+    }
     all
 }
 
@@ -78,14 +83,15 @@ fn range(values: &[f64]) -> Option<(f64, f64)> {
     Some((low, values.iter().copied().fold(low, f64::max)))
 }
 
-/// The sample of the largest magnitude.
+/// The last sample of the largest magnitude; `None` without samples.
 fn peak(values: &[f64]) -> Option<usize> {
-    (0..values.len()).max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()))
+    let largest = values.iter().copied().map(f64::abs).reduce(f64::max)?;
+    values.iter().rposition(|value| value.abs() == largest)
 }
 
-/// The sign and the magnitude of the force.
-fn force(detection: &Detection, detector: &DetectorSettings) -> Option<Warning> {
-    let peak_n = detection.measured_force_n[peak(&detection.measured_force_n)?].abs();
+/// The sign and the magnitude of the force, which is largest at the sample `peak`.
+fn force(detection: &Detection, detector: &DetectorSettings, peak: usize) -> Option<Warning> {
+    let peak_n = detection.measured_force_n[peak].abs();
     let drop_n = detector.distance.hypotheses.rupture_std_n;
     let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
     if peak_n > MAX_FORCE_N {
@@ -98,7 +104,7 @@ fn force(detection: &Detection, detector: &DetectorSettings) -> Option<Warning> 
         );
         return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
     }
-    let slope = Slope::of(detection)?;
+    let slope = Slope::of(detection, peak)?;
     if peak_n >= MIN_RESISTING_N && slope.correlation < FALLING && slope.work_j < 0.0 {
         let message = format!(
             "the force falls by {:.0} N/m while the needle advances: it does not resist the insertion",
@@ -126,9 +132,8 @@ struct Slope {
 }
 
 impl Slope {
-    fn of(detection: &Detection) -> Option<Self> {
+    fn of(detection: &Detection, peak: usize) -> Option<Self> {
         // Up to the largest force: after it the needle goes on in a tissue that gave way.
-        let peak = peak(&detection.measured_force_n)?;
         let pairs = || detection.position_m[..=peak].iter().zip(&detection.measured_force_n[..=peak]);
         let advancing = || {
             pairs()
@@ -136,12 +141,16 @@ impl Slope {
                 .filter(|((x, _), (next, _))| next > x)
                 .map(|((x, f), (next, _))| (*x, *f, next - x))
         };
-        let count = advancing().count() as f64;
+        let (mut count, mut sum_x, mut sum_f) = (0.0, 0.0, 0.0);
+        for (x, f, _) in advancing() {
+            count += 1.0;
+            sum_x += x;
+            sum_f += f;
+        }
         if count < SLOPE_SAMPLES as f64 {
             return None;
         }
-        let mean_x = advancing().map(|(x, ..)| x).sum::<f64>() / count;
-        let mean_f = advancing().map(|(_, f, _)| f).sum::<f64>() / count;
+        let (mean_x, mean_f) = (sum_x / count, sum_f / count);
         let (mut xx, mut xf, mut ff, mut work_j) = (0.0, 0.0, 0.0, 0.0);
         for (x, f, step) in advancing() {
             xx += (x - mean_x) * (x - mean_x);
@@ -177,13 +186,21 @@ fn velocity(detection: &Detection) -> Option<Warning> {
     let (position, velocity) = (&detection.position_m, &detection.velocity_m_per_s);
     let length = SLOPE_SAMPLES as f64 * detection.interval_s;
     let (mut vv, mut vs, mut ss) = (0.0, 0.0, 0.0);
-    for (ends, speeds) in position.windows(SLOPE_SAMPLES + 1).zip(velocity.windows(SLOPE_SAMPLES + 1)) {
-        let slope = (ends[SLOPE_SAMPLES] - ends[0]) / length;
-        let mean = 0.5 * (speeds[0] + speeds[SLOPE_SAMPLES]) + speeds[1..SLOPE_SAMPLES].iter().sum::<f64>();
-        let mean = mean / SLOPE_SAMPLES as f64;
-        vv += mean * mean;
-        vs += mean * slope;
-        ss += slope * slope;
+    let windows = velocity.len().saturating_sub(SLOPE_SAMPLES);
+    let mut sums = [0.0; WINDOWS_AT_ONCE];
+    for first in (0..windows).step_by(WINDOWS_AT_ONCE) {
+        let sums = &mut sums[..WINDOWS_AT_ONCE.min(windows - first)];
+        sums.fill(-0.0);
+        for offset in 1..SLOPE_SAMPLES {
+            sums.iter_mut().zip(&velocity[first + offset..]).for_each(|(sum, speed)| *sum += speed);
+        }
+        for (at, sum) in (first..).zip(sums) {
+            let slope = (position[at + SLOPE_SAMPLES] - position[at]) / length;
+            let mean = (0.5 * (velocity[at] + velocity[at + SLOPE_SAMPLES]) + *sum) / SLOPE_SAMPLES as f64;
+            vv += mean * mean;
+            vs += mean * slope;
+            ss += slope * slope;
+        }
     }
     if vv == 0.0 || ss == 0.0 {
         return None;
@@ -199,7 +216,7 @@ fn velocity(detection: &Detection) -> Option<Warning> {
 }
 
 /// Whether the needle reaches the contact, and the detector is armed in it.
-fn contact(detection: &Detection) -> Option<Warning> {
+fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
     let contact_m = detection.contact_m;
     if !detection.touched {
         let (low_m, high_m) = range(&detection.position_m)?;
@@ -210,8 +227,7 @@ fn contact(detection: &Detection) -> Option<Warning> {
         return Some(Warning::new(Code::NoContact, message).at("--contact-m or --position").remedy(remedy));
     }
     let force = &detection.measured_force_n;
-    let is_out = |peak: &usize| force[*peak].abs() >= MIN_RESISTING_N && detection.position_m[*peak] <= contact_m;
-    if let Some(peak) = peak(force).filter(is_out) {
+    if force[peak].abs() >= MIN_RESISTING_N && detection.position_m[peak] <= contact_m {
         let message = format!(
             "the largest force, {:.3} N at {:.3} s, acts out of contact: the needle is at {:.3} mm, the contact at {:.3} mm",
             force[peak],
@@ -244,7 +260,7 @@ fn contact(detection: &Detection) -> Option<Warning> {
 }
 
 /// Whether the force changes while the needle moves.
-fn constant_force(detection: &Detection) -> Option<Warning> {
+fn constant_force(detection: &Detection, peak: usize) -> Option<Warning> {
     let (force, position) = (&detection.measured_force_n, &detection.position_m);
     let mut start = 0;
     let mut longest: Option<(f64, usize, usize)> = None;
@@ -252,16 +268,18 @@ fn constant_force(detection: &Detection) -> Option<Warning> {
         if sample < force.len() && force[sample] == force[start] {
             continue;
         }
-        let (low_m, high_m) = range(&position[start..sample])?;
-        let travel_m = high_m - low_m.max(detection.contact_m);
-        let counts = force[start].abs() >= MIN_RESISTING_N && travel_m >= MIN_MOTION_M;
-        if counts && longest.is_none_or(|(other_m, ..)| travel_m > other_m) {
-            longest = Some((travel_m, start, sample - 1));
+        // A force that is there once has not stayed.
+        if sample - start > 1 && force[start].abs() >= MIN_RESISTING_N {
+            let (low_m, high_m) = range(&position[start..sample])?;
+            let travel_m = high_m - low_m.max(detection.contact_m);
+            if travel_m >= MIN_MOTION_M && longest.is_none_or(|(other_m, ..)| travel_m > other_m) {
+                longest = Some((travel_m, start, sample - 1));
+            }
         }
         start = sample;
     }
     let (travel_m, from, to) = longest?;
-    let is_largest = peak(force).is_some_and(|peak| force[peak].abs() == force[from].abs());
+    let is_largest = force[peak].abs() == force[from].abs();
     let cause = if is_largest { "the sensor is at the end of its range" } else { "its value is not renewed" };
     let message = format!(
         "the force stays at {:.4} N from {:.4} to {:.4} s, while the needle moves by {:.2} mm: {cause}, and no rupture can be detected",

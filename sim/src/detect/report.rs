@@ -60,7 +60,7 @@ impl ExtraParameterEstimate {
     #[must_use]
     pub fn of(extra_parameter: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
         let (column, values) = extra_parameter.as_ref()?;
-        Some(Self { column, median: upper_median(values.clone())?, last: *values.last()? })
+        Some(Self { column, median: upper_median(values)?, last: *values.last()? })
     }
 }
 
@@ -161,7 +161,15 @@ impl DetectionReport {
             contact_s,
         });
         let scores = tally.as_ref().map(Scores::of);
-        let intervals = PhaseRule::default().split(&detection.position_m, detection.interval_s, detection.contact_m);
+        let phases = || {
+            let rule = PhaseRule::default();
+            let intervals = rule.split(&detection.position_m, detection.interval_s, detection.contact_m);
+            (PhaseStatistics::all(detection, &intervals), intervals)
+        };
+        let residual = || ResidualStatistics::of(|| detection.residual_n.iter().copied());
+        // Of a long recording each takes as long as a good part of the detection.
+        let ((phases, intervals), (residual, warnings)) =
+            rayon::join(phases, || (residual(), warnings(detection, &misses)));
         Self {
             samples: detection.time_s.len(),
             interval_s: detection.interval_s,
@@ -177,13 +185,13 @@ impl DetectionReport {
             labelled_kinds: labels.unwrap_or_default().iter().map(|label| label.kind.clone()).collect(),
             missed_ruptures: scores.map(|scores| scores.missed),
             false_alarms: scores.map(|scores| scores.false_alarms),
-            warnings: warnings(detection, &misses),
+            warnings,
             misses,
             labelled_ruptures_s,
             window_s,
             scores,
-            residual: ResidualStatistics::of(&detection.residual_n),
-            phases: PhaseStatistics::all(detection, &intervals),
+            residual,
+            phases,
             intervals,
             tally,
             further_estimate: ExtraParameterEstimate::of(&detection.extra_parameter),

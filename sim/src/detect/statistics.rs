@@ -22,16 +22,22 @@ pub struct ResidualStatistics {
 }
 
 impl ResidualStatistics {
-    /// Returns the statistics of residuals in N; 0 without residuals.
-    pub(super) fn of(residual: &[f64]) -> Self {
-        let count = residual.len().max(1) as f64;
-        let mean_n = residual.iter().sum::<f64>() / count;
-        let variance = residual.iter().map(|e| (e - mean_n).powi(2)).sum::<f64>() / count;
+    /// Returns the statistics of residuals in N; 0 without residuals. `residual` returns the same values at every call.
+    pub(super) fn of<I: Iterator<Item = f64>>(residual: impl Fn() -> I) -> Self {
+        let mut sums = (0_usize, -0.0, -0.0, 0.0_f64);
+        residual().for_each(|e| {
+            let magnitude = e.abs();
+            sums = (sums.0 + 1, sums.1 + e, sums.2 + magnitude, sums.3.max(magnitude));
+        });
+        let (count, sum_n, absolute_n, max_absolute_n) = sums;
+        let count = count.max(1) as f64;
+        let mean_n = sum_n / count;
+        let variance = residual().map(|e| (e - mean_n).powi(2)).sum::<f64>() / count;
         Self {
             mean_n,
             std_n: variance.sqrt(),
-            mean_absolute_n: residual.iter().map(|e| e.abs()).sum::<f64>() / count,
-            max_absolute_n: residual.iter().map(|e| e.abs()).fold(0.0, f64::max),
+            mean_absolute_n: absolute_n / count,
+            max_absolute_n,
             robust_std_n: robust_std(residual).unwrap_or(0.0),
         }
     }
@@ -70,9 +76,9 @@ impl PhaseStatistics {
 
     fn of(detection: &Detection, intervals: &[PhaseInterval], phase: Phase) -> Self {
         let own: Vec<&PhaseInterval> = intervals.iter().filter(|interval| interval.phase == phase).collect();
-        let residual: Vec<f64> = of_intervals(&detection.residual_n, &own).collect();
-        let samples = residual.len();
-        let statistics = (samples > 0).then(|| ResidualStatistics::of(&residual));
+        let samples = own.iter().map(|interval| interval.samples.len()).sum();
+        let residual = || of_intervals(&detection.residual_n, &own);
+        let statistics = (samples > 0).then(|| ResidualStatistics::of(residual));
         let is_estimated = samples > 0 && phase != Phase::Free;
         let mean = |column: &[f64]| is_estimated.then(|| of_intervals(column, &own).sum::<f64>() / samples as f64);
         Self {

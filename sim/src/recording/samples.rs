@@ -1,5 +1,7 @@
 //! The samples of a recording, in SI units.
 
+use crate::quantiles::order_statistic;
+
 /// Samples of an insertion, in time order.
 ///
 /// All quantities have the same length, at least two; every number is finite and time strictly increases. Intervals may
@@ -79,12 +81,8 @@ impl Recording {
 }
 
 fn median_interval(time_s: &[f64]) -> f64 {
-    let mut intervals: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if intervals.is_empty() {
-        return 0.0;
-    }
-    let middle = (intervals.len() - 1) / 2;
-    *intervals.select_nth_unstable_by(middle, f64::total_cmp).1
+    let intervals = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    order_statistic(intervals, time_s.len().saturating_sub(2) / 2).unwrap_or(0.0)
 }
 
 #[cfg(test)]
