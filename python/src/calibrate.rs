@@ -14,7 +14,7 @@ use crate::{convert, error};
 #[pyfunction]
 #[pyo3(signature = (
     name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,
-    slowest_rupture_s, fastest_harmless_s, variance_ratio
+    slowest_rupture_s, fastest_harmless_s, variance_ratio, threads
 ))]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn calibrate<'py>(
@@ -32,6 +32,7 @@ pub(crate) fn calibrate<'py>(
     slowest_rupture_s: Option<f64>,
     fastest_harmless_s: Option<f64>,
     variance_ratio: Option<f64>,
+    threads: usize,
 ) -> PyResult<(Bound<'py, PyAny>, String, String)> {
     let default = CalibrationRequest::default();
     let request = CalibrationRequest {
@@ -46,7 +47,8 @@ pub(crate) fn calibrate<'py>(
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
     let values = Values::from_settings(name, &settings).map_err(|error| error::scenario(py, &error))?;
     let (spec, _) = samples.spec(py, values)?;
-    let calibration = interruptible(py, 0, move |_| calibration::calibrate(&spec, &request))?.map_err(error::value)?;
+    let calibration =
+        interruptible(py, threads, move |_| calibration::calibrate(&spec, &request))?.map_err(error::value)?;
     let json = convert::python(py, &calibration_object(name, &calibration))?;
     Ok((json, calibration_text(name, &calibration), calibration_toml(&calibration)))
 }

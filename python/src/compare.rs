@@ -1,36 +1,57 @@
 //! Comparison of scenarios.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{all_metrics_text, comparison_json, facts_text, seeds_text};
 use trocar_sim::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
 
-use crate::interrupt::interruptible;
-use crate::run::{Run, hand_over};
+use crate::interrupt::interruptible_told;
+use crate::run::{Run, hand_over, measure_with, traced_with};
 use crate::scenario::Scenario;
 use crate::{convert, error};
 
 type Compared<'py> =
     (Bound<'py, PyAny>, String, Vec<(String, String, &'static str, Vec<Option<f64>>)>, Vec<(Run, Bound<'py, PyDict>)>);
 
-/// Compares scenarios. Returns the content of `comparison.json`, the tables as text, the rows, and the runs.
+/// Compares scenarios, with the user's own parts, by role, if there are any: these run one after the other, and without added noise.
+/// Returns the content of `comparison.json`, the tables as text, the rows, and the runs. `tell` is called with the numbers of complete
+/// and of all runs of the seeds.
 #[pyfunction]
 pub(crate) fn compare<'py>(
     py: Python<'py>,
     scenarios: Vec<PyRef<'py, Scenario>>,
     seeds: Option<u64>,
     is_paper_pair: bool,
+    threads: usize,
+    parts: &Bound<'py, PyDict>,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<Compared<'py>> {
     if let Some(seeds) = seeds.filter(|seeds| !(2..=MAX_SEEDS).contains(seeds)) {
         return Err(error::value(format!("seeds is {seeds}, must be from 2 to {MAX_SEEDS}")));
     }
     let scenarios: Vec<_> = scenarios.iter().map(|scenario| scenario.scenario.clone()).collect();
-    let compared = interruptible(py, 0, move |_| {
-        let study = seeds.map(|seeds| SeedStudy::of(&scenarios, seeds, || ())).transpose()?;
-        Ok((Comparison::of(scenarios)?, study))
-    })?;
-    let (comparison, study) = compared.map_err(|error| error::run(py, &error))?;
-    let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
+    let all = seeds.unwrap_or(0) * scenarios.len() as u64;
+    let tell = |py: Python<'_>, done: u64| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop));
+    let (comparison, study) = if parts.is_empty() {
+        let done = Arc::new(AtomicU64::new(0));
+        let counted = done.clone();
+        let tell = |py: Python<'_>| tell(py, done.load(Ordering::Relaxed));
+        let compared = interruptible_told(py, threads, &tell, move |_| {
+            let count = || {
+                counted.fetch_add(1, Ordering::Relaxed);
+            };
+            let study = seeds.map(|seeds| SeedStudy::of(&scenarios, seeds, count)).transpose()?;
+            Ok((Comparison::of(scenarios)?, study))
+        })?;
+        tell(py)?;
+        compared.map_err(|error| error::run(py, &error))?
+    } else {
+        compare_with(py, &scenarios, seeds, parts, tell)?
+    };
+    let facts = if is_paper_pair && parts.is_empty() { paper_facts(&comparison) } else { None };
     let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
     let mut text = all_metrics_text(&comparison);
     let extra = [study.as_ref().map(seeds_text), facts.as_deref().map(facts_text)];
@@ -39,4 +60,26 @@ pub(crate) fn compare<'py>(
         comparison.table().rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values)).collect();
     let runs = comparison.runs.into_iter().map(|run| hand_over(py, run)).collect::<PyResult<_>>()?;
     Ok((convert::parsed(py, &json)?, text, rows, runs))
+}
+
+/// Compares scenarios with the user's own parts.
+fn compare_with(
+    py: Python<'_>,
+    scenarios: &[trocar_sim::scenario::Scenario],
+    seeds: Option<u64>,
+    parts: &Bound<'_, PyDict>,
+    tell: impl Fn(Python<'_>, u64) -> PyResult<()>,
+) -> PyResult<(Comparison, Option<SeedStudy>)> {
+    let runs = scenarios.iter().map(|scenario| traced_with(py, scenario, parts)).collect::<PyResult<_>>()?;
+    let mut done = 0;
+    let mut measure = |scenario: &trocar_sim::scenario::Scenario, offset: u64| {
+        let seeded = scenario.with_seed(scenario.seed.wrapping_add(offset));
+        let metrics = measure_with(py, &seeded, parts)?.map_err(|error| error::run(py, &error))?;
+        done += 1;
+        tell(py, done)?;
+        Ok(metrics)
+    };
+    let mut of_seed = |offset| scenarios.iter().map(|scenario| measure(scenario, offset)).collect::<PyResult<Vec<_>>>();
+    let of_seeds = seeds.map(|seeds| (0..seeds).map(&mut of_seed).collect::<PyResult<Vec<_>>>()).transpose()?;
+    Ok((Comparison { runs, noise: vec![] }, of_seeds.map(|runs| SeedStudy::of_runs(scenarios, &runs))))
 }

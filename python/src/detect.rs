@@ -5,11 +5,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{detection_object, detection_text};
 use trocar_sim::detect::DetectionReport;
-use trocar_sim::recording::Recording;
 use trocar_sim::scenario::{DetectionSpec, Source, Values};
 
 use crate::arrays::{put, samples};
 use crate::interrupt::interruptible;
+use crate::recording::Recording;
 use crate::{convert, error};
 
 /// Arrays of samples.
@@ -28,6 +28,10 @@ impl Samples {
         Ok(Self { recording: (samples(time_s)?, samples(position_m)?, velocity, samples(force_n)?) })
     }
 
+    pub(crate) fn kept(recording: &Recording) -> Self {
+        Self { recording: recording.samples().clone().into_columns() }
+    }
+
     /// Returns the specification of the detection, and its values.
     pub(crate) fn spec(self, py: Python<'_>, mut values: Values) -> PyResult<(DetectionSpec, Values)> {
         let refuse = |error| error::scenario(py, &error);
@@ -36,8 +40,8 @@ impl Samples {
             _ => None,
         };
         let (time_s, position_m, velocity_m_per_s, force_n) = self.recording;
-        let recording =
-            Recording::new(time_s, position_m, velocity_m_per_s, force_n, max_gap_s).map_err(error::value)?;
+        let recording = trocar_sim::recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, max_gap_s)
+            .map_err(error::value)?;
         let spec = DetectionSpec::of(&mut values, recording).map_err(refuse)?;
         Ok((spec, values))
     }

@@ -21,6 +21,16 @@ pub(crate) fn interruptible<T: Send + 'static>(
     threads: usize,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
+    interruptible_told(py, threads, |_| Ok(()), work)
+}
+
+/// As [`interruptible`]; `tell` is called at each check, and an exception of it ends the work as a signal does.
+pub(crate) fn interruptible_told<T: Send + 'static>(
+    py: Python<'_>,
+    threads: usize,
+    tell: impl Fn(Python<'_>) -> PyResult<()> + Send,
+    work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
+) -> PyResult<T> {
     let stop = Arc::new(AtomicBool::new(false));
     let (send, receive) = sync_channel(1);
     let stop_flag = stop.clone();
@@ -42,7 +52,8 @@ pub(crate) fn interruptible<T: Send + 'static>(
                     return Err(failed("the computation failed unexpectedly; please report this error"));
                 }
                 Err(RecvTimeoutError::Timeout) => {
-                    Python::attach(|py| py.check_signals()).inspect_err(|_| stop.store(true, Ordering::Relaxed))?
+                    let check = |py: Python<'_>| py.check_signals().and_then(|()| tell(py));
+                    Python::attach(check).inspect_err(|_| stop.store(true, Ordering::Relaxed))?
                 }
             }
         }

@@ -13,6 +13,7 @@ mod error;
 mod interrupt;
 mod own;
 mod recording;
+mod roc;
 mod run;
 mod scenario;
 mod score;
@@ -39,11 +40,13 @@ mod _core {
     #[pymodule_export]
     use crate::detector::{Detector, Step};
     #[pymodule_export]
-    use crate::recording::{list_signals, read_recording};
+    use crate::recording::{Recording, list_signals, read_recording};
+    #[pymodule_export]
+    use crate::roc::{detectors, record, roc, trial};
     #[pymodule_export]
     use crate::run::{Run, run, run_with, seconds_of_run, trace_columns};
     #[pymodule_export]
-    use crate::scenario::{Scenario, keys, record, shipped};
+    use crate::scenario::{Scenario, keys, shipped};
     #[pymodule_export]
     use crate::score::score;
     #[pymodule_export]
@@ -53,7 +56,7 @@ mod _core {
     #[pymodule_export]
     use crate::state_space::{StateSpace, state_space};
     #[pymodule_export]
-    use crate::sweep::{metrics, sweep, sweep_with};
+    use crate::sweep::{metrics, sweep, sweep_plan, sweep_with};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

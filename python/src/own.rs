@@ -215,12 +215,6 @@ fn call_python<'py, const INPUTS: usize>(
 }
 
 fn read_outputs(role: &Role, returned: &Bound<'_, PyAny>, outputs: &mut [f64]) -> PyResult<()> {
-    if role.needed == 1
-        && let Ok(number) = returned.extract::<f64>()
-    {
-        outputs[0] = number;
-        return Ok(());
-    }
     let refuse = || {
         let names = |names: &[&str]| names.join(", ");
         let shorter = if role.needed == 1 { format!("{} alone or ", role.outputs[0]) } else { String::new() };
@@ -231,7 +225,13 @@ fn read_outputs(role: &Role, returned: &Bound<'_, PyAny>, outputs: &mut [f64]) -
             names(role.outputs)
         ))
     };
-    let given = returned.cast::<PyTuple>().map_err(|_| refuse())?;
+    let Ok(given) = returned.cast::<PyTuple>() else {
+        if role.needed > 1 {
+            return Err(refuse());
+        }
+        outputs[0] = returned.extract().map_err(|_| refuse())?;
+        return Ok(());
+    };
     if !(role.needed..=outputs.len()).contains(&given.len()) {
         return Err(refuse());
     }
@@ -336,6 +336,12 @@ impl MotionLaw<f64> for OwnMotionLaw {
     fn is_blended(&self) -> bool {
         self.is_blended
     }
+}
+
+/// A detector of the user's own, on evidence that is known already.
+pub(crate) fn detector(given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<impl Detector<f64> + use<>> {
+    let role = ROLES.iter().find(|role| role.name == "detector");
+    Part::of(role.ok_or_else(|| PyTypeError::new_err("there is no role detector"))?, given, failure)
 }
 
 /// The parts of a run.

@@ -1,15 +1,79 @@
-//! Recordings in files.
+//! Recordings in files and in memory.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::signals_object;
 use trocar_sim::recording::{Columns, Limits, Quantity};
 use trocar_sim::scenario::parse_column;
 
-use crate::arrays::put;
+use crate::arrays::{put, samples};
 use crate::{convert, error};
+
+/// A recording in memory, which scenarios name while it is held.
+#[pyclass(frozen, module = "trocar._core")]
+#[derive(Clone)]
+pub(crate) struct Recording {
+    name: String,
+    recording: Arc<trocar_sim::recording::Recording>,
+}
+
+type Arrays<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Option<Bound<'py, PyArray1<f64>>>,
+    Bound<'py, PyArray1<f64>>,
+);
+
+#[pymethods]
+impl Recording {
+    /// A recording of times (s), positions (m), velocities (m/s), if any, and forces (N). The scenario limits its gaps.
+    #[new]
+    fn new(
+        time_s: PyReadonlyArray1<'_, f64>,
+        position_m: PyReadonlyArray1<'_, f64>,
+        velocity_m_per_s: Option<PyReadonlyArray1<'_, f64>>,
+        force_n: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Self> {
+        let velocity = velocity_m_per_s.as_ref().map(samples).transpose()?;
+        let recording = trocar_sim::recording::Recording::new(
+            samples(&time_s)?,
+            samples(&position_m)?,
+            velocity,
+            samples(&force_n)?,
+            Some(f64::INFINITY),
+        );
+        let (name, recording) = trocar_sim::recording::keep(recording.map_err(error::value)?);
+        Ok(Self { name, recording })
+    }
+
+    /// Returns what [`Recording::new`] makes the same recording of.
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> Arrays<'py> {
+        let array = |values: &[f64]| PyArray1::from_slice(py, values);
+        let recording = &self.recording;
+        (
+            array(recording.time_s()),
+            array(recording.position_m()),
+            recording.velocity_m_per_s().map(array),
+            array(recording.force_n()),
+        )
+    }
+
+    /// Its name as recording.file of a scenario.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl Recording {
+    pub(crate) fn samples(&self) -> &trocar_sim::recording::Recording {
+        &self.recording
+    }
+}
 
 /// Lists the signals of a file, as `trocar detect --list --json`.
 #[pyfunction]

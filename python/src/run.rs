@@ -122,11 +122,19 @@ pub(crate) fn run_with<'py>(
     scenario: &Scenario,
     parts: &Bound<'py, PyDict>,
 ) -> PyResult<(Run, Bound<'py, PyDict>)> {
+    hand_over(py, traced_with(py, &scenario.scenario, parts)?)
+}
+
+/// Runs a scenario with the user's own parts, by role, for its trace.
+pub(crate) fn traced_with(
+    py: Python<'_>,
+    scenario: &trocar_sim::scenario::Scenario,
+    parts: &Bound<'_, PyDict>,
+) -> PyResult<trocar_sim::run::Run> {
     let own = Own::of(parts)?;
-    let scenario = &scenario.scenario;
     let mut trace = trocar_sim::run::empty_trace_with(scenario, &own.parts);
     let metrics = observed(py, scenario, own, &mut trace)?.map_err(|error| error::run(py, &error))?;
-    hand_over(py, trocar_sim::run::Run::of_own_parts(scenario.clone(), metrics, trace))
+    Ok(trocar_sim::run::Run::of_own_parts(scenario.clone(), metrics, trace))
 }
 
 /// Runs a scenario with the user's own parts, by role, for its metrics.

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use serde_json::Value as Json;
 use trocar_sim::scenario::{KEYS, ScenarioError, Source, shipped_questions};
 
+use crate::recording::Recording;
 use crate::{convert, error};
 
 /// A scenario, with its source.
@@ -15,15 +16,23 @@ pub(crate) struct Scenario {
     pub(crate) source: Source,
     /// The settings of each call, first those of loading it.
     pub(crate) settings: Vec<Vec<String>>,
+    /// The recordings in memory that the settings name; held, so that their names stay valid.
+    recordings: Vec<Recording>,
 }
 
 impl Scenario {
-    fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>) -> PyResult<Self> {
+    fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>, recordings: Vec<Recording>) -> PyResult<Self> {
         let lists: Vec<&[String]> = settings.iter().map(Vec::as_slice).collect();
         let load = || trocar_sim::scenario::Scenario::load_changed(&source, &lists);
         let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
-        Ok(Self { scenario, source, settings })
+        Ok(Self { scenario, source, settings, recordings })
     }
+}
+
+type Origin = (Option<String>, String, Option<String>, Vec<Vec<String>>, Vec<Recording>);
+
+fn cloned(recordings: &[PyRef<'_, Recording>]) -> Vec<Recording> {
+    recordings.iter().map(|recording| Recording::clone(recording)).collect()
 }
 
 /// Returns the error with its file, as the command line names it.
@@ -44,28 +53,41 @@ pub(crate) fn text_source(name: &str, text: &str) -> Source {
 impl Scenario {
     /// Loads a file, or a shipped scenario by its name.
     #[staticmethod]
-    fn load(py: Python<'_>, path: &str, settings: Vec<Vec<String>>) -> PyResult<Self> {
-        Self::of(py, Source::parse(path), settings)
+    fn load(
+        py: Python<'_>,
+        path: &str,
+        settings: Vec<Vec<String>>,
+        recordings: Vec<PyRef<'_, Recording>>,
+    ) -> PyResult<Self> {
+        Self::of(py, Source::parse(path), settings, cloned(&recordings))
     }
 
     /// Loads a TOML text.
     #[staticmethod]
-    fn from_text(py: Python<'_>, name: &str, text: &str, settings: Vec<Vec<String>>) -> PyResult<Self> {
-        Self::of(py, text_source(name, text), settings)
+    fn from_text(
+        py: Python<'_>,
+        name: &str,
+        text: &str,
+        settings: Vec<Vec<String>>,
+        recordings: Vec<PyRef<'_, Recording>>,
+    ) -> PyResult<Self> {
+        Self::of(py, text_source(name, text), settings, cloned(&recordings))
     }
 
     /// Returns the scenario with additional settings, which have priority over earlier ones and may change their kinds.
-    fn replace(&self, py: Python<'_>, settings: Vec<String>) -> PyResult<Self> {
+    fn replace(&self, py: Python<'_>, settings: Vec<String>, recordings: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain([settings]).collect();
-        Self::of(py, self.source.clone(), settings)
+        let recordings = self.recordings.iter().cloned().chain(cloned(&recordings)).collect();
+        Self::of(py, self.source.clone(), settings, recordings)
     }
 
-    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call.
-    fn origin(&self) -> (Option<String>, String, Option<String>, Vec<Vec<String>>) {
-        let settings = self.settings.clone();
+    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call, and the recordings in
+    /// memory.
+    fn origin(&self) -> Origin {
+        let (settings, recordings) = (self.settings.clone(), self.recordings.clone());
         match &self.source {
-            Source::Text { name, text } => (None, name.to_string(), Some(text.to_string()), settings),
-            source => (Some(source.canonical().display()), source.stem(), None, settings),
+            Source::Text { name, text } => (None, name.to_string(), Some(text.to_string()), settings, recordings),
+            source => (Some(source.canonical().display()), source.stem(), None, settings, recordings),
         }
     }
 
@@ -120,10 +142,4 @@ pub(crate) fn keys() -> Vec<(&'static str, String, Option<String>, &'static str)
         _ => None,
     };
     KEYS.iter().map(|key| (key.path, key.kind.to_string(), default(key), key.meaning)).collect()
-}
-
-/// Returns the in-vivo-like recording of a seed, as CSV.
-#[pyfunction]
-pub(crate) fn record(py: Python<'_>, seed: u64) -> String {
-    py.detach(|| trocar_sim::recording::in_vivo_like_csv(seed))
 }

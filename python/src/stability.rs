@@ -23,6 +23,7 @@ pub(crate) fn stability<'py>(
     y: &str,
     tissue: (f64, f64),
     simulate: bool,
+    threads: usize,
 ) -> PyResult<Analysed<'py>> {
     let axis = |text: &str| Axis::parse(text).map_err(|reason| error::value(format!("{text}: {reason}")));
     let (x_axis, y_axis) = (axis(x)?, axis(y)?);
@@ -35,7 +36,7 @@ pub(crate) fn stability<'py>(
         return Err(error::value(format!("tissue is ({low:?}, {high:?}), must be {must}")));
     }
     let scenario = scenario.scenario.clone();
-    let studied = interruptible(py, 0, move |stop| {
+    let studied = interruptible(py, threads, move |stop| {
         let mut study = StabilityStudy::of(&scenario, (x_axis, y_axis), tissue)?;
         if simulate {
             study.simulate(&scenario, stop, || ())?;

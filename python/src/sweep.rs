@@ -1,6 +1,7 @@
 //! Sweeps and shards of sweeps.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,7 +14,7 @@ use trocar_sim::sweep::{
 
 use crate::arrays::put;
 use crate::error;
-use crate::interrupt::interruptible;
+use crate::interrupt::interruptible_told;
 use crate::run::measure_with;
 use crate::scenario::{Scenario, text_source};
 
@@ -93,10 +94,26 @@ impl Sources {
 
 type Swept<'py> = (Bound<'py, PyDict>, String, u64, Vec<(String, String)>);
 
+/// Returns the hash of a sweep and its number of cases, without running any.
+#[pyfunction]
+pub(crate) fn sweep_plan(
+    py: Python<'_>,
+    path: Option<&str>,
+    text: &str,
+    base: Option<&Scenario>,
+    settings: Vec<String>,
+) -> PyResult<(String, u64)> {
+    let sources = Sources::of(path, text, base);
+    let plan = py.detach(|| sources.plan(&settings)).map_err(|error| error::scenario(py, &error))?;
+    Ok((plan.hash(), plan.design.cases()))
+}
+
 /// Runs a sweep, or a shard of it such as "3/8", with a number of threads (0 for all processors). Returns the columns, the hash
 /// of the whole sweep, its number of cases, and the former names of metrics in the file, each with the present name. The sweep
-/// is a file's path or a text; `base` is the scenario if neither names one.
+/// is a file's path or a text; `base` is the scenario if neither names one. `tell` is called with the numbers of complete and of
+/// all cases, from time to time and at the end.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep<'py>(
     py: Python<'py>,
     path: Option<&str>,
@@ -105,18 +122,28 @@ pub(crate) fn sweep<'py>(
     settings: Vec<String>,
     shard: &str,
     threads: usize,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<Swept<'py>> {
     let shard: Shard = shard.parse().map_err(error::value)?;
     let sources = Sources::of(path, text, base);
+    let done = Arc::new([const { AtomicU64::new(0) }; 2]);
+    let told = done.clone();
+    let tell = move |py: Python<'_>| {
+        let [done, all] = told.each_ref().map(|count| count.load(Ordering::Relaxed));
+        tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
+    };
     let work = move |stop: &AtomicBool| {
         let plan = sources.plan(&settings)?;
         let layout = plan.layout(shard);
         let all = layout.part_cases();
+        done[1].store(all, Ordering::Relaxed);
         let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
         let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
         let part = Part::open(&folder.path().join(trocar_sim::sweep::CASES), layout)?;
-        let tell = |_: u64| ();
-        let progress = Progress { stop, begun: &|_| (), done: &tell };
+        let count = |cases: u64| {
+            done[0].fetch_add(cases, Ordering::Relaxed);
+        };
+        let progress = Progress { stop, begun: &|_| (), done: &count };
         let threads = if threads == 0 { rayon::current_num_threads() } else { threads };
         if execute(&plan, &part, Execution { threads, shares_runs: true }, &progress)? < all {
             return Ok(None);
@@ -129,9 +156,10 @@ pub(crate) fn sweep<'py>(
         })?;
         Ok(Some((columns, plan.hash(), plan.design.cases(), plan.former_names)))
     };
-    let swept = interruptible(py, threads, work)?.map_err(|error: SweepError| error::sweep(py, &error))?;
+    let swept = interruptible_told(py, threads, &tell, work)?.map_err(|error: SweepError| error::sweep(py, &error))?;
     // Only a signal stops it, and its exception has been raised.
     let (columns, hash, cases, former_names) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
+    tell(py)?;
     Ok((columns.hand_over(py)?, hash, cases, former_names))
 }
 
@@ -144,6 +172,7 @@ pub(crate) fn sweep_with<'py>(
     base: Option<&Scenario>,
     settings: Vec<String>,
     parts: &Bound<'py, PyDict>,
+    tell: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Swept<'py>> {
     let plan = Sources::of(path, text, base).plan(&settings).map_err(|error| error::scenario(py, &error))?;
     let design = &plan.design;
@@ -159,6 +188,7 @@ pub(crate) fn sweep_with<'py>(
             let value = |column: &Column| metrics.as_ref().and_then(|metrics| column.value(metrics, None));
             let values: Vec<f64> = design.columns.iter().map(|column| value(column).unwrap_or(f64::NAN)).collect();
             row(case, outcome, &values);
+            tell.as_ref().map_or(Ok(()), |tell| tell.call1((case + 1, design.cases())).map(drop))?;
         }
         Ok(())
     })?;

@@ -94,10 +94,8 @@ def test_errors_can_be_pickled():
 
 @pytest.mark.parametrize("shard", ["", "0/1", "3/2", "x"])
 def test_a_shard_that_is_none(shard):
-    from trocar import _core
-
     with pytest.raises(ValueError, match="must be i/n"):
-        _core.sweep(None, "", None, [], shard, 0)
+        trocar.shard(shard, CLASSICAL, {"scaling.force": [1.0]})
 
 
 def test_sweeps_say_what_is_wrong():

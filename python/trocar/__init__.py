@@ -9,6 +9,14 @@ All quantities are in SI units (m, m/s, N, s); names end with the unit. Position
 they resist insertion. Computations release the global interpreter lock, and Ctrl-C ends them.
 """
 
+import importlib.util as _util
+
+if _util.find_spec(f"{__name__}._core") is None:
+    raise ImportError(
+        f"trocar is imported from its source folder {__path__[0]}, which has no compiled part: "
+        "run `pip install ./python` in the repository and leave the folder `python`, or run `maturin develop` in it"
+    )
+
 from . import _core
 from ._core import Step, __version__
 from ._errors import ScenarioError
@@ -43,12 +51,13 @@ from ._warnings import (
 )
 from .comparing import Comparison, compare
 from .detection import Calibration, Detection, Detector, calibrate, detect, record, score
+from .judging import Roc, Trial, roc, trials
 from .linear import Stability, StateSpace, stability, state_space
 from .parts import Compiled, Simulation
 from .recordings import list_signals, read_recording
 from .running import Run, load, run
 from .scenario import Scenario
-from .sweeping import Range, Sweep, sweep
+from .sweeping import Range, Sweep, merge, shard, sweep
 
 __all__ = [
     "ActiveLoopWarning",
@@ -77,6 +86,7 @@ __all__ = [
     "PromiseNotCoveredWarning",
     "Range",
     "RarelyArmedWarning",
+    "Roc",
     "Run",
     "Scenario",
     "ScenarioError",
@@ -88,6 +98,7 @@ __all__ = [
     "Step",
     "Sweep",
     "TissueNotCoveredWarning",
+    "Trial",
     "TrocarWarning",
     "UnchangedMetricsWarning",
     "UnmodelledWarning",
@@ -99,17 +110,21 @@ __all__ = [
     "keys",
     "list_signals",
     "load",
+    "merge",
     "metric_names",
     "metrics",
     "read_recording",
     "record",
+    "roc",
     "run",
     "score",
+    "shard",
     "shipped",
     "stability",
     "state_space",
     "sweep",
     "trace_columns",
+    "trials",
 ]
 
 

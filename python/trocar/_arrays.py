@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+
+if TYPE_CHECKING:
+    import pandas
 
 Samples = NDArray[np.float64]
 
@@ -45,3 +51,37 @@ def number(name: str, value: Any) -> float:
         return float(value)
     except TypeError:
         raise TypeError(f"{name} is {value!r}, must be a number") from None
+
+
+Recorded = Union["pandas.DataFrame", Mapping[str, Any]]
+"""Samples with names: a DataFrame or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
+``velocity_m_per_s``; the names of :func:`trocar.read_recording`, without units, do as well."""
+
+_NAMES = ("time_s", "position_m", "velocity_m_per_s", "force_n")
+
+
+def columns_of(recorded: Any) -> tuple[ArrayLike, ArrayLike, ArrayLike | None, ArrayLike]:
+    """Returns time, position, velocity (``None`` without it) and force of samples with names."""
+    if not hasattr(recorded, "keys") or not hasattr(recorded, "__getitem__"):
+        raise TypeError(f"a recording is a DataFrame or a dictionary of arrays, not {type(recorded).__qualname__}")
+    names = [str(name) for name in recorded.keys()]
+    index = getattr(getattr(recorded, "index", None), "name", None)
+    found: list[Any] = []
+    for name in _NAMES:
+        short = name.partition("_")[0]
+        if name in names or short in names:
+            found.append(recorded[name if name in names else short])
+        elif index == name:
+            found.append(recorded.index)
+        elif name == "velocity_m_per_s":
+            found.append(None)
+        else:
+            raise ValueError(f"the recording has no {name}; its columns are {', '.join(names)}")
+    time, position, velocity, force = found
+    return time, position, velocity, force
+
+
+def recording_of(recorded: Any) -> _core.Recording:
+    """Returns samples with names as a recording in memory."""
+    time, position, velocity, force = columns_of(recorded)
+    return _core.Recording(samples("time", time), samples("position", position), velocities(velocity), samples("force", force))

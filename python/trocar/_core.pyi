@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import Any, final
 
 import numpy as np
@@ -5,6 +6,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "Detector",
+    "Recording",
     "Run",
     "Scenario",
     "Simulation",
@@ -14,11 +16,13 @@ __all__ = [
     "calibrate",
     "compare",
     "detect",
+    "detectors",
     "keys",
     "list_signals",
     "metrics",
     "read_recording",
     "record",
+    "roc",
     "run",
     "run_with",
     "score",
@@ -27,9 +31,11 @@ __all__ = [
     "stability",
     "state_space",
     "sweep",
+    "sweep_plan",
     "sweep_with",
     "toml_value",
     "trace_columns",
+    "trial",
 ]
 
 __version__: str
@@ -40,11 +46,11 @@ _Traces = dict[str, NDArray[Any]]
 @final
 class Scenario:
     @staticmethod
-    def load(path: str, settings: list[list[str]]) -> Scenario: ...
+    def load(path: str, settings: list[list[str]], recordings: list[Recording]) -> Scenario: ...
     @staticmethod
-    def from_text(name: str, text: str, settings: list[list[str]]) -> Scenario: ...
-    def replace(self, settings: list[str]) -> Scenario: ...
-    def origin(self) -> tuple[str | None, str, str | None, list[list[str]]]: ...
+    def from_text(name: str, text: str, settings: list[list[str]], recordings: list[Recording]) -> Scenario: ...
+    def replace(self, settings: list[str], recordings: list[Recording]) -> Scenario: ...
+    def origin(self) -> tuple[str | None, str, str | None, list[list[str]], list[Recording]]: ...
     def to_toml(self) -> str: ...
     def to_dict(self) -> dict[str, Any]: ...
     @property
@@ -57,6 +63,15 @@ class Scenario:
     def ticks(self) -> int: ...
     @property
     def rupture_times_s(self) -> list[float]: ...
+
+@final
+class Recording:
+    def __new__(
+        cls, time_s: _Floats, position_m: _Floats, velocity_m_per_s: _Floats | None, force_n: _Floats
+    ) -> Recording: ...
+    def __getnewargs__(self) -> tuple[_Floats, _Floats, _Floats | None, _Floats]: ...
+    @property
+    def name(self) -> str: ...
 
 @final
 class Run:
@@ -156,7 +171,12 @@ def run_with(scenario: Scenario, parts: dict[str, Any]) -> tuple[Run, _Traces]: 
 def score(alarms_s: _Floats, ruptures_s: _Floats, window_s: float, recorded_s: float) -> tuple[dict[str, Any], list[tuple[int, int]]]: ...
 def seconds_of_run(scenario: Scenario, times: int) -> float: ...
 def compare(
-    scenarios: list[Scenario], seeds: int | None, is_paper_pair: bool
+    scenarios: list[Scenario],
+    seeds: int | None,
+    is_paper_pair: bool,
+    threads: int,
+    parts: dict[str, Any],
+    tell: Callable[[int, int], None] | None,
 ) -> tuple[dict[str, Any], str, list[tuple[str, str, str, list[float | None]]], list[tuple[Run, _Traces]]]: ...
 def detect(
     name: str,
@@ -182,22 +202,41 @@ def calibrate(
     slowest_rupture_s: float | None,
     fastest_harmless_s: float | None,
     variance_ratio: float | None,
+    threads: int,
 ) -> tuple[dict[str, Any], str, str]: ...
 def sweep(
-    path: str | None, text: str, base: Scenario | None, settings: list[str], shard: str, threads: int
+    path: str | None, text: str, base: Scenario | None, settings: list[str], shard: str, threads: int, tell: Callable[[int, int], None] | None
 ) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]: ...
 def stability(
-    scenario: Scenario, x: str, y: str, tissue: tuple[float, float], simulate: bool
+    scenario: Scenario, x: str, y: str, tissue: tuple[float, float], simulate: bool, threads: int
 ) -> tuple[dict[str, Any], str, dict[str, NDArray[Any]]]: ...
 def state_space(scenario: Scenario, side: str) -> StateSpace: ...
 def shipped() -> list[tuple[str, str]]: ...
 def keys() -> list[tuple[str, str, str | None, str]]: ...
-def record(seed: int) -> str: ...
+def record(seed: int, drop_n: float | None, fall_s: float | None, depth_m: float | None) -> str: ...
+def detectors() -> list[str]: ...
+def trial(number: int) -> tuple[dict[str, _Floats], dict[str, Any]]: ...
+def roc(
+    name: str,
+    scenario: Scenario | None,
+    recording: Recording | None,
+    is_trials: bool,
+    settings: list[str],
+    kinds: list[str],
+    own: list[Any],
+    noise_std_n: list[float],
+    seeds: int,
+    thresholds: int,
+    within_s: float,
+    threads: int,
+    tell: Callable[[int, int], None] | None,
+) -> tuple[dict[str, Any], list[dict[str, Any]]]: ...
 def metrics() -> list[tuple[str, str, str, str, str, str]]: ...
 def trace_columns() -> list[tuple[str, str, str]]: ...
 def sweep_with(
-    path: str | None, text: str, base: Scenario | None, settings: list[str], parts: dict[str, Any]
+    path: str | None, text: str, base: Scenario | None, settings: list[str], parts: dict[str, Any], tell: Callable[[int, int], None] | None
 ) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]: ...
+def sweep_plan(path: str | None, text: str, base: Scenario | None, settings: list[str]) -> tuple[str, int]: ...
 def toml_value(value: Any) -> str: ...
 def list_signals(path: str) -> dict[str, Any]: ...
 def read_recording(path: str, time: str, position: str, velocity: str | None, force: str) -> dict[str, Any]: ...

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from .comparing import Comparison
     from .detection import Detection
+    from .judging import Roc
     from .linear import Stability
     from .running import Run
 
@@ -125,4 +126,28 @@ def stability_figure(stability: Stability, **options: Any) -> Figure:
         set_scale("log" if about["spacing"] == "log" else "linear")
         set_label(about["parameter"])
     axis.set_title(f"{stability.report['scenario']}: stable where blue")
+    return figure
+
+
+def roc_figure(roc: Roc, **options: Any) -> Figure:
+    """Each detector's curve, and its own threshold as a dot."""
+    figure, (axis,) = _panels(1, {"figsize": (6.4, 4.8), **options} if "ax" not in options else options)
+    at_own = roc.at_own_threshold()
+
+    def place(point: dict[str, Any]) -> tuple[float, float]:
+        return point["false_alarms_per_minute"] or 0.0, 100 * point["detection"]
+
+    for name, points in roc.curves.items():
+        # The best that any threshold reaches: a lower one that finds fewer ruptures is left out.
+        front: list[tuple[float, float]] = []
+        for rate, share in sorted(place(point) for point in points if point["detection"] is not None):
+            if not front or share > front[-1][1]:
+                front.append((rate, share))
+        (line,) = axis.plot([rate for rate, _ in front], [share for _, share in front], drawstyle="steps-post", label=name)
+        if at_own[name]["detection"] is not None:
+            axis.plot(*place(at_own[name]), "o", color=line.get_color())
+    axis.set_xscale("symlog", linthresh=0.01)
+    axis.set_xlabel("False alarms (1/min)")
+    axis.set_ylabel("Detected in time (%)")
+    axis.legend(loc="center right")
     return figure

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from . import _core
+from ._arrays import recording_of
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
 
@@ -21,9 +23,10 @@ def value(key: str, given: Any) -> str:
         raise ValueError(f"{key} is {given!r}, which TOML cannot represent") from None
 
 
-def settings(changes: Mapping[str, Any]) -> list[str]:
-    """Returns nested or dotted changes in the form of ``--set`` of the command line."""
-    return [f"{key}={value(key, given)}" for key, given in _flat("", changes)]
+def settings(changes: Mapping[str, Any]) -> tuple[list[str], list[_core.Recording]]:
+    """Returns nested or dotted changes in the form of ``--set`` of the command line, and the recordings in memory among them."""
+    flat, recordings = _named(changes)
+    return [f"{key}={value(key, given)}" for key, given in flat], recordings
 
 
 def key_of(setting: str) -> str:
@@ -38,15 +41,32 @@ def dotted(key: Any) -> str:
     return ".".join(part if _BARE.match(part) else _core.toml_value(part).replace("=", "\\u003d") for part in key.split("."))
 
 
-def document(values: Mapping[str, Any]) -> str:
-    """Returns nested or dotted keys as a TOML document, one line each."""
-    return "".join(f"{key} = {value(key, given)}\n" for key, given in _flat("", values))
+def document(values: Mapping[str, Any]) -> tuple[str, list[_core.Recording]]:
+    """Returns nested or dotted keys as a TOML document, one line each, and the recordings in memory among them."""
+    flat, recordings = _named(values)
+    return "".join(f"{key} = {value(key, given)}\n" for key, given in flat), recordings
+
+
+# The key of a recording, whose value can be its samples.
+_RECORDING = "recording.file"
+
+
+def _named(values: Mapping[str, Any]) -> tuple[list[tuple[str, Any]], list[_core.Recording]]:
+    """Returns the keys and values, with the names of recordings in memory, and these recordings."""
+    flat, recordings = [], []
+    for key, given in _flat("", values):
+        if key == _RECORDING and not isinstance(given, (str, os.PathLike)):
+            recording = recording_of(given)
+            recordings.append(recording)
+            given = recording.name
+        flat.append((key, given))
+    return flat, recordings
 
 
 def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key, given in values.items():
         path = prefix + dotted(key)
-        if isinstance(given, Mapping) and given:
+        if isinstance(given, Mapping) and given and path != _RECORDING:
             yield from _flat(path + ".", given)
         else:
             yield path, dict(given) if isinstance(given, Mapping) else given

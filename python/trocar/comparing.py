@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._html import quantity, table
+from ._parts import Parts, core_parts
+from ._progress import Progress
 from ._warnings import warn
 from .running import Run
 from .scenario import Scenario, scenario_of
@@ -14,6 +16,7 @@ from .scenario import Scenario, scenario_of
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
 _PAPER_PAIR = ("paper/classical", "paper/augmented")
 
@@ -67,7 +70,13 @@ class Comparison:
         return table(["metric", *(run.scenario.name for run in self.runs)], rows)
 
 
-def compare(*scenarios: Scenario | str | os.PathLike[str], seeds: int | None = None) -> Comparison:
+def compare(
+    *scenarios: Scenario | str | os.PathLike[str],
+    seeds: int | None = None,
+    threads: int = 0,
+    progress: bool = False,
+    **parts: Unpack[Parts],
+) -> Comparison:
     """Runs and compares scenarios, each also with added noise. Without arguments, compares the shipped pair.
 
     Parameters
@@ -76,9 +85,23 @@ def compare(*scenarios: Scenario | str | os.PathLike[str], seeds: int | None = N
         Scenarios or paths.
     seeds
         Number of seeds (at least 2) with which each scenario also runs, for medians and central 95 % intervals.
+    threads
+        Number of threads; 0 is one per processor.
+    progress
+        Shows the progress of the seeds: with tqdm if it is installed, else as a line on standard error.
+    **parts
+        Parts of one's own in all scenarios, as for :func:`trocar.run`. The scenarios then run one after the other, without added noise.
+
+    >>> import trocar
+    >>> comparison = trocar.compare()
+    >>> all(fact["holds"] for fact in comparison.facts)
+    True
     """
     all_of_them = [scenario_of(scenario) for scenario in scenarios or _PAPER_PAIR]
-    report, text, rows, runs = _core.compare([scenario._core for scenario in all_of_them], seeds, not scenarios)
+    with Progress("runs", progress and seeds is not None) as bar:
+        report, text, rows, runs = _core.compare(
+            [scenario._core for scenario in all_of_them], seeds, not scenarios, threads, core_parts(parts), bar.tell
+        )
     warn(report["warnings"])
     return Comparison(
         report, text, rows, [Run(scenario, core, traces) for scenario, (core, traces) in zip(all_of_them, runs)]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import number, samples, velocities
+from ._arrays import Recorded, Samples, columns_of, number, samples, velocities
 from ._columns import Columns
 from ._html import quantity, table
 from ._settings import settings as lines
@@ -99,10 +99,10 @@ class Detection(Columns):
 
 
 def detect(
-    time: ArrayLike,
-    position: ArrayLike,
-    velocity: ArrayLike | None,
-    force: ArrayLike,
+    time: ArrayLike | Recorded,
+    position: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+    force: ArrayLike | None = None,
     *,
     contact_m: float | None = None,
     ruptures_s: Sequence[float] = (),
@@ -118,7 +118,8 @@ def detect(
     Parameters
     ----------
     time : array, shape (samples,)
-        In s, strictly increasing; the first need not be 0.
+        In s, strictly increasing; the first need not be 0. Or a whole recording, in place of the four arrays: a DataFrame or a dictionary
+        with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured, ``velocity_m_per_s``.
     position : array, shape (samples,)
         Of the needle, in m, increasing into the tissue.
     velocity : array, shape (samples,), or None
@@ -141,15 +142,19 @@ def detect(
     ------
     ValueError, TypeError
         For invalid samples (the message names the sample) and for invalid settings.
+
+    >>> import trocar
+    >>> trocar.detect(trocar.record(), contact_m=0.012).alarms_s.round(3)
+    array([5.527, 8.86 ])
     """
     changes = _changes(contact_m, ruptures_s, settings)
-    times = samples("time", time)
+    times, positions, speeds, forces = _samples(time, position, velocity, force)
     columns, rows, report, text = _core.detect(
         name,
         times,
-        samples("position", position),
-        velocities(velocity),
-        samples("force", force),
+        positions,
+        speeds,
+        forces,
         changes,
         None if settings_file is None else os.fspath(settings_file),
     )
@@ -167,17 +172,47 @@ def _changes(contact_m: float | None, ruptures_s: Sequence[float], settings: dic
         flags["estimator.contact_m"] = number("contact_m", contact_m)
     if len(ruptures_s) > 0:
         flags["recording.ruptures_s"] = [number("ruptures_s", rupture) for rupture in ruptures_s]
-    return lines({**flags, **settings})
+    return lines({**flags, **settings})[0]
 
 
-def record(seed: int = 1) -> dict[str, NDArray[np.float64]]:
+def _samples(
+    time: ArrayLike | Recorded, position: ArrayLike | None, velocity: ArrayLike | None, force: ArrayLike | None
+) -> tuple[Samples, Samples, Samples | None, Samples]:
+    """Returns the samples of a recording: of arrays, or of a DataFrame or dictionary in place of the times."""
+    if position is None and velocity is None and force is None:
+        time, position, velocity, force = columns_of(time)
+    if position is None or force is None:
+        raise TypeError("position and force are missing: give time, position, velocity and force, or one recording")
+    return samples("time", cast(ArrayLike, time)), samples("position", position), velocities(velocity), samples("force", force)
+
+
+def record(
+    seed: int = 1, *, drop_n: float | None = None, sharpness_s: float | None = None, depth_m: float | None = None
+) -> dict[str, NDArray[np.float64]]:
     """Returns the in-vivo-like recording: a synthetic insertion through two layers, which rupture at 5.52 s and 8.85 s.
 
     Columns ``time_s`` (s), ``position_m`` (m), ``velocity_m_per_s`` (m/s) and ``force_n`` (N), each float64 of the shape
-    ``(samples,)``, at 1 kHz. ``seed`` is the seed of the measurement noise; the shipped recording has seed 1.
+    ``(samples,)``, at 1 kHz. The shipped recording has the defaults.
+
+    Parameters
+    ----------
+    seed
+        Seed of the measurement noise.
+    drop_n
+        Force that each rupture releases at once, in N, from 0.01 to 1000; the shipped ones are 5.32 and 3.2.
+    sharpness_s
+        Time constant of each drop, in s, from 1e-4 to 10; the shipped one is 0.045.
+    depth_m
+        Depth of the first rupture, in m, from 0.001 to 1; all lengths are scaled with it. The shipped one is 0.02705.
+
+    >>> import trocar
+    >>> small = trocar.record(drop_n=1.0)
+    >>> trocar.detect(small, contact_m=0.012).alarms_s.round(2)
+    array([5.53, 8.86])
     """
-    heading, *lines = (line for line in _core.record(seed).splitlines() if not line.startswith("#"))
-    table = np.array([line.split(",") for line in lines], dtype=np.float64)
+    lines = (line for line in _core.record(seed, drop_n, sharpness_s, depth_m).splitlines() if not line.startswith("#"))
+    heading, *rows = lines
+    table = np.array([row.split(",") for row in rows], dtype=np.float64)
     return {name: np.ascontiguousarray(column) for name, column in zip(heading.split(","), table.T)}
 
 
@@ -345,10 +380,10 @@ class Calibration:
 
 
 def calibrate(
-    time: ArrayLike,
-    position: ArrayLike,
-    velocity: ArrayLike | None,
-    force: ArrayLike,
+    time: ArrayLike | Recorded,
+    position: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+    force: ArrayLike | None = None,
     *,
     contact_m: float | None = None,
     ruptures_s: Sequence[float] = (),
@@ -358,6 +393,7 @@ def calibrate(
     slowest_rupture_s: float | None = None,
     fastest_harmless_s: float | None = None,
     variance_ratio: float | None = None,
+    threads: int = 0,
     name: str = "recording",
     **settings: Any,
 ) -> Calibration:
@@ -378,13 +414,12 @@ def calibrate(
         0.03 and 0.5.
     variance_ratio
         Ratio of the variance of the residual at a rupture to its quiet variance, above 1; the default is 100.
+    threads
+        Number of threads; 0 is one per processor.
     """
     report, text, toml = _core.calibrate(
         name,
-        samples("time", time),
-        samples("position", position),
-        velocities(velocity),
-        samples("force", force),
+        *_samples(time, position, velocity, force),
         _changes(contact_m, ruptures_s, settings),
         first_s=first_s,
         quiet_s=quiet_s,
@@ -393,6 +428,7 @@ def calibrate(
         slowest_rupture_s=slowest_rupture_s,
         fastest_harmless_s=fastest_harmless_s,
         variance_ratio=variance_ratio,
+        threads=threads,
     )
     warn(report["warnings"])
     return Calibration(report, text, toml)

@@ -87,6 +87,7 @@ def stability(
     *,
     tissue: tuple[float, float] = (50.0, 600.0),
     simulate: bool = False,
+    threads: int = 0,
 ) -> Stability:
     """Analyses the stability of the loop from its matrices: dominant mode, margins, limits, and a map over two parameters.
 
@@ -100,8 +101,10 @@ def stability(
         Range of the tissue stiffness in N/m, which can change at any tick, in the analysis of events.
     simulate
         Whether to simulate every point of the map too.
+    threads
+        Number of threads; 0 is one per processor.
     """
-    report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate)
+    report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate, threads)
     warn(report["warnings"])
     return Stability(report, text, columns)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._arrays import recording_of
 from ._columns import Columns
 from ._html import quantity, table
 from ._parts import Parts, core_parts
@@ -56,7 +57,7 @@ class Run(Columns):
         scenario, traces, core = self.__getstate__()
         about = {"name": core.name, "summary": core.summary_text, "text": core.printed, "rows": core.table, "toml": scenario.to_toml()}
         with open(path, "wb") as file:
-            np.savez_compressed(file, _about=np.array(json.dumps(about)), **traces)  # type: ignore[arg-type]
+            np.savez_compressed(file, _about=np.array(json.dumps(about)), **_samples(scenario), **traces)  # type: ignore[arg-type]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -146,7 +147,7 @@ class _Stored:
 
 
 def load(path: str | os.PathLike[str]) -> Run:
-    """Reads a run that :meth:`Run.save` wrote. Files of its scenario must be where they were.
+    """Reads a run that :meth:`Run.save` wrote. Files of its scenario must be where they were; a recording from arrays is in the file.
 
     Raises
     ------
@@ -159,11 +160,31 @@ def load(path: str | os.PathLike[str]) -> Run:
         about = json.loads(str(traces.pop("_about")))
     except (KeyError, ValueError):
         raise ValueError(f"{os.fspath(path)} is not a run that Run.save wrote") from None
+    recordings = _recordings({name: traces.pop(name) for name in list(traces) if name.startswith(_SAMPLES)})
     rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
     run = Run.__new__(Run)
     stored = _Stored(about["name"], about["summary"], about["text"], rows)
-    run.__setstate__((Scenario.from_toml(about["toml"], about["name"]), traces, stored))
+    scenario = Scenario._of(_core.Scenario.from_text(about["name"], about["toml"], [], recordings))
+    run.__setstate__((scenario, traces, stored))
     return run
+
+
+# Before the names of the samples of a scenario's recording in a file.
+_SAMPLES = "_samples_"
+
+
+def _samples(scenario: Scenario) -> dict[str, NDArray[np.float64]]:
+    """Returns the recording in memory of a scenario, if it has one."""
+    file = scenario.to_dict().get("recording", {}).get("file")
+    for recording in scenario._core.origin()[4]:
+        if recording.name == file:
+            named = zip(("time", "position", "velocity", "force"), recording.__getnewargs__())
+            return {_SAMPLES + name: column for name, column in named if column is not None}
+    return {}
+
+
+def _recordings(samples: dict[str, NDArray[Any]]) -> list[_core.Recording]:
+    return [recording_of({name[len(_SAMPLES) :]: column for name, column in samples.items()})] if samples else []
 
 
 def run(scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> Run:

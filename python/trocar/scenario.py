@@ -36,7 +36,8 @@ class Scenario:
     def __init__(self, values: Mapping[str, Any], name: str = "scenario") -> None:
         if not isinstance(values, Mapping):
             raise TypeError(f"a scenario is made of a dictionary, not of {values!r}; Scenario.load reads a file")
-        object.__setattr__(self, "_core", _core.Scenario.from_text(name, document(values), []))
+        text, recordings = document(values)
+        object.__setattr__(self, "_core", _core.Scenario.from_text(name, text, [], recordings))
 
     @classmethod
     def _of(cls, core: CoreScenario) -> Scenario:
@@ -63,7 +64,8 @@ class Scenario:
         ScenarioError
             A ``ValueError`` with the text of the command line, and its position as attributes.
         """
-        return cls._of(_core.Scenario.load(os.fspath(path), [settings(changes)]))
+        changed, recordings = settings(changes)
+        return cls._of(_core.Scenario.load(os.fspath(path), [changed], recordings))
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], name: str = "scenario") -> Scenario:
@@ -76,7 +78,7 @@ class Scenario:
     @classmethod
     def from_toml(cls, text: str, name: str = "scenario") -> Scenario:
         """Returns the scenario of a TOML text. Paths are relative to the working directory."""
-        return cls._of(_core.Scenario.from_text(name, text, []))
+        return cls._of(_core.Scenario.from_text(name, text, [], []))
 
     def replace(self, **changes: Any) -> Scenario:
         """Returns the scenario with other values of some keys, as with ``--set``. Dependent defaults change accordingly.
@@ -85,8 +87,16 @@ class Scenario:
         >>> scenario = trocar.Scenario.load("paper/classical")
         >>> scenario.replace(**{"scaling.force": 2.0, "name": "strong"}).name
         'strong'
+
+        The key ``recording.file`` takes samples, too: a DataFrame or a dictionary of arrays, as for :func:`trocar.detect`. They become
+        part of the scenario, are pickled with it, and are not read again.
+
+        >>> again = scenario.replace(**{"recording.file": trocar.record(2)})
+        >>> trocar.run(again)["desired_position_m"].shape
+        (17000,)
         """
-        return type(self)._of(self._core.replace(settings(changes)))
+        changed, recordings = settings(changes)
+        return type(self)._of(self._core.replace(changed, recordings))
 
     def to_toml(self) -> str:
         """Returns the scenario as TOML with all defaults. Loading it gives the same scenario."""
@@ -145,14 +155,16 @@ class Scenario:
         return f"Scenario({self.name!r}, {self.ticks} ticks of {self.tick_s} s)"
 
     def __reduce__(self) -> tuple[object, ...]:
-        # The source of the scenario: its files are read again when it is unpickled.
+        # The source of the scenario: its files are read again when it is unpickled; recordings in memory are part of it.
         return (_restored, self._core.origin())
 
 
-def _restored(path: str | None, name: str, text: str | None, changes: list[list[str]]) -> Scenario:
+def _restored(
+    path: str | None, name: str, text: str | None, changes: list[list[str]], recordings: list[_core.Recording]
+) -> Scenario:
     if path is not None:
-        return Scenario._of(_core.Scenario.load(path, changes))
-    return Scenario._of(_core.Scenario.from_text(name, text or "", changes))
+        return Scenario._of(_core.Scenario.load(path, changes, recordings))
+    return Scenario._of(_core.Scenario.from_text(name, text or "", changes, recordings))
 
 
 def scenario_of(given: Scenario | str | os.PathLike[str]) -> Scenario:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import functools
+import io
+import json
 import os
+import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +20,7 @@ from . import _core
 from ._columns import Columns
 from ._html import table
 from ._parts import Parts, core_parts
+from ._progress import Progress
 from ._settings import dotted, key_of, value
 from .scenario import Scenario, scenario_of
 
@@ -22,6 +28,7 @@ if TYPE_CHECKING:
     import pandas
     from typing_extensions import Unpack
 
+_PARTIAL = ".partial"
 _OUTCOMES = np.array(["completed", "diverged", "failed"])
 
 
@@ -56,14 +63,40 @@ class Sweep(Columns):
         (``"completed"``, ``"diverged"`` or ``"failed"``), and the metrics, float64 in SI units, NaN where undefined.
     hash : str
         The SHA-256 of all inputs of the sweep, as in ``manifest.json`` of the command line.
+    cases : int
+        The number of cases of the whole sweep; a :func:`shard` has some of them.
     """
 
-    def __init__(self, columns: dict[str, Any], hash: str) -> None:
-        self.columns: dict[str, NDArray[Any]] = {
-            name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()
-        }
-        self._columns = self.columns
+    def __init__(self, columns: dict[str, NDArray[Any]], hash: str, cases: int) -> None:
+        self.columns = self._columns = columns
         self.hash = hash
+        self.cases = cases
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the rows into a file of numpy (``.npz``), which is there whole or not at all. :meth:`load` reads it."""
+        about = np.array(json.dumps({"sweep": self.hash, "cases": self.cases}))
+        content = io.BytesIO()
+        np.savez_compressed(content, _about=about, **self.columns)  # type: ignore[arg-type]
+        partial = Path(f"{os.fspath(path)}{_PARTIAL}")
+        partial.write_bytes(content.getvalue())
+        partial.replace(path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Sweep:
+        """Reads rows that :meth:`save` wrote.
+
+        Raises
+        ------
+        ValueError
+            A file that is not one of those.
+        """
+        with np.load(path) as file:
+            columns = {name: file[name] for name in file.files}
+        try:
+            about = json.loads(str(columns.pop("_about")))
+            return cls(columns, about["sweep"], about["cases"])
+        except (KeyError, ValueError):
+            raise ValueError(f"{os.fspath(path)} is not a sweep that Sweep.save wrote") from None
 
     def __len__(self) -> int:
         return len(self.columns["case"])
@@ -75,7 +108,8 @@ class Sweep(Columns):
         return pandas.DataFrame(self.columns).set_index("case")
 
     def __repr__(self) -> str:
-        return f"Sweep({len(self)} cases, columns {', '.join(self.columns)})"
+        of_all = "" if len(self) == self.cases else f" of {self.cases}"
+        return f"Sweep({len(self)}{of_all} cases, columns {', '.join(self.columns)})"
 
     def _repr_html_(self) -> str:
         rows = []
@@ -88,18 +122,25 @@ class Sweep(Columns):
         return table(["column", "defined", "min", "median", "max"], rows, caption=f"{len(self)} cases")
 
 
+Points = Union["pandas.DataFrame", Mapping[str, Any], Sequence[Mapping[str, Any]]]
+"""Points of a sweep: a DataFrame or a dictionary with a column per key, or a list of dictionaries, one per point."""
+
+
 def sweep(
     base: Scenario | str | os.PathLike[str],
     axes: Mapping[str, Range | Sequence[Any] | NDArray[Any]] | None = None,
     *,
     set: Mapping[str, Any] | None = None,
-    seeds: int = 1,
+    seeds: int | Sequence[int] = 1,
     first_seed: int | None = None,
     metrics: Sequence[str] | None = None,
     design: str = "grid",
-    points: int | None = None,
+    points: int | Points | None = None,
     design_seed: int | None = None,
     threads: int = 0,
+    folder: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+    executor: Any = None,
     client: Any = None,
     shards: int | None = None,
     **parts: Unpack[Parts],
@@ -109,91 +150,132 @@ def sweep(
     Parameters
     ----------
     base
-        The scenario; without ``axes``, the path of a sweep file.
+        The scenario; without ``axes`` and ``points``, the path of a sweep file.
     axes
         The varied keys, each with a list of values or a :class:`Range`.
     set
         Keys of all cases.
     seeds, first_seed
-        Number of noise seeds per point, and the first seed; the defaults are 1 and the seed of the scenario.
+        Number of noise seeds per point, and the first seed; the defaults are 1 and the seed of the scenario. Or a list of seeds.
     metrics
         Metrics of each case, by the names of ``trocar.metric_names()``; the default is a selection.
     design, points, design_seed
-        The design: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All but the grid
-        need ``points`` and can have a ``design_seed``.
+        The design of axes: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All but the grid
+        need a number of ``points`` and can have a ``design_seed``. Without axes, ``points`` are the points themselves: a pandas
+        DataFrame or a dictionary with a column per key, or a list of dictionaries, one per point.
     threads
-        Number of threads on one machine; 0 is one per processor. With a client, the number of threads per shard; 0 is one.
+        Number of threads on one machine; 0 is one per processor. With an executor, the number of threads per shard; 0 is one.
+    folder
+        Keeps complete shards in this folder, so that the same call continues after an interruption. A folder holds one sweep.
+    progress
+        Shows the progress: with tqdm if it is installed, else as a line on standard error.
+    executor
+        Runs the shards elsewhere: an executor of ``concurrent.futures``, a ``dask.distributed.Client``, a ``joblib.Parallel``, or a
+        ``multiprocessing.Pool``. The workers need the same version of trocar, and the files of the scenario at the same paths.
     client
-        A ``dask.distributed.Client``: its workers run the shards, and the shards of a lost worker run again. The workers need
-        the same version of trocar, and the files of the scenario at the same paths.
+        The same as ``executor``.
     shards
-        Number of shards; the default is eight per worker thread.
+        Number of shards; the default is eight per worker.
     **parts
-        Parts of one's own in place of the scenario's, as for :func:`trocar.run`. The cases then run one after the other, and metrics of
-        the loop (``loop_...``) are undefined.
+        Parts of one's own in place of the scenario's, as for :func:`trocar.run`. The cases then run one after the other, here, and
+        metrics of the loop (``loop_...``) are undefined.
+
+    Raises
+    ------
+    ScenarioError, ValueError
+        For wrong values, before anything runs.
 
     >>> import trocar
     >>> sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
     >>> sweep["detected_ruptures"]
     array([1., 1.])
+    >>> points = [{"scaling.force": 0.5, "detector.threshold": 0.02}, {"scaling.force": 1.0, "detector.threshold": 0.05}]
+    >>> trocar.sweep("paper/augmented", points=points, seeds=[4, 7], set={"simulation.duration_s": 6.0})["seed"]
+    array([4, 7, 4, 7])
     """
-    if axes is None:
-        others = (set, first_seed, metrics, points, design_seed)
-        if isinstance(base, Scenario) or any(one is not None for one in others) or seeds != 1 or design != "grid":
-            raise ValueError("without axes, base must be the path of a sweep file, without other arguments of the sweep")
-        job = _Job(os.fspath(base), "", None, [])
-    else:
-        shared = dict(set or {})
-        lines = _header(seeds, first_seed, metrics, design, points, design_seed)
-        lines += _section("set", shared)
-        lines += _section("axes", {key: _levels(one) for key, one in axes.items()})
-        scenario = scenario_of(base)
-        # Keys of the sweep have priority over changes of the scenario.
-        overridden = {*shared, *axes}
-        changes = [setting for call in scenario._core.origin()[3] for setting in call]
-        own = [setting for setting in changes if key_of(setting) not in overridden]
-        job = _Job(None, "\n".join(lines) + "\n", scenario, own)
+    job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
+    executor = client if executor is None else executor
     own_parts = core_parts(parts)
-    if own_parts and client is not None:
-        raise ValueError("a sweep with parts of one's own_parts runs here: give no client")
-    if client is None:
-        columns, hash, _, former_names = job.run_with(own_parts) if own_parts else job.run("1/1", threads)
-        _name_former(former_names)
-        return Sweep(columns, hash)
-    return _over_workers(job, client, shards, max(threads, 1))
+    if own_parts:
+        if executor is not None or folder is not None:
+            raise ValueError("a sweep with parts of one's own runs here: give no client, no executor and no folder")
+        with Progress("cases", progress) as bar:
+            return _result(job.run_with(own_parts, bar.tell))
+    if executor is None and folder is None and shards is None:
+        with Progress("cases", progress) as bar:
+            return _result(job.run("1/1", threads, bar.tell))
+    return _in_shards(job, _workers(executor), shards, threads, None if folder is None else Path(folder), progress)
 
 
-def _name_former(former_names: list[tuple[str, str]]) -> None:
+def shard(
+    part: str,
+    base: Scenario | str | os.PathLike[str],
+    axes: Mapping[str, Range | Sequence[Any] | NDArray[Any]] | None = None,
+    *,
+    set: Mapping[str, Any] | None = None,
+    seeds: int | Sequence[int] = 1,
+    first_seed: int | None = None,
+    metrics: Sequence[str] | None = None,
+    design: str = "grid",
+    points: int | Points | None = None,
+    design_seed: int | None = None,
+    threads: int = 0,
+    progress: bool = False,
+) -> Sweep:
+    """Runs one of several equal parts of a sweep, such as ``"3/8"``; :func:`merge` joins them.
+
+    Parameters
+    ----------
+    part
+        Number of the part, from 1, and number of parts.
+    base, axes, set, seeds, first_seed, metrics, design, points, design_seed, threads, progress
+        As for :func:`sweep`.
+
+    >>> import trocar
+    >>> axes = {"scaling.force": trocar.Range(0.5, 1.0, 16)}
+    >>> parts = [trocar.shard(f"{part}/2", "layers/skin-augmented", axes) for part in (1, 2)]
+    >>> parts[0]
+    Sweep(8 of 16 cases, columns case, scaling.force, seed, outcome, ...)
+    >>> len(trocar.merge(parts))
+    16
+    """
+    job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
+    with Progress("cases", progress) as bar:
+        return _result(job.run(part, threads, bar.tell))
+
+
+def merge(parts: Iterable[Sweep]) -> Sweep:
+    """Joins the parts of a sweep that :func:`shard` returned, in any order. The result is that of :func:`sweep`.
+
+    Raises
+    ------
+    ValueError
+        For parts of different sweeps, and for missing or repeated cases.
+    """
+    by_case = sorted((part for part in parts if len(part)), key=lambda part: int(part["case"][0]))
+    if not by_case:
+        raise ValueError("there is no part to merge")
+    first = by_case[0]
+    if any(part.hash != first.hash for part in by_case):
+        raise ValueError(
+            "the parts are not of the same sweep: their arguments, their versions of trocar or the contents of the scenario's files differ"
+        )
+    columns = {name: np.concatenate([part[name] for part in by_case]) for name in first}
+    if not np.array_equal(columns["case"], np.arange(first.cases)):
+        raise ValueError(f"the parts have {len(columns['case'])} cases, must have each of {first.cases} once")
+    return Sweep(columns, first.hash, first.cases)
+
+
+_Swept = tuple[dict[str, Any], str, int, list[tuple[str, str]]]
+_Tell = Callable[[int, int], None]
+
+
+def _result(swept: _Swept) -> Sweep:
+    columns, hash, cases, former_names = swept
     for former, name in former_names:
         warnings.warn(f"the metric {former} is called {name} now", FutureWarning, stacklevel=3)
-
-
-def _levels(given: Any) -> Any:
-    return given._table() if isinstance(given, Range) else given
-
-
-def _section(name: str, values: Mapping[str, Any]) -> list[str]:
-    lines = [f"{dotted(key)} = {value(key, one)}" for key, one in values.items()]
-    return [f"[{name}]", *lines] if lines else []
-
-
-def _header(
-    seeds: int,
-    first_seed: int | None,
-    metrics: Sequence[str] | None,
-    design: str,
-    points: int | None,
-    design_seed: int | None,
-) -> list[str]:
-    all_of_them: dict[str, Any] = {
-        "seeds": seeds,
-        "first_seed": first_seed,
-        "metrics": None if metrics is None else list(metrics),
-        "design.kind": design,
-        "design.points": points,
-        "design.seed": design_seed,
-    }
-    return [f"{key} = {value(key, given)}" for key, given in all_of_them.items() if given is not None]
+    arrays = {name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()}
+    return Sweep(arrays, hash, cases)
 
 
 @dataclass(frozen=True)
@@ -205,35 +287,188 @@ class _Job:
     base: Scenario | None
     settings: list[str]
 
-    def run(self, shard: str, threads: int) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]:
-        base = None if self.base is None else self.base._core
-        return _core.sweep(self.path, self.text, base, self.settings, shard, threads)
+    @property
+    def _sources(self) -> tuple[str | None, str, _core.Scenario | None, list[str]]:
+        return self.path, self.text, None if self.base is None else self.base._core, self.settings
 
-    def run_with(self, parts: dict[str, Any]) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]:
-        base = None if self.base is None else self.base._core
-        return _core.sweep_with(self.path, self.text, base, self.settings, parts)
+    def run(self, shard: str, threads: int, tell: _Tell | None = None) -> _Swept:
+        return _core.sweep(*self._sources, shard, threads, tell)
+
+    def run_with(self, parts: dict[str, Any], tell: _Tell | None) -> _Swept:
+        return _core.sweep_with(*self._sources, parts, tell)
+
+    def plan(self) -> tuple[str, int]:
+        """The hash and the number of cases, without running any."""
+        return _core.sweep_plan(*self._sources)
 
 
-def _over_workers(job: _Job, client: Any, shards: int | None, threads: int) -> Sweep:
-    if shards is None:
-        shards = 8 * max(1, sum(client.nthreads().values()))
-    if shards < 1:
-        raise ValueError(f"shards is {shards}, must be at least 1")
-    # A lost worker counts as an attempt; `retries` are for errors that do not come from the shard.
-    futures = client.map(job.run, [f"{shard}/{shards}" for shard in range(1, shards + 1)], [threads] * shards, pure=False, retries=2)
-    try:
-        parts = client.gather(futures)
-    except BaseException:
-        client.cancel(futures)
-        raise
-    _name_former(parts[0][3])
-    hashes = {hash for _, hash, _, _ in parts}
-    if len(hashes) > 1:
-        raise RuntimeError(
-            "the workers did not run the same sweep: their versions of trocar or the contents of the scenario's files differ"
+def _job(
+    base: Scenario | str | os.PathLike[str],
+    axes: Mapping[str, Any] | None,
+    set: Mapping[str, Any] | None,
+    seeds: int | Sequence[int],
+    first_seed: int | None,
+    metrics: Sequence[str] | None,
+    design: str,
+    points: int | Points | None,
+    design_seed: int | None,
+) -> _Job:
+    given = None if points is None or isinstance(points, (int, np.integer)) else _columns(points)
+    if axes is None and given is None:
+        others = (set, first_seed, metrics, points, design_seed)
+        if isinstance(base, Scenario) or any(one is not None for one in others) or seeds != 1 or design != "grid":
+            raise ValueError("without axes, base must be the path of a sweep file, without other arguments of the sweep")
+        return _Job(os.fspath(base), "", None, [])
+    if given is not None:
+        if axes is not None or design != "grid":
+            raise ValueError("points with values of the keys have neither axes nor another design")
+        axes, design, points = given, "list", None
+    assert axes is not None
+    header: dict[str, Any] = {
+        "seeds": seeds if isinstance(seeds, (int, np.integer)) else list(seeds),
+        "first_seed": first_seed,
+        "metrics": None if metrics is None else list(metrics),
+        "design.kind": design,
+        "design.points": points,
+        "design.seed": design_seed,
+    }
+    shared = dict(set or {})
+    lines = [f"{key} = {value(key, one)}" for key, one in header.items() if one is not None]
+    lines += _section("set", shared)
+    lines += _section("axes", {key: one._table() if isinstance(one, Range) else one for key, one in axes.items()})
+    scenario = scenario_of(base)
+    # Keys of the sweep have priority over changes of the scenario.
+    overridden = {*shared, *axes}
+    changes = [setting for call in scenario._core.origin()[3] for setting in call]
+    own = [setting for setting in changes if key_of(setting) not in overridden]
+    return _Job(None, "\n".join(lines) + "\n", scenario, own)
+
+
+def _section(name: str, values: Mapping[str, Any]) -> list[str]:
+    lines = [f"{dotted(key)} = {value(key, one)}" for key, one in values.items()]
+    return [f"[{name}]", *lines] if lines else []
+
+
+def _columns(points: Points) -> dict[str, list[Any]]:
+    """Returns points as a list of values per key."""
+    if hasattr(points, "columns") and hasattr(points, "to_numpy"):
+        columns = {str(key): points[key].tolist() for key in points.columns}
+    elif isinstance(points, Mapping):
+        columns = {key: np.asarray(column).tolist() if not isinstance(column, list) else column for key, column in points.items()}
+    else:
+        rows = list(points)
+        if not all(isinstance(row, Mapping) for row in rows):
+            raise TypeError("points are a DataFrame, a dictionary of columns, or a list of dictionaries")
+        keys = list(rows[0]) if rows else []
+        for index, row in enumerate(rows):
+            if sorted(row) != sorted(keys):
+                raise ValueError(f"points[{index}] has the keys {', '.join(row)}, must have {', '.join(keys)}")
+        columns = {key: [row[key] for row in rows] for key in keys}
+    lengths = {key: len(column) if isinstance(column, list) else 0 for key, column in columns.items()}
+    if not lengths or min(lengths.values()) < 1 or len({*lengths.values()}) > 1:
+        described = ", ".join(f"{key}: {length}" for key, length in lengths.items())
+        raise ValueError(f"points need one value per key and point, and have {described or 'no key'}")
+    return columns
+
+
+@dataclass(frozen=True)
+class _Workers:
+    """What runs shards: their number, and a function from their jobs to their results, in order."""
+
+    count: int
+    run: Callable[[_Job, list[str], int], Iterator[_Swept]]
+
+
+def _workers(executor: Any) -> _Workers | None:
+    """The workers of an executor; ``None`` without one."""
+    if executor is None:
+        return None
+    if hasattr(executor, "submit"):
+        return _Workers(_worker_count(executor), functools.partial(_submitted, executor))
+    if callable(executor) and hasattr(executor, "n_jobs"):
+        return _Workers(
+            _worker_count(executor), lambda job, names, threads: iter(executor((job.run, (name, threads), {}) for name in names))
         )
-    columns = {name: np.concatenate([np.asarray(part[name]) for part, _, _, _ in parts if len(part["case"])]) for name in parts[0][0]}
-    cases = parts[0][2]
-    if not np.array_equal(columns["case"], np.arange(cases)):
-        raise RuntimeError(f"the workers returned {len(columns['case'])} of {cases} cases")
-    return Sweep(columns, hashes.pop())
+    if hasattr(executor, "imap"):
+        return _Workers(
+            _worker_count(executor), lambda job, names, threads: executor.imap(functools.partial(job.run, threads=threads), names)
+        )
+    what = "an executor of concurrent.futures, a Dask client, a joblib.Parallel or a multiprocessing.Pool"
+    raise TypeError(f"executor is {executor!r}, must be {what}")
+
+
+def _worker_count(executor: Any) -> int:
+    if hasattr(executor, "nthreads"):
+        return max(1, int(sum(executor.nthreads().values())))
+    for name in ("_max_workers", "_processes", "n_jobs"):
+        count = getattr(executor, name, None)
+        if isinstance(count, int) and count > 0:
+            return count
+    return os.cpu_count() or 1
+
+
+def _submitted(executor: Any, job: _Job, names: list[str], threads: int) -> Iterator[_Swept]:
+    # Of Dask: a lost worker counts as an attempt; `retries` are for errors that do not come from the shard.
+    options = {"pure": False, "retries": 2} if hasattr(executor, "scheduler_info") else {}
+    futures = [executor.submit(job.run, name, threads, **options) for name in names]
+    try:
+        for future in futures:
+            yield future.result()
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+_SHARD = re.compile(r"shard-(\d+)-of-(\d+)\.npz\Z")
+
+
+def _in_shards(
+    job: _Job, workers: _Workers | None, shards: int | None, threads: int, folder: Path | None, progress: bool
+) -> Sweep:
+    if shards is not None and shards < 1:
+        raise ValueError(f"shards is {shards}, must be at least 1")
+    hash, cases = job.plan()
+    kept: dict[int, Sweep] = {}
+    if folder is not None:
+        kept, shards = _kept(folder, hash, shards)
+    # Without workers, each shard is a step that is kept.
+    count = shards or 8 * (8 if workers is None else workers.count)
+    missing = [index for index in range(1, count + 1) if index not in kept]
+    with Progress("cases", progress) as bar:
+        done = sum(map(len, kept.values()))
+        bar.tell(done, cases)
+        names = [f"{index}/{count}" for index in missing]
+        results: Iterator[_Swept]
+        if workers is None:
+            results = (job.run(name, threads, lambda inside, _: bar.tell(done + inside, cases)) for name in names)
+        else:
+            results = workers.run(job, names, max(threads, 1))
+        for index, swept in zip(missing, results):
+            part = _result(swept)
+            done += len(part)
+            if folder is not None:
+                part.save(folder / f"shard-{index}-of-{count}.npz")
+            kept[index] = part
+            bar.tell(done, cases)
+    return merge(kept.values())
+
+
+def _kept(folder: Path, hash: str, shards: int | None) -> tuple[dict[int, Sweep], int | None]:
+    """The shards that a folder has, and their number; what a killed process left of a file is removed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for partial in folder.glob(f"shard-*{_PARTIAL}"):
+        partial.unlink()
+    kept: dict[int, Sweep] = {}
+    for path in sorted(folder.iterdir()):
+        found = _SHARD.match(path.name)
+        if found is None:
+            continue
+        index, count = map(int, found.groups())
+        part = Sweep.load(path)
+        if part.hash != hash:
+            raise ValueError(f"{folder} has the shards of another sweep; give another folder, or remove it")
+        if shards not in (None, count):
+            raise ValueError(f"{folder} has {count} shards, not {shards}; leave out shards, or give another folder")
+        shards = count
+        kept[index] = part
+    return kept, shards

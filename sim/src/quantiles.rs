@@ -180,7 +180,8 @@ mod tests {
         };
         let wide: Vec<f64> = (0..5000).map(|_| next() * 1e3_f64.powf(8.0 * next())).collect();
         // More than fit into memory of one selection, in one bucket of 16 bits; they differ in the last bits.
-        let narrow: Vec<f64> = (0..100_000).map(|_| f64::from_bits(1.0_f64.to_bits() + (1e5 * (next() + 0.5)) as u64)).collect();
+        let narrow: Vec<f64> =
+            (0..100_000).map(|_| f64::from_bits(1.0_f64.to_bits() + (1e5 * (next() + 0.5)) as u64)).collect();
         let special = vec![0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::MIN_POSITIVE, -1.0, 1.0];
         for values in [wide, narrow, special, vec![-0.25; 70_000]] {
             let mut sorted = values.clone();

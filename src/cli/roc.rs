@@ -175,27 +175,27 @@ fn optional(list: &[f64]) -> Vec<Option<f64>> {
     if list.is_empty() { vec![None] } else { list.iter().copied().map(Some).collect() }
 }
 
-fn between(text: &str, low: f64, high: f64, unit: &'static str) -> Result<f64, String> {
+fn between(text: &str, (low, high): (f64, f64), unit: &'static str) -> Result<f64, String> {
     let value = quantity(unit)(text)?;
     if (low..=high).contains(&value) { Ok(value) } else { Err(format!("must be from {low} to {high} {unit}")) }
 }
 
 fn noise(text: &str) -> Result<f64, String> {
-    between(text, 0.0, 100.0, "N")
+    between(text, Study::NOISE_STDS_N, "N")
 }
 
 fn drop(text: &str) -> Result<f64, String> {
-    between(text, 0.01, 1000.0, "N")
+    between(text, InVivoLikeVariant::DROPS_N, "N")
 }
 
 fn sharpness(text: &str) -> Result<f64, String> {
-    between(text, 1e-4, 10.0, "s")
+    between(text, InVivoLikeVariant::FALLS_S, "s")
 }
 
 fn depth(text: &str) -> Result<f64, String> {
-    between(text, 1e-3, 1.0, "m")
+    between(text, InVivoLikeVariant::DEPTHS_M, "m")
 }
 
 fn within(text: &str) -> Result<f64, String> {
-    between(text, 0.0, trocar_sim::metrics::RUPTURE_WINDOW_S, "s")
+    between(text, (0.0, trocar_sim::metrics::RUPTURE_WINDOW_S), "s")
 }

@@ -102,12 +102,18 @@ impl SeedStudy {
         };
         let of_seed = |offset| scenarios.iter().map(|scenario| run(scenario, offset)).collect::<Result<Vec<_>, _>>();
         let runs: Vec<Vec<Metrics>> = (0..seeds).into_par_iter().map(of_seed).collect::<Result<_, _>>()?;
-        Ok(Self {
+        Ok(Self::of_runs(scenarios, &runs))
+    }
+
+    /// Compares the metrics of runs, by seed and scenario: seed `i` of a scenario is its own plus `i`.
+    #[must_use]
+    pub fn of_runs(scenarios: &[Scenario], runs: &[Vec<Metrics>]) -> Self {
+        Self {
             scenarios: scenarios.iter().map(|scenario| scenario.name.clone()).collect(),
-            seeds,
+            seeds: runs.len() as u64,
             first_seeds: scenarios.iter().map(|scenario| scenario.seed).collect(),
-            rows: spread_rows(&runs, scenarios.len()),
-        })
+            rows: spread_rows(runs, scenarios.len()),
+        }
     }
 
     /// Returns the row of a metric.

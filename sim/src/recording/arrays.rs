@@ -94,13 +94,22 @@ impl Recording {
             return Err(ArrayError::NotLater { index, time_s, before_s });
         }
         let recording = Self::from_checked(time_s, position_m, velocity_m_per_s, force_n);
-        let limit_s = max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * recording.median_interval_s());
+        recording.check_gaps(max_gap_s)?;
+        Ok(recording)
+    }
+
+    /// Checks that no gap is longer than `max_gap_s` (s), with the default of [`Recording::new`].
+    ///
+    /// # Errors
+    /// [`ArrayError::Gap`].
+    pub fn check_gaps(&self, max_gap_s: Option<f64>) -> Result<(), ArrayError> {
+        let limit_s = max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * self.median_interval_s());
         let gap = |pair: &[f64]| pair[1] - pair[0];
         let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
-        match recording.time_s().windows(2).position(|pair| !allowed(gap(pair))) {
-            None => Ok(recording),
+        match self.time_s().windows(2).position(|pair| !allowed(gap(pair))) {
+            None => Ok(()),
             Some(before) => {
-                let gap_s = gap(&recording.time_s()[before..before + 2]);
+                let gap_s = gap(&self.time_s()[before..before + 2]);
                 Err(ArrayError::Gap { index: before + 1, gap_s, limit_s })
             }
         }

@@ -105,6 +105,13 @@ pub struct InVivoLikeVariant {
 }
 
 impl InVivoLikeVariant {
+    /// Smallest and largest force drop, in N.
+    pub const DROPS_N: (f64, f64) = (0.01, 1000.0);
+    /// Smallest and largest time constant of a drop, in s.
+    pub const FALLS_S: (f64, f64) = (1e-4, 10.0);
+    /// Smallest and largest depth of the first rupture, in m.
+    pub const DEPTHS_M: (f64, f64) = (1e-3, 1.0);
+
     /// The factor of every length.
     fn scale(&self) -> f64 {
         self.depth_m.map_or(1.0, |depth_m| depth_m / RUPTURE_DEPTH_M)

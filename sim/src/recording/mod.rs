@@ -40,6 +40,7 @@ mod labels;
 mod labview;
 mod limits;
 mod live;
+mod memory;
 mod number;
 mod quantity;
 mod read;
@@ -61,6 +62,8 @@ pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_
 pub use labels::{LabelRow, read_labels};
 pub use limits::Limits;
 pub use live::{LiveLine, LiveSample, LiveTable};
+pub(crate) use memory::kept;
+pub use memory::{MEMORY, keep};
 pub use quantity::Quantity;
 pub use read::{read_csv, scan_csv};
 pub use resample::{ResampleError, Resampled};

@@ -23,7 +23,7 @@ pub use detector_bank::DetectorBank;
 pub use interval::{poisson, wilson};
 pub use samples::Samples;
 pub use signal::{Signal, SignalKind};
-pub use study::{Characteristics, Condition, Study};
+pub use study::{Characteristics, Condition, OwnPoints, Study};
 pub use tally::Tally;
 
 use thiserror::Error;

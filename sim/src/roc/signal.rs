@@ -18,9 +18,6 @@ use crate::scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 /// Random stream of the added noise, different from that of the synthetic recording's own noise.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
-/// Number before the first seed of the trials: their settings were chosen on seeds below it.
-const TRIAL_SEEDS: u64 = 2_000_000;
-
 /// Seed of the synthetic recordings, which is that of the shipped one.
 const SYNTHETIC_SEED: u64 = 1;
 
@@ -154,7 +151,7 @@ impl Signal {
                 Ok(labels(samples))
             }
             SignalKind::Trials => {
-                let trial = Trial::new(TRIAL_SEEDS + seed);
+                let trial = Trial::new(Trial::BEFORE_FIRST + seed);
                 let labels = Labels::of_trial(&trial, within_s);
                 let (contact_m, samples) = (trial.contact_m, trial.samples()?);
                 self.estimate(&samples, contact_m, evidence, || 0.0);

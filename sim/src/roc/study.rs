@@ -80,7 +80,56 @@ impl ThreadTallies {
     }
 }
 
+/// The performance of a detector of the user's own, which has no threshold.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OwnPoints {
+    /// Over all conditions.
+    pub all: Point,
+    /// In each condition.
+    pub conditions: Vec<Point>,
+}
+
 impl Study {
+    /// Smallest and largest standard deviation of the added noise, in N.
+    pub const NOISE_STDS_N: (f64, f64) = (0.0, 100.0);
+
+    /// Every signal with every noise level.
+    fn conditions(&self) -> Vec<(&Signal, f64)> {
+        self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect()
+    }
+
+    /// Runs detectors of the user's own, in the same cases as [`Study::run`], one case after the other. `alarms` writes the samples with
+    /// an alarm of a detector, by its index among `detectors`, for the evidence of a case and the time (s) between two of its samples.
+    ///
+    /// # Errors
+    /// Those of `alarms`, and [`RocError`] if a run fails.
+    pub fn run_own<E: From<RocError>>(
+        &self,
+        detectors: usize,
+        mut alarms: impl FnMut(usize, &[Evidence<f64>], f64, &mut Vec<usize>) -> Result<(), E>,
+    ) -> Result<Vec<OwnPoints>, E> {
+        let conditions = self.conditions();
+        let mut tallies = vec![vec![Tally::default(); conditions.len()]; detectors];
+        let (mut evidence, mut samples) = (vec![], vec![]);
+        for (condition, (signal, noise_std_n)) in conditions.iter().enumerate() {
+            for seed in 1..=self.seeds {
+                let labels = signal.evaluate(*noise_std_n, seed, self.within_s, &mut evidence)?;
+                for (detector, tallies) in tallies.iter_mut().enumerate() {
+                    samples.clear();
+                    alarms(detector, &evidence, labels.tick_s(), &mut samples)?;
+                    tallies[condition].count(&samples, &labels);
+                }
+            }
+        }
+        let points = |tallies: Vec<Tally>| {
+            let mut all = Tally::default();
+            tallies.iter().for_each(|tally| all.add(tally));
+            let point = |tally: &Tally| Point::of(f64::NAN, tally);
+            OwnPoints { all: point(&all), conditions: tallies.iter().map(point).collect() }
+        };
+        Ok(tallies.into_iter().map(points).collect())
+    }
+
     /// Runs the study in parallel, and calls `done` after each case. If `stop` is set, no new case starts, and the finished cases
     /// count. The results do not depend on the number of threads.
     ///
@@ -88,8 +137,7 @@ impl Study {
     /// [`RocError`] for signals with different detectors, or if a run fails.
     pub fn run(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Characteristics, RocError> {
         let banks = self.detector_banks()?;
-        let conditions: Vec<(&Signal, f64)> =
-            self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect();
+        let conditions = self.conditions();
         let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
         let cases = conditions.len() as u64 * self.seeds;
         let share = (0..cases)

@@ -14,6 +14,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use super::builtin;
 use super::error::{Place, ScenarioError};
 use super::keys::{find, is_section};
+use crate::recording::MEMORY;
 use crate::tissue::{LAYER_LIST, NAME_RULE, keys_of_layer};
 
 /// Largest scenario file in bytes; a real one has a few thousand.
@@ -39,6 +40,8 @@ pub enum Source {
         /// Its content.
         text: Arc<str>,
     },
+    /// A recording in memory, by the name that [`keep`](crate::recording::keep) returned.
+    Memory(String),
 }
 
 impl Source {
@@ -48,6 +51,7 @@ impl Source {
     pub fn parse(text: &str) -> Self {
         match text.strip_prefix(builtin::PREFIX) {
             Some(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
+            None if text.starts_with(MEMORY) => Self::Memory(text.to_owned()),
             None => Self::disk_or_shipped(PathBuf::from(text), text),
         }
     }
@@ -55,13 +59,13 @@ impl Source {
     /// The source that a path inside this source names.
     #[must_use]
     pub fn relative(&self, text: &str) -> Self {
-        if text.starts_with(builtin::PREFIX) || Path::new(text).is_absolute() {
+        if [builtin::PREFIX, MEMORY].iter().any(|prefix| text.starts_with(prefix)) || Path::new(text).is_absolute() {
             return Self::parse(text);
         }
         match self {
             Self::Disk(here) => Self::disk_or_shipped(here.parent().unwrap_or(Path::new("")).join(text), text),
             Self::Builtin(here) => Self::Builtin(joined(here, text)),
-            Self::Text { .. } => Self::parse(text),
+            Self::Text { .. } | Self::Memory(_) => Self::parse(text),
         }
     }
 
@@ -80,7 +84,7 @@ impl Source {
     pub fn former(text: &str) -> Option<(&'static str, &'static str)> {
         match Self::parse(text) {
             Self::Builtin(_) => builtin::former(text.strip_prefix(builtin::PREFIX).unwrap_or(text)),
-            Self::Disk(_) | Self::Text { .. } => None,
+            Self::Disk(_) | Self::Text { .. } | Self::Memory(_) => None,
         }
     }
 
@@ -91,6 +95,7 @@ impl Source {
             Self::Disk(path) => path.display().to_string(),
             Self::Builtin(name) => format!("{}{name}", builtin::PREFIX),
             Self::Text { name, .. } => name.to_string(),
+            Self::Memory(name) => name.clone(),
         }
     }
 
@@ -99,7 +104,7 @@ impl Source {
     pub fn stem(&self) -> String {
         let path = match self {
             Self::Disk(path) => path.as_path(),
-            Self::Builtin(name) => Path::new(name),
+            Self::Builtin(name) | Self::Memory(name) => Path::new(name),
             Self::Text { name, .. } => Path::new(&**name),
         };
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
@@ -111,7 +116,7 @@ impl Source {
         match self {
             Self::Disk(path) => Self::Disk(std::fs::canonicalize(path).unwrap_or_else(|_| path.clone())),
             Self::Builtin(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
-            Self::Text { .. } => self.clone(),
+            Self::Text { .. } | Self::Memory(_) => self.clone(),
         }
     }
 
@@ -134,7 +139,9 @@ impl Source {
     fn read_relative_to(&self, here: &str) -> Result<String, ScenarioError> {
         let refuse = |reason: String| ScenarioError::new(format!("{}: {reason}", self.display()));
         let bytes = match self {
-            Self::Text { text, .. } => text.as_bytes().to_vec(),
+            // What is in memory already needs no limit.
+            Self::Text { text, .. } => return Ok(text.to_string()),
+            Self::Memory(_) => return Err(refuse("is a recording, not a scenario".into())),
             Self::Builtin(name) => builtin::content(name).map(<[u8]>::to_vec).ok_or_else(|| {
                 let did_you_mean = builtin::nearest(name).map(|near| format!("did you mean {near}? "));
                 refuse("there is no such shipped file".into())

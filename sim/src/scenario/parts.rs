@@ -8,7 +8,7 @@ use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use crate::chain::Chain;
 use crate::channel::{Delay, Irregularity, Schedule};
-use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
+use crate::detection::{CusumDetector, Detector, DistanceKind, SquaredResidual};
 use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
@@ -114,20 +114,23 @@ impl Scenario {
         let tick_s = self.grid.tick_s();
         let link = self.link(0)?;
         let link: Box<dyn Connection<f64> + Send> = match (own.architecture, own.scheme) {
+            (None, None) if link.is_direct() => {
+                let machines = &self.link.machines;
+                Box::new(DirectLink::new(machines.position_scale, machines.force_scale))
+            }
             (None, None) => Box::new(link),
             (Some(architecture), None) => Box::new(link.with_architecture(architecture)),
             (None, Some(scheme)) => Box::new(link.with_scheme(scheme)),
             (Some(architecture), Some(scheme)) => Box::new(link.with_architecture(architecture).with_scheme(scheme)),
         };
-        let alarms = self.alarm_ticks();
         let settings = &self.detector;
-        let detector: Box<dyn crate::detection::Detector<f64> + Send> = match (own.detector, own.distance) {
-            (Some(detector), _) => Box::new(ScheduledAlarms::new(detector, alarms)),
-            (None, Some(distance)) => {
-                Box::new(ScheduledAlarms::new(CusumDetector::with_distance(distance, settings, tick_s), alarms))
-            }
-            (None, None) => Box::new(ScheduledAlarms::new(CusumDetector::new(settings, tick_s), alarms)),
+        let detector: Box<dyn Detector<f64> + Send> = match (own.detector, own.distance) {
+            (Some(detector), _) => detector,
+            (None, Some(distance)) => Box::new(CusumDetector::with_distance(distance, settings, tick_s)),
+            (None, None) => Box::new(CusumDetector::new(settings, tick_s)),
         };
+        let alarms = self.alarm_ticks();
+        let detector = if alarms.is_empty() { detector } else { Box::new(ScheduledAlarms::new(detector, alarms)) };
         let augmentation = &self.augmentation;
         let motion_law = own.motion_law.unwrap_or_else(|| {
             let law = HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m());

@@ -14,7 +14,7 @@ use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::MotionSettings;
 use crate::recording::{
     Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
-    SignSettings, Signal, list_signals, open_recording, read_csv, scan_csv,
+    SignSettings, Signal, kept, list_signals, open_recording, read_csv, scan_csv,
 };
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -237,6 +237,9 @@ pub fn recording_signals(values: &mut Values) -> Result<Vec<Signal>, ScenarioErr
         Source::Disk(path) => list_signals(path, &limits),
         Source::Builtin(name) => scan_csv(&source.display(), embedded(values, FILE, name)?, &limits),
         Source::Text { name, text } => scan_csv(name, text.as_bytes(), &limits),
+        Source::Memory(name) => {
+            return Err(values.error(FILE, format!("{name} is a recording in memory: it has no signals to list")));
+        }
     };
     listed.map_err(|error| ScenarioError::new(error.to_string()).at(values.place(FILE)))
 }
@@ -268,6 +271,16 @@ pub(super) fn missing_recording(values: &Values) -> ScenarioError {
         .remedy(format!("give recording.file, or {}", others.join(" and ")))
 }
 
+/// The recording of a name in memory, which is in SI units already.
+fn in_memory(values: &Values, name: &str, limits: &Limits) -> Result<Recording, ScenarioError> {
+    let Some(recording) = kept(name) else {
+        let error = values.error(FILE, format!("there is no recording {name} in memory"));
+        return Err(error.remedy("give its samples again, or the path of a file"));
+    };
+    recording.check_gaps(limits.max_gap_s).map_err(|error| values.error(FILE, error.to_string()))?;
+    Ok(Recording::clone(&recording))
+}
+
 /// Reads the recording that values describe.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file(FILE) else {
@@ -280,6 +293,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         Source::Disk(path) => open_recording(path, &columns, &limits),
         Source::Builtin(name) => read_csv(&source.display(), embedded(values, FILE, name)?, &columns, &limits),
         Source::Text { name, text } => read_csv(name, text.as_bytes(), &columns, &limits),
+        Source::Memory(name) => Ok(in_memory(values, name, &limits)?),
     };
     let recording = read.map_err(|error| {
         // A missing column is an error of its key, if the key was written.

@@ -129,6 +129,9 @@ fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2]
         Source::Disk(path) => open_delays(path, &limits, max_s, take),
         Source::Builtin(name) => read_delays(&source.display(), embedded(values, FILE, name)?, &limits, max_s, take),
         Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, max_s, take),
+        Source::Memory(name) => {
+            return Err(values.error(FILE, format!("{name} is a recording, not a table of delays")));
+        }
     };
     read.map_err(|error| {
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(values.place(FILE));

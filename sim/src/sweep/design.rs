@@ -38,16 +38,22 @@ pub enum SamplingScheme {
         /// Seed of the shift.
         seed: u64,
     },
+    /// Given points: every axis has a list of as many values, and a point has the same place in each.
+    List {
+        /// Number of points.
+        points: u64,
+    },
 }
 
 impl SamplingScheme {
     /// The words that sweep files use.
-    pub const WORDS: [&'static str; 4] = ["grid", "random", "latin-hypercube", "sobol"];
+    pub const WORDS: [&'static str; 5] = ["grid", "random", "latin-hypercube", "sobol", "list"];
 
     /// Every scheme with these points and this seed, in the order of [`SamplingScheme::WORDS`].
     #[must_use]
-    pub fn all(points: u64, seed: u64) -> [Self; 4] {
-        [Self::Grid, Self::Random { points, seed }, Self::LatinHypercube { points, seed }, Self::Sobol { points, seed }]
+    pub fn all(points: u64, seed: u64) -> [Self; 5] {
+        let (random, hypercube) = (Self::Random { points, seed }, Self::LatinHypercube { points, seed });
+        [Self::Grid, random, hypercube, Self::Sobol { points, seed }, Self::List { points }]
     }
 
     /// Returns the word in sweep files.
@@ -58,14 +64,15 @@ impl SamplingScheme {
             Self::Random { .. } => Self::WORDS[1],
             Self::LatinHypercube { .. } => Self::WORDS[2],
             Self::Sobol { .. } => Self::WORDS[3],
+            Self::List { .. } => Self::WORDS[4],
         }
     }
 
-    /// Returns the number of points and the seed; `None` for a grid.
+    /// Returns the number of points and the seed of random numbers; `None` for a grid and for given points.
     #[must_use]
     pub fn points_and_seed(&self) -> Option<(u64, u64)> {
         match *self {
-            Self::Grid => None,
+            Self::Grid | Self::List { .. } => None,
             Self::Random { points, seed } | Self::LatinHypercube { points, seed } | Self::Sobol { points, seed } => {
                 Some((points, seed))
             }
@@ -88,6 +95,8 @@ pub struct Design {
     pub seeds: u64,
     /// First noise seed.
     pub first_seed: u64,
+    /// The noise seeds, as many as `seeds`, if they are not consecutive from the first.
+    pub listed_seeds: Option<Vec<u64>>,
     /// The metrics that are kept for each case.
     pub columns: Vec<Column>,
     /// Indices in `columns` of the metrics with figures and an analysis of influences.
@@ -103,9 +112,14 @@ impl Design {
     /// Returns the number of points, each with [`Design::seeds`] cases; `None` for more than [`MAX_CASES`] cases.
     #[must_use]
     pub fn points(&self) -> Option<u64> {
-        let points = match self.scheme.points_and_seed() {
-            Some((points, _)) => points,
-            None => self.axes.iter().try_fold(1_u64, |product, axis| product.checked_mul(axis.count().unwrap_or(1)))?,
+        let points = match self.scheme {
+            SamplingScheme::Grid => {
+                self.axes.iter().try_fold(1_u64, |product, axis| product.checked_mul(axis.count().unwrap_or(1)))?
+            }
+            SamplingScheme::Random { points, .. }
+            | SamplingScheme::LatinHypercube { points, .. }
+            | SamplingScheme::Sobol { points, .. }
+            | SamplingScheme::List { points } => points,
         };
         points.checked_mul(self.seeds).filter(|cases| *cases <= MAX_CASES)?;
         Some(points)
@@ -120,7 +134,8 @@ impl Design {
     /// Returns the seed of a case: consecutive cases are one point with different seeds.
     #[must_use]
     pub fn seed(&self, case: u64) -> u64 {
-        self.first_seed.wrapping_add(case % self.seeds)
+        let at = case % self.seeds;
+        self.listed_seeds.as_ref().map_or(self.first_seed.wrapping_add(at), |seeds| seeds[at as usize])
     }
 
     /// Returns the computation of the unit coordinates.
@@ -138,7 +153,10 @@ impl Design {
                 SamplingScheme::Sobol { .. } => {
                     (0..self.axes.len()).map(|axis| (Sobol::new(axis), of_axis(axis))).collect()
                 }
-                SamplingScheme::Grid | SamplingScheme::Random { .. } | SamplingScheme::LatinHypercube { .. } => vec![],
+                SamplingScheme::Grid
+                | SamplingScheme::Random { .. }
+                | SamplingScheme::LatinHypercube { .. }
+                | SamplingScheme::List { .. } => vec![],
             },
         }
     }
@@ -183,6 +201,9 @@ impl UnitCoordinates<'_> {
                 };
                 coordinates.extend(self.orders.iter().map(coordinate));
             }
+            SamplingScheme::List { points } => {
+                coordinates.extend(self.design.axes.iter().map(|_| (point as f64 + 0.5) / points as f64));
+            }
             SamplingScheme::Sobol { .. } => {
                 coordinates.extend(self.sequences.iter().map(|(sequence, shift)| sequence.coordinate(point, *shift)));
             }
@@ -225,6 +246,7 @@ mod tests {
             scheme,
             seeds: 2,
             first_seed: 10,
+            listed_seeds: None,
             columns: vec![],
             focus: vec![],
             csv: true,

@@ -1,5 +1,7 @@
 //! Sweep files.
 
+use std::collections::HashSet;
+
 use super::axis::{Axis, Levels, number};
 use super::columns::Column;
 use super::correlation::Correlation;
@@ -11,13 +13,16 @@ use crate::scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmle
 pub const SWEEP_KEYS: [(&str, &str); 13] = [
     ("name", "Name of the sweep's folder; the file name without extension when not given."),
     ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
-    ("seeds", "Number of noise seeds per point; 1 when not given."),
-    ("first_seed", "First noise seed; the scenario's own when not given."),
+    ("seeds", "Number of noise seeds per point, or a list of them; 1 when not given."),
+    ("first_seed", "First noise seed, unless they are listed; the scenario's own when not given."),
     ("metrics", "Metrics to keep for each case; a default set when not given."),
     ("focus", "Metrics with figures and an analysis of influences; the first four when not given."),
     ("csv", "Whether the rows are also written as CSV, in addition to Parquet; true when not given."),
-    ("design.kind", "grid (every combination), random, latin-hypercube or sobol; grid when not given."),
-    ("design.points", "Number of points, except for a grid, whose ranges have their own."),
+    (
+        "design.kind",
+        "grid (every combination), random, latin-hypercube, sobol or list (the k-th values of all axes are a point); grid when not given.",
+    ),
+    ("design.points", "Number of points of a random, latin-hypercube or sobol design."),
     ("design.seed", "Seed of the design's random numbers; 1 when not given."),
     ("correlations.NAME.axes", "Axes that vary together, as a list of keys; not for a grid."),
     ("correlations.NAME.coefficient", "Correlation of each two of them, as normal numbers."),
@@ -39,6 +44,7 @@ pub(super) struct SweepFile {
     pub(super) scheme: SamplingScheme,
     pub(super) seeds: u64,
     pub(super) first_seed: Option<u64>,
+    pub(super) listed_seeds: Option<Vec<u64>>,
     pub(super) columns: Vec<Column>,
     pub(super) focus: Vec<usize>,
     pub(super) csv: bool,
@@ -80,11 +86,17 @@ impl SweepFile {
             return Err(unknown(entry));
         }
         let scheme = scheme(&find)?;
-        let axes = axes_of(&axes, scheme == SamplingScheme::Grid)?;
-        let correlations = correlations_of(&groups, &axes, scheme == SamplingScheme::Grid)?;
+        let axes = axes_of(&axes, scheme)?;
+        let scheme = with_listed_points(scheme, &axes)?;
+        let correlations = correlations_of(&groups, &axes, scheme)?;
         if let (SamplingScheme::Sobol { .. }, Some(beyond)) = (scheme, axes.get(MAX_DIMENSIONS)) {
             let message = format!("a Sobol sequence has at most {MAX_DIMENSIONS} axes here");
             return Err(ScenarioError::new(message).at(Some(beyond.place.clone())).remedy("use a Latin hypercube"));
+        }
+        let listed_seeds = find("seeds").filter(|entry| entry.value.is_array()).map(listed_seeds).transpose()?;
+        if let (Some(_), Some(first)) = (&listed_seeds, find("first_seed")) {
+            let message = "first_seed is given, and the seeds are a list";
+            return Err(ScenarioError::new(message).at(Some(first.key_place.clone())).remedy("remove one of them"));
         }
         let mut former_names = vec![];
         let columns = columns(find("metrics"), &mut former_names)?;
@@ -100,8 +112,12 @@ impl SweepFile {
             axes,
             correlations,
             scheme,
-            seeds: find("seeds").map_or(Ok(1), |entry| whole(entry, 1, MAX_CASES))?,
+            seeds: match &listed_seeds {
+                Some(seeds) => seeds.len() as u64,
+                None => find("seeds").map_or(Ok(1), |entry| whole(entry, 1, MAX_CASES))?,
+            },
             first_seed: find("first_seed").map(|entry| whole(entry, 0, i64::MAX as u64)).transpose()?,
+            listed_seeds,
             columns,
             focus,
             csv: find("csv").map_or(Ok(true), flag)?,
@@ -143,6 +159,16 @@ fn whole(entry: &Entry, min: u64, max: u64) -> Result<u64, ScenarioError> {
         .ok_or_else(|| must(entry, &format!("a whole number from {min} to {max}")))
 }
 
+/// The noise seeds of a list.
+fn listed_seeds(entry: &Entry) -> Result<Vec<u64>, ScenarioError> {
+    let seed = |value: &toml::Value| value.as_integer().and_then(|value| u64::try_from(value).ok());
+    let seeds = entry.value.as_array().and_then(|list| list.iter().map(seed).collect::<Option<Vec<u64>>>());
+    let distinct = seeds.as_ref().map_or(0, |seeds| seeds.iter().collect::<HashSet<_>>().len());
+    seeds
+        .filter(|seeds| !seeds.is_empty() && seeds.len() == distinct)
+        .ok_or_else(|| must(entry, "a number of seeds, or a list of different whole numbers of at least 0"))
+}
+
 fn flag(entry: &Entry) -> Result<bool, ScenarioError> {
     entry.value.as_bool().ok_or_else(|| must(entry, "true or false"))
 }
@@ -160,8 +186,17 @@ fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingSchem
             SamplingScheme::all(points, seed).into_iter().find(|known| Some(known.word()) == kind.value.as_str());
         found.ok_or_else(|| must(kind, &format!("one of \"{}\"", SamplingScheme::WORDS.join("\", \""))))
     };
-    if scheme(1, 1)? == SamplingScheme::Grid {
-        return grid(find);
+    match scheme(1, 1)? {
+        SamplingScheme::Grid => return grid(find),
+        given @ SamplingScheme::List { .. } => {
+            return match ["design.points", "design.seed"].into_iter().find_map(find) {
+                Some(entry) => Err(ScenarioError::new(format!("a design of given points has no {}", entry.path))
+                    .at(Some(entry.key_place.clone()))
+                    .remedy("remove it: the points are the values of the axes")),
+                None => Ok(given),
+            };
+        }
+        SamplingScheme::Random { .. } | SamplingScheme::LatinHypercube { .. } | SamplingScheme::Sobol { .. } => {}
     }
     let Some(points) = find("design.points") else {
         let message = "design.points is missing, a whole number of at least 1";
@@ -178,6 +213,23 @@ fn grid<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme,
             .at(Some(entry.key_place.clone()))
             .remedy("its ranges have points; or give design.kind = \"random\", \"latin-hypercube\" or \"sobol\"")),
         None => Ok(SamplingScheme::Grid),
+    }
+}
+
+/// The scheme, of given points with their number.
+fn with_listed_points(scheme: SamplingScheme, axes: &[Axis]) -> Result<SamplingScheme, ScenarioError> {
+    let SamplingScheme::List { .. } = scheme else { return Ok(scheme) };
+    let points = axes.first().and_then(Axis::count).unwrap_or(1);
+    let other = axes.iter().find(|axis| !matches!(&axis.levels, Levels::List(list) if list.len() as u64 == points));
+    match other {
+        None => Ok(SamplingScheme::List { points }),
+        Some(axis) => {
+            let first = &axes[0].key.path;
+            let message = format!("axes.{} must be a list of as many values as axes.{first}, {points}", axis.key.path);
+            Err(ScenarioError::new(message)
+                .at(Some(axis.place.clone()))
+                .remedy("the k-th values of all axes are one point; for every combination give design.kind = \"grid\""))
+        }
     }
 }
 
@@ -232,14 +284,14 @@ fn within(entry: &Entry, name: &str) -> Place {
     Place { file, text, span }
 }
 
-fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError> {
+fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, ScenarioError> {
     let mut axes = vec![];
     let mut ranges: Vec<(usize, RangeEntries<'_>)> = vec![];
     for entry in entries {
         let path = &entry.path["axes.".len()..];
         if let Some(key) = find_key(path) {
             refuse_own(entry, path)?;
-            axes.push(list(entry, key)?);
+            axes.push(list(entry, key, scheme)?);
             continue;
         }
         let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
@@ -275,7 +327,7 @@ fn axes_of(entries: &[Entry], is_grid: bool) -> Result<Vec<Axis>, ScenarioError>
         }
     }
     for (place, entries) in ranges {
-        axes.insert(place.min(axes.len()), range(&entries, is_grid)?);
+        axes.insert(place.min(axes.len()), range(&entries, scheme == SamplingScheme::Grid)?);
     }
     Ok(axes)
 }
@@ -292,7 +344,7 @@ fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     }
 }
 
-fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, ScenarioError> {
+fn list(entry: &Entry, key: &'static crate::scenario::Key, scheme: SamplingScheme) -> Result<Axis, ScenarioError> {
     // For a key that holds a list, a list of numbers is one value.
     let items = entry.value.as_array().filter(|items| !items.is_empty());
     let items = items.filter(|items| key.kind != Kind::Numbers || items.iter().all(toml::Value::is_array));
@@ -305,7 +357,8 @@ fn list(entry: &Entry, key: &'static crate::scenario::Key) -> Result<Axis, Scena
             let message = format!("{} has {item}, each must be {}", entry.path, key.kind);
             ScenarioError::new(message).at(Some(entry.value_place.clone()))
         })?;
-        if values.contains(&value) {
+        // Given points may have one value in common.
+        if !matches!(scheme, SamplingScheme::List { .. }) && values.contains(&value) {
             let message = format!("{} has {item} twice", entry.path);
             return Err(ScenarioError::new(message).at(Some(entry.value_place.clone())));
         }
@@ -353,7 +406,11 @@ fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Resul
 const MAX_SPREAD: f64 = 10.0;
 
 /// The groups of axes that vary together.
-fn correlations_of(entries: &[Entry], axes: &[Axis], is_grid: bool) -> Result<Vec<Correlation>, ScenarioError> {
+fn correlations_of(
+    entries: &[Entry],
+    axes: &[Axis],
+    scheme: SamplingScheme,
+) -> Result<Vec<Correlation>, ScenarioError> {
     let mut groups: Vec<(&str, Option<&Entry>, Option<&Entry>)> = vec![];
     for entry in entries {
         let refuse = |message: String| ScenarioError::new(message).at(Some(entry.key_place.clone()));
@@ -361,8 +418,8 @@ fn correlations_of(entries: &[Entry], axes: &[Axis], is_grid: bool) -> Result<Ve
             return Err(refuse(format!("{} is {}, must be a section", entry.path, entry.written))
                 .remedy("write [correlations.NAME] with axes and coefficient below"));
         };
-        if is_grid {
-            return Err(refuse("a grid has no correlations".into())
+        if scheme.points_and_seed().is_none() {
+            return Err(refuse(format!("a design of the kind {} has no correlations", scheme.word()))
                 .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
         }
         if groups.last().is_none_or(|(last, ..)| *last != name) {

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::axis::Axis;
 use super::columns::Column;
 use super::correlation::Correlation;
-use super::design::{Design, MAX_CASES, UnitCoordinates};
+use super::design::{Design, MAX_CASES, SamplingScheme, UnitCoordinates};
 use super::error::SweepError;
 use super::file::SweepFile;
 use super::part::{Layout, PACK_CASES};
@@ -171,6 +171,15 @@ impl Plan {
     /// starts.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
+        let mut factory = self.template.factory();
+        if let SamplingScheme::List { .. } = self.design.scheme {
+            // Only these combinations occur.
+            let (sampler, mut coordinates, mut values) = (self.design.coordinates(), vec![], vec![]);
+            return (0..self.design.points().unwrap_or(0)).try_for_each(|point| {
+                sampler.values(point * self.design.seeds, &mut coordinates, &mut values);
+                self.check_case(&mut factory, &values)
+            });
+        }
         let ends: Vec<Vec<Value>> = axes
             .iter()
             .map(|axis| axis.ends().into_iter().map(|coordinate| axis.value(coordinate)).collect())
@@ -191,15 +200,16 @@ impl Plan {
             };
             corners.push(ends.iter().enumerate().filter_map(end).collect());
         }
-        let mut factory = self.template.factory();
-        for values in corners {
-            let built = factory.build(&values, self.design.first_seed).and_then(|scenario| scenario.build().map(drop));
-            built.map_err(|error| {
-                let described = describe(&self.design, &values);
-                if error.remedy.is_some() { error } else { error.remedy(format!("in the case of {described}")) }
-            })?;
-        }
-        Ok(())
+        corners.iter().try_for_each(|values| self.check_case(&mut factory, values))
+    }
+
+    /// Resolves and builds the scenario of some values.
+    fn check_case(&self, factory: &mut CaseFactory<'_>, values: &[Value]) -> Result<(), ScenarioError> {
+        let built = factory.build(values, self.design.first_seed).and_then(|scenario| scenario.build().map(drop));
+        built.map_err(|error| {
+            let described = describe(&self.design, values);
+            if error.remedy.is_some() { error } else { error.remedy(format!("in the case of {described}")) }
+        })
     }
 
     fn write_canonical(&self) -> Result<String, ScenarioError> {
@@ -273,7 +283,8 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
         correlations: file.correlations,
         scheme: file.scheme,
         seeds: file.seeds,
-        first_seed: file.first_seed.unwrap_or(first_seed),
+        first_seed: file.listed_seeds.as_ref().map(|seeds| seeds[0]).or(file.first_seed).unwrap_or(first_seed),
+        listed_seeds: file.listed_seeds,
         columns: file.columns,
         focus: file.focus,
         csv: file.csv,
@@ -291,11 +302,13 @@ fn design_toml(design: &Design) -> String {
         let names: Vec<_> = columns.iter().map(|column| format!("{:?}", column.name)).collect();
         format!("[{}]", names.join(", "))
     };
+    let seeds = match &design.listed_seeds {
+        Some(seeds) => format!("seeds = {seeds:?}"),
+        None => format!("seeds = {}\nfirst_seed = {}", design.seeds, design.first_seed),
+    };
     let mut text = format!(
-        "name = {}\nseeds = {}\nfirst_seed = {}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
+        "name = {}\n{seeds}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
         toml::Value::String(design.name.clone()),
-        design.seeds,
-        design.first_seed,
         names(design.columns.iter().collect()),
         names(design.focus.iter().map(|index| &design.columns[*index]).collect()),
         design.csv,

@@ -49,7 +49,13 @@ pub fn sweep_schema() -> Json {
         "properties": {
             "name": with(json!({ "type": "string", "minLength": 1 }), "name"),
             "base": with(json!({ "type": "string", "minLength": 1 }), "base"),
-            "seeds": with(points(), "seeds"),
+            "seeds": with(
+                json!({ "anyOf": [
+                    points(),
+                    { "type": "array", "minItems": 1, "uniqueItems": true, "items": { "type": "integer", "minimum": 0 } },
+                ] }),
+                "seeds"
+            ),
             "first_seed": with(json!({ "type": "integer", "minimum": 0 }), "first_seed"),
             "metrics": with(metrics.clone(), "metrics"),
             "focus": with(metrics, "focus"),

@@ -86,7 +86,11 @@ fn one_of<T: Copy>(random: &mut ChaCha8Rng, all: &[T]) -> T {
 }
 
 impl Trial {
-    /// The trial of a seed.
+    /// The number before the first seed of a study.
+    pub const BEFORE_FIRST: u64 = 2_000_000;
+
+    /// The trial of a seed. [`Signal::trials`](super::Signal::trials) has those above [`Trial::BEFORE_FIRST`]; the settings of the
+    /// detectors were chosen on seeds below it.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);

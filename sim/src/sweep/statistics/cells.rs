@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::moments::Moments;
 use crate::sweep::axis::{Axis, number};
-use crate::sweep::design::Design;
+use crate::sweep::design::{Design, SamplingScheme};
 
 /// Number of classes of an axis without levels, and the maximum number otherwise.
 const MAX_CLASSES: u64 = 40;
@@ -60,7 +60,9 @@ pub(super) struct Cells<'a> {
 
 impl<'a> Cells<'a> {
     pub(super) fn new(design: &'a Design) -> Self {
-        let varied = |(_, axis): &(usize, &Axis)| axis.is_numeric() && axis.count() != Some(1);
+        // Given points fill no map.
+        let is_filled = !matches!(design.scheme, SamplingScheme::List { .. });
+        let varied = |(_, axis): &(usize, &Axis)| is_filled && axis.is_numeric() && axis.count() != Some(1);
         let mut numeric = design.axes.iter().enumerate().filter(varied);
         let axes = numeric.next().zip(numeric.next());
         let axes = axes.map(|(x, y)| [x, y].map(|(index, axis)| (index, classes(axis, MAX_CLASSES))));

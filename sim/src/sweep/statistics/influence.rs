@@ -15,7 +15,7 @@ use super::cells::{class, classes};
 use crate::moments::Moments;
 use crate::quantiles::standard_ranks;
 use crate::sweep::axis::number;
-use crate::sweep::design::Design;
+use crate::sweep::design::{Design, SamplingScheme};
 use crate::sweep::permutation::Permutation;
 
 /// Number of classes of an axis without levels, and the maximum number otherwise. It is a choice of this project: with
@@ -106,6 +106,11 @@ impl<'a> Inputs<'a> {
         }
     }
 
+    /// Whether cases with the same class of an axis have others of the other axes; given points vary along all axes at once.
+    fn has_classes(&self) -> bool {
+        !matches!(self.design.scheme, SamplingScheme::List { .. })
+    }
+
     pub(super) fn influences(&self) -> Vec<Influences> {
         let of_focus = |(place, column): (usize, &usize)| {
             let regression = self.regression(place);
@@ -116,7 +121,11 @@ impl<'a> Inputs<'a> {
                 .enumerate()
                 .map(|(index, axis)| Influence {
                     axis: axis.key.path,
-                    epsilon_squared: epsilon_squared(&self.overall[place], &self.by_class[place][index]),
+                    epsilon_squared: if self.has_classes() {
+                        epsilon_squared(&self.overall[place], &self.by_class[place][index])
+                    } else {
+                        None
+                    },
                     rank_regression: regression.as_ref().and_then(|regression| regression.coefficients[index]),
                 })
                 .collect();
@@ -188,7 +197,6 @@ mod tests {
     use crate::scenario::{Place, find_key};
     use crate::sweep::axis::{Axis, Levels};
     use crate::sweep::columns::Column;
-    use crate::sweep::design::SamplingScheme;
 
     fn design() -> Design {
         let place = Place { file: "".into(), text: "".into(), span: 0..0 };
@@ -204,6 +212,7 @@ mod tests {
             scheme: SamplingScheme::Sobol { points: 1 << 14, seed: 1 },
             seeds: 1,
             first_seed: 1,
+            listed_seeds: None,
             columns: vec![Column::named("tracking_rmse_m").expect("a metric")],
             focus: vec![0],
             csv: true,

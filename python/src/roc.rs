@@ -1,0 +1,210 @@
+//! Operating characteristics of detectors, and the made recordings they are judged on.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trocar_report::roc_json;
+use trocar_sim::detection::{Detector, DistanceKind};
+use trocar_sim::metrics::RUPTURE_WINDOW_S;
+use trocar_sim::recording::InVivoLikeVariant;
+use trocar_sim::roc::trials::Trial;
+use trocar_sim::roc::{RocError, Signal, Study};
+use trocar_sim::run::RunError;
+use trocar_sim::scenario::{DetectionSpec, Source, Values};
+
+use crate::arrays::put;
+use crate::detect::Samples;
+use crate::interrupt::interruptible_told;
+use crate::own::{Failure, detector};
+use crate::recording::Recording;
+use crate::scenario::Scenario;
+use crate::{convert, error};
+
+/// The scenario of the shipped insertion.
+const SHIPPED: &str = "paper/classical";
+
+type Judged<'py> = (Bound<'py, PyAny>, Vec<Bound<'py, PyAny>>);
+
+/// Judges built-in detectors, by their words, and the user's own, on a recording, the closed loop of a scenario, made recordings, or,
+/// without any of them, the shipped insertion. Returns the content of `roc.json`, and the points of each detector of one's own: over
+/// all conditions, and in each. `tell` is called with the numbers of complete and of all cases of the built-in ones.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
+pub(crate) fn roc<'py>(
+    py: Python<'py>,
+    name: &str,
+    scenario: Option<&Scenario>,
+    recording: Option<&Recording>,
+    is_trials: bool,
+    settings: Vec<String>,
+    kinds: Vec<String>,
+    own: Vec<Bound<'py, PyAny>>,
+    noise_std_n: Vec<f64>,
+    seeds: u64,
+    thresholds: usize,
+    within_s: f64,
+    threads: usize,
+    tell: Option<Py<PyAny>>,
+) -> PyResult<Judged<'py>> {
+    let kinds = kinds.iter().map(|word| kind(word)).collect::<PyResult<Vec<_>>>()?;
+    noise_std_n.iter().try_for_each(|std_n| within("noise_std_n", *std_n, Study::NOISE_STDS_N))?;
+    within("within_s", within_s, (0.0, RUPTURE_WINDOW_S))?;
+    within("seeds", seeds as f64, (1.0, 1e6))?;
+    within("thresholds", thresholds as f64, (2.0, 1000.0))?;
+    let refuse = |error: RocError| of_study(py, &error);
+    let refuse_scenario = |error| error::scenario(py, &error);
+    let signal = match (scenario, recording) {
+        (Some(scenario), _) => Signal::closed_loop(scenario.scenario.clone(), &kinds).map_err(refuse)?,
+        (None, Some(recording)) => {
+            let values = Values::from_settings(name, &settings).map_err(refuse_scenario)?;
+            let (spec, _) = Samples::kept(recording).spec(py, values)?;
+            Signal::recorded(name.to_owned(), &spec, &kinds).map_err(refuse)?
+        }
+        (None, None) => {
+            let mut values = Values::load(&Source::parse(SHIPPED), &settings).map_err(refuse_scenario)?;
+            let spec = DetectionSpec::resolve(&mut values).map_err(refuse_scenario)?;
+            if is_trials {
+                Signal::trials(&spec, &kinds)
+            } else {
+                Signal::recorded(name.to_owned(), &spec, &kinds).map_err(refuse)?
+            }
+        }
+    };
+    let study = Study { signals: vec![signal], noise_std_n, seeds, thresholds, within_s };
+    let own_points = own_points(py, &study, &own)?;
+    let all = if kinds.is_empty() { 0 } else { study.noise_std_n.len() as u64 * seeds };
+    let done = Arc::new(AtomicU64::new(0));
+    let counted = done.clone();
+    let tell = |py: Python<'_>| {
+        let done = done.load(Ordering::Relaxed);
+        tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
+    };
+    // Without built-in detectors no case runs again.
+    let study = Study { seeds: if kinds.is_empty() { 0 } else { seeds }, ..study };
+    let judged = interruptible_told(py, threads, &tell, move |stop| {
+        let count = || {
+            counted.fetch_add(1, Ordering::Relaxed);
+        };
+        study.run(stop, count)
+    })?;
+    tell(py)?;
+    Ok((convert::parsed(py, &roc_json(&judged.map_err(refuse)?, seeds))?, own_points))
+}
+
+/// Judges the user's own detectors.
+fn own_points<'py>(py: Python<'py>, study: &Study, own: &[Bound<'py, PyAny>]) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    if own.is_empty() {
+        return Ok(vec![]);
+    }
+    let failure = Failure::default();
+    let judged = study.run_own(own.len(), |index, evidence, _, alarms| {
+        py.check_signals().map_err(OwnError::Python)?;
+        // Each case begins with a reset.
+        let mut detector = detector(&own[index], &failure).map_err(OwnError::Python)?;
+        alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
+        failure.take().map_or(Ok(()), |error| Err(OwnError::Python(error)))
+    });
+    let judged = judged.map_err(|error| match error {
+        OwnError::Python(error) => error,
+        OwnError::Study(error) => of_study(py, &error),
+    })?;
+    let object = |points| convert::python(py, &serde_json::to_value(points).map_err(error::value)?);
+    judged.iter().map(object).collect()
+}
+
+/// Why own detectors could not be judged.
+enum OwnError {
+    Python(PyErr),
+    Study(RocError),
+}
+
+impl From<RocError> for OwnError {
+    fn from(error: RocError) -> Self {
+        Self::Study(error)
+    }
+}
+
+fn of_study(py: Python<'_>, error: &RocError) -> PyErr {
+    match error {
+        RocError::Scenario(error) | RocError::Run(RunError::Scenario(error)) => error::scenario(py, error),
+        other => error::value(other),
+    }
+}
+
+fn kind(word: &str) -> PyResult<DistanceKind> {
+    DistanceKind::ALL.into_iter().find(|kind| kind.word() == word).ok_or_else(|| {
+        error::value(format!("there is no detector {word}; the built-in ones are {}", DistanceKind::WORDS.join(", ")))
+    })
+}
+
+fn within(name: &str, value: f64, (low, high): (f64, f64)) -> PyResult<()> {
+    // False for NaN.
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(error::value(format!("{name} is {value}, must be from {low} to {high}")))
+}
+
+/// Returns the words of the built-in detectors.
+#[pyfunction]
+pub(crate) fn detectors() -> Vec<&'static str> {
+    DistanceKind::WORDS.to_vec()
+}
+
+/// Returns the in-vivo-like recording of a seed, with ruptures of one's own, as CSV.
+#[pyfunction]
+pub(crate) fn record(
+    py: Python<'_>,
+    seed: u64,
+    drop_n: Option<f64>,
+    fall_s: Option<f64>,
+    depth_m: Option<f64>,
+) -> PyResult<String> {
+    let limited = [
+        ("drop_n", drop_n, InVivoLikeVariant::DROPS_N),
+        ("sharpness_s", fall_s, InVivoLikeVariant::FALLS_S),
+        ("depth_m", depth_m, InVivoLikeVariant::DEPTHS_M),
+    ];
+    for (name, value, limits) in limited {
+        value.map_or(Ok(()), |value| within(name, value, limits))?;
+    }
+    let variant = InVivoLikeVariant { drop_n, fall_s, depth_m };
+    Ok(py.detach(|| trocar_sim::recording::in_vivo_like_variant_csv(seed, &variant)))
+}
+
+/// Returns a made recording of a study, by its number from 1: its columns, and what it is made of.
+#[pyfunction]
+pub(crate) fn trial(py: Python<'_>, number: u64) -> PyResult<(Bound<'_, PyDict>, Bound<'_, PyDict>)> {
+    let trial = py.detach(|| Trial::new(Trial::BEFORE_FIRST.wrapping_add(number)));
+    let (columns, about) = (PyDict::new(py), PyDict::new(py));
+    let count = trial.position_m.len();
+    put(&columns, "time_s", (0..count).map(|sample| sample as f64 * trial.tick_s).collect())?;
+    about.set_item("is_above_noise", trial.falls.iter().map(|fall| trial.is_above_noise(fall)).collect::<Vec<_>>())?;
+    about.set_item("ruptures_s", PyArray1::from_iter(py, trial.falls.iter().map(|fall| fall.start_s)))?;
+    about.set_item("durations_s", PyArray1::from_iter(py, trial.falls.iter().map(|fall| fall.duration_s)))?;
+    about.set_item("drops_n", PyArray1::from_iter(py, trial.falls.iter().map(|fall| fall.drop_n)))?;
+    about.set_item("contact_m", trial.contact_m)?;
+    about.set_item("contact", word(trial.knowledge))?;
+    about.set_item("noise_std_n", trial.noise_std_n)?;
+    about.set_item("noise", word(trial.noise))?;
+    about.set_item("hand", word(trial.hand))?;
+    about.set_item("matter", word(trial.matter))?;
+    put(&columns, "position_m", trial.position_m)?;
+    put(&columns, "force_n", trial.force_n)?;
+    Ok((columns, about))
+}
+
+/// The name of a variant in words, as in `rigid stop`.
+fn word(variant: impl std::fmt::Debug) -> String {
+    let mut word = String::new();
+    for letter in format!("{variant:?}").chars() {
+        if letter.is_uppercase() && !word.is_empty() {
+            word.push(' ');
+        }
+        word.extend(letter.to_lowercase());
+    }
+    word
+}

@@ -1,0 +1,105 @@
+"""A recording from arrays or a DataFrame wherever a file is taken: the results are those of the file."""
+
+import gc
+import multiprocessing
+import pickle
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import trocar
+
+@pytest.fixture(scope="module")
+def frame():
+    return pd.DataFrame(trocar.record())
+
+
+@pytest.fixture
+def of_arrays(frame):
+    return trocar.Scenario.load("paper/augmented").replace(**{"recording.file": frame})
+
+
+def same_run(one, other):
+    assert list(one) == list(other)
+    for name, column in other.items():
+        assert column.tobytes() == one[name].tobytes(), name
+    assert one.metrics == other.metrics
+
+
+def test_a_scenario_with_the_samples_of_its_file_is_the_same(of_arrays, frame):
+    expected = trocar.run("paper/augmented")
+    same_run(trocar.run(of_arrays), expected)
+    # Without units in the names, as a list, with the times as the index, and nested.
+    short = {name.partition("_")[0]: column for name, column in trocar.record().items()}
+    for recording in (short, frame.set_index("time_s")):
+        same_run(trocar.run(trocar.Scenario.load("paper/augmented", recording={"file": recording})), expected)
+    values = trocar.Scenario.load("paper/augmented").to_dict()
+    values["recording"]["file"] = frame
+    same_run(trocar.run(trocar.Scenario(values, "augmented")), expected)
+
+
+def test_the_samples_are_part_of_the_scenario(tmp_path):
+    data = trocar.record(seed=5)
+    scenario = trocar.Scenario.load("paper/augmented", **{"recording.file": data})
+    louder = scenario.replace(scaling={"force": 0.9})
+    assert louder["recording.file"] == scenario["recording.file"]
+    # Its content, not the arrays.
+    data["force_n"][:] = 0.0
+    run = trocar.run(scenario)
+    assert run["tissue_force_n"].max() > 1.0
+    run.save(tmp_path / "run.npz")
+    pickled, toml, expected = pickle.dumps(scenario), scenario.to_toml(), (dict(run), run.metrics)
+    del scenario, louder, run
+    gc.collect()
+    with pytest.raises(trocar.ScenarioError, match="there is no recording memory:[0-9a-f]+ in memory"):
+        trocar.Scenario.from_toml(toml)
+    again = trocar.run(pickle.loads(pickled))
+    assert again.metrics == expected[1] and all(np.array_equal(again[name], expected[0][name]) for name in again)
+    gc.collect()
+    same_run(trocar.run(trocar.load(tmp_path / "run.npz").scenario), again)
+
+
+def test_the_samples_go_to_other_processes(of_arrays):
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        (run,) = pool.map(trocar.run, [of_arrays])
+        axes = {"scaling.force": trocar.Range(0.5, 1.0, 16)}
+        here, there = trocar.sweep(of_arrays, axes), trocar.sweep(of_arrays, axes, executor=pool, shards=2)
+    same_run(run, trocar.run("paper/augmented"))
+    assert here.hash == there.hash == trocar.sweep("paper/augmented", axes).hash
+    assert all(here[name].tobytes() == there[name].tobytes() for name in here)
+
+
+def test_detect_and_calibrate_take_a_frame(frame):
+    data = trocar.record()
+    apart = trocar.detect(data["time_s"], data["position_m"], data["velocity_m_per_s"], data["force_n"], contact_m=0.012)
+    together = trocar.detect(frame, contact_m=0.012)
+    assert apart.report == together.report and all(np.array_equal(apart[name], together[name]) for name in apart)
+    assert trocar.calibrate(frame, contact_m=0.012).toml == trocar.calibrate(*data.values(), contact_m=0.012).toml
+    without = trocar.detect(frame.drop(columns="velocity_m_per_s"), contact_m=0.012)
+    assert not np.array_equal(without["velocity_m_per_s"], together["velocity_m_per_s"])
+
+
+@pytest.mark.parametrize(
+    ("recording", "exception", "text"),
+    [
+        ([1.0, 2.0], TypeError, "a DataFrame or a dictionary of arrays, not list"),
+        ({"time_s": [0.0, 1.0], "force_n": [0.0, 1.0]}, ValueError, "the recording has no position_m; its columns are time_s, force_n"),
+        ({"time": [0.0, 0.0], "position": [0.0, 1.0], "force": [0.0, 1.0]}, ValueError, r"time_s\[1\] is 0.0 s, must be later"),
+    ],
+)
+def test_wrong_recordings_are_told(recording, exception, text):
+    with pytest.raises(exception, match=text):
+        trocar.Scenario.load("paper/augmented", **{"recording.file": recording})
+    with pytest.raises(exception, match=text):
+        trocar.detect(recording)
+
+
+def test_a_gap_is_told_and_the_samples_are_limited_by_the_scenario():
+    data = trocar.record()
+    gap = {name: np.delete(column, slice(3000, 3100)) for name, column in data.items()}
+    with pytest.raises(trocar.ScenarioError, match="no sample for 0.101"):
+        trocar.Scenario.load("paper/augmented", **{"recording.file": gap})
+    trocar.Scenario.load("paper/augmented", **{"recording.file": gap, "recording.max_gap_s": 0.2})
+    with pytest.raises(TypeError, match="position and force are missing"):
+        trocar.detect(data["time_s"], data["position_m"])

@@ -1,0 +1,151 @@
+"""Sweeps over given points, in shards, with a folder, and by any executor: always the same rows."""
+
+import concurrent.futures
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import trocar
+
+AXES = {"scaling.force": trocar.Range(0.5, 2.0, 10), "augmentation.reengage": ["ramp", "snap"]}
+METRICS = ["detected_ruptures", "false_alarms", "rupture_1_detection_delay_s", "tissue_energy_j"]
+
+
+def sweep(seeds=4, **how):
+    return trocar.sweep("layers/skin-augmented", AXES, seeds=seeds, metrics=METRICS, **how)
+
+
+def same(one, other):
+    assert one.hash == other.hash and one.cases == other.cases and list(one) == list(other)
+    for name, column in one.items():
+        assert column.dtype == other[name].dtype and column.tobytes() == other[name].tobytes(), name
+
+
+POINTS = {"scaling.force": [0.5, 1.0, 1.0], "detector.threshold": [0.02, 0.02, 0.05], "augmentation.reengage": ["ramp", "snap", "ramp"]}
+
+
+@pytest.mark.parametrize(
+    "points",
+    [POINTS, pd.DataFrame(POINTS), [dict(zip(POINTS, row)) for row in zip(*POINTS.values())]],
+    ids=["dictionary", "DataFrame", "list"],
+)
+def test_points_are_given_in_three_ways(points):
+    rows = trocar.sweep("layers/skin-augmented", points=points, seeds=[9, 4], metrics=METRICS)
+    assert len(rows) == 6 and rows["seed"].tolist() == [9, 4] * 3
+    for key, column in POINTS.items():
+        assert rows[key].tolist() == np.repeat(column, 2).tolist()
+    # Each case is the run of its scenario.
+    for case in range(6):
+        point = {key: rows[key][case].item() for key in POINTS}
+        run = trocar.run(trocar.Scenario.load("layers/skin-augmented", **point, **{"simulation.seed": int(rows["seed"][case])}))
+        assert run.metrics["tissue_energy_j"] == rows["tissue_energy_j"][case]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "exception", "text"),
+    [
+        ({"points": {"scaling.force": [1.0, 2.0], "scaling.position": [1.0]}}, ValueError, "scaling.force: 2, scaling.position: 1"),
+        ({"points": [{"scaling.force": 1.0}, {"scaling.position": 1.0}]}, ValueError, r"points\[1\] has the keys scaling.position"),
+        ({"points": []}, ValueError, "no key"),
+        ({"points": [1.0]}, TypeError, "a list of dictionaries"),
+        ({"points": {"scaling.force": [1.0, -1.0]}}, trocar.ScenarioError, "scaling.force has -1.0"),
+        ({"points": {"scaling.force": [1.0]}, "design": "sobol"}, ValueError, "neither axes nor another design"),
+        ({"axes": AXES, "seeds": [1, 1]}, trocar.ScenarioError, "a list of different whole numbers"),
+        ({"axes": AXES, "seeds": [1, 2], "first_seed": 3}, trocar.ScenarioError, "first_seed is given, and the seeds are a list"),
+        ({"axes": AXES, "executor": 3}, TypeError, "an executor of concurrent.futures"),
+        ({"axes": AXES, "shards": 0}, ValueError, "shards is 0"),
+    ],
+)
+def test_wrong_sweeps_are_told(arguments, exception, text):
+    with pytest.raises(exception, match=text):
+        trocar.sweep("layers/skin-augmented", **arguments)
+
+
+def test_shards_join_in_any_order():
+    parts = [trocar.shard(f"{part}/3", "layers/skin-augmented", AXES, seeds=4, metrics=METRICS) for part in (2, 3, 1)]
+    same(trocar.merge(parts), sweep())
+    with pytest.raises(ValueError, match="have .* cases, must have each of 80 once"):
+        trocar.merge(parts[:2])
+    other = trocar.shard("1/3", "layers/skin-augmented", AXES, seeds=5, metrics=METRICS)
+    with pytest.raises(ValueError, match="not of the same sweep"):
+        trocar.merge([*parts[:2], other])
+    with pytest.raises(ValueError, match="no part to merge"):
+        trocar.merge([])
+
+
+def spawning(workers):
+    return concurrent.futures.ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+
+
+def test_every_executor_gives_the_same_bytes():
+    joblib = pytest.importorskip("joblib")
+    expected = sweep()
+    with concurrent.futures.ThreadPoolExecutor(2) as executor:
+        same(sweep(executor=executor, shards=3), expected)
+    with spawning(2) as executor:
+        same(sweep(executor=executor), expected)
+    same(sweep(executor=joblib.Parallel(n_jobs=2), shards=5), expected)
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        same(sweep(executor=pool, shards=4), expected)
+
+
+def test_a_folder_continues(tmp_path):
+    expected, folder = sweep(), tmp_path / "sweep"
+    same(sweep(folder=folder, shards=4), expected)
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == [f"shard-{index}-of-4.npz" for index in (1, 2, 3, 4)]
+    (folder / "shard-2-of-4.npz").unlink()
+    (folder / "shard-3-of-4.npz.partial").write_bytes(b"half of")
+    kept = (folder / "shard-1-of-4.npz").stat().st_mtime_ns
+    same(sweep(folder=folder), expected)
+    assert sorted(path.name for path in folder.iterdir()) == names and (folder / "shard-1-of-4.npz").stat().st_mtime_ns == kept
+    same(trocar.merge(trocar.Sweep.load(path) for path in folder.iterdir()), expected)
+    with pytest.raises(ValueError, match="shards of another sweep"):
+        sweep(folder=folder, seeds=5)
+    with pytest.raises(ValueError, match="has 4 shards, not 5"):
+        sweep(folder=folder, shards=5)
+    np.savez(tmp_path / "other.npz", x=np.zeros(2))
+    with pytest.raises(ValueError, match="not a sweep that Sweep.save wrote"):
+        trocar.Sweep.load(tmp_path / "other.npz")
+
+
+def test_a_killed_worker_leaves_no_half_file_and_the_sweep_continues(tmp_path):
+    """The pool is broken, as concurrent.futures has it; what was complete is kept, and the same call finishes the rest."""
+    expected = sweep(seeds=40)
+    with spawning(2) as executor:
+        executor.submit(os.getpid).result()
+        thread = threading.Thread(target=kill_once_kept, args=(executor, tmp_path))
+        thread.start()
+        with pytest.raises(concurrent.futures.process.BrokenProcessPool):
+            sweep(seeds=40, executor=executor, folder=tmp_path, shards=40)
+        thread.join()
+    kept = sorted(tmp_path.iterdir())
+    assert 0 < len(kept) < 40 and all(path.suffix == ".npz" for path in kept)
+    with spawning(2) as executor:
+        same(sweep(seeds=40, executor=executor, folder=tmp_path), expected)
+
+
+def kill_once_kept(executor, folder):
+    while not any(folder.glob("shard-*.npz")):
+        time.sleep(0.001)
+    os.kill(next(iter(executor._processes)), signal.SIGKILL)
+
+
+def test_progress_is_shown_with_tqdm_and_without(capsys, monkeypatch):
+    pytest.importorskip("tqdm")
+    expected = sweep()
+    capsys.readouterr()
+    same(sweep(progress=True, shards=4), expected)
+    assert "80/80" in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    same(sweep(progress=True), expected)
+    assert capsys.readouterr().err.endswith("80 of 80 cases\n")
+    sweep()
+    assert capsys.readouterr().err == ""

@@ -1,0 +1,273 @@
+"""Detectors judged on recordings with known ruptures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._arrays import Recorded, recording_of
+from ._columns import Columns
+from ._html import table
+from ._parts import Part, core_parts
+from ._progress import Progress
+from .detection import _changes
+from .scenario import Scenario
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+
+class Trial(Columns):
+    """A made recording: a needle that is moved into layers, foam, a spring, a rigid stop, or nothing.
+
+    A mapping of its columns ``time_s``, ``position_m`` and ``force_n``, float64 of the shape ``(samples,)``, which :func:`trocar.detect` takes.
+
+    Attributes
+    ----------
+    number : int
+        Its number, from 1.
+    ruptures_s, durations_s, drops_n : array, shape (ruptures,)
+        Beginning (s after the first sample) and duration of the fall of the force at each rupture, in s, and the fall, in N.
+    is_above_noise : list of bool
+        Whether each fall exceeds six standard deviations of the noise, and 0.2 N; the others are asked of no detector.
+    contact_m : float
+        Contact position for the estimator, in m.
+    contact : str
+        What is known of it: ``known``, ``wrong`` (some mm beside it), or ``from first sample`` (nothing).
+    noise_std_n : float
+        Standard deviation of the noise, in N.
+    noise, hand, matter : str
+        The kind of noise, of motion, and of what the needle touches.
+    """
+
+    def __init__(self, number: int) -> None:
+        columns, about = _core.trial(number)
+        self._columns = columns
+        self.number = number
+        self.ruptures_s: NDArray[np.float64] = about["ruptures_s"]
+        self.durations_s: NDArray[np.float64] = about["durations_s"]
+        self.drops_n: NDArray[np.float64] = about["drops_n"]
+        self.is_above_noise: list[bool] = about["is_above_noise"]
+        self.contact_m: float = about["contact_m"]
+        self.contact: str = about["contact"]
+        self.noise_std_n: float = about["noise_std_n"]
+        self.noise: str = about["noise"]
+        self.hand: str = about["hand"]
+        self.matter: str = about["matter"]
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        return f"Trial({self.number}, {len(self['time_s'])} samples, {self.matter}, {len(self.ruptures_s)} ruptures)"
+
+
+def trials(numbers: int | Iterable[int] = 1000) -> Iterator[Trial]:
+    """Returns the made recordings that ``trocar roc --trials`` judges detectors on, one after the other.
+
+    Rates, stiffness, noise, speeds, falls and their durations are drawn over the ranges that recordings of needle insertions have.
+
+    Parameters
+    ----------
+    numbers
+        How many, or their numbers, from 1.
+
+    >>> import trocar
+    >>> next(trocar.trials())
+    Trial(1, ...)
+    """
+    return map(Trial, range(1, numbers + 1) if isinstance(numbers, int) else numbers)
+
+
+class Roc:
+    """The operating characteristics of detectors.
+
+    Attributes
+    ----------
+    report : dict
+        The content of ``roc.json`` of the command line, with a curve per detector in ``characteristics``.
+    """
+
+    def __init__(self, report: dict[str, Any]) -> None:
+        self.report = report
+
+    @property
+    def curves(self) -> dict[str, list[dict[str, Any]]]:
+        """The points of each detector over all conditions, by threshold; an own detector has a point per given threshold, or one.
+
+        A point has ``threshold``, ``cases``, ``ruptures``, ``detected``, ``late``, ``detection`` (the share in time) with its interval,
+        ``delay_median_s`` and other delays, ``false_alarms``, ``hours``, and ``false_alarms_per_minute`` with its interval.
+        """
+        return {curve["detector"]: curve["points"] for curve in self.report["characteristics"]["all"]}
+
+    def at_own_threshold(self) -> dict[str, dict[str, Any]]:
+        """The point of each detector at its own threshold; of an own detector with several, at the first."""
+        found = {}
+        for curve in self.report["characteristics"]["all"]:
+            own = [point for point in curve["points"] if point["threshold"] == curve["own_threshold"]]
+            found[curve["detector"]] = (own or curve["points"])[0]
+        return found
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Returns a pandas DataFrame with a row per condition, detector and threshold; the first condition is all of them."""
+        import pandas
+
+        studied = self.report["characteristics"]
+        rows = []
+        for condition in [{"signal": "all", "noise_std_n": None, "curves": studied["all"]}, *studied["conditions"]]:
+            shared = {key: condition[key] for key in ("signal", "noise_std_n")}
+            for curve in condition["curves"]:
+                rows += [{**shared, "detector": curve["detector"], **point} for point in curve["points"]]
+        return pandas.DataFrame(rows)
+
+    def plot(self, **options: Any) -> Figure:
+        """Draws the best detected share over the false alarms of each detector, with a dot at its own threshold, on ``ax`` if given, with
+        matplotlib."""
+        from ._figures import roc_figure
+
+        return roc_figure(self, **options)
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        def of(name: str, point: dict[str, Any]) -> tuple[str, ...]:
+            share, delay_s, rate = point["detection"], point["delay_median_s"], point["false_alarms_per_minute"]
+            in_time = "—" if share is None else f"{100 * share:.1f} %"
+            delay = "—" if delay_s is None else f"{1e3 * delay_s:.1f} ms"
+            return name, in_time, delay, str(point["late"]), "none" if rate is None else f"{rate:.3g}/min"
+
+        return [of(name, point) for name, point in self.at_own_threshold().items()]
+
+    _HEADING = ("detector", "detected in time", "median delay", "late", "false alarms")
+
+    def __str__(self) -> str:
+        rows = [self._HEADING, *self._rows()]
+        widths = [max(len(row[column]) for row in rows) for column in range(len(self._HEADING))]
+        return "\n".join("  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows)
+
+    def __repr__(self) -> str:
+        return f"Roc({', '.join(self.curves)})"
+
+    def _repr_html_(self) -> str:
+        return table(list(self._HEADING), self._rows(), caption="at each detector's own threshold")
+
+
+def roc(
+    signal: Recorded | Scenario | str | os.PathLike[str] | None = None,
+    *,
+    detectors: Sequence[str] | Mapping[str, Part | Mapping[float, Part] | None] | None = None,
+    trials: bool = False,
+    contact_m: float | None = None,
+    ruptures_s: Sequence[float] = (),
+    noise_std_n: float | Sequence[float] = 0.025,
+    seeds: int = 100,
+    thresholds: int = 24,
+    within_s: float = 0.01,
+    threads: int = 0,
+    progress: bool = False,
+    **settings: Any,
+) -> Roc:
+    """Judges detectors on a signal with known ruptures, in noise of many seeds: ``trocar roc``.
+
+    Parameters
+    ----------
+    signal
+        A recording (a DataFrame or a dictionary, as for :func:`trocar.detect`) with its ``ruptures_s``; or a scenario, whose closed loop
+        runs with each seed. Without it, the shipped insertion.
+    detectors
+        The names of built-in detectors; the default is all. Or a dictionary of parts of one's own by name: each is called as the
+        ``detector`` of :mod:`trocar.parts`, in the same cases as the built-in ones; a dictionary of parts by threshold gives a curve,
+        and ``None`` is the built-in detector of that name.
+    trials
+        Judges on made recordings of every kind in place of a signal, see :func:`trials`.
+    contact_m, ruptures_s, **settings
+        As for :func:`trocar.detect`; the detector's keys apply to the built-in ones.
+    noise_std_n
+        Standard deviations of the added white noise, in N, from 0 to 100.
+    seeds
+        Number of seeds per condition, up to 1e6.
+    thresholds
+        Number of thresholds of each built-in detector, from 2 to 1000.
+    within_s
+        Largest delay of an alarm that counts as a detection, in s, up to 0.5.
+    threads
+        Number of threads for the built-in detectors; 0 is one per processor. One's own run one after the other.
+    progress
+        Shows the progress: with tqdm if it is installed, else as a line on standard error.
+
+    >>> import trocar
+    >>> def steep(force_n, predicted_force_n, residual_n, depth_m, velocity_m_per_s, in_contact):
+    ...     return in_contact and residual_n < -0.5
+    >>> roc = trocar.roc(detectors={"steep": steep, "adaptive": None}, seeds=5)
+    >>> [point["cases"] for point in roc.at_own_threshold().values()]
+    [5, 5]
+    """
+    own, kinds = _detectors(detectors)
+    parts = core_parts_of(own)
+    if trials and signal is not None:
+        raise ValueError("trials are judged in place of a signal: give one of them")
+    is_scenario = isinstance(signal, (Scenario, str, os.PathLike))
+    scenario = (signal if isinstance(signal, Scenario) else Scenario.load(signal)) if is_scenario else None  # type: ignore[arg-type]
+    if scenario is not None and (settings or contact_m is not None or len(ruptures_s)):
+        raise ValueError("a scenario has its settings, contact and ruptures itself: change them with replace()")
+    recording = None if signal is None or is_scenario else recording_of(signal)
+    name = "trials" if trials else "in_vivo_like" if signal is None else "recording"
+    noises = [0.0] if trials else [float(std_n) for std_n in np.atleast_1d(np.asarray(noise_std_n, dtype=np.float64))]
+    changes = _changes(contact_m, ruptures_s, settings)
+    with Progress("cases", progress) as bar:
+        report, points = _core.roc(
+            name,
+            None if scenario is None else scenario._core,
+            recording,
+            trials,
+            changes,
+            kinds,
+            parts,
+            noises,
+            seeds,
+            thresholds,
+            within_s,
+            threads,
+            bar.tell,
+        )
+    _add_own(report["characteristics"], own, points)
+    return Roc(report)
+
+
+_Own = list[tuple[str, float | None, Part]]
+
+
+def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] | None] | None) -> tuple[_Own, list[str]]:
+    """Returns the detectors of one's own, each with its name and threshold, and the names of the built-in ones."""
+    if given is None:
+        return [], _core.detectors()
+    if not isinstance(given, Mapping):
+        return [], list(given)
+    own: _Own = []
+    for name, part in given.items():
+        if isinstance(part, Mapping):
+            own += [(name, float(threshold), one) for threshold, one in part.items()]
+        elif part is not None:
+            own.append((name, None, part))
+    return own, [name for name, part in given.items() if part is None]
+
+
+def core_parts_of(own: _Own) -> list[Any]:
+    return [core_parts({"detector": part})["detector"] for _, _, part in own]
+
+
+def _add_own(studied: dict[str, Any], own: _Own, points: list[dict[str, Any]]) -> None:
+    """Adds the curves of one's own detectors to a report."""
+    places = [("all", studied), *enumerate(studied["conditions"])]
+    for place, target in places:
+        curves = target["all"] if place == "all" else target["curves"]
+        by_name: dict[str, Any] = {}
+        for (name, threshold, _), judged in zip(own, points):
+            point = {**(judged["all"] if place == "all" else judged["conditions"][place]), "threshold": threshold}
+            empty = {"detector": name, "is_baseline": False, "unit": "", "own_threshold": threshold, "drift": None, "points": []}
+            by_name.setdefault(name, empty)["points"].append(point)
+        curves[:0] = by_name.values()
