@@ -39,7 +39,7 @@ pub(crate) fn compare<'py>(
         let done = Arc::new(AtomicU64::new(0));
         let counted = done.clone();
         let tell = |py: Python<'_>| tell(py, done.load(Ordering::Relaxed));
-        let compared = interruptible_told(py, threads, &tell, move |_| {
+        let compared = interruptible_told(py, threads, tell, move |_| {
             let count = || {
                 counted.fetch_add(1, Ordering::Relaxed);
             };

@@ -84,7 +84,7 @@ pub(crate) fn roc<'py>(
     };
     // Without built-in detectors no case runs again.
     let study = Study { seeds: if kinds.is_empty() { 0 } else { seeds }, ..study };
-    let judged = interruptible_told(py, threads, &tell, move |stop| {
+    let judged = interruptible_told(py, threads, tell, move |stop| {
         let count = || {
             counted.fetch_add(1, Ordering::Relaxed);
         };

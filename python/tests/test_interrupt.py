@@ -38,10 +38,18 @@ def detect():
     trocar.detect(*LONG)
 
 
+def roc():
+    trocar.roc(seeds=100_000)
+
+
+def roc_of_ones_own():
+    trocar.roc(detectors={"mine": lambda *evidence: False}, seeds=100_000)
+
+
 LONG = recording(8_000_000)
 
 
-@pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect])
+@pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect, roc, roc_of_ones_own])
 def test_ctrl_c_ends_a_long_call_and_its_work(call):
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()

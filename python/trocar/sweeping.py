@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import io
 import json
 import os
@@ -22,6 +21,7 @@ from ._html import table
 from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._settings import dotted, key_of, value
+from ._workers import Workers, workers_of
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -204,7 +204,7 @@ def sweep(
     if executor is None and folder is None and shards is None:
         with Progress("cases", progress) as bar:
             return _result(job.run("1/1", threads, bar.tell))
-    return _in_shards(job, _workers(executor), shards, threads, None if folder is None else Path(folder), progress)
+    return _in_shards(job, workers_of(executor), shards, threads, None if folder is None else Path(folder), progress)
 
 
 def shard(
@@ -371,59 +371,11 @@ def _columns(points: Points) -> dict[str, list[Any]]:
     return columns
 
 
-@dataclass(frozen=True)
-class _Workers:
-    """What runs shards: their number, and a function from their jobs to their results, in order."""
-
-    count: int
-    run: Callable[[_Job, list[str], int], Iterator[_Swept]]
-
-
-def _workers(executor: Any) -> _Workers | None:
-    """The workers of an executor; ``None`` without one."""
-    if executor is None:
-        return None
-    if hasattr(executor, "submit"):
-        return _Workers(_worker_count(executor), functools.partial(_submitted, executor))
-    if callable(executor) and hasattr(executor, "n_jobs"):
-        return _Workers(
-            _worker_count(executor), lambda job, names, threads: iter(executor((job.run, (name, threads), {}) for name in names))
-        )
-    if hasattr(executor, "imap"):
-        return _Workers(
-            _worker_count(executor), lambda job, names, threads: executor.imap(functools.partial(job.run, threads=threads), names)
-        )
-    what = "an executor of concurrent.futures, a Dask client, a joblib.Parallel or a multiprocessing.Pool"
-    raise TypeError(f"executor is {executor!r}, must be {what}")
-
-
-def _worker_count(executor: Any) -> int:
-    if hasattr(executor, "nthreads"):
-        return max(1, int(sum(executor.nthreads().values())))
-    for name in ("_max_workers", "_processes", "n_jobs"):
-        count = getattr(executor, name, None)
-        if isinstance(count, int) and count > 0:
-            return count
-    return os.cpu_count() or 1
-
-
-def _submitted(executor: Any, job: _Job, names: list[str], threads: int) -> Iterator[_Swept]:
-    # Of Dask: a lost worker counts as an attempt; `retries` are for errors that do not come from the shard.
-    options = {"pure": False, "retries": 2} if hasattr(executor, "scheduler_info") else {}
-    futures = [executor.submit(job.run, name, threads, **options) for name in names]
-    try:
-        for future in futures:
-            yield future.result()
-    finally:
-        for future in futures:
-            future.cancel()
-
-
 _SHARD = re.compile(r"shard-(\d+)-of-(\d+)\.npz\Z")
 
 
 def _in_shards(
-    job: _Job, workers: _Workers | None, shards: int | None, threads: int, folder: Path | None, progress: bool
+    job: _Job, workers: Workers | None, shards: int | None, threads: int, folder: Path | None, progress: bool
 ) -> Sweep:
     if shards is not None and shards < 1:
         raise ValueError(f"shards is {shards}, must be at least 1")
@@ -442,7 +394,7 @@ def _in_shards(
         if workers is None:
             results = (job.run(name, threads, lambda inside, _: bar.tell(done + inside, cases)) for name in names)
         else:
-            results = workers.run(job, names, max(threads, 1))
+            results = workers.run(job.run, names, max(threads, 1))
         for index, swept in zip(missing, results):
             part = _result(swept)
             done += len(part)

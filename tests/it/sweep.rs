@@ -118,6 +118,49 @@ fn wrong_distributions_and_correlations_are_refused() {
     }
 }
 
+/// Points of one's own, two of which have a value in common, with listed seeds.
+const LISTED: &str = r#"
+base = "builtin:paper/augmented.toml"
+seeds = [7, 3]
+metrics = ["max_slave_overshoot_m"]
+[design]
+kind = "list"
+[set]
+simulation.duration_s = 6.0
+sensor.force_noise_std_n = 0.03
+[axes]
+scaling.force = [0.5, 1.0, 1.0]
+detector.threshold = [0.02, 0.02, 0.05]
+"#;
+
+#[test]
+fn given_points_run_with_listed_seeds() {
+    let folder = TestFolder::new();
+    folder.file("listed.toml", LISTED);
+    folder.good(&["sweep", "listed.toml", "--out", "out", "--quiet"]);
+    let rows = std::fs::read_to_string(folder.path("out/listed/cases.csv")).expect("rows");
+    let inputs: Vec<String> =
+        rows.lines().skip(1).map(|row| row.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
+    assert_eq!(
+        inputs,
+        ["0,0.5,0.02,7", "1,0.5,0.02,3", "2,1.0,0.02,7", "3,1.0,0.02,3", "4,1.0,0.05,7", "5,1.0,0.05,3"]
+    );
+    assert!(!folder.path("out/listed/heat_max_slave_overshoot_m.csv").exists(), "given points fill no map");
+    for (from, to, reasons) in [
+        ("[0.02, 0.02, 0.05]", "[0.02, 0.05]", &["axes.detector.threshold must be a list of as many values"][..]),
+        ("[0.02, 0.02, 0.05]", "{ from = 0.01, to = 0.1 }", &["axes.detector.threshold must be a list"]),
+        ("[0.02, 0.02, 0.05]", "[0.02, 0.02, -1.0]", &["detector.threshold", "-1"]),
+        ("kind = \"list\"", "kind = \"list\"\npoints = 3", &["a design of given points has no design.points"]),
+        ("seeds = [7, 3]", "seeds = [7, 7]", &["a list of different whole numbers"]),
+        ("seeds = [7, 3]", "seeds = [7, 3]\nfirst_seed = 1", &["first_seed is given, and the seeds are a list"]),
+    ] {
+        let text = LISTED.replace(from, to);
+        assert_ne!(text, LISTED, "{from}");
+        folder.file("wrong.toml", text);
+        folder.refused(&["sweep", "wrong.toml"], reasons);
+    }
+}
+
 fn sweep_files() -> TestFolder {
     let folder = TestFolder::new();
     folder.file("small.toml", SMALL).file("long.toml", LONG).file("shared.toml", SHARED);

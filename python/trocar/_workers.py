@@ -1,0 +1,69 @@
+"""Executors of other libraries, which run the shards of a sweep."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+# Runs a shard by its name with a number of threads.
+_Run = Callable[[str, int], Any]
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Workers by their number, and a function that returns the results of shards in their order."""
+
+    count: int
+    run: Callable[[_Run, list[str], int], Iterator[Any]]
+
+
+def workers_of(executor: Any) -> Workers | None:
+    """Returns the workers of an executor, which is known by its attributes; ``None`` without one."""
+    if executor is None:
+        return None
+    for attribute, run in (("submit", _submitted), ("n_jobs", _called), ("imap", _mapped)):
+        if hasattr(executor, attribute):
+            return Workers(_count(executor), functools.partial(run, executor))
+    what = "an executor of concurrent.futures, a Dask client, a joblib.Parallel or a multiprocessing.Pool"
+    raise TypeError(f"executor is {executor!r}, must be {what}")
+
+
+def _count(executor: Any) -> int:
+    if hasattr(executor, "nthreads"):
+        return max(1, int(sum(executor.nthreads().values())))
+    for name in ("_max_workers", "_processes", "n_jobs"):
+        count = getattr(executor, name, None)
+        if isinstance(count, int) and count > 0:
+            return count
+    return os.cpu_count() or 1
+
+
+def _submitted(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+    """Of concurrent.futures, and of Dask."""
+    # Of Dask: a lost worker counts as an attempt; `retries` are for errors that do not come from the shard.
+    options = {"pure": False, "retries": 2} if hasattr(executor, "scheduler_info") else {}
+    futures = [executor.submit(run, name, threads, **options) for name in names]
+    try:
+        for future in futures:
+            yield future.result()
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _called(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+    """Of joblib, whose calls are tuples of a function and its arguments."""
+    return iter(executor((run, (name, threads), {}) for name in names))
+
+
+def _mapped(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+    """Of a pool of multiprocessing."""
+    results: Iterator[Any] = executor.imap(functools.partial(_run, run, threads), names)
+    return results
+
+
+def _run(run: _Run, threads: int, name: str) -> Any:
+    return run(name, threads)
