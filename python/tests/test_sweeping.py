@@ -138,6 +138,23 @@ def kill_once_kept(executor, folder):
     os.kill(next(iter(executor._processes)), signal.SIGKILL)
 
 
+def test_a_killed_worker_of_joblib_leaves_no_half_file(tmp_path):
+    joblib = pytest.importorskip("joblib")
+    from joblib.externals.loky import get_reusable_executor
+
+    expected = sweep(seeds=40)
+    with joblib.Parallel(n_jobs=2, return_as="generator") as parallel:
+        list(parallel([joblib.delayed(time.sleep)(0.1)] * 2))
+        thread = threading.Thread(target=kill_once_kept, args=(get_reusable_executor(2), tmp_path))
+        thread.start()
+        with pytest.raises(Exception, match="process"):
+            sweep(seeds=40, executor=parallel, folder=tmp_path, shards=40)
+        thread.join()
+    kept = sorted(tmp_path.iterdir())
+    assert 0 < len(kept) < 40 and all(path.suffix == ".npz" for path in kept)
+    same(sweep(seeds=40, executor=joblib.Parallel(n_jobs=2), folder=tmp_path), expected)
+
+
 def test_progress_is_shown_with_tqdm_and_without(capsys, monkeypatch):
     pytest.importorskip("tqdm")
     expected = sweep()
