@@ -83,8 +83,9 @@ impl Figure<'_> {
             if let Some(title) = row.title {
                 let titled = [(Sample::Title, title.to_owned())];
                 let title = flow(&titled, width - 2.0 * MARGIN);
-                y += title.height;
-                legends.push((title, (MARGIN, y - title.height + 1.0)));
+                let below = y + title.height;
+                legends.push((title, (MARGIN, y + 1.0)));
+                y = below;
             }
             let column = column_width(row.panels.len());
             let labels: Vec<f64> = (0..row.panels.len()).map(|c| labels(row, c)).collect();
