@@ -2,8 +2,9 @@
 
 use crate::augmentation::{AmplifySettings, AugmentationSettings, DampSettings, ForceLawSettings};
 use crate::detection::DetectorSettings;
-use crate::error::{InvalidValue, finite, positive, require};
-use crate::estimation::{RlsSettings, VelocityFilter};
+use crate::error::{InvalidValue, finite, require};
+use crate::estimation::{ContactSettings, RlsSettings, VelocityFilter};
+use crate::settings::{Key, Range, Source, count, joined};
 
 /// Smallest and largest magnitude of a setting that the tick divides by or multiplies with. Within these bounds no
 /// product of the tick overflows or underflows a 64-bit float. Chosen here, far beyond any rig.
@@ -27,31 +28,49 @@ pub enum VelocitySource {
     },
 }
 
-/// Limits of a possible sample, and how fast commands recover after impossible ones.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
-    /// Largest magnitude of a position in m, above 0, at most 10⁶.
-    pub position_m: f64,
-    /// Largest magnitude of a velocity in m/s, above 0, at most 10⁶.
-    pub velocity_m_per_s: f64,
-    /// Largest magnitude of a force in N, above 0, at most 10⁶: not above the sensor's range.
-    pub force_n: f64,
-    /// Speed at which the reference returns to the hand, in m/s, above 0.
-    pub recovery_speed_m_per_s: f64,
-    /// Rate at which the feedback force returns to the measured one, in N/s, above 0.
-    pub recovery_force_rate_n_per_s: f64,
+/// The range of the time between two samples.
+const TICK: Range = Range::stated(1e-6, 1.0, "from 1e-6 to 1");
+
+/// The range of limits and scales.
+const LIMIT: Range = Range::stated(MIN_MAGNITUDE, MAX_LIMIT, "positive, from 1e-12 to 1e6");
+
+crate::settings! {
+    /// Limits of a possible sample, and how fast commands recover after impossible ones.
+    ///
+    /// The defaults are wider than a needle's rig, chosen here; the recovery is that of a link after an outage.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Limits in "rig." {
+        /// Largest magnitude of a position; a sample beyond it is bad.
+        position_m: f64 at "rig.position_limit_m" [self::LIMIT] = 1.0,
+        /// Largest magnitude of a velocity; a sample beyond it is bad.
+        velocity_m_per_s: f64 at "rig.velocity_limit_m_per_s" [self::LIMIT] = 10.0,
+        /// Largest magnitude of a force; a sample beyond it is bad.
+        ///
+        /// Not above the sensor's range.
+        force_n: f64 at "rig.force_limit_n" [self::LIMIT] = 100.0,
+        /// Speed at which the reference returns to the hand after bad samples.
+        recovery_speed_m_per_s: f64 [POSITIVE] = 0.03,
+        /// Rate at which the feedback force returns to the measured one after bad samples.
+        recovery_force_rate_n_per_s: f64 [POSITIVE] = 50.0,
+    }
 }
 
-impl Default for Limits {
-    /// Wider than a needle's rig, chosen here; the recovery is that of a link after an outage.
-    fn default() -> Self {
-        Self {
-            position_m: 1.0,
-            velocity_m_per_s: 10.0,
-            force_n: 100.0,
-            recovery_speed_m_per_s: 0.03,
-            recovery_force_rate_n_per_s: 50.0,
-        }
+crate::settings! {
+    /// The machines as the controller needs them, by the keys of a scenario.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct Machines in "rig." {
+        /// Time between two samples. Estimator and detector count samples: their defaults are for 0.5 to 2 ms.
+        tick_s: f64 at "simulation.tick_s" [self::TICK] = 1e-3,
+        /// Position of the master when the controller starts, used until the first good sample.
+        start_m: f64 [ANY] = 0.0,
+        /// Slave motion per master motion.
+        position_scale: f64 at "scaling.position" [self::LIMIT] = 1.0,
+        /// Feedback force per measured force.
+        force_scale: f64 at "scaling.force" [self::LIMIT] = 1.0,
+        /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter, at 0 it is read.
+        resolution_m: f64 at "sensor.position_resolution_m" [NON_NEGATIVE] = 0.0,
+        /// Standard deviation of the acceleration in the Kalman filter.
+        acceleration_std_m_per_s2: f64 at "sensor.acceleration_std_m_per_s2" [POSITIVE] = 0.5,
     }
 }
 
@@ -84,11 +103,11 @@ impl Default for Settings {
     /// The simulator's settings at 1 kHz, with the tissue surface at 0.
     fn default() -> Self {
         Self {
-            tick_s: 1e-3,
-            start_m: 0.0,
-            contact_m: 0.0,
-            position_scale: 1.0,
-            force_scale: 1.0,
+            tick_s: Machines::DEFAULT.tick_s,
+            start_m: Machines::DEFAULT.start_m,
+            contact_m: ContactSettings::DEFAULT.contact_m,
+            position_scale: Machines::DEFAULT.position_scale,
+            force_scale: Machines::DEFAULT.force_scale,
             velocity: VelocitySource::Measured,
             estimator: RlsSettings::default(),
             detector: DetectorSettings::default(),
@@ -99,19 +118,55 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The keys of these settings, in order: those of a scenario, and `rig.` for what a scenario does not have.
+    pub const KEYS: &'static [Key] = {
+        const GROUPS: &[&[Key]] = &[
+            Machines::KEYS,
+            Limits::KEYS,
+            ContactSettings::KEYS,
+            RlsSettings::KEYS,
+            DetectorSettings::KEYS,
+            AugmentationSettings::KEYS,
+        ];
+        &joined::<{ count(GROUPS) }>(GROUPS)
+    };
+
+    /// Reads them by [`Settings::KEYS`]; a resolution of 0 means that the velocity is measured.
+    ///
+    /// # Errors
+    /// Errors of the source. [`Settings::validate`] checks the ranges.
+    pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
+        let Machines { tick_s, start_m, position_scale, force_scale, resolution_m, acceleration_std_m_per_s2 } =
+            Machines::read(source)?;
+        let velocity = if resolution_m == 0.0 {
+            VelocitySource::Measured
+        } else {
+            VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 }
+        };
+        Ok(Self {
+            tick_s,
+            start_m,
+            position_scale,
+            force_scale,
+            velocity,
+            limits: Limits::read(source)?,
+            contact_m: ContactSettings::read(source)?.contact_m,
+            estimator: RlsSettings::read(source)?,
+            detector: DetectorSettings::read(source)?,
+            augmentation: AugmentationSettings::read(source)?,
+        })
+    }
+
     /// Checks the stated ranges of the fields, those of estimator, detector and supervisor, and that no good sample can
     /// make a tick's numbers overflow.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
-        let tick = (1e-6..=1.0).contains(&self.tick_s);
-        require("simulation.tick_s", self.tick_s, tick, "from 1e-6 to 1")?;
+        self.machines().validate()?;
         self.limits.validate()?;
         within("rig.start_m", self.start_m, self.limits.position_m)?;
         within("estimator.contact_m", self.contact_m, MAX_LIMIT)?;
-        at_most("scaling.position", self.position_scale, MAX_LIMIT)?;
-        at_most("scaling.force", self.force_scale, MAX_LIMIT)?;
         if let VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 } = self.velocity {
             VelocityFilter::<f64>::new(self.tick_s, resolution_m, acceleration_std_m_per_s2)?;
         }
@@ -128,7 +183,7 @@ impl Settings {
         moderate("detector.rupture_mean_n", hypotheses.rupture_mean_n)?;
         self.augmentation.validate()?;
         if let ForceLawSettings::Amplify(AmplifySettings { gain }) = self.augmentation.force {
-            at_most("augmentation.amplification", gain, MAX_LIMIT)?;
+            LIMIT.check("augmentation.amplification", gain)?;
         }
         if let ForceLawSettings::Damp(DampSettings { damping_n_s_per_m, .. }) = self.augmentation.force {
             let is_moderate = damping_n_s_per_m <= MAX_LIMIT;
@@ -136,30 +191,22 @@ impl Settings {
         }
         Ok(())
     }
-}
 
-impl Limits {
-    /// Checks the stated ranges of the fields.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first limit out of range.
-    pub fn validate(&self) -> Result<(), InvalidValue> {
-        at_most("rig.position_limit_m", self.position_m, MAX_LIMIT)?;
-        at_most("rig.velocity_limit_m_per_s", self.velocity_m_per_s, MAX_LIMIT)?;
-        at_most("rig.force_limit_n", self.force_n, MAX_LIMIT)?;
-        positive("rig.recovery_speed_m_per_s", self.recovery_speed_m_per_s)?;
-        positive("rig.recovery_force_rate_n_per_s", self.recovery_force_rate_n_per_s)?;
-        Ok(())
+    fn machines(&self) -> Machines {
+        let Self { tick_s, start_m, position_scale, force_scale, .. } = *self;
+        let (resolution_m, acceleration_std_m_per_s2) = match self.velocity {
+            VelocitySource::Measured => (0.0, Machines::DEFAULT.acceleration_std_m_per_s2),
+            VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 } => {
+                (resolution_m, acceleration_std_m_per_s2)
+            }
+        };
+        Machines { tick_s, start_m, position_scale, force_scale, resolution_m, acceleration_std_m_per_s2 }
     }
 }
 
 fn within(name: &'static str, value: f64, limit: f64) -> Result<f64, InvalidValue> {
     finite(name, value)?;
     require(name, value, value.abs() <= limit, "within the limit of positions")
-}
-
-fn at_most(name: &'static str, value: f64, max: f64) -> Result<f64, InvalidValue> {
-    require(name, value, value >= MIN_MAGNITUDE && value <= max, "positive, from 1e-12 to 1e6")
 }
 
 fn moderate(name: &'static str, value: f64) -> Result<f64, InvalidValue> {

@@ -1,6 +1,9 @@
 //! From a scenario to the settings of a real controller.
 
+use trocar_core::settings::{Fallback, Key};
+
 use super::resolve::Scenario;
+use super::value::Value;
 use crate::rig::{Limits, Settings, VelocitySource};
 
 impl Scenario {
@@ -28,5 +31,17 @@ impl Scenario {
             augmentation: self.augmentation,
             limits: Limits::default(),
         }
+    }
+
+    /// The values of [`Scenario::rig_settings`] by key, in the order of [`Settings::KEYS`]; `None` for a key without a value.
+    pub fn rig_values(&self) -> impl Iterator<Item = (&'static Key, Option<Value>)> {
+        Settings::KEYS.iter().map(|key| {
+            let value = match (key.path, key.fallback) {
+                ("rig.start_m", _) => Some(Value::Number(self.start_m())),
+                (path, Fallback::Value(default)) if path.starts_with("rig.") => Some(Value::from(default)),
+                (path, _) => self.values().get(path).cloned(),
+            };
+            (key, value)
+        })
     }
 }

@@ -1,0 +1,21 @@
+//! The controller of a rig ([`trocar_core::rig`]) for C and C++.
+//!
+//! The header `include/trocar.h` is generated from this source and from the declarations of the settings. The caller
+//! owns all memory: a rig is initialised in memory of [`trocar_rig_size`] bytes, and no function keeps or frees
+//! anything. [`trocar_rig_step`] neither allocates nor blocks. No panic leaves a function: it ends as
+//! [`Status::Panic`].
+
+mod error_text;
+mod rig;
+mod settings;
+mod status;
+#[cfg(feature = "toml")]
+mod toml;
+
+pub use rig::{
+    Command, Rig, Sample, trocar_rig_alignment, trocar_rig_init, trocar_rig_size, trocar_rig_step, trocar_version,
+};
+pub use settings::{Settings, trocar_rig_settings_default};
+pub use status::{Status, trocar_status_text};
+#[cfg(feature = "toml")]
+pub use toml::{trocar_rig_init_toml, trocar_rig_settings_from_toml};

@@ -1,0 +1,263 @@
+//! A rig in memory of the caller.
+
+use core::ffi::{CStr, c_char, c_void};
+use core::fmt::Write as _;
+use core::mem::{align_of, needs_drop, size_of};
+
+use trocar_core::augmentation::Mode;
+use trocar_core::rig::{self, HapticController};
+
+use crate::error_text::ErrorText;
+use crate::settings::Settings;
+use crate::status::{Status, guarded};
+
+/// The version with the NUL that ends a text in C.
+const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
+    Ok(version) => version,
+    Err(_) => panic!("the version has no NUL inside"),
+};
+
+/// Marks memory that holds a rig: "trocar" and the size of the controller.
+const INITIALISED: u64 = 0x7472_6f63_6172_0000 | size_of::<HapticController>() as u64;
+
+// Memory of the caller is never dropped.
+const _: () = assert!(!needs_drop::<Rig>());
+const _: () = assert!(size_of::<HapticController>() < 1 << 16);
+
+/// The controller of a rig, in memory of the caller.
+#[derive(Debug)]
+pub struct Rig {
+    initialised: u64,
+    controller: HapticController,
+}
+
+/// A rig's measurements at one tick. A number that is not finite or beyond its limit is a fault of its channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Sample {
+    /// sizeof(trocar_sample).
+    pub struct_size: u64,
+    /// Position of the master, in m.
+    pub master_position_m: f64,
+    /// Position of the slave, growing into the tissue, in m.
+    pub slave_position_m: f64,
+    /// Velocity of the slave, in m/s; not read if sensor_position_resolution_m is above 0.
+    pub slave_velocity_m_per_s: f64,
+    /// Force on the needle, positive when it resists insertion, in N.
+    pub force_n: f64,
+}
+
+/// A rig's commands at one tick, and the values that led to them. Every number is finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Command {
+    /// sizeof(trocar_command), set by the caller.
+    pub struct_size: u64,
+    /// For the slave's position controller, in m.
+    pub slave_reference_m: f64,
+    /// For the master's force controller, in N.
+    pub master_force_n: f64,
+    /// Largest change of master_force_n from the last tick that the active law allows, in N.
+    pub allowed_force_step_n: f64,
+    /// Estimated stiffness of the tissue, in N/m.
+    pub stiffness_n_per_m: f64,
+    /// Estimated damping of the tissue, in N·s/m.
+    pub damping_n_s_per_m: f64,
+    /// Predicted force, in N; 0 if there is no prediction.
+    pub predicted_force_n: f64,
+    /// Measured minus predicted force, in N; 0 at a bad sample and at the next one.
+    pub residual_n: f64,
+    /// Distance from the hypothesis of no rupture, in the unit of the distance.
+    pub distance: f64,
+    /// Decision function g, in the unit of the distance.
+    pub decision: f64,
+    /// Velocity of the slave as used by the estimator, in m/s.
+    pub slave_velocity_m_per_s: f64,
+    /// 0: teleoperation, 1: augmented, 2: re-engaging.
+    pub mode: u32,
+    /// 1 if the detector raises an alarm at this sample, or 0.
+    pub alarm: u32,
+    /// 1 if the supervisor acts on the alarm (with augmentation disabled: if there is one), or 0.
+    pub alarm_taken: u32,
+    /// Faults of the sample, a sum: 1 master position, 2 slave position, 4 slave velocity, 8 force.
+    pub faults: u32,
+    /// Number of consecutive bad samples, including this one; 0 if it is good.
+    pub faulty_samples: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+impl From<rig::Command> for Command {
+    #[inline(always)]
+    fn from(command: rig::Command) -> Self {
+        let faults = command.faults;
+        Self {
+            struct_size: size_of::<Self>() as u64,
+            slave_reference_m: command.slave_reference_m,
+            master_force_n: command.master_force_n,
+            allowed_force_step_n: command.allowed_force_step_n,
+            stiffness_n_per_m: command.stiffness_n_per_m,
+            damping_n_s_per_m: command.damping_n_s_per_m,
+            predicted_force_n: command.predicted_force_n,
+            residual_n: command.residual_n,
+            distance: command.distance,
+            decision: command.decision,
+            slave_velocity_m_per_s: command.slave_velocity_m_per_s,
+            mode: match command.mode {
+                Mode::Teleoperation => 0,
+                Mode::Augmented => 1,
+                Mode::Reengaging => 2,
+            },
+            alarm: u32::from(command.alarm),
+            alarm_taken: u32::from(command.alarm_taken),
+            faults: u32::from(faults.master_position)
+                | u32::from(faults.slave_position) << 1
+                | u32::from(faults.slave_velocity) << 2
+                | u32::from(faults.force) << 3,
+            faulty_samples: command.faulty_samples,
+            reserved: 0,
+        }
+    }
+}
+
+/// The version of the library, as in "0.2.0"; never freed.
+#[allow(unsafe_code, reason = "the name is exported to C")]
+#[unsafe(no_mangle)]
+pub extern "C" fn trocar_version() -> *const c_char {
+    VERSION.as_ptr()
+}
+
+/// The memory that a rig needs, in bytes.
+#[allow(unsafe_code, reason = "the name is exported to C")]
+#[unsafe(no_mangle)]
+pub extern "C" fn trocar_rig_size() -> usize {
+    size_of::<Rig>()
+}
+
+/// What the address of a rig's memory must be a multiple of, in bytes. malloc aligns so.
+#[allow(unsafe_code, reason = "the name is exported to C")]
+#[unsafe(no_mangle)]
+pub extern "C" fn trocar_rig_alignment() -> usize {
+    align_of::<Rig>()
+}
+
+/// Makes a rig in the given memory, in teleoperation, before the first sample. It may be called again to start anew.
+///
+/// `memory` has `size` bytes, at least trocar_rig_size(), aligned to trocar_rig_alignment(). `rig` is set to the rig in
+/// it, or to null. `error` is null or a buffer of `error_size` bytes for the text of an error.
+///
+/// # Safety
+/// Each pointer is null or valid as said, and no other thread uses the memory meanwhile.
+#[allow(unsafe_code, reason = "memory and settings are the caller's, and the name is exported to C")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trocar_rig_init(
+    memory: *mut c_void,
+    size: usize,
+    settings: *const Settings,
+    rig: *mut *mut Rig,
+    error: *mut c_char,
+    error_size: usize,
+) -> Status {
+    // SAFETY: the caller's buffer, as said.
+    let mut error = unsafe { ErrorText::new(error, error_size) };
+    guarded(|| {
+        // SAFETY: the first field is there in every version; the others are read only in a structure of this version.
+        let settings = unsafe {
+            if settings.is_null() {
+                return Status::Null;
+            }
+            if (&raw const (*settings).struct_size).read() != size_of::<Settings>() as u64 {
+                return Status::StructSize;
+            }
+            settings.read()
+        };
+        // SAFETY: as this function's.
+        unsafe { init(memory, size, &settings, rig, &mut error) }
+    })
+}
+
+/// Makes a rig in the given memory.
+///
+/// # Safety
+/// As of [`trocar_rig_init`].
+#[allow(unsafe_code, reason = "the memory is the caller's")]
+pub(crate) unsafe fn init(
+    memory: *mut c_void,
+    size: usize,
+    settings: &Settings,
+    rig: *mut *mut Rig,
+    error: &mut ErrorText,
+) -> Status {
+    if memory.is_null() || rig.is_null() {
+        return Status::Null;
+    }
+    // SAFETY: not null, so it may be written.
+    unsafe { rig.write(core::ptr::null_mut()) };
+    if size < size_of::<Rig>() {
+        return Status::MemorySize;
+    }
+    if !memory.cast::<Rig>().is_aligned() {
+        return Status::Alignment;
+    }
+    // An error text that does not fit is cut; writing it does not fail.
+    let settings = match settings.read() {
+        Ok(settings) => settings,
+        Err(key) => {
+            let _ = write!(error, "{} must be {}", key.path, key.kind);
+            return Status::Setting;
+        }
+    };
+    match HapticController::new(&settings) {
+        Ok(controller) => {
+            // SAFETY: the memory is large enough and aligned; `rig` is not null.
+            unsafe {
+                memory.cast::<Rig>().write(Rig { initialised: INITIALISED, controller });
+                rig.write(memory.cast());
+            }
+            Status::Ok
+        }
+        Err(invalid) => {
+            let _ = write!(error, "{invalid}");
+            Status::Setting
+        }
+    }
+}
+
+/// Processes the sample of a tick and gives its command. Samples are simulation_tick_s apart; for a tick without a
+/// sample pass NaN in every field.
+///
+/// It neither allocates nor blocks, and takes the same time at every good sample outside of an event.
+///
+/// # Safety
+/// `rig` is null or from trocar_rig_init; `sample` and `command` are null or valid; no other thread uses the rig
+/// meanwhile.
+#[allow(unsafe_code, reason = "rig, sample and command are the caller's, and the name is exported to C")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trocar_rig_step(rig: *mut Rig, sample: *const Sample, command: *mut Command) -> Status {
+    // SAFETY: the pointers are null or valid; the command's fields but the first need not have been written.
+    let (rig, sample, command_size) = unsafe {
+        let (Some(rig), Some(sample)) = (rig.as_mut(), sample.as_ref()) else { return Status::Null };
+        if command.is_null() {
+            return Status::Null;
+        }
+        (rig, sample, (&raw const (*command).struct_size).read())
+    };
+    if rig.initialised != INITIALISED {
+        return Status::NotInitialised;
+    }
+    if (sample.struct_size, command_size) != (size_of::<Sample>() as u64, size_of::<Command>() as u64) {
+        return Status::StructSize;
+    }
+    guarded(|| {
+        let sample = rig::Sample {
+            master_position_m: sample.master_position_m,
+            slave_position_m: sample.slave_position_m,
+            slave_velocity_m_per_s: sample.slave_velocity_m_per_s,
+            force_n: sample.force_n,
+        };
+        let done = Command::from(rig.controller.step(&sample));
+        // SAFETY: a structure of this version, as its size says.
+        unsafe { command.write(done) };
+        Status::Ok
+    })
+}

@@ -1,0 +1,89 @@
+//! What a call returns.
+
+use core::ffi::{CStr, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// What a call returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i32)]
+pub enum Status {
+    /// Done.
+    Ok = 0,
+    /// A pointer that is needed is null.
+    Null = 1,
+    /// A structure has another struct_size than in this version of the library.
+    StructSize = 2,
+    /// The memory is smaller than trocar_rig_size().
+    MemorySize = 3,
+    /// The memory is not a multiple of trocar_rig_alignment().
+    Alignment = 4,
+    /// A setting is out of range; the error text names it.
+    Setting = 5,
+    /// The scenario cannot be read; the error text names the place and the remedy.
+    Scenario = 6,
+    /// The rig is not initialised.
+    NotInitialised = 7,
+    /// A defect of the library. The rig must not be used any more.
+    Panic = 8,
+}
+
+impl Status {
+    fn text(self) -> &'static CStr {
+        match self {
+            Self::Ok => c"done",
+            Self::Null => c"a pointer that is needed is null",
+            Self::StructSize => {
+                c"struct_size differs: set it with sizeof, and use the header of this version of the library"
+            }
+            Self::MemorySize => c"the memory is too small: it needs trocar_rig_size() bytes",
+            Self::Alignment => c"the memory is not aligned to trocar_rig_alignment() bytes",
+            Self::Setting => c"a setting is out of range",
+            Self::Scenario => c"the scenario cannot be read",
+            Self::NotInitialised => c"the rig is not initialised: call trocar_rig_init first",
+            Self::Panic => c"a defect of the library: the rig must not be used any more",
+        }
+    }
+
+    const ALL: [Self; 9] = [
+        Self::Ok,
+        Self::Null,
+        Self::StructSize,
+        Self::MemorySize,
+        Self::Alignment,
+        Self::Setting,
+        Self::Scenario,
+        Self::NotInitialised,
+        Self::Panic,
+    ];
+}
+
+/// Runs the body of a call; a panic becomes a status.
+#[inline(always)]
+pub(crate) fn guarded(body: impl FnOnce() -> Status) -> Status {
+    catch_unwind(AssertUnwindSafe(body)).unwrap_or(Status::Panic)
+}
+
+/// The text of a status: one line, without a full stop, that is never freed. An unknown number has a text, too.
+#[allow(unsafe_code, reason = "the name is exported to C")]
+#[unsafe(no_mangle)]
+pub extern "C" fn trocar_status_text(status: i32) -> *const c_char {
+    let known = Status::ALL.into_iter().find(|known| *known as i32 == status);
+    known.map_or(c"unknown status", Status::text).as_ptr()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_status_is_at_its_number() {
+        for (number, status) in Status::ALL.into_iter().enumerate() {
+            assert_eq!(status as usize, number);
+        }
+    }
+
+    #[test]
+    fn a_panic_becomes_a_status() {
+        assert_eq!(guarded(|| panic!("a defect")), Status::Panic);
+    }
+}

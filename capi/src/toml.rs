@@ -1,0 +1,150 @@
+//! Settings from the text of a scenario.
+
+use core::ffi::{c_char, c_void};
+use core::fmt::Write as _;
+use core::mem::size_of;
+use core::slice;
+
+use trocar_core::settings::{Constant, Kind};
+use trocar_sim::scenario::{Scenario, Source, Value};
+
+use crate::error_text::ErrorText;
+use crate::rig::{Rig, init};
+use crate::settings::Settings;
+use crate::status::{Status, guarded};
+
+/// The settings with which a rig acts as a scenario's controller.
+///
+/// # Errors
+/// What is wrong with the text, with place and remedy.
+fn settings_of(text: &str) -> Result<Settings, String> {
+    let source = Source::Text { name: "scenario".into(), text: text.into() };
+    let scenario = Scenario::load(&source, &[]).map_err(|error| error.to_string())?;
+    let mut settings = Settings::defaults();
+    for (key, value) in scenario.rig_values() {
+        let is_set = match &value {
+            // No value: a number without a default is NaN.
+            None => settings.set(key.path, Constant::Number(f64::NAN)),
+            Some(Value::Number(value)) => settings.set(key.path, Constant::Number(*value)),
+            Some(Value::Whole(value)) => settings.set(key.path, Constant::Whole(*value)),
+            Some(Value::Flag(value)) => settings.set(key.path, Constant::Flag(*value)),
+            Some(Value::Text(word)) => {
+                let words = if let Kind::Choice(words) = key.kind { words } else { &[] };
+                let word = words.iter().find(|known| *known == word);
+                word.is_some_and(|word| settings.set(key.path, Constant::Text(word)))
+            }
+            Some(Value::Numbers(_)) => false,
+        };
+        if !is_set && value.is_some() {
+            return Err(format!("{} has no field in the settings of a rig", key.path));
+        }
+    }
+    Ok(settings)
+}
+
+/// The settings of a text.
+///
+/// # Safety
+/// `text` is null or points to `size` bytes.
+#[allow(unsafe_code, reason = "the text is the caller's")]
+unsafe fn read(text: *const c_char, size: usize, error: &mut ErrorText) -> Result<Settings, Status> {
+    if text.is_null() {
+        return Err(Status::Null);
+    }
+    // SAFETY: it points to so many bytes.
+    let bytes = unsafe { slice::from_raw_parts(text.cast::<u8>(), size) };
+    let text = core::str::from_utf8(bytes).map_err(|wrong| format!("the scenario is not UTF-8: {wrong}"));
+    text.and_then(settings_of).map_err(|message| {
+        // A text that does not fit is cut; writing it does not fail.
+        let _ = error.write_str(&message);
+        Status::Scenario
+    })
+}
+
+/// Sets the settings to those of a scenario, a text in TOML: a rig then acts as the scenario's controller does.
+///
+/// `text` has `text_size` bytes in UTF-8, without a NUL. `base = "builtin:augmented"` in it names a shipped scenario;
+/// other paths are relative to the working directory. What only a rig has is at its default. `settings` has `size` bytes,
+/// `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for the text of an error. It
+/// allocates while it reads.
+///
+/// # Safety
+/// Each pointer is null or valid as said.
+#[allow(unsafe_code, reason = "text and settings are the caller's, and the name is exported to C")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trocar_rig_settings_from_toml(
+    text: *const c_char,
+    text_size: usize,
+    settings: *mut Settings,
+    size: usize,
+    error: *mut c_char,
+    error_size: usize,
+) -> Status {
+    // SAFETY: the caller's buffer, as said.
+    let mut error = unsafe { ErrorText::new(error, error_size) };
+    guarded(|| {
+        if settings.is_null() {
+            return Status::Null;
+        }
+        if size != size_of::<Settings>() {
+            return Status::StructSize;
+        }
+        // SAFETY: the caller's text, as said; the settings are of this size.
+        match unsafe { read(text, text_size, &mut error) } {
+            Ok(read) => {
+                unsafe { settings.write(read) };
+                Status::Ok
+            }
+            Err(status) => status,
+        }
+    })
+}
+
+/// As trocar_rig_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
+///
+/// # Safety
+/// Each pointer is null or valid as said.
+#[allow(unsafe_code, reason = "memory and text are the caller's, and the name is exported to C")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trocar_rig_init_toml(
+    memory: *mut c_void,
+    size: usize,
+    text: *const c_char,
+    text_size: usize,
+    rig: *mut *mut Rig,
+    error: *mut c_char,
+    error_size: usize,
+) -> Status {
+    // SAFETY: the caller's buffer, as said.
+    let mut error = unsafe { ErrorText::new(error, error_size) };
+    guarded(|| {
+        // SAFETY: the caller's text and memory, as said.
+        match unsafe { read(text, text_size, &mut error) } {
+            Ok(settings) => unsafe { init(memory, size, &settings, rig, &mut error) },
+            Err(status) => status,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shipped_scenario_gives_the_rig_that_rust_gives_it() {
+        for (name, _) in trocar_sim::scenario::shipped_questions() {
+            let Ok(scenario) = Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]) else {
+                panic!("{name} loads");
+            };
+            let read =
+                settings_of(&format!("base = \"builtin:{name}\"")).expect("loads").read().expect("of their kinds");
+            assert_eq!(read, scenario.rig_settings(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_key_is_named_with_its_line() {
+        let message = settings_of("[detector]\nthreshhold = 1.0\n").expect_err("an unknown key");
+        assert!(message.contains("threshhold") && message.contains("threshold"), "{message}");
+    }
+}

@@ -1,0 +1,322 @@
+//! Programs in C and C++ that are compiled here, against Rust's controller.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use tempfile::TempDir;
+use trocar_core::rig::{HapticController, Sample, Settings};
+use trocar_sim::scenario::{Scenario, Source};
+
+use crate::header::field;
+
+/// A scenario for both sides.
+const AUGMENTED: &str = "base = \"builtin:paper/augmented\"\n";
+
+/// Length of the lever of the recordings, in m.
+const LEVER_M: f64 = 0.075;
+
+fn here() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The folder in which cargo has put the libraries of this package, beside the test.
+fn libraries() -> PathBuf {
+    let test = std::env::current_exe().expect("this program");
+    test.parent().expect("in a folder").to_owned()
+}
+
+fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
+}
+
+/// The compilers among these. States what is missing: the gate installs all of them.
+fn compilers(names: &[&'static str]) -> Vec<&'static str> {
+    let found: Vec<_> = names.iter().copied().filter(|name| is_there(name)).collect();
+    if found.is_empty() {
+        println!("skipped: none of {names:?} is installed");
+    }
+    found
+}
+
+fn run(command: &mut Command, input: &str) -> String {
+    command.env("LD_LIBRARY_PATH", libraries()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let mut pipe = child.stdin.take().expect("piped");
+    let output = std::thread::scope(|scope| {
+        // A program that ends early closes the pipe.
+        scope.spawn(move || drop(pipe.write_all(input.as_bytes())));
+        child.wait_with_output().expect("ends")
+    });
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?}: {}: {errors}", output.status);
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// Compiles a source of this package with every warning as an error, and returns the program.
+fn compiled(compiler: &str, source: &str, folder: &TempDir) -> PathBuf {
+    let program = folder.path().join(compiler);
+    let standard = if source.ends_with(".cpp") { "-std=c++17" } else { "-std=c99" };
+    let mut command = Command::new(compiler);
+    command.args([standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1"]);
+    command.arg(format!("-DTROCAR_TEST_VERSION=\"{}\"", env!("CARGO_PKG_VERSION")));
+    command.arg("-I").arg(here().join("include")).arg(here().join(source)).arg("-o").arg(&program);
+    command.arg("-L").arg(libraries()).arg("-ltrocar_c");
+    run(&mut command, "");
+    program
+}
+
+/// Samples with the settings of the controller, and the arguments that give a program the same settings.
+struct Case {
+    name: &'static str,
+    samples: Vec<Sample>,
+    settings: Settings,
+    arguments: Vec<String>,
+    events: u64,
+}
+
+/// A recording of the lever rig: columns of time, slave's angle and velocity, torque, and if there is one the master's angle.
+fn recording(name: &'static str, torque: &str, contact_m: f64, events: u64) -> Case {
+    let path = here().parent().expect("in the workspace").join(name);
+    let text = fs::read_to_string(path).expect("a recording of the repository");
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let place = |name: &str| header.iter().position(|column| *column == name);
+    let slave = place("xs_rad").expect("the slave");
+    let (velocity, force) = (place("vs_rad_s").expect("the velocity"), place(torque).expect("the torque"));
+    let master = place("xm_rad").unwrap_or(slave);
+    let sample = |line: &str| {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+        Sample {
+            master_position_m: LEVER_M * cells[master],
+            slave_position_m: LEVER_M * cells[slave],
+            slave_velocity_m_per_s: LEVER_M * cells[velocity],
+            force_n: cells[force] / LEVER_M,
+        }
+    };
+    let samples: Vec<Sample> = lines.map(sample).collect();
+    let settings = Settings { tick_s: 5e-4, contact_m, ..Settings::default() };
+    let arguments = ["--tick", "5e-4", "--contact", &contact_m.to_string()].map(str::to_owned).to_vec();
+    Case { name, samples, settings, arguments, events }
+}
+
+/// The trace of the shipped augmented insertion.
+fn augmented(folder: &TempDir) -> Case {
+    let file = folder.path().join("augmented.toml");
+    fs::write(&file, AUGMENTED).expect("written");
+    let scenario = Scenario::load(&Source::Disk(file.clone()), &[]).expect("loads");
+    let settings = scenario.rig_settings();
+    let trace = trocar_sim::run::run(scenario).expect("runs").trace;
+    let sample = |k: usize| Sample {
+        master_position_m: trace.master_position_m[k],
+        slave_position_m: trace.slave_position_m[k],
+        slave_velocity_m_per_s: trace.slave_velocity_m_per_s[k],
+        force_n: trace.measured_force_n[k],
+    };
+    let samples = (0..trace.len()).map(sample).collect();
+    let arguments = vec!["--toml".to_owned(), file.display().to_string()];
+    Case { name: "augmented", samples, settings, arguments, events: 2 }
+}
+
+/// The three recordings of the repository and the augmented insertion.
+fn cases(folder: &TempDir) -> [Case; 4] {
+    [
+        recording("scenarios/recordings/own_ctrl_pop.csv", "env_out_Nm_derived", 6.3e-3, 1),
+        recording("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm", -9e-3, 0),
+        recording("tests/data/teleop_1dof/m2_d_free_motion.csv", "tau_e_Nm", 0.0, 0),
+        augmented(folder),
+    ]
+}
+
+impl Case {
+    /// The samples as a program reads them.
+    fn input(&self) -> String {
+        let mut text = String::new();
+        for Sample { master_position_m, slave_position_m, slave_velocity_m_per_s, force_n } in &self.samples {
+            let _ = writeln!(text, "{master_position_m:?},{slave_position_m:?},{slave_velocity_m_per_s:?},{force_n:?}");
+        }
+        text
+    }
+
+    /// Rust's commands: the bits of the numbers, then the words.
+    fn commands(&self) -> Vec<[u64; 15]> {
+        let mut controller = HapticController::new(&self.settings).expect("valid");
+        let bits = |sample: &Sample| {
+            let command = controller.step(sample);
+            let faults = command.faults;
+            [
+                command.slave_reference_m.to_bits(),
+                command.master_force_n.to_bits(),
+                command.allowed_force_step_n.to_bits(),
+                command.stiffness_n_per_m.to_bits(),
+                command.damping_n_s_per_m.to_bits(),
+                command.predicted_force_n.to_bits(),
+                command.residual_n.to_bits(),
+                command.distance.to_bits(),
+                command.decision.to_bits(),
+                command.slave_velocity_m_per_s.to_bits(),
+                command.mode.code() as u64,
+                u64::from(command.alarm),
+                u64::from(command.alarm_taken),
+                u64::from(faults.master_position)
+                    + 2 * u64::from(faults.slave_position)
+                    + 4 * u64::from(faults.slave_velocity)
+                    + 8 * u64::from(faults.force),
+                u64::from(command.faulty_samples),
+            ]
+        };
+        self.samples.iter().map(bits).collect()
+    }
+}
+
+/// The commands that a program has printed, in the same form.
+fn printed(text: &str) -> Vec<[u64; 15]> {
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!(cells.len(), 15, "{line}");
+        std::array::from_fn(|at| match at {
+            0..10 => cells[at].parse::<f64>().expect("a number").to_bits(),
+            _ => cells[at].parse().expect("a whole number"),
+        })
+    };
+    text.lines().skip(1).map(row).collect()
+}
+
+fn assert_same(case: &Case, compiler: &str, found: &[[u64; 15]]) {
+    let expected = case.commands();
+    assert_eq!(found.len(), expected.len(), "{}", case.name);
+    for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+        assert_eq!(found, expected, "{} with {compiler}, sample {k}", case.name);
+    }
+}
+
+#[test]
+fn a_program_in_c_gives_the_commands_of_rust_bit_for_bit() {
+    let folder = TempDir::new().expect("a folder");
+    let cases = cases(&folder);
+    for case in &cases {
+        let events: u64 = case.commands().iter().map(|command| command[12]).sum();
+        assert_eq!(events, case.events, "{}", case.name);
+    }
+    for compiler in compilers(&["gcc", "clang"]) {
+        let program = compiled(compiler, "examples/rig.c", &folder);
+        for case in &cases {
+            let found = run(Command::new(&program).args(&case.arguments), &case.input());
+            assert_same(case, compiler, &printed(&found));
+        }
+    }
+}
+
+/// Valgrind with a status for every error and for memory that nothing points to. The reader of scenarios keeps tables of names for
+/// the life of the process, which valgrind calls possibly lost.
+fn valgrind(program: &Path) -> Command {
+    let mut valgrind = Command::new("valgrind");
+    valgrind
+        .args(["--quiet", "--error-exitcode=1", "--leak-check=full", "--errors-for-leak-kinds=definite"])
+        .arg(program);
+    valgrind
+}
+
+#[test]
+fn valgrind_finds_no_error_in_a_program_in_c() {
+    if !is_there("valgrind") {
+        println!("skipped: valgrind is not installed");
+        return;
+    }
+    let folder = TempDir::new().expect("a folder");
+    for compiler in compilers(&["gcc", "clang"]).into_iter().take(1) {
+        let program = compiled(compiler, "examples/rig.c", &folder);
+        for case in cases(&folder) {
+            let output = run(valgrind(&program).args(&case.arguments), &case.input());
+            assert_same(&case, "valgrind", &printed(&output));
+        }
+        let check = compiled(compiler, "tests/c/check.c", &folder);
+        run(&mut valgrind(&check), "");
+    }
+}
+
+#[test]
+fn sizes_refusals_and_texts_are_as_the_header_says() {
+    let folder = TempDir::new().expect("a folder");
+    for compiler in compilers(&["gcc", "clang"]) {
+        run(&mut Command::new(compiled(compiler, "tests/c/check.c", &folder)), "");
+    }
+}
+
+#[test]
+fn each_field_of_the_settings_is_at_the_place_of_its_key() {
+    let folder = TempDir::new().expect("a folder");
+    for compiler in compilers(&["gcc", "clang"]) {
+        let mut source = String::from("#include \"trocar.h\"\n");
+        for (place, key) in Settings::KEYS.iter().enumerate() {
+            let (name, offset) = (field(key), 8 * (place + 1));
+            // An array of negative length does not compile.
+            let _ = writeln!(source, "char at_{place}[offsetof(trocar_rig_settings, {name}) == {offset} ? 1 : -1];");
+        }
+        let size = 8 * (Settings::KEYS.len() + 1);
+        let _ = writeln!(source, "char all[sizeof(trocar_rig_settings) == {size} ? 1 : -1];");
+        let file = folder.path().join("places.c");
+        fs::write(&file, source).expect("written");
+        let object = folder.path().join("places.o");
+        run(Command::new(compiler).arg("-c").arg("-I").arg(here().join("include")).arg(file).arg("-o").arg(object), "");
+    }
+}
+
+#[test]
+fn a_program_in_cpp_announces_the_same_alarms() {
+    let folder = TempDir::new().expect("a folder");
+    let case = augmented(&folder);
+    let commands = case.commands();
+    let alarms = commands.iter().enumerate().filter(|(_, command)| command[11] == 1);
+    let expected: Vec<_> = alarms.map(|(k, command)| (k, command[0], command[1])).collect();
+    for compiler in compilers(&["g++", "clang++"]) {
+        let program = compiled(compiler, "examples/rig.cpp", &folder);
+        let text = run(Command::new(program).arg(&case.arguments[1]), &case.input());
+        let row = |line: &str| {
+            let cells: Vec<&str> = line.split(',').collect();
+            let bits = |at: usize| cells[at].parse::<f64>().expect("a number").to_bits();
+            (cells[0].parse::<usize>().expect("a sample"), bits(1), bits(2))
+        };
+        assert_eq!(text.lines().map(row).collect::<Vec<_>>(), expected, "{compiler}");
+    }
+}
+
+#[test]
+fn cmake_and_pkg_config_find_the_installed_library() {
+    if compilers(&["gcc", "clang"]).is_empty() || !is_there("cmake") {
+        println!("skipped: CMake is not installed");
+        return;
+    }
+    let folder = TempDir::new().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (built, prefix, examples) = (at("built"), at("prefix"), at("examples"));
+    let cmake = |arguments: &[&str]| run(Command::new("cmake").args(arguments), "");
+    let source = here().display().to_string();
+    cmake(&["-S", &source, "-B", &built, &format!("-DTROCAR_BUILD_DIR={}", libraries().display())]);
+    cmake(&["--install", &built, "--prefix", &prefix]);
+    let source = here().join("examples").display().to_string();
+    cmake(&["-S", &source, "-B", &examples, &format!("-DCMAKE_PREFIX_PATH={prefix}")]);
+    cmake(&["--build", &examples]);
+    let case = augmented(&folder);
+    let input = case.input();
+    let found = run(Command::new(format!("{examples}/rig")).args(&case.arguments), &input);
+    assert_same(&case, "CMake", &printed(&found));
+    // Linked statically.
+    let alarms = run(Command::new(format!("{examples}/rig_cpp")).arg(&case.arguments[1]), &input);
+    let expected = case.commands().iter().filter(|command| command[11] == 1).count();
+    assert_eq!(alarms.lines().count(), expected);
+
+    if !is_there("pkg-config") {
+        println!("skipped: pkg-config is not installed");
+        return;
+    }
+    let mut ask = Command::new("pkg-config");
+    let flags =
+        run(ask.env("PKG_CONFIG_PATH", format!("{prefix}/lib/pkgconfig")).args(["--cflags", "--libs", "trocar"]), "");
+    let program = at("by_pkg_config");
+    let mut gcc = Command::new(compilers(&["gcc", "clang"])[0]);
+    run(gcc.arg(here().join("examples/rig.c")).args(flags.split_whitespace()).args(["-o", &program]), "");
+    assert_same(&case, "pkg-config", &printed(&run(Command::new(&program).args(&case.arguments), &input)));
+}
