@@ -52,7 +52,7 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     // As a program in C has it: nothing of the call is inlined.
-    let step = black_box(trocar_rig_step as unsafe extern "C" fn(_, _, _) -> _);
+    let step: unsafe extern "C" fn(*mut Rig, *const Sample, *mut Command) -> Status = black_box(trocar_rig_step);
     let samples: Vec<rig::Sample> = (0..BLOCK).map(sample).collect();
     let in_c: Vec<Sample> = samples
         .iter()
