@@ -55,7 +55,7 @@ mod tests {
         let mut buffer = [0x55 as c_char; 8];
         // SAFETY: the buffer has 6 bytes, and two more.
         let mut text = unsafe { ErrorText::new(buffer.as_mut_ptr(), 6) };
-        assert!(write!(text, "abcd{}ef", 'é').is_ok());
+        assert!(text.write_str("abcdéef").is_ok());
         assert_eq!(buffer.map(|byte| byte as u8), *b"abcd\0\x55\x55\x55");
         // SAFETY: no buffer.
         let mut none = unsafe { ErrorText::new(core::ptr::null_mut(), 6) };

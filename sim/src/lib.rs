@@ -8,6 +8,7 @@ pub mod channel;
 pub mod compare;
 pub mod detect;
 pub mod engine;
+pub mod fmu;
 pub mod interrupt;
 pub mod lti;
 pub mod metrics;

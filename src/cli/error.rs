@@ -13,6 +13,7 @@ use trocar_report::{OutputError, PictureError, diagnostic};
 use trocar_sim::compare::PaperError;
 use trocar_sim::detect::calibration::CalibrationError;
 use trocar_sim::error::InvalidValue;
+use trocar_sim::fmu::UnitError;
 use trocar_sim::roc::RocError;
 use trocar_sim::run::RunError;
 use trocar_sim::scenario::ScenarioError;
@@ -139,6 +140,22 @@ pub(super) enum CliError {
         /// The most similar known one.
         nearest: Option<String>,
     },
+    /// A unit cannot be made.
+    #[error(transparent)]
+    Unit(UnitError),
+    /// The library of units is not there.
+    #[error(
+        "{path}: {source}: build it with cargo build --release -p trocar-fmu, and give its path with --library if it is elsewhere"
+    )]
+    NoLibrary {
+        /// The expected file.
+        path: String,
+        /// Why it cannot be read.
+        source: std::io::Error,
+    },
+    /// A container cannot be made.
+    #[error("the unit cannot be packed: {0}")]
+    Pack(std::io::Error),
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
@@ -167,6 +184,15 @@ impl From<SweepError> for CliError {
                 other => Self::Run(other),
             },
             other => Self::Sweep(other),
+        }
+    }
+}
+
+impl From<UnitError> for CliError {
+    fn from(error: UnitError) -> Self {
+        match error {
+            UnitError::Scenario(error) => Self::Scenario(error),
+            other => Self::Unit(other),
         }
     }
 }
@@ -234,6 +260,8 @@ impl CliError {
             | Self::LongSweep { .. }
             | Self::Unknown { .. }
             | Self::Calibration(_)
+            | Self::Unit(_)
+            | Self::NoLibrary { .. }
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
             Self::Sweep(error) => error.is_input(),
@@ -245,6 +273,7 @@ impl CliError {
             | Self::Output(_)
             | Self::Picture(_)
             | Self::Html(_)
+            | Self::Pack(_)
             | Self::Print(_) => false,
         }
     }

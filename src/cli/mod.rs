@@ -7,6 +7,7 @@ mod detect;
 mod error;
 mod explain;
 mod explore;
+mod export;
 mod figure;
 mod format;
 mod init;
@@ -127,6 +128,13 @@ enum Command {
     /// position_m, velocity_m_per_s and force_n, at 1 kHz, forces positive when they resist insertion. The same seed gives the same
     /// bytes; seed 1 is the shipped recording.
     Record(record::RecordArgs),
+    /// Write a scenario as a unit for other simulation programs (FMI)
+    ///
+    /// The unit is the whole simulation, with the person's position as input and the columns of the trace as outputs; or with --rig
+    /// the controller of a rig, with samples as inputs and commands and alarm as outputs. Its parameters are the keys of the
+    /// scenario, with their values as defaults. A step is a whole number of ticks; after a step from t to t + h, the outputs are
+    /// those of the last tick before t + h.
+    Export(export::ExportArgs),
     /// Check scenarios and sweep files without running them
     Check(check::CheckArgs),
     /// Explain a warning, a key or a metric; without an argument, list all warnings
@@ -244,6 +252,7 @@ pub fn main() -> ExitCode {
         Command::Roc(args) => roc::run(&args),
         Command::Stability(args) => stability::run(&args),
         Command::Record(args) => record::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Scenarios(args) => scenarios::run(&args),

@@ -15,6 +15,7 @@ mod detect_real;
 mod estimators;
 mod explore;
 mod figures;
+mod fmu;
 mod instruction_sets;
 mod intent;
 mod keys;

@@ -2,6 +2,7 @@
 
 use trocar_core::settings::{Fallback, Key};
 
+use super::error::ScenarioError;
 use super::resolve::Scenario;
 use super::value::Value;
 use crate::rig::{Limits, Settings, VelocitySource};
@@ -31,6 +32,23 @@ impl Scenario {
             augmentation: self.augmentation,
             limits: Limits::default(),
         }
+    }
+
+    /// As [`Scenario::rig_settings`], with some numbers of [`Settings::KEYS`] changed.
+    ///
+    /// # Errors
+    /// None for the keys of a rig; [`Settings::validate`] checks the ranges.
+    pub fn rig_settings_with(&self, changes: &[(&'static str, f64)]) -> Result<Settings, ScenarioError> {
+        let mut values = self.values().clone();
+        for (key, value) in self.rig_values() {
+            if let Some(value) = value {
+                values.derive(key.path, value);
+            }
+        }
+        for (path, value) in changes {
+            values.derive(path, Value::Number(*value));
+        }
+        Settings::read(&mut values)
     }
 
     /// The values of [`Scenario::rig_settings`] by key, in the order of [`Settings::KEYS`]; `None` for a key without a value.

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use trocar_core::settings::{self, ActsFor, Fallback, Key, Kind, Source as _};
 
@@ -384,6 +385,22 @@ impl Values {
     fn missing(&self, path: &str) -> ScenarioError {
         let must = find(path).map_or_else(String::new, |key| format!(", {}", key.kind));
         self.error(path, format!("{path} is missing{must}"))
+    }
+
+    /// The files on disk that the values name: a new name for each, which replaces it, and its path. Paths in the values are then
+    /// relative to a folder that contains the new names.
+    pub(crate) fn take_files(&mut self) -> Vec<(String, PathBuf)> {
+        let mut files = vec![];
+        let acting: Vec<_> = KEYS.iter().filter(|key| matches!(key.kind, Kind::File) && self.is_acting(key)).collect();
+        for key in acting {
+            if let Some(Source::Disk(path)) = self.file(key.path) {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let name = format!("{}_{name}", key.path.replace('.', "_"));
+                self.replace(key.path, Value::Text(name.clone()));
+                files.push((name, path));
+            }
+        }
+        files
     }
 
     /// The values of one section, by the keys' last names.

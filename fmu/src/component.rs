@@ -1,0 +1,175 @@
+//! What an instance is in the calls of both versions of the standard.
+
+use std::ffi::{CStr, CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use trocar_sim::fmu::{Instance, InstanceError, Scalar};
+
+/// Done.
+pub const OK: i32 = 0;
+/// The call has failed.
+pub const ERROR: i32 = 3;
+
+/// Reports a message to the importing program.
+pub type Log = Box<dyn Fn(&CStr)>;
+
+/// An instance with the way to report its errors.
+pub struct Component {
+    instance: Instance,
+    log: Log,
+}
+
+fn report(log: &Log, message: &str) {
+    // A message with a NUL inside cannot be passed on.
+    let message = CString::new(message).unwrap_or_else(|_| c"an error without a text".to_owned());
+    log(&message);
+}
+
+impl Component {
+    /// The instance of a unit with its resources in a folder, for the token of the description; null if that fails.
+    pub fn new(resources: Option<PathBuf>, token: &str, log: Log) -> *mut Self {
+        let load = || match &resources {
+            Some(folder) => Instance::load(folder, token).map_err(|error| error.to_string()),
+            None => Err("the location of the resources is not a folder on this machine: unpack the unit".to_owned()),
+        };
+        match catch_unwind(AssertUnwindSafe(load)) {
+            Ok(Ok(instance)) => Box::into_raw(Box::new(Self { instance, log })),
+            Ok(Err(message)) => {
+                report(&log, &message);
+                std::ptr::null_mut()
+            }
+            Err(_) => std::ptr::null_mut(),
+        }
+    }
+
+    /// Frees an instance.
+    ///
+    /// # Safety
+    /// It is null or from [`Component::new`], and not used any more.
+    #[allow(unsafe_code, reason = "the importing program holds the instance as a pointer")]
+    pub unsafe fn free(component: *mut Self) {
+        if !component.is_null() {
+            // SAFETY: it is from a box, and freed once.
+            drop(unsafe { Box::from_raw(component) });
+        }
+    }
+
+    /// Runs a call on an instance, and reports its error.
+    ///
+    /// # Safety
+    /// It is null or from [`Component::new`], and no other call uses it meanwhile.
+    #[allow(unsafe_code, reason = "the importing program holds the instance as a pointer")]
+    pub unsafe fn call(component: *mut Self, call: impl FnOnce(&mut Instance) -> Result<(), InstanceError>) -> i32 {
+        // SAFETY: as said.
+        let Some(Self { instance, log }) = (unsafe { component.as_mut() }) else { return ERROR };
+        match catch_unwind(AssertUnwindSafe(|| call(instance))) {
+            Ok(Ok(())) => OK,
+            Ok(Err(error)) => {
+                report(log, &error.to_string());
+                ERROR
+            }
+            Err(_) => {
+                report(log, "a defect of the library: this instance must not be used any more");
+                ERROR
+            }
+        }
+    }
+
+    /// Reads values of one type: `read` takes each to the type of the call.
+    ///
+    /// # Safety
+    /// As of [`Component::call`]; `references` and `values` have `count` items, or `count` is 0.
+    #[allow(unsafe_code, reason = "the lists are the importing program's")]
+    pub unsafe fn get<T>(
+        component: *mut Self,
+        (references, values, count): (*const u32, *mut T, usize),
+        kind: &'static str,
+        read: impl Fn(Scalar) -> Option<T>,
+    ) -> i32 {
+        let get = |instance: &mut Instance| {
+            for at in 0..count {
+                // SAFETY: both lists are this long.
+                let reference = unsafe { references.add(at).read() };
+                let value =
+                    read(instance.get(reference, kind)?).ok_or(InstanceError::NoVariable { kind, reference })?;
+                unsafe { values.add(at).write(value) };
+            }
+            Ok(())
+        };
+        // SAFETY: as this function's.
+        unsafe { Self::call(component, get) }
+    }
+
+    /// Sets values of one type: `scalar` takes each from the type of the call.
+    ///
+    /// # Safety
+    /// As of [`Component::get`].
+    #[allow(unsafe_code, reason = "the lists are the importing program's")]
+    pub unsafe fn set<T>(
+        component: *mut Self,
+        (references, values, count): (*const u32, *const T, usize),
+        kind: &'static str,
+        scalar: impl Fn(T) -> Scalar,
+    ) -> i32 {
+        let set = |instance: &mut Instance| {
+            for at in 0..count {
+                // SAFETY: both lists are this long.
+                let (reference, value) = unsafe { (references.add(at).read(), values.add(at).read()) };
+                instance.set(reference, kind, scalar(value))?;
+            }
+            Ok(())
+        };
+        // SAFETY: as this function's.
+        unsafe { Self::call(component, set) }
+    }
+}
+
+/// A text of the importing program; empty for null.
+///
+/// # Safety
+/// It is null or ends with a NUL.
+#[allow(unsafe_code, reason = "the text is the importing program's")]
+pub unsafe fn text(pointer: *const c_char) -> String {
+    if pointer.is_null() {
+        return String::new();
+    }
+    // SAFETY: as said.
+    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
+}
+
+/// The folder that a location in FMI 2.0 names: a URI with the scheme file, with percent-encoded bytes.
+pub fn folder_of_uri(uri: &str) -> Option<PathBuf> {
+    let rest = uri.strip_prefix("file:")?;
+    let path = rest.strip_prefix("//").map_or(rest, |after| after.find('/').map_or("", |slash| &after[slash..]));
+    let mut bytes = Vec::with_capacity(path.len());
+    let mut left = path.bytes();
+    while let Some(byte) = left.next() {
+        if byte == b'%' {
+            let digit = |byte: Option<u8>| char::from(byte?).to_digit(16);
+            bytes.push(u8::try_from(16 * digit(left.next())? + digit(left.next())?).ok()?);
+        } else {
+            bytes.push(byte);
+        }
+    }
+    let path = String::from_utf8(bytes).ok()?;
+    // A drive of Windows stands after a slash.
+    let is_drive = path.as_bytes().get(2) == Some(&b':');
+    Some(Path::new(if is_drive { &path[1..] } else { &path }).to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_uri_names_a_folder() {
+        let folder = |uri| folder_of_uri(uri).map(|path| path.display().to_string());
+        assert_eq!(folder("file:///tmp/a%20unit/resources"), Some("/tmp/a unit/resources".into()));
+        assert_eq!(folder("file:/tmp/unit"), Some("/tmp/unit".into()));
+        assert_eq!(folder("file://localhost/tmp/unit"), Some("/tmp/unit".into()));
+        assert_eq!(folder("file:///C:/unit"), Some("C:/unit".into()));
+        assert_eq!(folder("https://example.org/unit"), None);
+        assert_eq!(folder("file:///tmp/%zz"), None);
+    }
+}

@@ -1,0 +1,174 @@
+//! The functions of FMI 2.0.
+#![allow(unsafe_code, reason = "names and pointers are the standard's")]
+
+use std::ffi::{CStr, CString, c_char, c_void};
+
+use trocar_sim::fmu::Scalar;
+
+use crate::component::{Component, ERROR, OK, folder_of_uri, text};
+
+/// The logger of the importing program.
+type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char, ...);
+
+/// The functions of the importing program. Memory is not allocated by them: the description says so.
+#[repr(C)]
+pub struct Callbacks {
+    logger: Option<Logger>,
+    allocate_memory: *const c_void,
+    free_memory: *const c_void,
+    step_finished: *const c_void,
+    environment: *mut c_void,
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
+    c"default".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetVersion() -> *const c_char {
+    c"2.0".as_ptr()
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    name: *const c_char,
+    kind: i32,
+    guid: *const c_char,
+    resources: *const c_char,
+    callbacks: *const Callbacks,
+    _visible: i32,
+    _logging_on: i32,
+) -> *mut Component {
+    const CO_SIMULATION: i32 = 1;
+    // SAFETY: texts that end with a NUL, and callbacks that stay valid, by the standard.
+    let (name, guid, resources, callbacks) = unsafe { (text(name), text(guid), text(resources), callbacks.as_ref()) };
+    let (logger, environment) = callbacks.map_or((None, std::ptr::null_mut()), |all| (all.logger, all.environment));
+    let name = CString::new(name).unwrap_or_default();
+    let log = move |message: &CStr| {
+        // A printf-like function, whose format has no arguments.
+        let format = CString::new(message.to_string_lossy().replace('%', "%%")).unwrap_or_default();
+        if let Some(logger) = logger {
+            // SAFETY: a function of the importing program with these arguments.
+            unsafe { logger(environment, name.as_ptr(), ERROR, c"logStatusError".as_ptr(), format.as_ptr()) };
+        }
+    };
+    if kind != CO_SIMULATION {
+        log(c"this unit is for co-simulation");
+        return std::ptr::null_mut();
+    }
+    Component::new(folder_of_uri(&resources), &guid, Box::new(log))
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
+    // SAFETY: from `fmi2Instantiate`.
+    unsafe { Component::free(component) }
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Reset(component: *mut Component) -> i32 {
+    // SAFETY: from `fmi2Instantiate`.
+    unsafe {
+        Component::call(component, |instance| {
+            instance.reset();
+            Ok(())
+        })
+    }
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut Component) -> i32 {
+    // SAFETY: from `fmi2Instantiate`.
+    unsafe { Component::call(component, |instance| instance.initialise()) }
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DoStep(
+    component: *mut Component,
+    _time_s: f64,
+    step_s: f64,
+    _no_set_state_prior: i32,
+) -> i32 {
+    // SAFETY: from `fmi2Instantiate`.
+    unsafe { Component::call(component, |instance| instance.step(step_s)) }
+}
+
+/// Getter and setter of a type.
+macro_rules! values {
+    ($($get:ident, $set:ident, $value:ty, $kind:literal, $read:expr, $scalar:expr;)*) => {$(
+        /// # Safety
+        /// As the standard says.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(component: *mut Component, references: *const u32, count: usize, values: *mut $value) -> i32 {
+            // SAFETY: lists of this length, by the standard.
+            unsafe { Component::get(component, (references, values, count), $kind, $read) }
+        }
+
+        /// # Safety
+        /// As the standard says.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(component: *mut Component, references: *const u32, count: usize, values: *const $value) -> i32 {
+            // SAFETY: lists of this length, by the standard.
+            unsafe { Component::set(component, (references, values, count), $kind, $scalar) }
+        }
+    )*};
+}
+
+fn real(value: Scalar) -> Option<f64> {
+    if let Scalar::Real(value) = value { Some(value) } else { None }
+}
+
+fn integer(value: Scalar) -> Option<i32> {
+    if let Scalar::Integer(value) = value { i32::try_from(value).ok() } else { None }
+}
+
+fn boolean(value: Scalar) -> Option<i32> {
+    if let Scalar::Boolean(value) = value { Some(i32::from(value)) } else { None }
+}
+
+values! {
+    fmi2GetReal, fmi2SetReal, f64, "Real", real, Scalar::Real;
+    fmi2GetInteger, fmi2SetInteger, i32, "Integer", integer, |value| Scalar::Integer(i64::from(value));
+    fmi2GetBoolean, fmi2SetBoolean, i32, "Boolean", boolean, |value| Scalar::Boolean(value != 0);
+}
+
+/// No variable is a text: the calls succeed for none of them.
+macro_rules! texts {
+    ($($name:ident)*) => {$(
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name(_: *mut Component, _: *const u32, count: usize, _: *const c_void) -> i32 {
+            if count == 0 { OK } else { ERROR }
+        }
+    )*};
+}
+
+texts! { fmi2GetString fmi2SetString }
+
+/// Functions without an effect here, or that the description excludes: they return a status, whatever their arguments are. A
+/// caller of C removes its arguments itself.
+macro_rules! constant {
+    ($($status:ident: $($name:ident)*;)*) => {$($(
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name() -> i32 {
+            $status
+        }
+    )*)*};
+}
+
+constant! {
+    OK: fmi2SetDebugLogging fmi2SetupExperiment fmi2EnterInitializationMode fmi2Terminate;
+    ERROR: fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate fmi2SerializedFMUstateSize fmi2SerializeFMUstate
+        fmi2DeSerializeFMUstate fmi2GetDirectionalDerivative fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives
+        fmi2CancelStep fmi2GetStatus fmi2GetRealStatus fmi2GetIntegerStatus fmi2GetBooleanStatus fmi2GetStringStatus;
+}

@@ -1,0 +1,106 @@
+//! `trocar export`.
+
+use std::io::{Cursor, Write as _};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
+
+use super::error::CliError;
+use super::{SET_ONE, source_of, terminal};
+use trocar_report::write_file;
+use trocar_sim::fmu::{Model, Unit, Version};
+use trocar_sim::scenario::Values;
+
+const EXAMPLES: &str = "\
+Examples:
+  trocar export fmu paper/augmented --rig          the controller of a rig: samples in, commands out
+  trocar export fmu layers/skin-augmented --fmi 2  the whole simulation: the person's position in
+
+The unit contains a library, which cargo build --release -p trocar-fmu makes beside trocar.";
+
+/// The licences, of which a user chooses one.
+const LICENCES: [(&str, &str); 2] =
+    [("LICENSE-MIT", include_str!("../../LICENSE-MIT")), ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE"))];
+
+/// What is written.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Format {
+    /// A functional mock-up unit for co-simulation
+    Fmu,
+}
+
+/// Write a scenario as a unit for other simulation programs.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct ExportArgs {
+    /// What to write
+    #[arg(value_enum)]
+    format: Format,
+    /// A scenario file, or the name of a shipped scenario
+    #[arg(value_name = "SCENARIO")]
+    scenario: String,
+    /// Version of the standard
+    #[arg(long, value_name = "VERSION", default_value = "3", value_parser = ["2", "3"])]
+    fmi: String,
+    /// Export the controller of a rig instead of the whole simulation
+    #[arg(long)]
+    rig: bool,
+    #[arg(long = "set", value_name = "SECTION.KEY=VALUE", help = SET_ONE)]
+    settings: Vec<String>,
+    /// The library for the unit; without it, the one beside this program
+    #[arg(long, value_name = "FILE")]
+    library: Option<PathBuf>,
+    /// File to write; without it, the scenario's name with the ending .fmu
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+    /// Print errors only
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
+    let Format::Fmu = args.format;
+    let source = source_of(&args.scenario);
+    let name = Values::load(&source, &args.settings)?.name().to_owned();
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.fmu")));
+    if out.exists() && !args.force {
+        return Err(CliError::Exists { path: out.display().to_string() });
+    }
+    let model = if args.rig { Model::Rig } else { Model::Simulation };
+    let version = if args.fmi == "2" { Version::Two } else { Version::Three };
+    let mut unit = Unit::new(&source, &args.settings, (model, version), library(args.library.as_deref())?)?;
+    unit.files.extend(LICENCES.map(|(name, text)| (format!("documentation/licenses/{name}.txt"), text.into())));
+    let count = unit.files.len();
+    write_file(&out, &packed(&unit).map_err(CliError::Pack)?)?;
+    if args.quiet {
+        return Ok(());
+    }
+    let what = if args.rig { "the controller of a rig" } else { "the whole simulation" };
+    terminal::print(&format!("{}: {what}, FMI {}.0, {count} files\n", out.display(), args.fmi))
+}
+
+/// The library of units, given or beside this program.
+fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
+    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+    let beside = || {
+        let program = std::env::current_exe().unwrap_or_default();
+        program.with_file_name(format!("{DLL_PREFIX}trocar_fmu{DLL_SUFFIX}"))
+    };
+    let path = given.map_or_else(beside, Path::to_owned);
+    std::fs::read(&path).map_err(|source| CliError::NoLibrary { path: path.display().to_string(), source })
+}
+
+/// The files in a container.
+fn packed(unit: &Unit) -> Result<Vec<u8>, std::io::Error> {
+    let mut container = ZipWriter::new(Cursor::new(vec![]));
+    for (path, content) in &unit.files {
+        container.start_file(path.as_str(), SimpleFileOptions::default())?;
+        container.write_all(content)?;
+    }
+    Ok(container.finish()?.into_inner())
+}
