@@ -15,8 +15,10 @@ use trocar_sim::scenario::Values;
 
 const EXAMPLES: &str = "\
 Examples:
-  trocar export fmu paper/augmented --rig          the controller of a rig: samples in, commands out
-  trocar export fmu layers/skin-augmented --fmi 2  the whole simulation: the person's position in
+  trocar export fmu paper/augmented --rig
+      the controller of a rig: samples in, commands out
+  trocar export fmu layers/skin-augmented --fmi 2
+      the whole simulation: the person's position in
 
 The unit contains a library, which cargo build --release -p trocar-fmu makes beside trocar.";
 

@@ -213,7 +213,7 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
 }
 
 /// Texts that equal a word of a choice, and their meaning.
-const SPELT_ALIKE: [(&str, &str, &str); 18] = [
+const SPELT_ALIKE: [(&str, &str, &str); 21] = [
     ("none", "core/src/augmentation/mod.rs", "the hold that is none"),
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
@@ -232,6 +232,9 @@ const SPELT_ALIKE: [(&str, &str, &str); 18] = [
     ("stiffness", "sim/src/scenario/quantity.rs", "the name of a quantity"),
     ("minimum-jerk", "sim/src/scenario/replay.rs", "the remedy of an error"),
     ("layers", "sim/src/scenario/replay.rs", "the remedy of an error"),
+    ("continuous", "sim/src/fmu/description.rs", "the variability of an input in FMI"),
+    ("continuous", "sim/src/fmu/description.rs", "the variability of the time in FMI"),
+    ("time", "sim/src/fmu/description.rs", "the name of the time in FMI"),
 ];
 
 #[test]
