@@ -69,13 +69,16 @@ macro_rules! gather_variants {
     };
 }
 
-/// Builds an array of lanes by a loop over its index. `array::from_fn` and its closure are separate functions, compiled
-/// without the instruction set of the run.
+/// Builds an array of lanes, or of another number given its zero, by a loop over its index. `array::from_fn` and its
+/// closure are separate functions, compiled without the instruction set of the run and often not inlined.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! by_index {
-    ($N:expr, |$i:ident| $value:expr) => {{
-        let mut all = [L::zero(); $N];
+    ($N:expr, |$i:ident| $value:expr) => {
+        $crate::by_index!($N, L::zero(), |$i| $value)
+    };
+    ($N:expr, $zero:expr, |$i:ident| $value:expr) => {{
+        let mut all = [$zero; $N];
         #[allow(clippy::needless_range_loop, reason = "the value may need the index for something else")]
         for $i in 0..$N {
             all[$i] = $value;

@@ -1,12 +1,12 @@
 //! The animation as an animated PNG, for a talk. It has the parts and the colours of `assets/animation.js`.
 
-use png::{BlendOp, ColorType, Compression, DisposeOp, Encoder, EncodingError};
+use png::{BlendOp, ColorType, Compression, DisposeOp, Encoder, EncodingError, Filter};
 use tiny_skia::{
     Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, StrokeDash, Transform,
 };
 
 use super::{Animation, Panel};
-use crate::figures::{letters, text_width};
+use crate::figures::{letters, opaque, text_width};
 
 /// Size of the picture in pixels.
 const WIDTH: u32 = 960;
@@ -58,13 +58,15 @@ impl Animation {
         let mut encoder = Encoder::new(&mut bytes, WIDTH, HEIGHT);
         encoder.set_color(ColorType::Rgb);
         encoder.set_compression(Compression::Balanced);
+        // Areas of one colour need no choice of a filter for each row, which would take longer than painting.
+        encoder.set_filter(Filter::Up);
         encoder.set_animated(frames.len() as u32, 0)?;
         encoder.set_blend_op(BlendOp::Source)?;
         encoder.set_dispose_op(DisposeOp::None)?;
         let mut writer = encoder.write_header()?;
         let mut before: Option<Vec<u8>> = None;
         for &frame in &frames {
-            let now = rgb(&self.paint(frame));
+            let now = opaque(&self.paint(frame));
             let next_s = self.time_s[(frame + EVERY).min(last)].0;
             let shown_ms = (1e3 * self.slowness * (next_s - self.time_s[frame].0)).round() as u16;
             writer.set_frame_delay(if frame == last { REST_MS } else { shown_ms }, 1000)?;
@@ -282,11 +284,6 @@ fn paint([r, g, b]: Rgb) -> Paint<'static> {
     let mut paint = Paint::default();
     paint.set_color_rgba8(r, g, b, 255);
     paint
-}
-
-/// Returns the colours of an opaque picture.
-fn rgb(pixmap: &Pixmap) -> Vec<u8> {
-    pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }
 
 /// Returns the smallest rectangle with all changes: its first column and row, and those after its last ones.

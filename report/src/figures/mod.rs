@@ -56,7 +56,7 @@ pub use overlay::overlay;
 pub use paper::{distance, force, principle};
 pub use parameters::parameters;
 pub use ports::{PortsView, ports};
-pub(crate) use raster::letters;
+pub(crate) use raster::{letters, opaque};
 pub(super) use residual::{Histogram, gaussian, histogram};
 pub use residual::{distribution, residual_histogram};
 pub use stability::{MapAxisView, MapView, stability_map};

@@ -38,10 +38,18 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, FigureError> {
     let per_metre = (DOTS_PER_INCH / METRES_PER_INCH).round() as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
     let mut writer = encoder.write_header()?;
-    let opaque: Vec<u8> = pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    writer.write_image_data(&opaque)?;
+    writer.write_image_data(&opaque(pixmap))?;
     writer.finish()?;
     Ok(bytes)
+}
+
+/// Returns the red, green and blue of each pixel of an opaque image.
+pub(crate) fn opaque(pixmap: &Pixmap) -> Vec<u8> {
+    let mut bytes = vec![0; pixmap.data().len() / 4 * 3];
+    for (rgb, rgba) in bytes.chunks_exact_mut(3).zip(pixmap.data().chunks_exact(4)) {
+        rgb.copy_from_slice(&rgba[..3]);
+    }
+    bytes
 }
 
 impl Item {

@@ -11,7 +11,7 @@ const MAX_QR_ITERATIONS: usize = 10_000;
 
 /// `A B`, accumulated in the order of the inner index. The caller checks the shapes.
 pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    debug_assert_eq!(a.ncols(), b.nrows());
+    assert_eq!(a.ncols(), b.nrows());
     DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).fold(0.0, |sum, k| sum + a[(i, k)] * b[(k, j)]))
 }
 

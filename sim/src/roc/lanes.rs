@@ -2,7 +2,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use crate::lane::{Lane, Mask};
+use crate::lane::{Lane, Mask, by_index};
 
 /// Number of lanes.
 pub(super) const LANES: usize = 8;
@@ -18,11 +18,11 @@ pub(super) struct ThresholdMask([u64; LANES]);
 impl ThresholdLanes {
     #[inline(always)]
     fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        Self(by_index!(LANES, 0.0, |i| f(self.0[i], other.0[i])))
     }
     #[inline(always)]
     fn compare(self, other: Self, f: impl Fn(f64, f64) -> bool) -> ThresholdMask {
-        ThresholdMask(std::array::from_fn(|i| if f(self.0[i], other.0[i]) { u64::MAX } else { 0 }))
+        ThresholdMask(by_index!(LANES, 0, |i| if f(self.0[i], other.0[i]) { u64::MAX } else { 0 }))
     }
 }
 
@@ -43,28 +43,28 @@ impl Neg for ThresholdLanes {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(self.0.map(|v| -v))
+        Self(by_index!(LANES, 0.0, |i| -self.0[i]))
     }
 }
 impl BitAnd for ThresholdMask {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] & other.0[i]))
+        Self(by_index!(LANES, 0, |i| self.0[i] & other.0[i]))
     }
 }
 impl BitOr for ThresholdMask {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] | other.0[i]))
+        Self(by_index!(LANES, 0, |i| self.0[i] | other.0[i]))
     }
 }
 impl Not for ThresholdMask {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        Self(self.0.map(|v| !v))
+        Self(by_index!(LANES, 0, |i| !self.0[i]))
     }
 }
 impl Mask for ThresholdMask {
@@ -74,11 +74,11 @@ impl Mask for ThresholdMask {
     }
     #[inline(always)]
     fn any(self) -> bool {
-        self.0.into_iter().fold(0, BitOr::bitor) != 0
+        self.0 != [0; LANES]
     }
     #[inline(always)]
     fn all(self) -> bool {
-        self.0.into_iter().fold(u64::MAX, BitAnd::bitand) != 0
+        self.0 == [u64::MAX; LANES]
     }
     #[inline(always)]
     fn lane(self, index: usize) -> bool {
@@ -103,11 +103,11 @@ impl Lane for ThresholdLanes {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(self.0.map(f64::abs))
+        Self(by_index!(LANES, 0.0, |i| self.0[i].abs()))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(self.0.map(f64::sqrt))
+        Self(by_index!(LANES, 0.0, |i| self.0[i].sqrt()))
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -127,10 +127,9 @@ impl Lane for ThresholdLanes {
     }
     #[inline(always)]
     fn select(mask: ThresholdMask, chosen: Self, otherwise: Self) -> Self {
-        let pick = |i: usize| {
+        Self(by_index!(LANES, 0.0, |i| {
             let (yes, no) = (chosen.0[i].to_bits() & mask.0[i], otherwise.0[i].to_bits() & !mask.0[i]);
             f64::from_bits(yes | no)
-        };
-        Self(std::array::from_fn(pick))
+        }))
     }
 }
