@@ -1,13 +1,14 @@
 //! Errors of commands, and their exit codes.
 
 mod detect;
+mod link;
 
 use std::process::ExitCode;
 
 pub(super) use detect::{DetectError, LabelProblem};
+pub(super) use link::LinkError;
 use thiserror::Error;
 
-use super::link::LinkError;
 use crate::explore::ExploreError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError, diagnostic};

@@ -13,8 +13,8 @@ use trocar_sim::remote::{
 };
 
 /// Layers, a hand that reacts, noise, and augmentation: a rupture is detected within the time.
-const BASE: &str = "name = \"x\"\nbase = \"builtin:layers/skin-augmented\"\n[simulation]\nduration_s = 2.5\n\
-    [operator]\nreflex = \"withdraw\"\ntremor_amplitude_m = 1e-4\n";
+const BASE: &str = "name = \"x\"\nbase = \"builtin:layers/skin-augmented\"\n\
+    [operator]\nreflex = \"withdraw\"\ntremor_amplitude_m = 1e-4\n[simulation]\nduration_s = 2.5\n";
 
 fn scenario(more: &str) -> Scenario {
     let text = format!("{BASE}{more}");
@@ -107,17 +107,13 @@ fn both_ends_give_the_signals_of_a_run_for_other_links_and_machines() {
         // Down from the start; each recovery.
         "[channel]\ndelay_s = 0.01\noutages_s = [0.0, 0.3, 1.5, 1.8]\nrecovery = \"hold\"\n",
         "[channel]\ndelay_s = 0.3\njitter_s = 0.1\noutages_s = [1.5, 2.2]\nrecovery = \"give-up\"\n",
-        "[channel]\ndelay_s = 0.003\n[simulation.x]\n",
-        "[channel]\ndelay_s = 0.004\n[actuator]\nmaster_lag_s = 2e-3\nslave_lag_s = 1e-3\nmaster_max_force_n = 20.0\n",
+        "[channel]\ndelay_s = 0.003\n[estimator]\nforgetting = \"exponential\"\n",
         "[channel]\ndelay_s = 0.004\n[sensor]\nposition_resolution_m = 1e-6\n[slave]\ncompliance_m_per_n = 1e-4\n",
+        "[channel]\ndelay_s = 0.004\n[actuator]\nmaster_lag_s = 2e-3\nslave_lag_s = 1e-3\nmaster_force_limit_n = 20.0\n",
     ] {
-        let parts = parts.replace("[simulation.x]\n", "[estimator]\nforgetting_s = 0.5\n");
-        let is_sampled = parts.contains("[actuator]");
-        let settings: Vec<String> =
-            is_sampled.then(|| "simulation.control=\"sampled\"".to_owned()).into_iter().collect();
-        let text = format!("{BASE}{parts}");
-        let source = Source::Text { name: "x".into(), text: text.into() };
-        let scenario = Scenario::load(&source, &settings).unwrap_or_else(|error| panic!("{parts}: {}", error.message));
+        // Limits of the motors need controllers on the tick.
+        let control = if parts.contains("[actuator]") { "control = \"sampled\"\n" } else { "" };
+        let scenario = scenario(&parts.replacen("[channel]", &format!("{control}[channel]"), 1));
         let ends = in_virtual_time(&scenario, &Key::of_loopback(), |_, _, _, _| ());
         assert_is_run(&scenario, &ends);
     }

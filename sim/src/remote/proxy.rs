@@ -1,8 +1,13 @@
 //! The scenario's channel between two real ends.
 
+use std::collections::BTreeMap;
+
 use super::packet::{Kind, PACKET_BYTES, Packet, Role};
 use crate::channel::SampleDelays;
 use crate::scenario::Scenario;
+
+/// The most packets on their way; further ones are lost.
+const MAX_WAITING: usize = 100_000;
 
 /// Delays and drops messages as the simulated channel of a scenario does: delay, jitter, loss, outages and logged delays,
 /// with the same random numbers. Greetings pass at once.
@@ -11,15 +16,10 @@ pub struct Proxy {
     tick_ns: f64,
     ticks: u64,
     delays: [SampleDelays; 2],
-    waiting: Vec<Waiting>,
+    /// By the time at which they are due in ns, and by their number.
+    waiting: BTreeMap<(i64, u64), (Role, [u8; PACKET_BYTES])>,
+    number: u64,
     lost: [u64; 2],
-}
-
-#[derive(Debug)]
-struct Waiting {
-    due_ns: i64,
-    to: Role,
-    packet: [u8; PACKET_BYTES],
 }
 
 impl Proxy {
@@ -30,7 +30,8 @@ impl Proxy {
             tick_ns: scenario.grid.tick_s() * 1e9,
             ticks: scenario.grid.ticks(),
             delays: scenario.sample_delays(),
-            waiting: vec![],
+            waiting: BTreeMap::new(),
+            number: 0,
             lost: [0; 2],
         }
     }
@@ -38,17 +39,18 @@ impl Proxy {
     /// Takes a packet of a side at a time (ns).
     pub fn take(&mut self, from: Role, bytes: &[u8], now_ns: i64) {
         let Ok(packet) = <[u8; PACKET_BYTES]>::try_from(bytes) else { return };
-        let delay_ns = match Packet::read(bytes) {
-            Some(Packet { kind: Kind::Message, tick, .. }) if tick < self.ticks => {
-                let Some(ticks) = self.delay_ticks(from, tick) else {
-                    self.lost[from as usize] += 1;
-                    return;
-                };
-                (ticks as f64 * self.tick_ns).round() as i64
-            }
-            _ => 0,
+        let delay_ticks = match Packet::read(bytes) {
+            Some(Packet { kind: Kind::Message, tick, .. }) if tick < self.ticks => self.delay_ticks(from, tick),
+            _ => Some(0),
         };
-        self.waiting.push(Waiting { due_ns: now_ns.saturating_add(delay_ns), to: from.other(), packet });
+        match delay_ticks.filter(|_| self.waiting.len() < MAX_WAITING) {
+            None => self.lost[from as usize] += 1,
+            Some(ticks) => {
+                let due_ns = now_ns.saturating_add((ticks as f64 * self.tick_ns).round() as i64);
+                self.waiting.insert((due_ns, self.number), (from.other(), packet));
+                self.number += 1;
+            }
+        }
     }
 
     /// The delay of the message of a tick; `None` if it is lost, or if a later one has been seen.
@@ -62,11 +64,8 @@ impl Proxy {
 
     /// A packet that is due at a time (ns), and the side that it is for; the earliest first.
     pub fn next_due(&mut self, now_ns: i64) -> Option<(Role, [u8; PACKET_BYTES])> {
-        let (place, first) = self.waiting.iter().enumerate().min_by_key(|(_, waiting)| waiting.due_ns)?;
-        (first.due_ns <= now_ns).then(|| {
-            let Waiting { to, packet, .. } = self.waiting.remove(place);
-            (to, packet)
-        })
+        let first = self.waiting.first_entry()?;
+        (first.key().0 <= now_ns).then(|| first.remove())
     }
 
     /// The messages that it has dropped of each side: master, slave.

@@ -121,7 +121,7 @@ impl Scenario {
         if self.engine == EngineKind::Dop853 {
             let message = "the sides cannot be stepped apart by dop853, which integrates both machines together";
             let error = ScenarioError::new(message).at(self.values().place("simulation.engine"));
-            return Err(error.remedy("use simulation.engine = \"exact\""));
+            return Err(error.remedy(format!("use simulation.engine = \"{}\"", EngineKind::Exact.word())));
         }
         let mut apart = self.clone();
         let [forward, backward] = self.longest_delays_ticks();

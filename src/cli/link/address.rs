@@ -3,7 +3,7 @@
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 use std::path::Path;
 
-use super::LinkError;
+use crate::cli::error::LinkError;
 use trocar_sim::remote::Key;
 
 /// The socket address of a text.

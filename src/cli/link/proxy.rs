@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
-use super::LinkError;
 use super::address::bound;
 use super::pace::{Clock, send, take_all};
+use super::priority;
+use crate::cli::error::LinkError;
 use trocar_sim::remote::{Proxy, Role};
 use trocar_sim::scenario::Scenario;
 
@@ -23,14 +24,18 @@ pub(super) struct Running {
 }
 
 impl Running {
-    /// Starts a proxy to a slave.
-    pub(super) fn start(scenario: &Scenario, slave: SocketAddr) -> Result<Self, LinkError> {
+    /// Starts a proxy to a slave, in real time if that is wanted.
+    pub(super) fn start(scenario: &Scenario, slave: SocketAddr, is_realtime: bool) -> Result<Self, LinkError> {
         let here = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
         let (front, back) = (bound(here)?, bound(here)?);
         let address = front.local_addr().map_err(|source| LinkError::Bind { address: here.to_string(), source })?;
         let is_over = Arc::new(AtomicBool::new(false));
         let (proxy, flag) = (Proxy::new(scenario), is_over.clone());
-        let thread = std::thread::spawn(move || forward(proxy, (&front, &back), slave, &flag));
+        let thread = std::thread::spawn(move || {
+            // The summary tells what the ticks were given; this thread is given the same.
+            let _ = priority::ask(is_realtime);
+            forward(proxy, (&front, &back), slave, &flag)
+        });
         Ok(Self { address, is_over, thread })
     }
 

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::LinkError;
-use crate::cli::error::CliError;
+use crate::cli::error::{CliError, LinkError};
 use crate::cli::terminal;
 use trocar_report::{Folder, run_text};
 use trocar_sim::engine::Trace;
@@ -45,7 +44,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     let load = |name: &str| Scenario::load(&Source::Disk(args.folder.join(name)), &[]);
     let of_link = |role: Role, name: &str| read(&args.folder.join(role.word()).join(name));
     // Missing logs are told before anything is written.
-    let traces = [Role::Master, Role::Slave].map(|role| of_link(role, "trace.csv"));
+    let traces = [of_link(Role::Master, "trace.csv")?, of_link(Role::Slave, "trace.csv")?];
     let scenario = load("master/scenario.toml")?;
     let delays = |role: Role, direction| -> Result<Vec<u32>, LinkError> {
         let (name, text) = of_link(role, "delays.csv")?;
@@ -60,8 +59,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     let replay = run_scenario(load("replay.toml")?)?;
     let own = run_scenario(scenario)?;
     let (mut text, mut is_same) = (format!("{}\n", run_text(&replay)), true);
-    for (trace, role) in traces.into_iter().zip([Role::Master, Role::Slave]) {
-        let (name, log) = trace?;
+    for ((name, log), role) in traces.into_iter().zip([Role::Master, Role::Slave]) {
         let compared = |trace: &Trace| first_difference(&name, &log, trace).map_err(LinkError::from);
         let (ticks, difference) = compared(&replay.trace)?;
         is_same &= difference.is_none();

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::pace::{Clock, send, take_all};
 use super::proxy::Running;
-use super::{LinkError, MasterArgs, SideArgs, SlaveArgs, address, priority};
-use crate::cli::error::CliError;
+use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
+use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, source_of, terminal};
 use trocar_report::{Folder, side_object, side_text, to_json, write_trace_columns};
 use trocar_sim::engine::IntegrationError;
@@ -95,7 +95,7 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
         SocketAddr::V6(_) => "[::]:0",
     };
     let socket = address::bound(address::resolved(any_port)?)?;
-    let proxy = if args.proxy { Some(Running::start(&scenario, slave)?) } else { None };
+    let proxy = if args.proxy { Some(Running::start(&scenario, slave, args.side.realtime)?) } else { None };
     let to = proxy.as_ref().map_or(slave, |proxy| proxy.address);
     let side = Side {
         args: &args.side,
@@ -216,7 +216,10 @@ impl Side<'_> {
                 take_all(&self.socket, |bytes, from| {
                     if let Some(answer) = waiting.take(bytes, self.clock.now_ns()) {
                         send(&self.socket, &answer, from);
-                        master = Some(from);
+                    }
+                    if waiting.greeted().is_some() {
+                        // Who began the session; a copy of its packets from elsewhere changes nothing.
+                        master.get_or_insert(from);
                     }
                 });
             });
