@@ -19,7 +19,7 @@ pub fn side_text(summary: &SideSummary) -> String {
     count("messages sent", counters.sent);
     count(&format!("messages of the {other} received"), counters.received);
     count("  after a later one, not used", counters.overtaken);
-    count("  lost", summary.lost);
+    count("  lost, or under way at the end", summary.lost);
     count("packets malformed, dropped", counters.malformed);
     count("packets foreign, dropped", counters.foreign);
     count("packets repeated or old, dropped", counters.replayed);
