@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn delays_without_samples_are_those_of_the_samples() {
         let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
-        let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4]), Arc::from([300..350]));
+        let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4]), std::iter::once(300..350).collect());
         for schedule in [Schedule::default(), dead(10..15), logged] {
             let held = scheduled(uneven, &schedule, 2, 1);
             let mut delays = SampleDelays::new((&uneven, &schedule), (2, 1e-3), (1, 0));

@@ -118,8 +118,8 @@ mod tests {
         }
         let expected = [(-7.0, false), (1.0, true), (1.0, false), (1.0, false), (4.0, true), (5.0, true), (5.0, false)];
         assert_eq!(held, expected);
-        assert_eq!(arrivals.at_next_tick().is_fresh, false);
-        assert_eq!(arrivals.at_next_tick().is_fresh, false);
+        assert!(!arrivals.at_next_tick().is_fresh);
+        assert!(!arrivals.at_next_tick().is_fresh);
         let at_nine = arrivals.at_next_tick();
         assert_eq!((at_nine.sample, at_nine.payload, at_nine.is_fresh), ([9.0], [9.0; PAYLOAD], true));
         let lost = Schedule::LOST;
