@@ -22,6 +22,7 @@ mod metrics;
 mod number;
 mod paper;
 mod pictures;
+mod remote;
 mod roc;
 mod schemes;
 mod seeds;
@@ -54,6 +55,7 @@ pub use loop_response::{
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use paper::{paper_figures, paper_text};
 pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};
+pub use remote::{side_object, side_text};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use schemes::schemes_text;
 pub use seeds::{seeds_csv, seeds_text};
@@ -64,7 +66,7 @@ pub use strategies::{strategies_csv, strategies_json, strategies_picture, strate
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
 pub use switching::{released_csv, switching_csv, switching_picture, switching_text};
 pub use table::Table;
-pub use tables::{run_text, write_trace, write_trace_csv};
+pub use tables::{run_text, write_trace, write_trace_columns, write_trace_csv};
 pub use terminal_chart::runs_chart;
 pub use wrap::{WIDTH, filled};
 pub use z_width::{z_width_csv, z_width_picture, z_width_text};

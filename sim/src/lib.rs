@@ -18,6 +18,7 @@ pub mod plant;
 #[doc(hidden)]
 pub mod quantiles;
 pub mod recording;
+pub mod remote;
 pub mod roc;
 pub mod run;
 pub mod scenario;

@@ -1,10 +1,12 @@
 //! Errors of commands, and their exit codes.
 
 mod detect;
+mod link;
 
 use std::process::ExitCode;
 
 pub(super) use detect::{DetectError, LabelProblem};
+pub(super) use link::LinkError;
 use thiserror::Error;
 
 use crate::explore::ExploreError;
@@ -153,6 +155,9 @@ pub(super) enum CliError {
         /// Why it cannot be read.
         source: std::io::Error,
     },
+    /// The sides cannot run as two processes, or not be simulated again.
+    #[error(transparent)]
+    Link(#[from] LinkError),
     /// A container cannot be made.
     #[error("the unit cannot be packed: {0}")]
     Pack(std::io::Error),
@@ -264,6 +269,7 @@ impl CliError {
             | Self::NoLibrary { .. }
             | Self::Run(RunError::Scenario(_)) => true,
             Self::Detect(error) => error.is_input(),
+            Self::Link(error) => error.is_input(),
             Self::Sweep(error) => error.is_input(),
             Self::Explore(error) => matches!(error, ExploreError::Bind { .. }),
             Self::Interrupted { .. }

@@ -12,6 +12,7 @@ mod figure;
 mod format;
 mod init;
 mod interrupt;
+mod link;
 mod manual;
 mod paper;
 mod progress;
@@ -135,6 +136,17 @@ enum Command {
     /// scenario, with their values as defaults. A step is a whole number of ticks; after a step from t to t + h, the outputs are
     /// those of the last tick before t + h.
     Export(export::ExportArgs),
+    /// Run the two sides of a scenario as two processes in real time, and simulate again what they logged
+    ///
+    /// Master and slave exchange a packet per tick by UDP, with a number and a time stamp. Both run the steps of a simulated tick,
+    /// with the network in place of the channel: architectures, recovery, passivity schemes and augmentation act as in a run. Each side
+    /// logs its signals and the delays and losses of the messages that it receives; replay simulates them again.
+    ///
+    /// On one machine no key is needed. Between machines every packet is authenticated with a key, and packets of another key, of
+    /// another session or with an old number are counted and dropped. The packets are not encrypted.
+    ///
+    /// The slave's ticks are half a tick after the master's.
+    Link(link::LinkArgs),
     /// Check scenarios and sweep files without running them
     Check(check::CheckArgs),
     /// Explain a warning, a key or a metric; without an argument, list all warnings
@@ -253,6 +265,7 @@ pub fn main() -> ExitCode {
         Command::Stability(args) => stability::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Link(args) => link::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Scenarios(args) => scenarios::run(&args),

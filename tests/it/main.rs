@@ -42,6 +42,7 @@ mod passivity;
 mod properties;
 mod public_api;
 mod recording;
+mod remote;
 mod report;
 mod rig;
 mod roc;

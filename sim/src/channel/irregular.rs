@@ -4,8 +4,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::Arrival;
 use super::schedule::{Running, Schedule};
+use super::{Arrival, MAX_DELAY_TICKS};
 use crate::error::{InvalidValue, require};
 use crate::lane::Lane;
 use crate::time::nearest_ticks;
@@ -62,9 +62,82 @@ pub(super) struct Irregular<L, const N: usize> {
     tick: u64,
     delay_ticks: u64,
     schedule: Running,
+    draws: Draws,
+    streams: Box<[ChaCha8Rng]>,
+}
+
+/// What is drawn for a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Draws {
     jitter_choices: f64,
     loss: f64,
-    streams: Box<[ChaCha8Rng]>,
+}
+
+impl Draws {
+    fn new(irregularity: &Irregularity, jitter_ticks: u64) -> Self {
+        Self { jitter_choices: (jitter_ticks + 1) as f64, loss: irregularity.loss }
+    }
+
+    /// The extra delay of the next sample in ticks; `None` if it is lost.
+    #[inline(always)]
+    fn extra_ticks(&self, rng: &mut ChaCha8Rng) -> Option<u64> {
+        // Both are always drawn, so that one setting does not change the random numbers of the other.
+        let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
+        (loss_draw >= self.loss).then_some((jitter_draw * self.jitter_choices) as u64)
+    }
+}
+
+/// The delays of one direction's samples, tick by tick, without the samples: those that a [`Delay`](super::Delay) of the
+/// same settings gives its first lane.
+#[derive(Debug, Clone)]
+pub struct SampleDelays {
+    tick: u64,
+    delay_ticks: u64,
+    schedule: Running,
+    draws: Draws,
+    stream: ChaCha8Rng,
+}
+
+impl SampleDelays {
+    /// The delays around `delay_ticks` on ticks of `tick_s` (s); `random` is `(seed, stream)`.
+    #[must_use]
+    pub fn new(
+        (irregularity, schedule): (&Irregularity, &Schedule),
+        (delay_ticks, tick_s): (u64, f64),
+        (seed, stream): (u64, u64),
+    ) -> Self {
+        Self {
+            tick: 0,
+            delay_ticks: delay_ticks.min(MAX_DELAY_TICKS),
+            schedule: Running::new(schedule.clone()),
+            draws: Draws::new(irregularity, jitter_ticks(irregularity, tick_s)),
+            stream: random_stream(seed, stream),
+        }
+    }
+
+    /// The number of the next sample.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// The delay of the next sample in ticks; `None` if it is lost.
+    pub fn next_ticks(&mut self) -> Option<u64> {
+        let delay = self.schedule.delay(self.tick, self.delay_ticks);
+        let extra = self.draws.extra_ticks(&mut self.stream);
+        self.tick += 1;
+        Some(delay? + extra?)
+    }
+}
+
+fn jitter_ticks(irregularity: &Irregularity, tick_s: f64) -> u64 {
+    nearest_ticks(irregularity.jitter_s, tick_s).min(MAX_JITTER_TICKS)
+}
+
+fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream);
+    rng
 }
 
 /// The stamp of an empty entry.
@@ -78,13 +151,9 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         initial: [L; N],
         (seed, first_stream): (u64, u64),
     ) -> Self {
-        let jitter_ticks = nearest_ticks(irregularity.jitter_s, tick_s).min(MAX_JITTER_TICKS);
+        let jitter_ticks = jitter_ticks(irregularity, tick_s);
         let nothing = Sent { stamp: L::splat(NEVER), sample: initial };
-        let stream = |lane: usize| {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            rng.set_stream(first_stream + lane as u64);
-            rng
-        };
+        let stream = |lane: usize| random_stream(seed, first_stream + lane as u64);
         let places = schedule.longest(delay_ticks) + jitter_ticks + 1;
         Self {
             arriving: vec![nothing; places as usize].into_boxed_slice(),
@@ -92,8 +161,7 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
             tick: 0,
             delay_ticks,
             schedule: Running::new(schedule.clone()),
-            jitter_choices: (jitter_ticks + 1) as f64,
-            loss: irregularity.loss,
+            draws: Draws::new(irregularity, jitter_ticks),
             streams: (0..L::WIDTH).map(stream).collect(),
         }
     }
@@ -109,12 +177,9 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         let stamp = self.tick as f64;
         let delay = self.schedule.delay(self.tick, self.delay_ticks);
         for (lane, rng) in self.streams.iter_mut().enumerate() {
-            // Both are always drawn, so that one setting does not change the random numbers of the other.
-            let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
-            if let Some(delay) = delay
-                && loss_draw >= self.loss
-            {
-                let late = delay + (jitter_draw * self.jitter_choices) as u64;
+            let extra = self.draws.extra_ticks(rng);
+            if let (Some(delay), Some(extra)) = (delay, extra) {
+                let late = delay + extra;
                 let place = &mut self.arriving[((self.tick + late) % places) as usize];
                 place.stamp = place.stamp.with_lane(lane, stamp);
                 for (waiting, sent) in place.sample.iter_mut().zip(sample) {
@@ -144,7 +209,7 @@ impl<const N: usize> crate::lane::Gather for Irregular<f64, N> {
         let first = all[0];
         let equal = all.iter().all(|one| {
             (one.tick, one.delay_ticks) == (first.tick, first.delay_ticks)
-                && (one.jitter_choices, one.loss) == (first.jitter_choices, first.loss)
+                && one.draws == first.draws
                 && one.schedule == first.schedule
         });
         if !equal {
@@ -156,8 +221,7 @@ impl<const N: usize> crate::lane::Gather for Irregular<f64, N> {
             tick: first.tick,
             delay_ticks: first.delay_ticks,
             schedule: first.schedule.clone(),
-            jitter_choices: first.jitter_choices,
-            loss: first.loss,
+            draws: first.draws,
             streams: all.iter().flat_map(|one| one.streams.iter().cloned()).collect(),
         })
     }
@@ -205,6 +269,27 @@ mod tests {
         }
         let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(20).collect();
         assert!(ages.contains(&2.0) && ages.iter().any(|&age| age >= 5.0));
+    }
+
+    #[test]
+    fn delays_without_samples_are_those_of_the_samples() {
+        let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
+        let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4]), std::iter::once(300..350).collect());
+        for schedule in [Schedule::default(), dead(10..15), logged] {
+            let held = scheduled(uneven, &schedule, 2, 1);
+            let mut delays = SampleDelays::new((&uneven, &schedule), (2, 1e-3), (1, 0));
+            let mut latest = vec![-7; held.len() + 2000];
+            for sent in 0..20_000 {
+                if let Some(ticks) = delays.next_ticks() {
+                    latest[sent as usize + ticks as usize] = sent;
+                }
+            }
+            let mut last = -7;
+            for (tick, held) in held.iter().enumerate() {
+                last = last.max(latest[tick]);
+                assert_eq!(f64::from(last), *held, "at {tick}");
+            }
+        }
     }
 
     fn dead(ticks: Range<u64>) -> Schedule {

@@ -11,7 +11,7 @@
 //! 6. link, and force law on the master's side, fed with force and mode as they arrive: `F_ed`
 //! 7. both plants to tick `k + 1`
 //!
-//! [`Parts::tick`] implements this list. The combination of parts is the engine's wiring: it is chosen once, when a
+//! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] do the steps of one side. The combination of parts is the engine's wiring: it is chosen once, when a
 //! scenario is built ([`Wired`]), and the tick is compiled for each wiring.
 
 mod column;
@@ -28,6 +28,7 @@ mod parts;
 mod plants;
 mod port_energies;
 mod scheduled;
+mod sides;
 mod signals;
 mod split;
 mod trace;
@@ -49,6 +50,7 @@ pub use parts::{Parts, Wiring};
 pub use plants::{IntegrationError, MasterReading, Plants, SlaveReading};
 pub use port_energies::PortEnergies;
 pub use scheduled::ScheduledAlarms;
+pub use sides::{MasterSide, SideEngine, SlaveSide};
 pub use signals::Signals;
 pub use split::FractionalDelayPlants;
 pub use trace::{COLUMNS, TRACE_COLUMNS, Trace};

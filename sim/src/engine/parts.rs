@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::{IntegrationError, Observer, Plants, Signals};
+use super::signals::{Desired, FedBack, Sensed};
+use super::{IntegrationError, MasterReading, Observer, Plants, Signals, SlaveReading};
 use crate::augmentation::{AnyForceLaw, ForceLaw, HeldReference, MotionLaw, Situation, SlaveCommand, Supervisor};
 use crate::chain::Chain;
 use crate::detection::Detector;
@@ -57,6 +58,89 @@ pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLa
     pub link: K,
 }
 
+/// The master's measurements for the link.
+#[inline(always)]
+pub(super) fn of_master<L: Lane>(master: &MasterReading<L>) -> AtMaster<L> {
+    AtMaster {
+        position_m: master.position_m,
+        velocity_m_per_s: master.velocity_m_per_s,
+        hand_force_n: master.hand_force_n,
+    }
+}
+
+/// The steps of a tick that belong to one side. Neither side reads what the other's steps change, so that each can run in
+/// a process of its own ([`MasterSide`](super::MasterSide), [`SlaveSide`](super::SlaveSide)).
+impl<L, O, T, S, E, D, K, M, F> Parts<L, O, T, S, E, D, K, M, F>
+where
+    L: Lane,
+    O: Operator<L>,
+    T: Tissue<L>,
+    S: Sensor<L>,
+    E: Estimator<L>,
+    D: Detector<L>,
+    K: Connection<L>,
+    M: MotionLaw<L>,
+    F: ForceLaw<L>,
+{
+    /// Steps 2 to 4, on the slave's side: tissue and sensors, estimator, detector.
+    #[inline(always)]
+    pub(super) fn sense(&mut self, tick: u64, slave: &SlaveReading<L>) -> Sensed<L> {
+        let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
+        let sensed_n = if self.sensor.excludes_shaft() {
+            reaction.force_n - self.tissue.shaft_force_n()
+        } else {
+            reaction.force_n
+        };
+        let reading = self.sensor.read(sensed_n, slave.position_m, slave.velocity_m_per_s);
+        let insight = self.chain.step(&reading);
+        let at_slave = AtSlave {
+            position_m: reading.position_m,
+            velocity_m_per_s: reading.velocity_m_per_s,
+            force_n: reading.force_n,
+        };
+        Sensed { reaction, insight, at_slave }
+    }
+
+    /// Step 5, after the hand's position has arrived: the mode and the reference.
+    #[inline(always)]
+    pub(super) fn command_slave(&mut self, tick: u64, hand_m: L, sensed: &Sensed<L>) -> SlaveCommand<L> {
+        let Sensed { insight, at_slave, .. } = sensed;
+        let command = self.supervisor.decide(&Situation {
+            tick,
+            alarm: insight.decision.alarm,
+            decision: insight.decision.decision,
+            hand_m,
+            slave_m: at_slave.position_m,
+            force_n: at_slave.force_n,
+        });
+        SlaveCommand { slave_reference_m: self.link.limit_reference(command.slave_reference_m, at_slave), ..command }
+    }
+
+    /// Step 6, after mode and force (N) have arrived: the feedback force.
+    #[inline(always)]
+    pub(super) fn feed_back(&mut self, mode: L, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
+        let (commanded_n, allowed_step_n) = self.supervisor.feedback_force(mode, force_n, at_master.velocity_m_per_s);
+        FedBack { commanded_n, allowed_step_n, force_n: self.link.limit(commanded_n, at_master) }
+    }
+
+    /// What the operator does at the tick of the desired position `desired_m` (m).
+    #[inline(always)]
+    pub(super) fn desired(&self, desired_m: L) -> Desired<L> {
+        Desired {
+            position_m: desired_m,
+            intended_m: self.operator.intended_position_m(desired_m),
+            is_noticed: self.operator.notices(),
+        }
+    }
+
+    /// The desired position at the next tick, in m.
+    #[inline(always)]
+    pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: L, master: &MasterReading<L>) -> L {
+        self.operator.cue(self.supervisor.cue(arrived_mode));
+        self.operator.desired_position_m(tick + 1, master.hand_force_n)
+    }
+}
+
 impl<L, O, T, S, E, D, K, M, F> Wiring for Parts<L, O, T, S, E, D, K, M, F>
 where
     L: Lane,
@@ -86,78 +170,26 @@ where
     ) -> ControlFlow<Result<(), IntegrationError>, L> {
         // 1. read both plants
         let (master, slave) = (plants.master(), plants.slave());
-        // 2. tissue and sensors
-        let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
-        let sensed_n = if self.sensor.excludes_shaft() {
-            reaction.force_n - self.tissue.shaft_force_n()
-        } else {
-            reaction.force_n
-        };
-        let reading = self.sensor.read(sensed_n, slave.position_m, slave.velocity_m_per_s);
-        // 3. and 4. estimator and detector
-        let insight = self.chain.step(&reading);
+        let at_master = of_master(&master);
+        // 2. to 4. tissue and sensors, estimator and detector
+        let sensed = self.sense(tick, &slave);
         // 5. link and supervisor on the slave's side
-        let at_master = AtMaster {
-            position_m: master.position_m,
-            velocity_m_per_s: master.velocity_m_per_s,
-            hand_force_n: master.hand_force_n,
-        };
-        let at_slave = AtSlave {
-            position_m: reading.position_m,
-            velocity_m_per_s: reading.velocity_m_per_s,
-            force_n: reading.force_n,
-        };
-        let SlaveCommand { mode, slave_reference_m: commanded_m, alarm_taken } = self.supervisor.decide(&Situation {
-            tick,
-            alarm: insight.decision.alarm,
-            decision: insight.decision.decision,
-            hand_m: self.link.to_slave(&at_master, &at_slave),
-            slave_m: reading.position_m,
-            force_n: reading.force_n,
-        });
-        let slave_reference_m = self.link.limit_reference(commanded_m, &at_slave);
+        let hand_m = self.link.to_slave(&at_master, &sensed.at_slave);
+        let command = self.command_slave(tick, hand_m, &sensed);
         // 6. link and force law on the master's side
-        let (arrived_mode, arrived_force_n) = self.link.to_master(mode, &at_slave, &at_master);
-        let (commanded_force_n, allowed_force_step_n) =
-            self.supervisor.feedback_force(arrived_mode, arrived_force_n, master.velocity_m_per_s);
-        let feedback_force_n = self.link.limit(commanded_force_n, &at_master);
+        let (arrived_mode, arrived_force_n) = self.link.to_master(command.mode, &sensed.at_slave, &at_master);
+        let fed_back = self.feed_back(arrived_mode, arrived_force_n, &at_master);
 
-        observer.observe(&Signals {
-            tick,
-            desired_position_m: desired_m,
-            intended_position_m: self.operator.intended_position_m(desired_m),
-            master_position_m: master.position_m,
-            master_velocity_m_per_s: master.velocity_m_per_s,
-            operator_force_n: master.hand_force_n,
-            slave_reference_m,
-            slave_position_m: slave.position_m,
-            slave_velocity_m_per_s: slave.velocity_m_per_s,
-            tissue_force_n: reaction.force_n,
-            measured_force_n: reading.force_n,
-            feedback_force_n,
-            stiffness_n_per_m: insight.estimate.stiffness_n_per_m,
-            damping_n_s_per_m: insight.estimate.damping_n_s_per_m,
-            extra_parameter: insight.estimate.extra_parameter,
-            residual_n: insight.estimate.residual_n,
-            distance: insight.decision.distance,
-            decision: insight.decision.decision,
-            mode,
-            ruptured: reaction.ruptured,
-            noticed: self.operator.notices(),
-            alarm: insight.decision.alarm,
-            alarm_taken,
-            commanded_force_n,
-            allowed_force_step_n,
-        });
+        let desired = self.desired(desired_m);
+        observer.observe(&Signals::of_both(tick, &(desired, master, fed_back), &(slave, sensed, command)));
         if observer.is_done() {
             return ControlFlow::Break(Ok(()));
         }
 
         // 7. both plants to the next tick
-        self.operator.cue(self.supervisor.cue(arrived_mode));
-        let desired_next_m = self.operator.desired_position_m(tick + 1, master.hand_force_n);
-        let reference_m = self.link.apply_compliance(slave_reference_m, reaction.force_n);
-        match plants.step(desired_m, desired_next_m, feedback_force_n, reference_m) {
+        let desired_next_m = self.next_desired_m(tick, arrived_mode, &master);
+        let reference_m = self.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
+        match plants.step(desired_m, desired_next_m, fed_back.force_n, reference_m) {
             Ok(()) => ControlFlow::Continue(desired_next_m),
             Err(error) => ControlFlow::Break(Err(error)),
         }

@@ -1,6 +1,13 @@
 //! The signals of a tick, for its observers.
 
+use super::{MasterReading, SlaveReading};
+use crate::augmentation::SlaveCommand;
+use crate::chain::Insight;
+use crate::detection::Decision;
+use crate::estimation::Estimate;
 use crate::lane::{Lane, Mask};
+use crate::teleoperation::AtSlave;
+use crate::tissue::Reaction;
 
 /// Every signal of one tick.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +64,96 @@ pub struct Signals<L: Lane> {
     pub allowed_force_step_n: L,
 }
 
+/// What the operator does at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Desired<L: Lane> {
+    pub(super) position_m: L,
+    pub(super) intended_m: L,
+    pub(super) is_noticed: L::Mask,
+}
+
+/// The feedback force at a tick: as the force law commands it, its allowed change, and as the link limits it, in N.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FedBack<L> {
+    pub(super) commanded_n: L,
+    pub(super) allowed_step_n: L,
+    pub(super) force_n: L,
+}
+
+/// What the slave's side senses at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sensed<L: Lane> {
+    pub(super) reaction: Reaction<L>,
+    pub(super) insight: Insight<L>,
+    pub(super) at_slave: AtSlave<L>,
+}
+
+/// The steps of a tick at the master.
+pub(super) type AtMasterSide<L> = (Desired<L>, MasterReading<L>, FedBack<L>);
+/// The steps of a tick at the slave.
+pub(super) type AtSlaveSide<L> = (SlaveReading<L>, Sensed<L>, SlaveCommand<L>);
+
+/// Both sides with zeros everywhere: a side of which nothing is known.
+pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
+    let desired = Desired { position_m: 0.0, intended_m: 0.0, is_noticed: false };
+    let master = MasterReading { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
+    let fed_back = FedBack { commanded_n: 0.0, allowed_step_n: 0.0, force_n: 0.0 };
+    let estimate = Estimate {
+        predicted_force_n: 0.0,
+        residual_n: 0.0,
+        correction: [0.0; 2],
+        stiffness_n_per_m: 0.0,
+        damping_n_s_per_m: 0.0,
+        extra_parameter: 0.0,
+    };
+    let sensed = Sensed {
+        reaction: Reaction { force_n: 0.0, ruptured: false },
+        insight: Insight { depth_m: 0.0, estimate, decision: Decision { distance: 0.0, decision: 0.0, alarm: false } },
+        at_slave: AtSlave { position_m: 0.0, velocity_m_per_s: 0.0, force_n: 0.0 },
+    };
+    let command = SlaveCommand { mode: 0.0, slave_reference_m: 0.0, alarm_taken: false };
+    let slave = SlaveReading { position_m: 0.0, velocity_m_per_s: 0.0 };
+    ((desired, master, fed_back), (slave, sensed, command))
+}
+
 impl<L: Lane> Signals<L> {
+    /// The signals of a tick from what both sides have computed.
+    #[inline(always)]
+    pub(super) fn of_both(
+        tick: u64,
+        (desired, master, fed_back): &AtMasterSide<L>,
+        (slave, sensed, command): &AtSlaveSide<L>,
+    ) -> Self {
+        let Sensed { reaction, insight, at_slave } = sensed;
+        Self {
+            tick,
+            desired_position_m: desired.position_m,
+            intended_position_m: desired.intended_m,
+            master_position_m: master.position_m,
+            master_velocity_m_per_s: master.velocity_m_per_s,
+            operator_force_n: master.hand_force_n,
+            slave_reference_m: command.slave_reference_m,
+            slave_position_m: slave.position_m,
+            slave_velocity_m_per_s: slave.velocity_m_per_s,
+            tissue_force_n: reaction.force_n,
+            measured_force_n: at_slave.force_n,
+            feedback_force_n: fed_back.force_n,
+            stiffness_n_per_m: insight.estimate.stiffness_n_per_m,
+            damping_n_s_per_m: insight.estimate.damping_n_s_per_m,
+            extra_parameter: insight.estimate.extra_parameter,
+            residual_n: insight.estimate.residual_n,
+            distance: insight.decision.distance,
+            decision: insight.decision.decision,
+            mode: command.mode,
+            ruptured: reaction.ruptured,
+            noticed: desired.is_noticed,
+            alarm: insight.decision.alarm,
+            alarm_taken: command.alarm_taken,
+            commanded_force_n: fed_back.commanded_n,
+            allowed_force_step_n: fed_back.allowed_step_n,
+        }
+    }
+
     /// The signals of lane `index` alone.
     #[inline(always)]
     #[must_use]

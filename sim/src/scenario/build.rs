@@ -8,9 +8,10 @@ use super::error::ScenarioError;
 use super::resolve::{DelayTicks, Scenario};
 use super::specs::OperatorSpec;
 use super::steps::Steps;
+use crate::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::engine::{
-    Any, Engine, ExactPlants, FractionalDelayPlants, IntegratedPlants, IntegrationError, LimitedPlants, Observer,
-    OwnEngine, OwnParts, Plants, Wired, Wiring,
+    Any, Engine, ExactPlants, FractionalDelayPlants, IntegratedPlants, IntegrationError, LimitedPlants, MasterSide,
+    Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
 };
 use crate::lane::Lane;
 use crate::operator::{Hand, Perception, Reflex};
@@ -94,6 +95,46 @@ impl Scenario {
             EngineKind::Dop853 => Box::new(self.integrated_plants()),
         };
         Ok(Engine { grid: self.grid, plants, parts: self.own_wiring(own)? })
+    }
+
+    /// The master's side alone, for a link to a slave elsewhere. The delays of the scenario's link do not act: messages
+    /// arrive when they do. A missing message counts from the scenario's longest delay on.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`], and for machines that are integrated together.
+    pub fn master_side(&self) -> Result<MasterSide, ScenarioError> {
+        let (_, initial) = self.initial_samples();
+        Ok(MasterSide::new(self.side_engine()?, initial))
+    }
+
+    /// The slave's side alone, as [`Scenario::master_side`].
+    ///
+    /// # Errors
+    /// As [`Scenario::master_side`].
+    pub fn slave_side(&self) -> Result<SlaveSide, ScenarioError> {
+        let (initial, _) = self.initial_samples();
+        Ok(SlaveSide::new(self.side_engine()?, initial))
+    }
+
+    /// The engine of a side: a link whose messages take time, and machines that do not depend on each other.
+    fn side_engine(&self) -> Result<SideEngine, ScenarioError> {
+        if self.engine == EngineKind::Dop853 {
+            let message = "the sides cannot be stepped apart by dop853, which integrates both machines together";
+            let error = ScenarioError::new(message).at(self.values().place("simulation.engine"));
+            return Err(error.remedy(format!("use simulation.engine = \"{}\"", EngineKind::Exact.word())));
+        }
+        let mut apart = self.clone();
+        let [forward, backward] = self.longest_delays_ticks();
+        let whole = DelayTicks { whole: 0, share: 0.0 };
+        (apart.forward, apart.backward) = (whole, whole);
+        apart.irregularity = Irregularity::DEFAULT;
+        let delayed = |ticks: u64| Schedule::new([ticks.min(MAX_DELAY_TICKS) as u32].into(), Arc::default());
+        (apart.forward_schedule, apart.backward_schedule) = (delayed(forward), delayed(backward));
+        let plants: Box<dyn Plants<f64> + Send> = match self.actuators.are_none() {
+            true => Box::new(apart.exact_plants()?),
+            false => Box::new(apart.limited_plants()?),
+        };
+        apart.general(plants, 0)
     }
 
     /// The exact engine over lanes, all running this scenario, lane `i` with the noise of stream `first_stream + i`.

@@ -7,7 +7,7 @@ use super::resolve::{DelayTicks, Scenario};
 use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use crate::chain::Chain;
-use crate::channel::{Delay, Irregularity, Schedule};
+use crate::channel::{Delay, Irregularity, SampleDelays, Schedule};
 use crate::detection::{CusumDetector, Detector, DistanceKind, SquaredResidual};
 use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
 use crate::estimation::{AnyEstimator, Rls};
@@ -206,17 +206,41 @@ impl Scenario {
         }
     }
 
+    /// What the slave and what the master has before the first sample arrives.
+    pub(super) fn initial_samples(&self) -> ([f64; 4], [f64; 5]) {
+        ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.reference_m(), 0.0, 0.0, 0.0])
+    }
+
+    /// The delays of the samples of a run, forward and backward, in whole ticks: a fraction of a tick is a whole one.
+    #[must_use]
+    pub fn sample_delays(&self) -> [SampleDelays; 2] {
+        let directions =
+            [(&self.forward, &self.forward_schedule, FORWARD), (&self.backward, &self.backward_schedule, BACKWARD)];
+        directions.map(|(delay, schedule, direction)| {
+            let ticks = delay.whole + u64::from(delay.share > 0.0);
+            let line = (&self.irregularity, schedule);
+            SampleDelays::new(line, (ticks, self.grid.tick_s()), (self.seed ^ direction, 0))
+        })
+    }
+
+    /// The longest delays in ticks of a sample that arrives, forward and backward.
+    pub(super) fn longest_delays_ticks(&self) -> [u64; 2] {
+        let line = Line { tick_s: self.grid.tick_s(), irregularity: &self.irregularity };
+        let of = |delay, schedule| line.delay::<f64, 1>([0.0], (delay, schedule, (0, 0))).longest_ticks();
+        [of(&self.forward, &self.forward_schedule), of(&self.backward, &self.backward_schedule)]
+    }
+
     /// The link between the two sides.
     fn link<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
-        let (at_master, at_slave) = (L::splat(start_m), L::splat(self.position_scale() * start_m));
+        let (to_slave, to_master) = self.initial_samples();
         // A payload arrives with its sample: the same delays and the same random numbers.
         let line = Line { tick_s, irregularity: &self.irregularity };
         let forth = (&self.forward, &self.forward_schedule, (self.seed ^ FORWARD, first_stream));
         let back = (&self.backward, &self.backward_schedule, (self.seed ^ BACKWARD, first_stream));
         let lines = Lines {
-            forward: line.delay([at_master, zero, zero, zero], forth),
-            backward: line.delay([zero, at_slave, zero, zero, zero], back),
+            forward: line.delay(to_slave.map(L::splat), forth),
+            backward: line.delay(to_master.map(L::splat), back),
             forward_payload: line.delay([zero; PAYLOAD], forth),
             backward_payload: line.delay([zero; PAYLOAD], back),
         };

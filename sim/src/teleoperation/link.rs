@@ -3,10 +3,10 @@
 use super::architecture::{Architecture, ArrivedAtMaster, MasterSample, SlaveSample};
 use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
 use super::direct::DirectLink;
-use super::passivity::{Arrived, PAYLOAD, PassivityScheme, Port, SchemeContext, SlaveMotion, SlavePort};
+use super::passivity::{Arrived, PAYLOAD, PassivityScheme, Payload, Port, SchemeContext, SlaveMotion, SlavePort};
 use super::recovery::{Receiver, RecoverySettings};
 use super::{AnyArchitecture, AnyScheme, ControllerKind, LinkSettings};
-use crate::channel::Delay;
+use crate::channel::{Arrival, Delay};
 use crate::error::InvalidValue;
 use crate::lane::Lane;
 use crate::plant::SlaveStep;
@@ -30,6 +30,44 @@ pub struct Lines<L: Lane> {
     pub forward_payload: PayloadLine<L>,
     /// The scheme's payloads from the slave.
     pub backward_payload: PayloadLine<L>,
+}
+
+/// What an end sends at a tick: a sample, and what the passivity scheme adds to it.
+#[derive(Debug, Clone, Copy)]
+pub struct Message<L, const N: usize> {
+    /// The sample.
+    pub sample: [L; N],
+    /// The scheme's payload; zeros without a scheme.
+    pub payload: Payload<L>,
+}
+
+/// What the master sends: its position (m), velocity (m/s), acceleration (m/s²) and hand force (N).
+pub type ToSlave<L> = Message<L, 4>;
+/// What the slave sends: the force scaled to the master (N), its position (m), velocity (m/s) and acceleration (m/s²), and
+/// the mode.
+pub type ToMaster<L> = Message<L, 5>;
+
+/// What an end has at a tick: the last message that has arrived.
+#[derive(Debug, Clone, Copy)]
+pub struct Received<L: Lane, const N: usize> {
+    /// Its sample.
+    pub sample: [L; N],
+    /// Its payload.
+    pub payload: Payload<L>,
+    /// Whether it has arrived at this tick.
+    pub is_fresh: L::Mask,
+}
+
+impl<L: Lane, const N: usize> Received<L, N> {
+    #[inline(always)]
+    fn of(arrival: &Arrival<L, N>, payload: Payload<L>) -> Self {
+        Self { sample: arrival.sample, payload, is_fresh: arrival.is_fresh }
+    }
+
+    #[inline(always)]
+    fn payload(&self) -> Arrived<L> {
+        Arrived { payload: self.payload, is_fresh: self.is_fresh }
+    }
 }
 
 /// Both directions of the link, the architecture, the passivity scheme and a receiver on each side. The type parameters
@@ -165,6 +203,80 @@ impl<L: Lane, A, P> Link<L, A, P> {
     }
 }
 
+/// What each end does at a tick. An end reads and changes only its own state, so that both may run in processes of their
+/// own, each with a link of which it uses its end; [`Connection`] does both, with the lines between them.
+impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
+    /// At the master: what it sends.
+    #[inline(always)]
+    pub fn master_sends(&mut self, master: &AtMaster<L>) -> ToSlave<L> {
+        let payload = self.scheme.master_sends(self.master_port.moved(master.position_m));
+        let MasterSample { position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n } =
+            self.architecture.master_sends(master);
+        Message { sample: [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n], payload }
+    }
+
+    /// At the slave: the target of its reference (m), from what has arrived.
+    #[inline(always)]
+    pub fn slave_receives(&mut self, received: &Received<L, 4>, slave: &AtSlave<L>) -> L {
+        let [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n] = received.sample;
+        let work_j = self.energy_scale * self.slave_port.pushed(slave.position_m, slave.force_n);
+        let position_m = if self.scheme.sends_payload() {
+            let port = SlavePort { work_j, ..self.port_of(slave) };
+            self.scheme.receive_position(position_m, &received.payload(), &port)
+        } else {
+            position_m
+        };
+        let arrived = MasterSample { position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n };
+        let target_m = self.architecture.slave_target(&arrived, slave);
+        self.positions.update(target_m, received.is_fresh, None)
+    }
+
+    /// At the slave, after its reference: what it sends in `mode`.
+    #[inline(always)]
+    pub fn slave_sends(&mut self, mode: L, slave: &AtSlave<L>) -> ToMaster<L> {
+        let payload = self.scheme.slave_sends();
+        let SlaveSample { force_n, position_m, velocity_m_per_s, acceleration_m_per_s2 } =
+            self.architecture.slave_sends(slave, self.scales.force_scale * slave.force_n);
+        Message { sample: [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode], payload }
+    }
+
+    /// At the master: the received mode and the feedback force (N) before the force law, from what has arrived.
+    #[inline(always)]
+    pub fn master_receives(&mut self, received: &Received<L, 5>, master: &AtMaster<L>) -> (L, L) {
+        let [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode] = received.sample;
+        let received_n = if self.scheme.sends_payload() {
+            self.scheme.receive_force(force_n, &received.payload(), master.velocity_m_per_s)
+        } else {
+            force_n
+        };
+        let arrived = ArrivedAtMaster {
+            sample: SlaveSample { force_n, position_m, velocity_m_per_s, acceleration_m_per_s2 },
+            force_n: received_n,
+            mode,
+        };
+        let force_n = self.architecture.master_force(&arrived, master);
+        (mode, self.forces.update(force_n, received.is_fresh, Some(L::zero())))
+    }
+
+    /// The energy of the master's port so far, in J: `Σ F_ed Δx_h`.
+    #[must_use]
+    pub fn master_energy_j(&self) -> L {
+        self.master_port.energy_j
+    }
+
+    /// The energy of the slave's port so far by the measured force, scaled to the master, in J: `∫ f_e dx_e`.
+    #[must_use]
+    pub fn slave_energy_j(&self) -> L {
+        self.energy_scale * self.slave_port.energy_j
+    }
+
+    /// The energy in J that the scheme promises not to exceed; `None` without a promise.
+    #[must_use]
+    pub fn promised_j(&self) -> Option<L> {
+        self.scheme.energies().promised_j
+    }
+}
+
 impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<L, A, P> {
     #[inline(always)]
     fn position_scale(&self) -> L {
@@ -178,25 +290,17 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
 
     #[inline(always)]
     fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L {
-        let sent_payload = self.scheme.master_sends(self.master_port.moved(master.position_m));
-        let MasterSample { position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n } =
-            self.architecture.master_sends(master);
-        let arrival = self.lines.forward.exchange([position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n]);
-        let [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n] = arrival.sample;
-
-        let work_j = self.energy_scale * self.slave_port.pushed(slave.position_m, slave.force_n);
+        let sent = self.master_sends(master);
+        let arrival = self.lines.forward.exchange(sent.sample);
+        let payload = if self.scheme.sends_payload() {
+            self.lines.forward_payload.exchange(sent.payload).sample
+        } else {
+            sent.payload
+        };
+        let hand_m = self.slave_receives(&Received::of(&arrival, payload), slave);
         let generated_j = self.energy_scale * self.slave_port.energy_j - self.master_port.energy_j;
         self.generated_j = self.generated_j.max(generated_j);
-        let position_m = if self.scheme.sends_payload() {
-            let payload = self.lines.forward_payload.exchange(sent_payload).sample;
-            let port = SlavePort { work_j, ..self.port_of(slave) };
-            self.scheme.receive_position(position_m, &Arrived { payload, is_fresh: arrival.is_fresh }, &port)
-        } else {
-            position_m
-        };
-        let arrived = MasterSample { position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n };
-        let target_m = self.architecture.slave_target(&arrived, slave);
-        self.positions.update(target_m, arrival.is_fresh, None)
+        hand_m
     }
 
     #[inline(always)]
@@ -207,27 +311,14 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
 
     #[inline(always)]
     fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {
-        let sent_payload = self.scheme.slave_sends();
-        let SlaveSample { force_n, position_m, velocity_m_per_s, acceleration_m_per_s2 } =
-            self.architecture.slave_sends(slave, self.force_scale() * slave.force_n);
-        let sent = [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode];
-        let arrival = self.lines.backward.exchange(sent);
-        let [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode] = arrival.sample;
-
-        let received_n = if self.scheme.sends_payload() {
-            let payload = self.lines.backward_payload.exchange(sent_payload).sample;
-            let arrived = Arrived { payload, is_fresh: arrival.is_fresh };
-            self.scheme.receive_force(force_n, &arrived, master.velocity_m_per_s)
+        let sent = self.slave_sends(mode, slave);
+        let arrival = self.lines.backward.exchange(sent.sample);
+        let payload = if self.scheme.sends_payload() {
+            self.lines.backward_payload.exchange(sent.payload).sample
         } else {
-            force_n
+            sent.payload
         };
-        let arrived = ArrivedAtMaster {
-            sample: SlaveSample { force_n, position_m, velocity_m_per_s, acceleration_m_per_s2 },
-            force_n: received_n,
-            mode,
-        };
-        let force_n = self.architecture.master_force(&arrived, master);
-        (mode, self.forces.update(force_n, arrival.is_fresh, Some(L::zero())))
+        self.master_receives(&Received::of(&arrival, payload), master)
     }
 
     #[inline(always)]

@@ -18,7 +18,7 @@ pub use architecture::position_position::CouplingSettings;
 pub use architecture::{Architecture, ArrivedAtMaster, MasterGains, MasterSample, SlaveGains, SlaveSample};
 pub use connection::{AtMaster, AtSlave, Connection, LinkReport};
 pub use direct::DirectLink;
-pub use link::{FromMaster, FromSlave, Lines, Link, PayloadLine};
+pub use link::{FromMaster, FromSlave, Lines, Link, Message, PayloadLine, Received, ToMaster, ToSlave};
 pub use passivity::{
     Arrived, BudgetSettings, CatchUpSettings, DampingSettings, PAYLOAD, PassivityScheme, Payload, SchemeEnergies,
     SlavePort,

@@ -1,0 +1,171 @@
+//! The two sides of an insertion, each stepped by itself, as in two processes.
+//!
+//! A side runs the same steps as [`Parts`](super::Parts) in a tick of both: with the messages of the other side at the
+//! same ticks, its signals are the same bits. It has all parts and both machines, and uses its own.
+
+use super::parts::of_master;
+use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
+use super::{Any, Engine, IntegrationError, Observer, Plants, Signals, Wiring};
+use crate::teleoperation::{Connection as _, Received, ToMaster, ToSlave};
+
+/// The engine of a side.
+pub type SideEngine = Engine<Box<dyn Plants<f64> + Send>, Any<f64>>;
+
+/// The master's side: operator, master, force law.
+pub struct MasterSide {
+    engine: SideEngine,
+    initial: [f64; 5],
+    at_rest: AtSlaveSide<f64>,
+    desired_m: f64,
+    tick: u64,
+}
+
+impl MasterSide {
+    /// The master's side of an engine at tick 0; until a message arrives, it has the `initial` sample.
+    #[must_use]
+    pub fn new(mut engine: SideEngine, initial: [f64; 5]) -> Self {
+        let desired_m = engine.parts.begin();
+        Self { engine, initial, at_rest: at_rest().1, desired_m, tick: 0 }
+    }
+
+    /// The sample that counts as received before the first one: force (N), position (m), velocity (m/s), acceleration
+    /// (m/s²), mode.
+    #[must_use]
+    pub fn initial(&self) -> [f64; 5] {
+        self.initial
+    }
+
+    /// The number of the present tick.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Whether all ticks of the run are done.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.tick >= self.engine.grid.ticks()
+    }
+
+    /// The first half of a tick: what the master sends. Call it once, before [`MasterSide::step`].
+    pub fn send(&mut self) -> ToSlave<f64> {
+        self.engine.parts.link.master_sends(&of_master(&self.engine.plants.master()))
+    }
+
+    /// The second half of a tick, with what has arrived: the signals of this side are observed, those of the other are 0,
+    /// and the master moves to the next tick.
+    ///
+    /// # Errors
+    /// [`IntegrationError`].
+    pub fn step(
+        &mut self,
+        received: &Received<f64, 5>,
+        observer: &mut dyn Observer<f64>,
+    ) -> Result<(), IntegrationError> {
+        let Engine { plants, parts, .. } = &mut self.engine;
+        let master = plants.master();
+        let at_master = of_master(&master);
+        let (mode, force_n) = parts.link.master_receives(received, &at_master);
+        let fed_back = parts.feed_back(mode, force_n, &at_master);
+        let desired = parts.desired(self.desired_m);
+        observer.observe(&Signals::of_both(self.tick, &(desired, master, fed_back), &self.at_rest));
+        let next_m = parts.next_desired_m(self.tick, mode, &master);
+        plants.step(self.desired_m, next_m, fed_back.force_n, 0.0)?;
+        (self.desired_m, self.tick) = (next_m, self.tick + 1);
+        Ok(())
+    }
+
+    /// The energy of this side's port so far, in J: `Σ F_ed Δx_h`.
+    #[must_use]
+    pub fn energy_j(&self) -> f64 {
+        self.engine.parts.link.master_energy_j()
+    }
+
+    /// The energy in J that the passivity scheme promises not to exceed; `None` without a promise.
+    #[must_use]
+    pub fn promised_j(&self) -> Option<f64> {
+        self.engine.parts.link.promised_j()
+    }
+}
+
+/// The slave's side: slave, tissue, sensors, estimator, detector, supervisor.
+pub struct SlaveSide {
+    engine: SideEngine,
+    initial: [f64; 4],
+    at_rest: AtMasterSide<f64>,
+    tick: u64,
+}
+
+impl SlaveSide {
+    /// The slave's side of an engine at tick 0; until a message arrives, it has the `initial` sample.
+    #[must_use]
+    pub fn new(engine: SideEngine, initial: [f64; 4]) -> Self {
+        Self { engine, initial, at_rest: at_rest().0, tick: 0 }
+    }
+
+    /// The sample that counts as received before the first one: position (m), velocity (m/s), acceleration (m/s²), hand
+    /// force (N).
+    #[must_use]
+    pub fn initial(&self) -> [f64; 4] {
+        self.initial
+    }
+
+    /// The number of the present tick.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Whether all ticks of the run are done.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.tick >= self.engine.grid.ticks()
+    }
+
+    /// A tick, with what has arrived: the signals of this side are observed, those of the other are 0, and the slave moves
+    /// to the next tick. Returns what the slave sends.
+    ///
+    /// # Errors
+    /// [`IntegrationError`].
+    pub fn step(
+        &mut self,
+        received: &Received<f64, 4>,
+        observer: &mut dyn Observer<f64>,
+    ) -> Result<ToMaster<f64>, IntegrationError> {
+        let Engine { plants, parts, .. } = &mut self.engine;
+        let slave = plants.slave();
+        let sensed = parts.sense(self.tick, &slave);
+        let hand_m = parts.link.slave_receives(received, &sensed.at_slave);
+        let command = parts.command_slave(self.tick, hand_m, &sensed);
+        let sent = parts.link.slave_sends(command.mode, &sensed.at_slave);
+        observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, sensed, command)));
+        let reference_m = parts.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
+        plants.step(0.0, 0.0, 0.0, reference_m)?;
+        self.tick += 1;
+        Ok(sent)
+    }
+
+    /// The energy in J that the passivity scheme promises not to exceed; `None` without a promise.
+    #[must_use]
+    pub fn promised_j(&self) -> Option<f64> {
+        self.engine.parts.link.promised_j()
+    }
+
+    /// The energy of this side's port so far by the measured force, scaled to the master, in J: `∫ f_e dx_e`.
+    #[must_use]
+    pub fn energy_j(&self) -> f64 {
+        self.engine.parts.link.slave_energy_j()
+    }
+}
+
+impl std::fmt::Debug for MasterSide {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MasterSide").field("tick", &self.tick).finish_non_exhaustive()
+    }
+}
+
+impl std::fmt::Debug for SlaveSide {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SlaveSide").field("tick", &self.tick).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,32 @@
+//! The priority of the ticks.
+
+/// What is asked for: above the usual threads, below those of the kernel at 99.
+#[cfg(target_os = "linux")]
+const PRIORITY: u8 = 80;
+
+/// Asks the scheduler for real-time priority of this thread, if it is wanted. Returns what it gave, in words.
+#[cfg(target_os = "linux")]
+pub(super) fn ask(is_wanted: bool) -> String {
+    use thread_priority::{
+        RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
+        thread_native_id,
+    };
+    if !is_wanted {
+        return "usual priority".into();
+    }
+    let asked = ThreadPriority::Crossplatform(PRIORITY.try_into().unwrap_or_default());
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    match set_thread_priority_and_policy(thread_native_id(), asked, policy) {
+        Ok(()) => format!("SCHED_FIFO with priority {PRIORITY}"),
+        Err(error) => {
+            format!("usual priority: real time was refused ({error:?}); it needs CAP_SYS_NICE or a limit of ulimit -r")
+        }
+    }
+}
+
+/// Asks the scheduler for real-time priority of this thread, if it is wanted. Returns what it gave, in words.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn ask(is_wanted: bool) -> String {
+    let given = "usual priority";
+    if is_wanted { format!("{given}: real time is asked for on Linux only") } else { given.into() }
+}

@@ -1,0 +1,99 @@
+//! A link, simulated again.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::cli::error::{CliError, LinkError};
+use crate::cli::terminal;
+use trocar_report::{Folder, run_text};
+use trocar_sim::engine::Trace;
+use trocar_sim::remote::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
+use trocar_sim::run::run as run_scenario;
+use trocar_sim::scenario::{Scenario, Source};
+
+/// The scenario with the logged delays. The base has every other key.
+const REPLAY: &str = "\
+# A link, with the delays that it logged.
+name = \"replay\"
+base = \"master/scenario.toml\"
+
+[channel]
+forward_delay_s = 0.0
+backward_delay_s = 0.0
+jitter_s = 0.0
+loss = 0.0
+outages_s = []
+delays_file = \"delays.csv\"
+";
+
+/// Simulate a link again.
+#[derive(Debug, Args)]
+pub(super) struct ReplayArgs {
+    /// Folder of a link, with the folders master and slave
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Print errors only
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
+    let folder = Folder::new(&args.folder);
+    let load = |name: &str| Scenario::load(&Source::Disk(args.folder.join(name)), &[]);
+    let of_link = |role: Role, name: &str| read(&args.folder.join(role.word()).join(name));
+    // Missing logs are told before anything is written.
+    let traces = [of_link(Role::Master, "trace.csv")?, of_link(Role::Slave, "trace.csv")?];
+    let scenario = load("master/scenario.toml")?;
+    let delays = |role: Role, direction| -> Result<Vec<u32>, LinkError> {
+        let (name, text) = of_link(role, "delays.csv")?;
+        Ok(read_direction(&name, &text, direction, &scenario.grid)?)
+    };
+    let backward = delays(Role::Master, Direction::Backward)?;
+    let forward = delays(Role::Slave, Direction::Forward)?;
+    let both = [(Direction::Forward, forward.as_slice()), (Direction::Backward, backward.as_slice())];
+    folder.write("delays.csv", delays_csv(&both, &scenario.grid).as_bytes())?;
+    folder.write("replay.toml", REPLAY.as_bytes())?;
+
+    let replay = run_scenario(load("replay.toml")?)?;
+    let own = run_scenario(scenario)?;
+    let (mut text, mut is_same) = (format!("{}\n", run_text(&replay)), true);
+    for ((name, log), role) in traces.into_iter().zip([Role::Master, Role::Slave]) {
+        let compared = |trace: &Trace| first_difference(&name, &log, trace).map_err(LinkError::from);
+        let (ticks, difference) = compared(&replay.trace)?;
+        is_same &= difference.is_none();
+        let _ = match difference {
+            None => writeln!(text, "{}: {ticks} ticks, the replay is the same bit for bit", role.word()),
+            Some(difference) => {
+                writeln!(text, "{}: the replay differs at {}", role.word(), told(&difference, &own.trace))
+            }
+        };
+        let _ = match compared(&own.trace)?.1 {
+            None => writeln!(text, "  a run with the scenario's own channel is the same, too"),
+            Some(difference) => {
+                writeln!(text, "  the timing made a difference from {}", told(&difference, &own.trace))
+            }
+        };
+    }
+    let _ = writeln!(text, "files: {}", folder.path().join("replay.toml").display());
+    if !args.quiet {
+        terminal::print(&text)?;
+    }
+    if is_same { Ok(()) } else { Err(LinkError::NotReplayed.into()) }
+}
+
+fn told(difference: &Difference, trace: &Trace) -> String {
+    let Difference { tick, column, logged, simulated } = difference;
+    let time_s = trace.time_s.get(*tick as usize).copied().unwrap_or_default();
+    format!("tick {tick} ({time_s} s): {column} is {logged:?} in the link and {simulated:?} in the simulation")
+}
+
+/// A file of the link: its path and its text.
+fn read(path: &Path) -> Result<(String, String), LinkError> {
+    let name = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok((name, text)),
+        Err(source) => Err(LinkError::Log { path: name, source }),
+    }
+}

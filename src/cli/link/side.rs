@@ -1,0 +1,327 @@
+//! A side in real time.
+
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::pace::{Clock, send, take_all};
+use super::proxy::Running;
+use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
+use crate::cli::error::{CliError, LinkError};
+use crate::cli::{interrupt, source_of, terminal};
+use trocar_report::{Folder, side_object, side_text, to_json, write_trace_columns};
+use trocar_sim::engine::IntegrationError;
+use trocar_sim::remote::{
+    Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
+    delays_csv, fingerprint,
+};
+use trocar_sim::run::RunError;
+use trocar_sim::scenario::Scenario;
+
+/// Time in ns between two packets of a greeting.
+const GREETING_NS: i64 = 20_000_000;
+/// Replies from which the shortest round trip is taken.
+const REPLIES: u32 = 10;
+/// Time in ns from the last reply to tick 0.
+const LEAD_NS: i64 = 300_000_000;
+const SECOND_NS: i64 = 1_000_000_000;
+
+/// An end of either side.
+enum End {
+    Master(Box<MasterEnd>),
+    Slave(Box<SlaveEnd>),
+}
+
+/// Calls a method of either end.
+macro_rules! either {
+    ($end:expr, $one:ident => $result:expr) => {
+        match $end {
+            End::Master($one) => $result,
+            End::Slave($one) => $result,
+        }
+    };
+}
+
+impl End {
+    fn new(role: Role, scenario: &Scenario, greeted: &Greeted) -> Result<Self, CliError> {
+        let session = greeted.session.clone();
+        Ok(match role {
+            Role::Master => Self::Master(Box::new(MasterEnd::new(scenario, session)?)),
+            Role::Slave => Self::Slave(Box::new(SlaveEnd::new(scenario, session)?)),
+        })
+    }
+
+    /// The packet at the beginning of a tick, of a side that sends before it receives.
+    fn send(&mut self, now_ns: i64) -> Option<[u8; PACKET_BYTES]> {
+        match self {
+            Self::Master(end) => Some(end.send(now_ns)),
+            Self::Slave(_) => None,
+        }
+    }
+
+    /// The rest of a tick; the packet of a side that sends after it has received.
+    fn step(&mut self, now_ns: i64) -> Result<Option<[u8; PACKET_BYTES]>, IntegrationError> {
+        match self {
+            Self::Master(end) => end.step().map(|()| None),
+            Self::Slave(end) => end.step(now_ns).map(Some),
+        }
+    }
+}
+
+/// A side before its first tick.
+struct Side<'a> {
+    args: &'a SideArgs,
+    role: Role,
+    scenario: Scenario,
+    socket: UdpSocket,
+    clock: Clock,
+    stop: &'static AtomicBool,
+}
+
+pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
+    let scenario = load(&args.side)?;
+    let slave = address::resolved(&args.to)?;
+    let key = address::key(args.side.key_file.as_deref(), slave)?;
+    if args.proxy && !slave.ip().is_loopback() {
+        return Err(LinkError::ProxyElsewhere { address: args.to.clone() }.into());
+    }
+    if !args.proxy && has_channel(&scenario) {
+        return Err(LinkError::ChannelWithoutProxy.into());
+    }
+    // A scenario that cannot run is refused before anything is sent.
+    scenario.master_side()?;
+    let any_port = match slave {
+        SocketAddr::V4(_) if slave.ip().is_loopback() => "127.0.0.1:0",
+        SocketAddr::V4(_) => "0.0.0.0:0",
+        SocketAddr::V6(_) => "[::]:0",
+    };
+    let socket = address::bound(address::resolved(any_port)?)?;
+    let proxy = if args.proxy { Some(Running::start(&scenario, slave, args.side.realtime)?) } else { None };
+    let to = proxy.as_ref().map_or(slave, |proxy| proxy.address);
+    let side = Side {
+        args: &args.side,
+        role: Role::Master,
+        scenario,
+        socket,
+        clock: Clock::new(),
+        stop: interrupt::stop_flag(),
+    };
+    let greeted = side.call(key, to, args)?;
+    side.run(&greeted, to, proxy)
+}
+
+pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
+    let scenario = load(&args.side)?;
+    let listen = address::resolved(&args.listen)?;
+    let key = address::key(args.side.key_file.as_deref(), listen)?;
+    scenario.slave_side()?;
+    let socket = address::bound(listen)?;
+    let at = socket.local_addr().unwrap_or(listen);
+    if !args.side.quiet {
+        anstream::eprintln!("waiting for the master at {at}; Ctrl-C ends");
+    }
+    let side = Side {
+        args: &args.side,
+        role: Role::Slave,
+        scenario,
+        socket,
+        clock: Clock::new(),
+        stop: interrupt::stop_flag(),
+    };
+    let (greeted, master) = side.wait(key)?;
+    side.run(&greeted, master, None)
+}
+
+fn load(args: &SideArgs) -> Result<Scenario, CliError> {
+    Ok(Scenario::load(&source_of(&args.scenario), &args.settings)?)
+}
+
+/// Whether the channel of a scenario does anything.
+fn has_channel(scenario: &Scenario) -> bool {
+    let delays = [scenario.forward, scenario.backward];
+    delays.iter().any(|delay| delay.whole > 0 || delay.share > 0.0)
+        || !scenario.irregularity.is_none()
+        || !scenario.forward_schedule.is_empty()
+        || !scenario.backward_schedule.is_empty()
+}
+
+/// A random number for a session.
+fn nonce() -> Result<[u8; 16], LinkError> {
+    let mut nonce = [0; 16];
+    getrandom::fill(&mut nonce).map_err(|error| LinkError::Bind {
+        address: "random numbers of the system".into(),
+        source: std::io::Error::other(error.to_string()),
+    })?;
+    Ok(nonce)
+}
+
+fn interrupted() -> CliError {
+    CliError::Interrupted { kept: None }
+}
+
+impl Side<'_> {
+    /// The master's greeting.
+    fn call(&self, key: Key, to: SocketAddr, args: &MasterArgs) -> Result<Greeted, CliError> {
+        let mut calling = Calling::new(key, nonce()?, fingerprint(&self.scenario));
+        let give_up_ns = self.clock.now_ns() + i64::from(args.wait_s) * SECOND_NS;
+        while calling.replies() < REPLIES {
+            let now_ns = self.clock.now_ns();
+            if calling.differs() {
+                return Err(LinkError::Differs.into());
+            }
+            if now_ns > give_up_ns {
+                return Err(LinkError::NoReply { address: args.to.clone(), wait_s: args.wait_s }.into());
+            }
+            self.check_interrupt()?;
+            send(&self.socket, &calling.hello(now_ns), to);
+            self.listen(now_ns + GREETING_NS, &mut calling);
+        }
+        let start_ns = self.clock.now_ns() + LEAD_NS;
+        while calling.greeted(start_ns).is_none() {
+            let now_ns = self.clock.now_ns();
+            if now_ns > start_ns - GREETING_NS {
+                return Err(LinkError::NotReady.into());
+            }
+            self.check_interrupt()?;
+            if let Some(start) = calling.start(now_ns, start_ns) {
+                send(&self.socket, &start, to);
+            }
+            self.listen(now_ns + GREETING_NS, &mut calling);
+        }
+        calling.greeted(start_ns).ok_or_else(|| LinkError::NotReady.into())
+    }
+
+    fn listen(&self, until_ns: i64, calling: &mut Calling) {
+        self.clock.wait_until(until_ns, || {
+            take_all(&self.socket, |bytes, _| calling.take(bytes, self.clock.now_ns()));
+        });
+    }
+
+    /// The slave's greeting: its result, and the master's address.
+    fn wait(&self, key: Key) -> Result<(Greeted, SocketAddr), CliError> {
+        let mut waiting = Waiting::new(key, nonce()?, fingerprint(&self.scenario));
+        let (mut master, mut has_warned) = (None, false);
+        loop {
+            let now_ns = self.clock.now_ns();
+            let until_ns = waiting.greeted().map_or(now_ns + GREETING_NS, |greeted| {
+                // Until shortly before tick 0, repetitions of the start are answered.
+                (greeted.start_ns - GREETING_NS).min(now_ns + GREETING_NS)
+            });
+            if let (Some(greeted), Some(master)) = (waiting.greeted(), master)
+                && until_ns <= now_ns
+            {
+                return Ok((greeted.clone(), master));
+            }
+            self.check_interrupt()?;
+            self.clock.wait_until(until_ns, || {
+                take_all(&self.socket, |bytes, from| {
+                    if let Some(answer) = waiting.take(bytes, self.clock.now_ns()) {
+                        send(&self.socket, &answer, from);
+                    }
+                    if waiting.greeted().is_some() {
+                        // Who began the session; a copy of its packets from elsewhere changes nothing.
+                        master.get_or_insert(from);
+                    }
+                });
+            });
+            if waiting.differs() && !has_warned {
+                has_warned = true;
+                anstream::eprintln!(
+                    "warning: a master with another scenario, other settings or another version of trocar has called"
+                );
+            }
+        }
+    }
+
+    fn check_interrupt(&self) -> Result<(), CliError> {
+        if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
+    }
+
+    /// Runs the ticks, and writes what they leave.
+    fn run(self, greeted: &Greeted, to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
+        let mut end = End::new(self.role, &self.scenario, greeted)?;
+        let grid = self.scenario.grid;
+        let tick_ns = grid.tick_s() * 1e9;
+        // The slave's ticks are half a tick after the master's: neither side races the other's packet.
+        let offset_ns = if self.role == Role::Slave { 0.5 * tick_ns } else { 0.0 };
+        let mut lateness = Lateness::new(grid.ticks());
+        let mut trips = Trips::new(grid.ticks());
+        let priority = priority::ask(self.args.realtime);
+        let (clock, socket) = (self.clock, &self.socket);
+        for tick in 0..grid.ticks() {
+            if self.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            let mut take = |end: &mut End| {
+                take_all(socket, |bytes, _| {
+                    let now_ns = clock.now_ns() - greeted.start_ns;
+                    if let Some(trip) = either!(end, one => one.take(bytes, now_ns)) {
+                        trips.add(&trip);
+                    }
+                });
+            };
+            let due_ns = greeted.start_ns + (offset_ns + tick as f64 * tick_ns).round() as i64;
+            let began_ns = clock.wait_until(due_ns, || take(&mut end));
+            lateness.add((began_ns - due_ns) as f64 * 1e-9);
+            if let Some(packet) = end.send(clock.now_ns() - greeted.start_ns) {
+                send(socket, &packet, to);
+            }
+            take(&mut end);
+            let stepped = end.step(clock.now_ns() - greeted.start_ns);
+            let stepped = stepped.map_err(|source| RunError::Integration { name: self.scenario.name.clone(), source });
+            if let Some(packet) = stepped? {
+                send(socket, &packet, to);
+            }
+        }
+        let (one_way_s, round_s) = SideSummary::times(trips);
+        let (lost, delay_ticks) = SideSummary::delays(either!(&end, one => one.delays()));
+        let times_s = |ticks: &[u64]| ticks.iter().map(|tick| grid.time_s(*tick)).collect();
+        let (ruptures_s, alarms_s) = match &end {
+            End::Master(_) => (vec![], vec![]),
+            End::Slave(end) => (times_s(end.ruptures()), times_s(end.alarms())),
+        };
+        let summary = SideSummary {
+            scenario: self.scenario.name.clone(),
+            role: self.role,
+            ticks: (either!(&end, one => one.tick()), grid.ticks()),
+            tick_s: grid.tick_s(),
+            counters: either!(&end, one => one.counters()),
+            lost,
+            delay_ticks,
+            one_way_s,
+            round_s,
+            clock_s: 0.5e-9 * greeted.round_ns as f64,
+            lateness: lateness.summary(grid.tick_s()),
+            priority,
+            meter: either!(&end, one => one.meter()),
+            ruptures_s,
+            alarms_s,
+            proxy_lost: proxy.and_then(Running::end),
+        };
+        self.write(&end, &summary)?;
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(CliError::Interrupted { kept: Some("the ticks so far were written".into()) });
+        }
+        Ok(())
+    }
+
+    fn write(&self, end: &End, summary: &SideSummary) -> Result<(), CliError> {
+        let folder = Folder::new(&self.args.out).folder(&self.scenario.name).folder(self.role.word());
+        let (columns, direction) = match self.role {
+            Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
+            Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
+        };
+        folder.stream("trace.csv", |out| write_trace_columns(either!(end, one => one.trace()), columns, out))?;
+        let delays = delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid);
+        folder.write("delays.csv", delays.as_bytes())?;
+        folder.write("scenario.toml", self.scenario.echo().as_bytes())?;
+        let object = to_json(&side_object(summary));
+        folder.write("summary.json", object.as_bytes())?;
+        if self.args.json {
+            terminal::print(&object)
+        } else if self.args.quiet {
+            Ok(())
+        } else {
+            terminal::print(&format!("{}files: {}\n", side_text(summary), folder.path().display()))
+        }
+    }
+}
