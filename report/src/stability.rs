@@ -7,6 +7,7 @@ use serde_json::{Value as Json, json};
 use super::Folder;
 use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView};
 use super::pictures::{Job, PictureError, draw};
+use super::population::population_json;
 use super::tables::shortest;
 use super::z_width::z_width_json;
 use trocar_sim::lti::Complex64;
@@ -97,6 +98,7 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "delay_s": margins.delay_s,
         },
         "z_width": study.z_width.as_ref().map(z_width_json),
+        "population": study.population.as_ref().map(population_json),
         "limits": limits.iter().map(limit).collect::<Vec<_>>(),
         "sensitivities": sensitivities,
         "ports": {

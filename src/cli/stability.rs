@@ -8,11 +8,12 @@ use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
     boundary_csv, certificate_json, locus_csv, locus_picture, loop_gain_csv, loop_picture, map_csv, poles_csv,
-    population_csv, population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
-    stability_text, step_csv, switching_csv, switching_picture, z_width_csv, z_width_picture, z_width_text,
+    population_csv, population_map_csv, population_picture, population_text, ports_csv, released_csv,
+    sensitivities_csv, stability_json, stability_pictures, stability_text, step_csv, switching_csv, switching_picture,
+    z_width_csv, z_width_picture, z_width_text,
 };
 use trocar_sim::scenario::Source;
-use trocar_sim::stability::{Axis, Locus, LoopResponse, Parameter, Population};
+use trocar_sim::stability::{Axis, Locus, LoopResponse, Parameter};
 use trocar_sim::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
@@ -59,7 +60,8 @@ pub(super) struct StabilityArgs {
     /// z_width.csv
     #[arg(long, value_name = "LOW:HIGH:COUNT")]
     z_width: Option<String>,
-    /// Also compute the limits of so many arms drawn at random around the scenario's, into population.csv
+    /// Also compute the limits of so many people drawn at random around the scenario's arm, into population.csv: short for
+    /// --set population.arm=people and population.size. [population] of a scenario also draws tissues and delays
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
@@ -71,6 +73,15 @@ pub(super) struct StabilityArgs {
     output: OutputArgs,
 }
 
+impl StabilityArgs {
+    /// The changes of the scenario, with those that other flags stand for.
+    fn changes(&self) -> ScenarioArgs {
+        let of_arms = |count: u64| ["population.arm=people".to_owned(), format!("population.size={count}")];
+        let settings = self.changes.settings.iter().cloned().chain(self.arms.into_iter().flat_map(of_arms));
+        ScenarioArgs { settings: settings.collect() }
+    }
+}
+
 pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
@@ -80,7 +91,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     }
     let of_locus = args.locus.as_ref().map(axis).transpose()?;
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
-    let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
+    let scenario = args.changes().load(std::slice::from_ref(&args.scenario))?.remove(0);
     let mut study = StabilityStudy::of(&scenario, (x, y), tissue(&args.tissue)?)?;
     if let Some(axis) = &of_walls {
         study.compute_z_width(axis)?;
@@ -117,10 +128,10 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         folder.write("z_width.csv", z_width_csv(z_width).as_bytes())?;
         z_width_picture(&folder, &scenario.name, z_width)?;
     }
-    let of_arms = |count: u64| Population::of(&analysis.settings, count as usize, scenario.seed);
-    let population = args.arms.map(of_arms).transpose().map_err(CheckError::from)?;
-    if let Some(population) = &population {
+    if let Some(population) = &study.population {
         folder.write("population.csv", population_csv(population).as_bytes())?;
+        folder.write("population_map.csv", population_map_csv(population).as_bytes())?;
+        population_picture(&folder, &scenario.name, population)?;
     }
     if let Ok(switching) = switching {
         folder.write("switching.csv", switching_csv(switching).as_bytes())?;
@@ -142,7 +153,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         terminal::print(&json)?;
     } else if !args.output.quiet {
         let mut text = stability_text(&study);
-        if let Some(population) = &population {
+        if let Some(population) = &study.population {
             text = format!("{text}\n{}", population_text(population));
         }
         if let Some(z_width) = &study.z_width {
@@ -155,6 +166,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
             (switching.is_ok(), "switching"),
             (of_locus.is_some(), "locus"),
             (of_walls.is_some(), "z_width"),
+            (study.population.is_some(), "population"),
         ]
         .into_iter()
         .filter(|(is_drawn, _)| *is_drawn)

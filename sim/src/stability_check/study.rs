@@ -6,8 +6,8 @@ use super::own_tissue::TissueRange;
 use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{
-    Analysis, Axis, LeftOut, LoopSettings, Parameter, StabilityMap, Switching, SwitchingSettings, TissueKind, ZWidth,
-    left_out, map, unmodelled,
+    Analysis, Axis, LeftOut, LoopSettings, Parameter, Population, StabilityMap, Switching, SwitchingSettings,
+    TissueKind, ZWidth, left_out, map, unmodelled,
 };
 use crate::warning::{Code, Warning};
 
@@ -36,6 +36,8 @@ pub struct StabilityStudy {
     pub switching: Result<Switching, &'static str>,
     /// The Z-width, if it was computed.
     pub z_width: Option<ZWidth>,
+    /// The limits over the scenario's population, if it has one.
+    pub population: Option<Population>,
     /// The comparison of the map with the engine, if it was run.
     pub check: Option<Check>,
 }
@@ -54,6 +56,9 @@ impl StabilityStudy {
         }
         let analysis = Analysis::of(&settings)?;
         let map = map(&settings, x, y)?;
+        let population = &scenario.population;
+        let over_people = || Population::of(&settings, population, scenario.seed, (&x, &y));
+        let population = population.varies().then(over_people).transpose()?;
         let switching = match SwitchingSettings::with_loop(scenario, settings, sector) {
             Ok(settings) => Ok(Switching::of(&settings)?),
             Err(reason) => Err(reason),
@@ -69,6 +74,7 @@ impl StabilityStudy {
             map,
             switching,
             z_width: None,
+            population,
             check: None,
         })
     }
