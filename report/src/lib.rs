@@ -1,5 +1,6 @@
 //! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
+mod absolute;
 mod animation;
 mod answer;
 mod calibration;
@@ -38,6 +39,7 @@ mod terminal_chart;
 mod wrap;
 mod z_width;
 
+pub use absolute::{absolute_csv, absolute_picture, absolute_text, hand_damping_csv};
 pub use animation::{Animation, DrawnTissue, Layer};
 pub use answer::answer_of_schemes;
 pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};

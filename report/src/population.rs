@@ -52,9 +52,9 @@ pub fn population_map_csv(population: &Population) -> String {
 fn drawn(population: &Population) -> String {
     let settings = &population.settings;
     let parts = [
-        (settings.arms != Arms::Fixed, "arms"),
-        (settings.tissues != Tissues::Fixed, "tissues"),
-        (settings.delays != Delays::Fixed, "delays"),
+        (settings.arms != Arms::None, "arms"),
+        (settings.tissues != Tissues::None, "tissues"),
+        (settings.delays != Delays::None, "delays"),
     ];
     let parts: Vec<&str> = parts.into_iter().filter(|(is_drawn, _)| *is_drawn).map(|(_, what)| what).collect();
     match parts.as_slice() {

@@ -5,6 +5,7 @@ use super::compared::without_paths;
 use super::map::Map;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::Table;
+use crate::absolute::bounded_line;
 use crate::digits::Few;
 use crate::population::{population_lines, population_table};
 use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, verdict};
@@ -61,6 +62,7 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
         let blocks = vec![
             Block::table("Two-port of the teleoperator", &port_table(analysis)),
             Block::text(sentence(&text)),
+            Block::text(sentence(&bounded_line(analysis, &page.study.bounded))),
             Block::text(sentence(&sampled(analysis))),
             Block::Charts { name: "ports", windows: vec![], key: vec![] },
         ];

@@ -40,11 +40,11 @@ fn log_normal(spread: f64, coordinate: f64) -> f64 {
 
 impl PopulationSettings {
     /// The member at a point of the unit cube, on which members are uniform. The coordinates, from 0 to 1, are those of
-    /// [`DIMENSIONS`]; what is fixed ignores its own.
+    /// [`DIMENSIONS`]; what is not drawn ignores its own.
     #[must_use]
     pub fn at(&self, point: &[f64; DIMENSIONS]) -> Draw {
         let arm = match self.arms {
-            Arms::Fixed => [1.0; 5],
+            Arms::None => [1.0; 5],
             Arms::People(people) => {
                 let grip = between((people.grip_min, people.grip_max), point[0]);
                 let by_grip = [grip, grip.sqrt(), grip, grip.sqrt(), 1.0];
@@ -53,13 +53,13 @@ impl PopulationSettings {
             }
         };
         let (stiffness, damping) = match self.tissues {
-            Tissues::Fixed => (1.0, 1.0),
+            Tissues::None => (1.0, 1.0),
             Tissues::LogNormal(spread) => {
                 (log_normal(spread.stiffness_spread, point[6]), log_normal(spread.damping_spread, point[7]))
             }
         };
         let delay_s = match self.delays {
-            Delays::Fixed => None,
+            Delays::None => None,
             Delays::Uniform(range) => Some(range.delay_min_s + point[8] * (range.delay_max_s - range.delay_min_s)),
         };
         Draw { arm, stiffness, damping, delay_s }
@@ -68,8 +68,8 @@ impl PopulationSettings {
     /// Which coordinates of [`PopulationSettings::at`] matter.
     #[must_use]
     pub fn is_drawn(&self) -> [bool; DIMENSIONS] {
-        let (arm, tissue) = (self.arms != Arms::Fixed, self.tissues != Tissues::Fixed);
-        [arm, arm, arm, arm, arm, arm, tissue, tissue, self.delays != Delays::Fixed]
+        let (arm, tissue) = (self.arms != Arms::None, self.tissues != Tissues::None);
+        [arm, arm, arm, arm, arm, arm, tissue, tissue, self.delays != Delays::None]
     }
 
     /// A member drawn at random. It depends on the seed and its index alone, and its arm not on what else is drawn.
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn an_arm_does_not_depend_on_what_else_is_drawn() {
-        let people = PopulationSettings { tissues: Tissues::Fixed, delays: Delays::Fixed, ..everything() };
+        let people = PopulationSettings { tissues: Tissues::None, delays: Delays::None, ..everything() };
         for index in 0..5 {
             assert_eq!(people.drawn(1, index).arm, everything().drawn(1, index).arm);
             assert_ne!(people.drawn(1, index).arm, people.drawn(2, index).arm);

@@ -27,11 +27,11 @@ trocar_core::settings! {
 }
 
 trocar_core::choice! {
-    /// The arms: that of the scenario, or of people and grips drawn at random around it.
+    /// The drawn arms: none, or those of people and grips around the scenario's.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub enum Arms at "population.arm" = Fixed {
-        /// The scenario's.
-        "fixed" => Fixed,
+    pub enum Arms at "population.arm" = None {
+        /// None: the scenario's.
+        "none" => None,
         /// Of people and grips.
         "people" => People(PeopleSettings),
     }
@@ -58,11 +58,11 @@ trocar_core::settings! {
 }
 
 trocar_core::choice! {
-    /// The tissues: that of the scenario, or drawn from log-normal distributions around it.
+    /// The drawn tissues: none, or from log-normal distributions around the scenario's.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub enum Tissues at "population.tissue" = Fixed {
-        /// The scenario's.
-        "fixed" => Fixed,
+    pub enum Tissues at "population.tissue" = None {
+        /// None: the scenario's.
+        "none" => None,
         /// With log-normal stiffness and damping.
         "log-normal" => LogNormal(TissueSpread),
     }
@@ -83,11 +83,11 @@ trocar_core::settings! {
 }
 
 trocar_core::choice! {
-    /// The delays: those of the scenario, or drawn from a range.
+    /// The drawn delays: none, or from a range.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub enum Delays at "population.delay" = Fixed {
-        /// The scenario's.
-        "fixed" => Fixed,
+    pub enum Delays at "population.delay" = None {
+        /// None: the scenario's.
+        "none" => None,
         /// Uniform between two ends.
         "uniform" => Uniform(DelayRange),
     }
@@ -111,6 +111,6 @@ impl PopulationSettings {
     /// Whether anything is drawn.
     #[must_use]
     pub fn varies(&self) -> bool {
-        self.arms != Arms::Fixed || self.tissues != Tissues::Fixed || self.delays != Delays::Fixed
+        self.arms != Arms::None || self.tissues != Tissues::None || self.delays != Delays::None
     }
 }

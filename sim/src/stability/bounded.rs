@@ -23,6 +23,7 @@ use rayon::prelude::*;
 use super::analysis::frequencies_hz;
 use super::{Axis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, StabilityError};
 use crate::lti::Complex64;
+use crate::plant::ArmParameters;
 use crate::quantiles::bisect;
 
 /// The ranges of hands and tissues.
@@ -56,7 +57,8 @@ pub struct Bounded {
     pub terminations: Terminations,
     /// What is needed, by frequency; empty without a hybrid matrix.
     pub needed: Vec<NeededDamping>,
-    /// Whether one loop with a hand and a tissue of the ranges is stable: a damper and a tissue in the middle.
+    /// Whether one loop with a hand that has the needed damping and a tissue of the range is stable: a damper and a tissue in
+    /// the middle.
     pub is_middle_stable: bool,
 }
 
@@ -114,9 +116,9 @@ impl Terminations {
         bisect(0.0, most, |r| !self.excludes(hybrid, omega, r))
     }
 
-    /// A loop with a damper as hand and a tissue, both in the middle of the ranges.
-    fn middle(&self, settings: &LoopSettings) -> LoopSettings {
-        let (low, high) = self.hand_n_s_per_m;
+    /// A loop with a damper as hand, above `low`, and a tissue, both in the middle of the ranges.
+    fn middle(&self, settings: &LoopSettings, low: f64) -> LoopSettings {
+        let high = self.hand_n_s_per_m.1;
         let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
         let mut other = settings.clone();
         // Behind the damper is a mass that a stiff spring and damper hold.
@@ -145,8 +147,12 @@ impl Bounded {
                 needed.push(NeededDamping { frequency_hz, damping_n_s_per_m: terminations.needed(&hybrid, omega) });
             }
         }
-        let middle = ClosedLoop::new(&terminations.middle(settings))?;
-        Ok(Self { terminations: *terminations, needed, is_middle_stable: middle.is_stable()? })
+        let mut bounded = Self { terminations: *terminations, needed, is_middle_stable: false };
+        let low = terminations.hand_n_s_per_m.0.max(bounded.most().map_or(0.0, |most| most.damping_n_s_per_m));
+        if low.is_finite() {
+            bounded.is_middle_stable = ClosedLoop::new(&terminations.middle(settings, low))?.is_stable()?;
+        }
+        Ok(bounded)
     }
 
     /// The frequency at which the hand needs the most damping; `None` without a hybrid matrix.
@@ -159,12 +165,28 @@ impl Bounded {
         )
     }
 
+    /// The minimum damping of the hand in N·s/m with which the loop is stable with every tissue of the ranges; infinite if no
+    /// damping is enough. `None` without a hybrid matrix.
+    #[must_use]
+    pub fn needed_damping(&self) -> Option<f64> {
+        let most = self.most()?;
+        Some(if self.is_middle_stable { most.damping_n_s_per_m } else { f64::INFINITY })
+    }
+
     /// Whether the loop is stable with every hand and tissue of the ranges; `None` without a hybrid matrix.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
-        let most = self.most()?;
-        Some(self.is_middle_stable && most.damping_n_s_per_m <= self.terminations.hand_n_s_per_m.0)
+        Some(self.needed_damping()? <= self.terminations.hand_n_s_per_m.0)
     }
+}
+
+/// The impedance of an arm at the master, with the desired position at rest, in N·s/m.
+#[must_use]
+pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
+    let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
+    let at_master = s.inv() * arm.k_a_n_per_m + arm.b_a_n_s_per_m;
+    let behind = s * arm.m_h_kg + s.inv() * arm.k_h_n_per_m + arm.b_h_n_s_per_m;
+    at_master * behind / (at_master + behind)
 }
 
 /// Absolute stability at a value of a parameter.

@@ -44,7 +44,7 @@ mod winding;
 mod z_width;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
-pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations};
+pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
 pub use closed_loop::ClosedLoop;
 pub use coverage::{LeftOut, TissueKind, left_out, unmodelled};
 pub use error::StabilityError;

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::limit::StabilityTester;
 use super::shares::{ShareMap, share_interval};
 use super::{Axis, ClosedLoop, LIMITED, LoopSettings, Parameter, Search, StabilityError, largest_stable};
 use crate::population::{DIMENSIONS, Draw, PopulationSettings};
@@ -25,8 +26,9 @@ pub struct Member {
     pub draw: Draw,
     /// Whether the loop is stable with it.
     pub is_stable: bool,
-    /// The limits of [`LIMITED`], in this order, as [`Limit::largest`](super::Limit::largest): of the value itself, which
-    /// replaces a drawn one. 0 if no value is stable, infinite beyond the search range.
+    /// The limits of [`LIMITED`], in this order, as [`Limit::largest`](super::Limit::largest), that of the delay as the end of
+    /// the stable range from 0 on: of the value itself, which replaces a drawn one. 0 if no value is stable, infinite beyond
+    /// the search range.
     pub limits: [f64; LIMITED.len()],
 }
 
@@ -72,7 +74,7 @@ pub struct Population {
     pub limits: Vec<LimitQuantiles>,
     /// The smallest maximum stiffness among the members and the corners of the whole range; no proof that none is smaller.
     pub worst: Worst,
-    /// The share that is stable over the axes of the map.
+    /// The share of the first members that is stable over the axes of the map.
     pub map: ShareMap,
 }
 
@@ -103,9 +105,63 @@ fn near(parameter: Parameter, of_scenario: Option<f64>) -> Search {
     }
 }
 
+/// A loop gain below this at every frequency is stable with any delay. It leaves room for the gain between two points.
+const SMALL_GAIN: f64 = 0.9;
+
 /// The limit of a member.
 fn limit(settings: &LoopSettings, parameter: Parameter, search: Search) -> Result<f64, StabilityError> {
     Ok(largest_stable(settings, parameter, search)?.largest().unwrap_or(0.0))
+}
+
+/// The first delay in s, from 0 on, at which the loop is not stable: by whole ticks, each twice the one before, then within a
+/// tick.
+fn delay_limit(settings: &LoopSettings, search: Search) -> Result<f64, StabilityError> {
+    let without = settings.with(Parameter::Delay, 0.0);
+    let tester = StabilityTester::new(&without)?;
+    let tick_s = settings.tick_s;
+    let is_stable = |ticks: u64| tester.is_stable(&[(Parameter::Delay, ticks as f64 * tick_s)]);
+    if !is_stable(0)? {
+        return Ok(0.0);
+    }
+    if ClosedLoop::new(&without)?.max_gain()? < SMALL_GAIN {
+        return Ok(f64::INFINITY);
+    }
+    let (mut below, mut above) = (0, 1);
+    while is_stable(above)? {
+        (below, above) = (above, 2 * above);
+        if above as f64 * tick_s > search.high {
+            return Ok(f64::INFINITY);
+        }
+    }
+    while above - below > 1 {
+        let middle = u64::midpoint(below, above);
+        if is_stable(middle)? { below = middle } else { above = middle }
+    }
+    let range = (below as f64 * tick_s, above as f64 * tick_s);
+    // A sample that waits for the next tick is as late as one that is sent a tick later.
+    if settings.waits_for_tick() {
+        return Ok(range.0);
+    }
+    tester.boundary(Parameter::Delay, range, true, search.tolerance)
+}
+
+/// The limits of a member, in the order of [`LIMITED`], and whether its loop is stable.
+fn analysed(settings: &LoopSettings, searches: &[Search]) -> Result<(bool, [f64; LIMITED.len()]), StabilityError> {
+    let closed = ClosedLoop::new(settings)?;
+    let is_stable = closed.is_stable()?;
+    // The paper's loop gain is proportional to both scales.
+    let margin = if settings.link.is_baseline() && is_stable { Some(closed.margins()?.gain) } else { None };
+    let mut limits = [0.0; LIMITED.len()];
+    for ((place, parameter), search) in limits.iter_mut().zip(LIMITED).zip(searches) {
+        *place = match (parameter, margin) {
+            (Parameter::ForceScale | Parameter::PositionScale, Some(margin)) => {
+                margin.map_or(f64::INFINITY, |factor| factor * settings.get(parameter))
+            }
+            (Parameter::Delay, _) => delay_limit(settings, *search)?,
+            _ => limit(settings, parameter, *search)?,
+        };
+    }
+    Ok((is_stable, limits))
 }
 
 /// A quantile of sorted values, with its interval from the ranks `n p ± z √(n p (1 - p))`.
@@ -121,8 +177,8 @@ fn quantile(sorted: &[f64], share: f64) -> Quantile {
 }
 
 impl Population {
-    /// The limits of a population around a loop, and its share that is stable over two axes, each with at most
-    /// [`ShareMap::MAX_COUNT`] values.
+    /// The limits of a population around a loop, and the share of its first [`ShareMap::MAX_LOOPS`] members that is stable
+    /// over two axes, each with at most [`ShareMap::MAX_COUNT`] values.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -141,12 +197,8 @@ impl Population {
         let members: Vec<Member> = draws
             .par_iter()
             .map(|&draw| {
-                let settings = of_member(settings, &draw);
-                let mut limits = [0.0; LIMITED.len()];
-                for ((place, parameter), search) in limits.iter_mut().zip(LIMITED).zip(&searches) {
-                    *place = limit(&settings, parameter, *search)?;
-                }
-                Ok(Member { draw, is_stable: ClosedLoop::new(&settings)?.is_stable()?, limits })
+                let (is_stable, limits) = analysed(&of_member(settings, &draw), &searches)?;
+                Ok(Member { draw, is_stable, limits })
             })
             .collect::<Result<_, StabilityError>>()?;
         let of_stiffness = LIMITED.iter().position(|parameter| *parameter == Parameter::Stiffness).unwrap_or(0);
@@ -168,7 +220,8 @@ impl Population {
             limits.sort_by(f64::total_cmp);
             LimitQuantiles { parameter, quantiles: QUANTILES.iter().map(|&share| quantile(&limits, share)).collect() }
         };
-        let loops: Vec<LoopSettings> = draws.iter().map(|draw| of_member(settings, draw)).collect();
+        let loops: Vec<LoopSettings> =
+            draws.iter().take(ShareMap::MAX_LOOPS).map(|draw| of_member(settings, draw)).collect();
         Ok(Self {
             settings: *population,
             stable_share: share_interval(members.iter().filter(|member| member.is_stable).count(), members.len()),

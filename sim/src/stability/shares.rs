@@ -37,6 +37,9 @@ impl ShareMap {
     /// The largest number of values of an axis.
     pub const MAX_COUNT: usize = 50;
 
+    /// The largest number of members of a population on its map.
+    pub const MAX_LOOPS: usize = 400;
+
     /// The map of loops over two axes, each with at most [`ShareMap::MAX_COUNT`] values. A value of an axis replaces that of
     /// each loop.
     ///
