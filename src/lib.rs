@@ -96,15 +96,15 @@
 //! | 5 | `trocar-sim` | [`scenario`] (TOML, validated, resolved and echoed), [`metrics`] (numbers from observers), [`stability`] (the linear loop, without the engine) |
 //! | 4 | `trocar-sim` | [`engine`] (one tick, N ticks, observers) |
 //! | 3 | `trocar-sim` | [`teleoperation`] (architectures, recovery, passivity) |
-//! | 2 | `trocar-sim` | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`recording`]: siblings never import each other |
+//! | 2 | `trocar-sim` | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`recording`], [`population`] (people, tissues and links drawn at random): siblings never import each other |
 //! | 1 | `trocar-sim` | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detection`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
 pub use trocar_report as report;
 pub use trocar_sim::{augmentation, chain, detection, error, estimation, lane, rig, settings, time, warning};
 pub use trocar_sim::{
-    channel, compare, detect, engine, lti, metrics, operator, plant, recording, roc, run, scenario, sensor, stability,
-    stability_check, sweep, teleoperation, tissue,
+    channel, compare, detect, engine, lti, metrics, operator, plant, population, recording, roc, run, scenario, sensor,
+    stability, stability_check, sweep, teleoperation, tissue,
 };
 
 mod cli;

@@ -94,3 +94,42 @@ def test_the_margins_agree(kind, delay):
         gain = at(margins["phase_frequency_hz"])
         assert abs(abs(gain) - 1) < 1e-9
         assert abs(abs(np.angle(gain)) - margins["phase_rad"]) < 1e-9
+
+
+FEW = {"x": "scaling.force=0.1:10:5", "y": "tissue.stiffness_n_per_m=10:2000:5"}
+
+
+@pytest.mark.parametrize("changes", [{}, {"master.force_integral_gain": 3.0, "scaling.force": 2.0}], ids=str)
+def test_the_damping_that_a_hand_needs_is_that_of_the_two_port(changes):
+    scenario = trocar.Scenario.load("paper/classical", **changes)
+    report = trocar.stability(scenario, **FEW).report
+    bounded = report["ports"]["bounded"]
+    tick_s, mass_kg, damping, scale = 1e-3, 0.245, 4.1, changes.get("scaling.force", 1.0)
+    s = 2j * np.pi * 0.1 * 2500 ** (np.arange(400) / 399)
+    slave = trocar.state_space(scenario, "slave")
+    column = slave.inputs.index("reference_m") if "reference_m" in slave.inputs else 0
+    follow = np.array([(slave.C[0] @ np.linalg.solve(f * np.eye(len(slave.A)) - slave.A, slave.B[:, column])) for f in s])
+    hold = (1 - np.exp(-s * tick_s)) / (s * tick_s)
+    own = (mass_kg * s + damping) / (1 + changes.get("master.force_integral_gain", 12.0) / s)
+    low, high = bounded["stiffness_n_per_m"]
+    # Linear in the stiffness: the worst one is an end.
+    felt = [own + scale * follow * hold**2 * (report["damping_n_s_per_m"] + k / s) for k in (low, high)]
+    needed = np.maximum(0, -np.min(np.real(felt), axis=0))
+    assert bounded["needed_hand_damping_n_s_per_m"] == pytest.approx(needed.max(), rel=1e-9)
+    assert bounded["frequency_hz"] == pytest.approx(s[needed.argmax()].imag / (2 * np.pi), rel=1e-9)
+
+
+def test_the_smallest_limit_of_a_population_is_where_its_loop_becomes_unstable():
+    people = {"population.arm": "people", "population.size": 20}
+    scenario = trocar.Scenario.load("passivity/late-wall", **people)
+    population = trocar.stability(scenario, **FEW).report["population"]
+    found = population["smallest_found"]
+    arm = {"k_a": "k_a_n_per_m", "b_a": "b_a_n_s_per_m", "k_h": "k_h_n_per_m", "b_h": "b_h_n_s_per_m", "m_h": "m_h_kg"}
+    values = {"k_a": 733.0, "b_a": 37.3, "k_h": 14998.0, "b_h": 178.0, "m_h": 1.88}
+    changes = {f"arm.{key}": values[name] * found["arm_factors"][name] for name, key in arm.items()}
+    for factor, is_stable in [(1 - 1e-5, True), (1 + 1e-5, False)]:
+        stiffness = {"tissue.stiffness_n_per_m": factor * found["max_stiffness_n_per_m"]}
+        closed = trocar.state_space(trocar.Scenario.load("passivity/late-wall", **changes, **stiffness), "closed-loop")
+        assert (np.abs(np.linalg.eigvals(closed.A)).max() < 1) == is_stable
+    quantiles = [one["value"] for one in population["limits"][2]["quantiles"]]
+    assert quantiles == sorted(quantiles) and found["max_stiffness_n_per_m"] <= quantiles[0]

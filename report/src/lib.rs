@@ -1,5 +1,6 @@
 //! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
+mod absolute;
 mod animation;
 mod answer;
 mod calibration;
@@ -22,6 +23,7 @@ mod metrics;
 mod number;
 mod paper;
 mod pictures;
+mod population;
 mod remote;
 mod roc;
 mod schemes;
@@ -38,6 +40,7 @@ mod terminal_chart;
 mod wrap;
 mod z_width;
 
+pub use absolute::{absolute_csv, absolute_picture, absolute_text, hand_damping_csv};
 pub use animation::{Animation, DrawnTissue, Layer};
 pub use answer::answer_of_schemes;
 pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
@@ -49,12 +52,11 @@ pub use detections::{DetectionEntry, detections_json, detections_text};
 pub use files::{Folder, OutputError, stream_file, write_file};
 pub use json::{comparison_json, detection_object, run_object, schemes_json, summary_json, to_json};
 pub use live::live_text;
-pub use loop_response::{
-    locus_csv, locus_picture, loop_gain_csv, loop_picture, poles_csv, population_csv, population_text, step_csv,
-};
+pub use loop_response::{locus_csv, locus_picture, loop_gain_csv, loop_picture, poles_csv, step_csv};
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use paper::{paper_figures, paper_text};
 pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};
+pub use population::{population_csv, population_map_csv, population_picture, population_text};
 pub use remote::{side_object, side_text};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use schemes::schemes_text;

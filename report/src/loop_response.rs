@@ -1,15 +1,14 @@
-//! Poles, zeros, loop gain, step and root locus, and a population of arms, as CSV and text.
+//! Poles, zeros, loop gain, step and root locus, as CSV and figures.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
+use super::Folder;
 use super::figures::{self, LocusView, LoopView};
-use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
-use super::{Folder, Table};
 use trocar_sim::lti::Complex64;
-use trocar_sim::stability::{Locus, LoopResponse, Population};
+use trocar_sim::stability::{Locus, LoopResponse};
 
 /// The cells of a pole or zero: both parts, modulus, and as `s = ln(z) / T` frequency in Hz and damping ratio.
 fn cells(z: Complex64, tick_s: f64) -> String {
@@ -116,41 +115,4 @@ pub fn locus_picture(folder: &Folder, name: &str, locus: &Locus, tick_s: f64) ->
         branches: locus.branches.iter().map(|(value, poles)| (*value, continuous(poles))).collect(),
     })?;
     keep(folder, "locus", &figure)
-}
-
-/// Returns `population.csv`: a row per arm.
-#[must_use]
-pub fn population_csv(population: &Population) -> String {
-    let mut text =
-        "k_a_factor,b_a_factor,k_h_factor,b_h_factor,m_h_factor,is_stable,largest_stable_n_per_m\n".to_owned();
-    for arm in &population.arms {
-        let limit = if arm.stiffness_n_per_m.is_finite() { shortest(arm.stiffness_n_per_m) } else { String::new() };
-        let factors = arm.factors.map(shortest).join(",");
-        let _ = writeln!(text, "{factors},{},{limit}", u8::from(arm.is_stable));
-    }
-    text
-}
-
-/// Returns the limits of a population as text.
-#[must_use]
-pub fn population_text(population: &Population) -> String {
-    let newtons = |value: f64| {
-        if value.is_finite() { format!("{} N/m", significant(value)) } else { "above the search range".to_owned() }
-    };
-    let (share, (low, high)) = population.stable_share;
-    let mut text = format!(
-        "{} arms: the loop is stable with {:.1} % of them (95 % interval {:.1} to {:.1} %)\n",
-        population.arms.len(),
-        100.0 * share,
-        100.0 * low,
-        100.0 * high,
-    );
-    let mut table = Table::new(["arms with a smaller limit", "maximum stable stiffness", "95 % interval"]);
-    for one in &population.quantiles {
-        let interval = format!("{} to {}", newtons(one.interval.0), newtons(one.interval.1));
-        table.row([format!("{} %", significant(100.0 * one.share)), newtons(one.value), interval]);
-    }
-    let worst = newtons(population.worst.stiffness_n_per_m);
-    let _ = writeln!(text, "{table}smallest limit found in the whole range of arms: {worst}");
-    text
 }

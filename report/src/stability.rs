@@ -5,8 +5,10 @@ use std::fmt::Write as _;
 use serde_json::{Value as Json, json};
 
 use super::Folder;
+use super::absolute::{absolute_json, bounded_json};
 use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView};
 use super::pictures::{Job, PictureError, draw};
+use super::population::population_json;
 use super::tables::shortest;
 use super::z_width::z_width_json;
 use trocar_sim::lti::Complex64;
@@ -97,6 +99,7 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "delay_s": margins.delay_s,
         },
         "z_width": study.z_width.as_ref().map(z_width_json),
+        "population": study.population.as_ref().map(population_json),
         "limits": limits.iter().map(limit).collect::<Vec<_>>(),
         "sensitivities": sensitivities,
         "ports": {
@@ -105,6 +108,8 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "hand_port_is_passive_in_free_motion": all(ports, |point| is_passive_impedance(point.hybrid.h[0][0])),
             "hand_port_is_passive_in_tissue": all(ports, |point| is_passive_impedance(point.transmitted)),
             "needle_port_is_passive": all(ports, |point| is_passive_impedance(point.hybrid.h[1][1])),
+            "bounded": bounded_json(analysis, &study.bounded),
+            "over": study.absolute.as_ref().map(absolute_json),
         },
         "sampled_data": sampled.map(|bound| json!({
             "min_damping_n_s_per_m": bound.min_damping_n_s_per_m,

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::Table;
+use super::absolute::bounded_line;
 use super::number::significant;
 use super::stability::{all, word};
 use super::wrap::wrapped;
@@ -28,7 +29,8 @@ pub fn stability_text(study: &StabilityStudy) -> String {
     let mut text = format!("{name}: {}\n", verdict(study));
     let _ = writeln!(text, "not in the linear model: {}", study.unmodelled.join("; "));
     let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
-    let _ = write!(text, "\n{}\n{}{}", port_table(analysis), port_passivity(analysis), sampled(analysis));
+    let bounded = bounded_line(analysis, &study.bounded);
+    let _ = write!(text, "\n{}\n{}{bounded}{}", port_table(analysis), port_passivity(analysis), sampled(analysis));
     let _ = write!(text, "\n{}\n", super::switching_text(study));
     let stable = 100.0 * map.stable_share();
     let _ = writeln!(

@@ -15,6 +15,7 @@ pub mod metrics;
 mod moments;
 pub mod operator;
 pub mod plant;
+pub mod population;
 #[doc(hidden)]
 pub mod quantiles;
 pub mod recording;

@@ -7,17 +7,23 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
 use trocar_report::html::{StabilityPage, command_line, stability_html};
 use trocar_report::{
-    boundary_csv, certificate_json, locus_csv, locus_picture, loop_gain_csv, loop_picture, map_csv, poles_csv,
-    population_csv, population_text, ports_csv, released_csv, sensitivities_csv, stability_json, stability_pictures,
-    stability_text, step_csv, switching_csv, switching_picture, z_width_csv, z_width_picture, z_width_text,
+    absolute_csv, absolute_picture, absolute_text, boundary_csv, certificate_json, hand_damping_csv, locus_csv,
+    locus_picture, loop_gain_csv, loop_picture, map_csv, poles_csv, population_csv, population_map_csv,
+    population_picture, population_text, ports_csv, released_csv, sensitivities_csv, stability_json,
+    stability_pictures, stability_text, step_csv, switching_csv, switching_picture, z_width_csv, z_width_picture,
+    z_width_text,
 };
 use trocar_sim::scenario::Source;
-use trocar_sim::stability::{Axis, Locus, LoopResponse, Parameter, Population};
+use trocar_sim::stability::{Axis, Locus, LoopResponse, Parameter, Terminations};
 use trocar_sim::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
 const DEFAULT_TISSUE: &str = "50:600";
+const DEFAULT_HAND: &str = "0:inf";
+
+/// Maximum damping in N·s/m.
+const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -31,6 +37,8 @@ Examples:
   trocar stability my.toml --locus channel.delay_s=0:0.1:50
                                             poles over the delay
   trocar stability my.toml --arms 1000      limits over people
+  trocar stability my.toml --absolute channel.delay_s=0:0.1:50 --hand 10:inf
+                                            absolute stability over the delay
   trocar stability my.toml --simulate       and compare with simulations";
 
 /// Analyse the stability of the loop.
@@ -52,6 +60,17 @@ pub(super) struct StabilityArgs {
     /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events
     #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_TISSUE)]
     tissue: String,
+    /// Range of the tissue damping (N·s/m) for absolute stability with bounded tissues; the scenario's without it
+    #[arg(long, value_name = "LOW:HIGH")]
+    tissue_damping: Option<String>,
+    /// Range of the damping of hands (N·s/m) for absolute stability: any passive hand behind dampers of LOW and HIGH, which can
+    /// be inf
+    #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_HAND)]
+    hand: String,
+    /// Also compute Llewellyn's parameter and the damping that a hand needs over a parameter, into absolute.csv and the figure
+    /// absolute
+    #[arg(long, value_name = "KEY=LOW:HIGH:COUNT")]
+    absolute: Option<String>,
     /// Also compute the poles of the closed loop over a parameter, into locus.csv and the figure locus
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT")]
     locus: Option<String>,
@@ -59,7 +78,8 @@ pub(super) struct StabilityArgs {
     /// z_width.csv
     #[arg(long, value_name = "LOW:HIGH:COUNT")]
     z_width: Option<String>,
-    /// Also compute the limits of so many arms drawn at random around the scenario's, into population.csv
+    /// Also compute the limits of so many people drawn at random around the scenario's arm, into population.csv: short for
+    /// --set population.arm=people and population.size. [population] of a scenario also draws tissues and delays
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
@@ -71,6 +91,15 @@ pub(super) struct StabilityArgs {
     output: OutputArgs,
 }
 
+impl StabilityArgs {
+    /// The changes of the scenario, with those that other flags stand for.
+    fn changes(&self) -> ScenarioArgs {
+        let of_arms = |count: u64| ["population.arm=people".to_owned(), format!("population.size={count}")];
+        let settings = self.changes.settings.iter().cloned().chain(self.arms.into_iter().flat_map(of_arms));
+        ScenarioArgs { settings: settings.collect() }
+    }
+}
+
 pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
@@ -79,11 +108,19 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         return Err(CliError::Axis { axis: args.y.clone(), reason });
     }
     let of_locus = args.locus.as_ref().map(axis).transpose()?;
+    let of_absolute = args.absolute.as_ref().map(axis).transpose()?;
+    let of_hand = dampings(&args.hand, f64::INFINITY)?;
+    let of_tissue = args.tissue_damping.as_ref().map(|range| dampings(range, MAX_DAMPING_N_S_PER_M)).transpose()?;
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
-    let scenario = args.changes.load(std::slice::from_ref(&args.scenario))?.remove(0);
+    let scenario = args.changes().load(std::slice::from_ref(&args.scenario))?.remove(0);
     let mut study = StabilityStudy::of(&scenario, (x, y), tissue(&args.tissue)?)?;
     if let Some(axis) = &of_walls {
         study.compute_z_width(axis)?;
+    }
+    if of_absolute.is_some() || of_tissue.is_some() || args.hand != DEFAULT_HAND {
+        let damping_n_s_per_m = of_tissue.unwrap_or(study.bounded.terminations.damping_n_s_per_m);
+        let terminations = Terminations { hand_n_s_per_m: of_hand, damping_n_s_per_m, ..study.bounded.terminations };
+        study.compute_absolute(&terminations, of_absolute.as_ref())?;
     }
     if args.simulate {
         let bar = progress::rated_bar(study.map.stable.len(), args.output.quiet);
@@ -101,6 +138,11 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     folder.write("stability_map.csv", map_csv(map, check.as_ref()).as_bytes())?;
     folder.write("stability_boundary.csv", boundary_csv(map).as_bytes())?;
     folder.write("ports.csv", ports_csv(analysis).as_bytes())?;
+    folder.write("hand_damping.csv", hand_damping_csv(analysis, &study.bounded).as_bytes())?;
+    if let Some(absolute) = &study.absolute {
+        folder.write("absolute.csv", absolute_csv(absolute).as_bytes())?;
+        absolute_picture(&folder, &scenario.name, analysis, absolute)?;
+    }
     let response = LoopResponse::of(&analysis.settings).map_err(CheckError::from)?;
     folder.write("poles.csv", poles_csv(&response).as_bytes())?;
     folder.write("loop_gain.csv", loop_gain_csv(&response).as_bytes())?;
@@ -117,10 +159,10 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         folder.write("z_width.csv", z_width_csv(z_width).as_bytes())?;
         z_width_picture(&folder, &scenario.name, z_width)?;
     }
-    let of_arms = |count: u64| Population::of(&analysis.settings, count as usize, scenario.seed);
-    let population = args.arms.map(of_arms).transpose().map_err(CheckError::from)?;
-    if let Some(population) = &population {
+    if let Some(population) = &study.population {
         folder.write("population.csv", population_csv(population).as_bytes())?;
+        folder.write("population_map.csv", population_map_csv(population).as_bytes())?;
+        population_picture(&folder, &scenario.name, population)?;
     }
     if let Ok(switching) = switching {
         folder.write("switching.csv", switching_csv(switching).as_bytes())?;
@@ -142,8 +184,11 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         terminal::print(&json)?;
     } else if !args.output.quiet {
         let mut text = stability_text(&study);
-        if let Some(population) = &population {
+        if let Some(population) = &study.population {
             text = format!("{text}\n{}", population_text(population));
+        }
+        if let Some(absolute) = &study.absolute {
+            text = format!("{text}\n{}", absolute_text(absolute));
         }
         if let Some(z_width) = &study.z_width {
             text = format!("{text}\n{}", z_width_text(z_width));
@@ -155,6 +200,8 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
             (switching.is_ok(), "switching"),
             (of_locus.is_some(), "locus"),
             (of_walls.is_some(), "z_width"),
+            (study.population.is_some(), "population"),
+            (study.absolute.is_some(), "absolute"),
         ]
         .into_iter()
         .filter(|(is_drawn, _)| *is_drawn)
@@ -194,6 +241,18 @@ fn command(args: &StabilityArgs, name: &str) -> String {
 fn walls(text: &str) -> Result<Axis, CliError> {
     let axis = format!("{}={text}", Parameter::Damping.key());
     Axis::parse(&axis).map_err(|reason| CliError::Axis { axis: text.to_owned(), reason })
+}
+
+/// Parses a range of dampings, `LOW:HIGH`.
+fn dampings(text: &str, max: f64) -> Result<(f64, f64), CliError> {
+    let numbers =
+        text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
+    let is_range =
+        |(low, high): &(f64, f64)| 0.0 <= *low && *low <= MAX_DAMPING_N_S_PER_M && low <= high && *high <= max;
+    numbers.filter(is_range).ok_or_else(|| {
+        let reason = format!("write LOW:HIGH in N·s/m, as in 10:200, from 0 to {MAX_DAMPING_N_S_PER_M}");
+        CliError::Axis { axis: text.to_owned(), reason }
+    })
 }
 
 /// Parses a range of stiffnesses, `LOW:HIGH`.

@@ -24,7 +24,9 @@ pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {
 }
 
 fn is_for_pages(key: &&Key) -> bool {
-    !matches!(key.kind, Kind::File | Kind::Text) && key.path != SCHEME && key.path != "simulation.engine"
+    // A page shows runs, which do not depend on a population.
+    let is_of_runs = key.path != "simulation.engine" && !key.path.starts_with("population.");
+    !matches!(key.kind, Kind::File | Kind::Text) && key.path != SCHEME && is_of_runs
 }
 
 fn description(key: &Key) -> Json {

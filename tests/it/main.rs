@@ -39,6 +39,7 @@ mod packs;
 mod paper;
 mod passive;
 mod passivity;
+mod population;
 mod properties;
 mod public_api;
 mod recording;

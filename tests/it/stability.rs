@@ -2,13 +2,15 @@
 
 use crate::support;
 use nalgebra::DVector;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use trocar::engine::Trace;
 use trocar::lti::{Complex64, eigenvalues};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 use trocar::stability::{
-    Analysis, Axis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound, SampledWall, Search, ZWidth,
-    largest_stable, sensitivities,
+    AbsoluteOver, Analysis, Axis, Bounded, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound,
+    SampledWall, Search, Spacing, Terminations, ZWidth, arm_impedance, largest_stable, sensitivities,
 };
 
 /// A ramp into a tissue that begins at the start of the needle, so that contact is permanent.
@@ -475,4 +477,101 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
     ] {
         folder.refused(&["stability", "--x", axis], &[phrase]);
     }
+}
+
+/// A hand that is a damper and either a spring or a mass, whose impedance at a frequency is `impedance`; the mass is part
+/// of the arm behind the damper only if there is none.
+fn hand(settings: &LoopSettings, impedance: Complex64, frequency_hz: f64) -> LoopSettings {
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let mut held = settings.clone();
+    // The spring and damper of the hand end at the ground, a mass that is held.
+    held.arm.b_a_n_s_per_m = impedance.re;
+    held.arm.k_a_n_per_m = (-impedance.im * omega).max(0.0);
+    held.arm.m_h_kg = 1.0;
+    held.arm.k_h_n_per_m = 1e8;
+    held.arm.b_h_n_s_per_m = 1e4;
+    let mass_kg = (impedance.im / omega).max(0.0);
+    held.with(Parameter::MasterMass, settings.master.mass_kg + mass_kg)
+}
+
+#[test]
+fn oracle_a_hand_with_less_than_the_needed_damping_swings_on() {
+    for (delay, integral) in [("0.02", "0"), ("0.05", "0"), ("0.02", "6"), ("0.005", "12")] {
+        let delays = [format!("channel.forward_delay_s={delay}"), format!("channel.backward_delay_s={delay}")];
+        let integral = format!("master.force_integral_gain={integral}");
+        let settings = settings(&[&delays[0], &delays[1], &integral, "tissue.damping_n_s_per_m=2"]);
+        let (k, b) = (600.0, 2.0);
+        let terminations =
+            Terminations { hand_n_s_per_m: (0.0, f64::INFINITY), stiffness_n_per_m: (k, k), damping_n_s_per_m: (b, b) };
+        let most = Bounded::of(&settings, &terminations).expect("analysed").most().expect("a two-port");
+        assert!(most.damping_n_s_per_m > 1.0 && most.damping_n_s_per_m < 1e4, "{most:?}");
+        let omega = std::f64::consts::TAU * most.frequency_hz;
+        let hybrid = Ports::new(&settings).expect("built").at(omega).expect("computed").expect("a matrix");
+        let transmitted = hybrid.transmitted(Complex64::new(b, -k / omega));
+        assert!((transmitted.re + most.damping_n_s_per_m).abs() < 1e-6 * most.damping_n_s_per_m, "{transmitted}");
+        let at = |share: f64| {
+            let impedance = Complex64::new(-share * transmitted.re, -transmitted.im);
+            let held = hand(&settings.with(Parameter::Stiffness, k), impedance, most.frequency_hz);
+            ClosedLoop::new(&held).expect("built").dominant_mode().expect("computed")
+        };
+        if transmitted.im > 0.0 {
+            // A spring. With a mass the force integral is fed what the mass takes.
+            assert!(at(0.97).spectral_radius > 1.0, "{delay} {most:?}");
+            assert!(at(1.03).spectral_radius < 1.0, "{delay} {most:?}");
+            assert!((at(1.0).frequency_hz / most.frequency_hz - 1.0).abs() < 0.02, "{delay} {most:?}");
+        }
+    }
+}
+
+#[test]
+fn every_hand_with_the_needed_damping_is_stable_with_every_tissue_of_the_range() {
+    let settings = settings(&["channel.forward_delay_s=0.01", "channel.backward_delay_s=0.01"]);
+    let terminations = Terminations {
+        hand_n_s_per_m: (0.0, f64::INFINITY),
+        stiffness_n_per_m: (50.0, 600.0),
+        damping_n_s_per_m: (0.0, 10.0),
+    };
+    let needed = Bounded::of(&settings, &terminations).expect("analysed").needed_damping().expect("a two-port");
+    assert!(needed.is_finite());
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let (mut counts, mut softer_and_unstable) = ([0, 0], 0);
+    for _ in 0..400 {
+        let mut between = |low: f64, high: f64| low * (high / low).powf(rng.random_range(0.0..1.0));
+        let mut other = settings.clone();
+        other.arm.k_a_n_per_m = between(1.0, 1e4);
+        other.arm.b_a_n_s_per_m = between(0.3, 8.0) * needed;
+        other.arm.k_h_n_per_m = between(100.0, 1e6);
+        other.arm.b_h_n_s_per_m = between(10.0, 1e4);
+        other.arm.m_h_kg = between(0.1, 10.0);
+        other.stiffness_n_per_m = between(50.0, 600.0);
+        other.damping_n_s_per_m = between(0.01, 10.0);
+        let least = (0..400)
+            .map(|k| arm_impedance(&other.arm, 0.1 * 2500.0_f64.powf(f64::from(k) / 399.0)).re)
+            .fold(f64::INFINITY, f64::min);
+        let is_stable = ClosedLoop::new(&other).expect("built").is_stable().expect("computed");
+        let has_enough = least >= needed;
+        counts[usize::from(has_enough)] += 1;
+        assert!(is_stable || !has_enough, "{:?} {} {needed}", other.arm, other.stiffness_n_per_m);
+        softer_and_unstable += usize::from(!is_stable);
+    }
+    assert!(counts.iter().all(|count| *count > 50) && softer_and_unstable > 5, "{counts:?} {softer_and_unstable}");
+}
+
+#[test]
+fn a_longer_delay_needs_a_hand_with_more_damping() {
+    let axis = Axis { parameter: Parameter::Delay, low: 0.0, high: 0.05, count: 6, spacing: Spacing::Linear };
+    let terminations = Terminations {
+        hand_n_s_per_m: (0.0, f64::INFINITY),
+        stiffness_n_per_m: (50.0, 600.0),
+        damping_n_s_per_m: (0.0, 0.0),
+    };
+    let over = AbsoluteOver::of(&settings(&[]), &axis, &terminations).expect("analysed");
+    let needed: Vec<f64> =
+        over.points.iter().map(|point| point.bounded.most().expect("known").damping_n_s_per_m).collect();
+    assert!(needed.windows(2).all(|pair| pair[1] > pair[0]), "{needed:?}");
+    assert!(over.points.iter().all(|point| point.min_llewellyn < 1.0 && !point.is_absolutely_stable));
+    // Hands of a bounded range need no more than all, and exactly as much for that as the range's own minimum allows.
+    let enough = Terminations { hand_n_s_per_m: (1.01 * needed[5], f64::INFINITY), ..terminations };
+    let over = AbsoluteOver::of(&settings(&[]), &axis, &enough).expect("analysed");
+    assert!(over.points.iter().all(|point| point.bounded.is_stable() == Some(true)));
 }

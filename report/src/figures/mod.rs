@@ -5,6 +5,7 @@
 //! is bundled and no system font is read. Samples that are not finite leave gaps. Long records are reduced to the minimum and
 //! maximum of short intervals.
 
+mod absolute;
 mod axis;
 mod characteristic;
 mod comparison;
@@ -39,6 +40,7 @@ mod switching;
 mod timeline;
 mod tornado;
 
+pub use absolute::{AbsoluteView, absolute};
 pub use characteristic::{CharacteristicView, characteristic};
 pub use comparison::comparison;
 pub use decision::decision;

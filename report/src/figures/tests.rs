@@ -204,6 +204,14 @@ fn studies() -> Vec<(&'static str, Figure<'static>)> {
         tissue: walls(300.0),
         virtual_walls: Some(walls(900.0)),
     };
+    let absolute_view = AbsoluteView {
+        name: "classical".to_owned(),
+        caption: "Delay each way (s)".to_owned(),
+        values: x.clone(),
+        llewellyn: y.clone(),
+        needed: y.clone(),
+        of_arm: x.clone(),
+    };
     let detectors = ["squared-residual", "squared-drop", "mean-change", "variance-change", "parameter-change"];
     let detectors = detectors.into_iter().chain(["force-derivative", "likelihood-ratio", "page-hinkley", "adaptive"]);
     let curve = |name| CharacteristicView {
@@ -271,6 +279,7 @@ fn studies() -> Vec<(&'static str, Figure<'static>)> {
         ("switching", owned(switching(&switching_view))),
         ("locus", owned(locus(&locus_view))),
         ("z_width", owned(z_width(&z_width_view))),
+        ("absolute", owned(absolute(&absolute_view))),
         ("roc", owned(characteristic("in_vivo_like", &curves, 1e-2))),
         ("strategies", owned(strategies("skin-augmented", &tried))),
         ("heat", owned(heat_map(&heat_view))),

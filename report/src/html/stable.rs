@@ -5,7 +5,9 @@ use super::compared::without_paths;
 use super::map::Map;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::Table;
+use crate::absolute::bounded_line;
 use crate::digits::Few;
+use crate::population::{population_lines, population_table};
 use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, verdict};
 use crate::switching::{event_table, seconds, switching_lines};
 use trocar_sim::stability::{Analysis, LIMITED, Parameter, PortPoint, StabilityMap, Switching};
@@ -49,12 +51,18 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
         Section { id: "map", title: "Stability map", blocks: shown },
         Section { id: "limits", title: "Limits and sensitivities", blocks: limits(analysis) },
     ];
+    if let Some(population) = &page.study.population {
+        let lines = population_lines(population).into_iter().map(|line| Block::text(sentence(&line)));
+        let table = Block::table("Limits over the population [95 % interval]", &population_table(population));
+        sections.push(Section { id: "population", title: "Population", blocks: lines.chain([table]).collect() });
+    }
     if !analysis.ports.is_empty() {
         drawn.charts.insert("ports", port_charts(&analysis.ports));
         let text = port_passivity(analysis);
         let blocks = vec![
             Block::table("Two-port of the teleoperator", &port_table(analysis)),
             Block::text(sentence(&text)),
+            Block::text(sentence(&bounded_line(analysis, &page.study.bounded))),
             Block::text(sentence(&sampled(analysis))),
             Block::Charts { name: "ports", windows: vec![], key: vec![] },
         ];

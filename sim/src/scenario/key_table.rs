@@ -13,13 +13,14 @@ use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{MotionSettings, Perception, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ArmRoles, Grip, MasterParameters, SlaveParameters};
+use crate::population::PopulationSettings;
 use crate::recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
 use crate::sensor::SensorSettings;
 use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySettings, RecoverySettings, Scales};
 use crate::tissue::{OrganMotion, TissueSettings};
 
 /// The sections in the order in which they are written, each with its subject.
-pub const SECTIONS: [(&str, &str); 24] = [
+pub const SECTIONS: [(&str, &str); 25] = [
     ("simulation", "Duration, tick and engine."),
     ("master", "The master (eq. 28) and its force controller (eq. 29)."),
     ("arm", "The operator's arm (eq. 32-35), in the paper's symbols."),
@@ -44,12 +45,13 @@ pub const SECTIONS: [(&str, &str); 24] = [
     ("estimator", "The online estimation of the tissue (eq. 12-18)."),
     ("detector", "The detection of ruptures (eq. 19-27)."),
     ("augmentation", "The response to an alarm (section 5.1)."),
+    ("population", "The people, tissues and links over which trocar stability computes limits."),
 ];
 
 /// Every key, in the order in which they are written; the layers' keys are last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 33] = [
+const GROUPS: [&[Key]; 34] = [
     RunSettings::KEYS,
     MasterParameters::KEYS,
     Grip::KEYS,
@@ -82,6 +84,7 @@ const GROUPS: [&[Key]; 33] = [
     DetectorSettings::KEYS,
     AugmentationSettings::KEYS,
     EventSettings::KEYS,
+    PopulationSettings::KEYS,
     TissueSettings::LAST_KEYS,
 ];
 

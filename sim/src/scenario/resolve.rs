@@ -24,6 +24,7 @@ use crate::estimation::{ContactSettings, RlsSettings};
 use crate::metrics::OperatorTraits;
 use crate::operator::{MAX_POSITION_M, MotionSettings, Perception, ReflexSettings, TremorSettings};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
+use crate::population::PopulationSettings;
 use crate::sensor::SensorSettings;
 use crate::teleoperation::LinkSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -122,6 +123,8 @@ pub struct Scenario {
     pub augmentation: AugmentationSettings,
     /// The ticks of scheduled alarms, increasing.
     pub events: Arc<[u64]>,
+    /// The population over which `trocar stability` computes limits; a run does not depend on it.
+    pub population: PopulationSettings,
     /// Shared by the scenarios of a [`Template`](super::Template).
     pub(super) values: Arc<Values>,
     /// Both plants' steps, once computed.
@@ -216,6 +219,7 @@ impl Scenario {
             detector: DetectorSettings::read(&mut values)?,
             augmentation: AugmentationSettings::read(&mut values)?,
             events: events(&mut values, &grid)?,
+            population: PopulationSettings::read(&mut values)?,
             values: Arc::new(values),
             steps: Arc::default(),
         };
@@ -297,6 +301,7 @@ impl Scenario {
         self.estimator.validate().map_err(out_of_range)?;
         self.detector.validate().map_err(out_of_range)?;
         self.augmentation.validate().map_err(out_of_range)?;
+        self.population.validate().map_err(out_of_range)?;
         self.check_reach()?;
         if self.is_split() {
             self.split_engine::<f64>(0).map(drop)

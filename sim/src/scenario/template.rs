@@ -24,6 +24,7 @@ use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::{Perception, ReflexSettings, TremorSettings};
 use crate::plant::SlaveParameters;
+use crate::population::PopulationSettings;
 use crate::sensor::SensorSettings;
 use crate::tissue::OrganMotion;
 
@@ -56,6 +57,8 @@ enum Part {
     Motion,
     /// Tremor, reflex and perception.
     TremorAndReflex,
+    /// The population.
+    Population,
     /// Nothing in this scenario.
     Nothing,
     /// Everything: the scenario is resolved again, its recording read again.
@@ -82,6 +85,7 @@ impl Part {
             (_, "tissue.presliding_m") if matches!(base.tissue, TissueSpec::Depth { .. }) => Self::Presliding,
             ("tissue", _) => Self::Nothing,
             ("perception", _) => Self::TremorAndReflex,
+            ("population", _) => Self::Population,
             ("operator", _) if path.contains("tremor") || path.contains("reflex") => Self::TremorAndReflex,
             ("operator", _) if !replays_position(base.values()) => Self::Motion,
             ("operator", _) => Self::Nothing,
@@ -291,6 +295,10 @@ impl CaseFactory<'_> {
             Part::Motion => {
                 scenario.operator = operator(values, &scenario.grid, None)?;
                 scenario.check_reach()?;
+            }
+            Part::Population => {
+                scenario.population = PopulationSettings::read(values)?;
+                scenario.population.validate().map_err(|error| values.out_of_range(&error))?;
             }
             Part::TremorAndReflex => {
                 scenario.tremor = TremorSettings::read(values)?;

@@ -47,11 +47,18 @@ impl ClosedLoop {
             Some(other) => other.open_poles.clone(),
             None => [eigenvalues(&master.a)?, eigenvalues(&slave.a)?].concat(),
         };
+        let response = |side: &Side, of_other: fn(&Self) -> (&Side, &Response)| {
+            let of_other = other.map(of_other).filter(|(known, _)| *known == side);
+            of_other.map_or_else(|| Response::new(side), |(_, response)| response.clone())
+        };
         Ok(Self {
             tick_s: settings.tick_s,
             forward: settings.forward().whole,
             backward: settings.backward().whole,
-            responses: [Response::new(&master), Response::new(&slave)],
+            responses: [
+                response(&master, |other| (&other.master, &other.responses[0])),
+                response(&slave, |other| (&other.slave, &other.responses[1])),
+            ],
             master,
             slave,
             open_poles,
@@ -81,9 +88,11 @@ impl ClosedLoop {
     #[must_use]
     pub fn loop_gain(&self, radius: f64, angle_rad: f64) -> Complex64 {
         let z = Complex64::from_polar(radius, angle_rad);
-        let ticks = self.round_trip_ticks() as f64;
-        let delay = Complex64::from_polar(radius.powf(-ticks), -ticks * angle_rad);
-        self.responses[0].at(z) * self.responses[1].at(z) * delay
+        let gain = self.responses[0].at(z) * self.responses[1].at(z);
+        match self.round_trip_ticks() as f64 {
+            0.0 => gain,
+            ticks => gain * Complex64::from_polar(radius.powf(-ticks), -ticks * angle_rad),
+        }
     }
 
     /// The feedback force per metre of the slave's reference at `z = exp(j angle_rad)`, both sampled, including the

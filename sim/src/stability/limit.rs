@@ -16,6 +16,8 @@ pub struct Search {
     pub high: f64,
     /// Number of logarithmically spaced values; a change and return between two neighbours is not detected.
     pub points: usize,
+    /// Relative width at which the bisection of a boundary ends; with 0 at the last digit.
+    pub tolerance: f64,
 }
 
 impl Search {
@@ -28,11 +30,11 @@ impl Search {
             Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => (1e-5, 2.0),
             _ => (1e-6, 1e6),
         };
-        Self { low, high, points: 120 }
+        Self { low, high, points: 120, tolerance: 0.0 }
     }
 
     fn values(&self, with_zero: bool) -> impl Iterator<Item = f64> {
-        let Self { low, high, points } = *self;
+        let Self { low, high, points, .. } = *self;
         let step = (high / low).powf(1.0 / (points - 1) as f64);
         let at = move |k: usize| if k + 1 == points { high } else { low * step.powi(k as i32) };
         with_zero.then_some(0.0).into_iter().chain((0..points).map(at))
@@ -96,16 +98,17 @@ impl<'a> StabilityTester<'a> {
         self.machines.matches(&self.settings.with(parameter, value))
     }
 
-    /// The boundary between two values, by bisection: the last value with the verdict `first`.
+    /// The boundary between two values, by bisection to a relative width: the last value with the verdict `first`.
     pub(super) fn boundary(
         &self,
         parameter: Parameter,
         (mut here, mut there): (f64, f64),
         first: bool,
+        tolerance: f64,
     ) -> Result<f64, StabilityError> {
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (here + there);
-            if middle == here || middle == there {
+            if middle == here || middle == there || (there - here).abs() <= tolerance * middle {
                 break;
             }
             if self.is_stable(&[(parameter, middle)])? == first { here = middle } else { there = middle }
@@ -134,7 +137,7 @@ pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Sea
         match last {
             None if verdict => start = Some(value),
             Some((before, was)) if was != verdict => {
-                let at = tester.boundary(parameter, (before, value), was)?;
+                let at = tester.boundary(parameter, (before, value), was, search.tolerance)?;
                 if verdict {
                     start = Some(at);
                 } else if let Some(from) = start.take() {

@@ -141,12 +141,12 @@ pub fn is_near_boundary(
 fn boundary(settings: &LoopSettings, map: &StabilityMap) -> Result<Vec<[(f64, f64); 2]>, StabilityError> {
     const BISECTIONS: usize = 12;
     let StabilityMap { x, y, .. } = map;
+    let tester = StabilityTester::new(settings)?;
     let crossing = |a: (usize, usize), b: (usize, usize)| -> Result<Option<(f64, f64)>, StabilityError> {
         let first = map.is_stable(a.0, a.1);
         if first == map.is_stable(b.0, b.1) {
             return Ok(None);
         }
-        let tester = StabilityTester::new(settings)?;
         let at = |(column, row): (usize, usize)| (x.value(column), y.value(row));
         let (mut here, mut there) = (at(a), at(b));
         for _ in 0..BISECTIONS {

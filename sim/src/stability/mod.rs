@@ -19,6 +19,7 @@
 
 mod analysis;
 mod axis_text;
+mod bounded;
 mod closed_loop;
 mod coverage;
 mod error;
@@ -35,6 +36,7 @@ mod response;
 mod sampled;
 mod sensitivity;
 mod settings;
+mod shares;
 mod side;
 mod switching;
 mod systems;
@@ -42,6 +44,7 @@ mod winding;
 mod z_width;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
+pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
 pub use closed_loop::ClosedLoop;
 pub use coverage::{LeftOut, TissueKind, left_out, unmodelled};
 pub use error::StabilityError;
@@ -51,11 +54,12 @@ pub use map::{Axis, Spacing, StabilityMap, is_near_boundary, map};
 pub use margins::Margins;
 pub use mode::Mode;
 pub use parameter::Parameter;
-pub use population::{Arm, Population, Quantile};
+pub use population::{LimitQuantiles, Member, Population, Quantile, Worst};
 pub use ports::{Hybrid, Ports, is_passive_impedance};
 pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use settings::LoopSettings;
+pub use shares::ShareMap;
 pub use switching::{
     Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, LONGEST_DWELL_S, Lyapunov, Phases, Reach,
     Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,

@@ -5,80 +5,86 @@ use nalgebra::{DMatrix, DVector, Hessenberg};
 use super::side::Side;
 use crate::lti::Complex64;
 
-/// Maximum states of a side.
-const MAX_STATES: usize = 10;
+/// Maximum states of a side, with the last sample where one arrives within a tick.
+const MAX_STATES: usize = 11;
 
-/// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)` with `A` balanced and in Hessenberg form, so that a point costs O(n²),
-/// and states of different scales do no harm.
+/// Entries below the diagonal that are smaller than this, relative to the largest one, are rounding errors.
+const ROUNDING: f64 = 1e-15;
+
+/// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)`, with the last sample as a further state if there is a `b_before`.
+///
+/// `A` is balanced, so that states of different scales do no harm, and in Hessenberg form with an input that acts on the
+/// first state alone. From the last state on, each row then gives the state above it, and the first row the input: real
+/// numbers times complex ones, and one division (Hyman's method; Wilkinson 1965, *The algebraic eigenvalue problem*).
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     n: usize,
     a: [[f64; MAX_STATES]; MAX_STATES],
-    now: [f64; MAX_STATES],
-    before: [f64; MAX_STATES],
+    /// Reciprocals of the entries below the diagonal, by row.
+    above: [f64; MAX_STATES],
+    input: f64,
     c: [f64; MAX_STATES],
 }
 
 impl Response {
     pub(super) fn new(side: &Side) -> Self {
-        let n = side.a.nrows();
-        let mut balanced = side.a.clone();
-        let scales = nalgebra::linalg::balancing::balance_parlett_reinsch(&mut balanced);
+        let states = side.a.nrows();
+        let n = states + usize::from(side.before.is_some());
+        let mut a = side.a.clone().resize(n, n, 0.0);
+        let mut b = side.now.clone().resize_vertically(n, 0.0);
+        if let Some(before) = &side.before {
+            a.view_mut((0, states), (states, 1)).copy_from(before);
+            b[states] = 1.0;
+        }
+        let scales = nalgebra::linalg::balancing::balance_parlett_reinsch(&mut a);
+        let mut b = b.component_div(&scales);
+        let mut c = side.c.clone().resize_vertically(n, 0.0).component_mul(&scales);
+        // A reflection that leaves the input on the first state alone.
+        let input = if b[0] > 0.0 { -b.norm() } else { b.norm() };
+        b[0] -= input;
+        let size = b.norm_squared();
+        if size > 0.0 {
+            let rows = b.tr_mul(&a) * (2.0 / size);
+            a -= &b * rows;
+            let columns = &a * &b * (2.0 / size);
+            a -= columns * b.transpose();
+            c -= &b * (2.0 * b.dot(&c) / size);
+        }
         let (q, h): (DMatrix<f64>, DMatrix<f64>) =
-            if n > 1 { Hessenberg::new(balanced).unpack() } else { (DMatrix::identity(n, n), balanced) };
-        let rows = |vector: &DVector<f64>| q.transpose() * vector.component_div(&scales);
-        let padded = |vector: &DVector<f64>| std::array::from_fn(|i| vector.get(i).copied().unwrap_or(0.0));
-        let c = q.transpose() * side.c.component_mul(&scales);
+            if n > 1 { Hessenberg::new(a).unpack() } else { (DMatrix::identity(n, n), a) };
+        // The first state stays what it is, but for its sign.
+        let input = input * q[(0, 0)];
+        let c: DVector<f64> = q.tr_mul(&c);
+        let rounding = ROUNDING * h.amax();
+        // What the input does not reach.
+        let reached = (1..n).find(|&k| h[(k, k - 1)].abs() <= rounding).unwrap_or(n);
+        let entry = |i: usize, j: usize| if i < reached && j < reached { h[(i, j)] } else { 0.0 };
         Self {
-            n,
-            a: std::array::from_fn(|i| std::array::from_fn(|j| if i < n && j < n { h[(i, j)] } else { 0.0 })),
-            now: padded(&rows(&side.now)),
-            before: side.before.as_ref().map_or([0.0; MAX_STATES], |before| padded(&rows(before))),
-            c: padded(&c),
+            n: reached,
+            a: std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))),
+            above: std::array::from_fn(|k| if 0 < k && k < reached { h[(k, k - 1)].recip() } else { 0.0 }),
+            input,
+            c: std::array::from_fn(|k| if k < reached { c[k] } else { 0.0 }),
         }
     }
 
     /// The response at `z`; not finite at a pole.
-    #[allow(clippy::needless_range_loop, reason = "rows and columns are numbered as in the elimination")]
     pub(super) fn at(&self, z: Complex64) -> Complex64 {
-        let n = self.n;
-        let zero = Complex64::new(0.0, 0.0);
-        let inverse = z.inv();
-        let mut rows = [[zero; MAX_STATES]; MAX_STATES];
-        let mut right = [zero; MAX_STATES];
-        for i in 0..n {
-            for j in i.saturating_sub(1)..n {
-                rows[i][j] = Complex64::new(-self.a[i][j], 0.0);
+        let mut x = [Complex64::new(0.0, 0.0); MAX_STATES];
+        let last = self.n - 1;
+        x[last] = Complex64::new(1.0, 0.0);
+        let mut sum = x[last] * self.c[last];
+        let row = |k: usize, x: &[Complex64; MAX_STATES]| {
+            let mut rest = z * x[k];
+            for j in k..self.n {
+                rest -= x[j] * self.a[k][j];
             }
-            rows[i][i] += z;
-            right[i] = inverse * self.before[i] + self.now[i];
+            rest
+        };
+        for k in (1..self.n).rev() {
+            x[k - 1] = row(k, &x) * self.above[k];
+            sum += x[k - 1] * self.c[k - 1];
         }
-        for k in 0..n.saturating_sub(1) {
-            if rows[k + 1][k].norm_sqr() > rows[k][k].norm_sqr() {
-                rows.swap(k, k + 1);
-                right.swap(k, k + 1);
-            }
-            if rows[k + 1][k] == zero {
-                continue;
-            }
-            let factor = rows[k + 1][k] / rows[k][k];
-            for j in k + 1..n {
-                let above = rows[k][j];
-                rows[k + 1][j] -= factor * above;
-            }
-            let above = right[k];
-            right[k + 1] -= factor * above;
-        }
-        let mut sum = zero;
-        for k in (0..n).rev() {
-            let mut value = right[k];
-            for j in k + 1..n {
-                value -= rows[k][j] * right[j];
-            }
-            value /= rows[k][k];
-            right[k] = value;
-            sum += value * self.c[k];
-        }
-        sum
+        sum * self.input / row(0, &x)
     }
 }

@@ -73,7 +73,7 @@ fn nearby(settings: &LoopSettings, limit: Parameter, known: f64) -> Result<Optio
     while reach < 0.3 {
         let (low, high) = (known * (1.0 - reach), known * (1.0 + reach));
         if tester.is_stable(&[(limit, low)])? && !tester.is_stable(&[(limit, high)])? {
-            return tester.boundary(limit, (low, high), true).map(Some);
+            return tester.boundary(limit, (low, high), true, 0.0).map(Some);
         }
         reach *= 3.0;
     }

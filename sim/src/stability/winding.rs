@@ -64,6 +64,13 @@ impl ClosedLoop {
         Ok((outside as f64 - turns).max(0.0) as usize)
     }
 
+    /// The largest magnitude of the loop gain at the points of a walk along the unit circle.
+    pub(super) fn max_gain(&self) -> Result<f64, StabilityError> {
+        let mut max = 0.0_f64;
+        self.walk(1.0, |from, to| max = max.max(from.gain.norm_sqr()).max(to.gain.norm_sqr()))?;
+        Ok(max.sqrt())
+    }
+
     /// Walks along the upper half of a circle in steps over which `1 - L` changes little; calls `step` with the ends of
     /// each.
     pub(super) fn walk(&self, radius: f64, mut step: impl FnMut(&Sample, &Sample)) -> Result<(), StabilityError> {
@@ -79,9 +86,11 @@ impl ClosedLoop {
             open.push(end);
             while let Some(&to) = open.last() {
                 let width = to.angle_rad - from.angle_rad;
-                let small = from.gain.norm() < SMALL_GAIN && to.gain.norm() < SMALL_GAIN;
+                let is_small = |sample: &Sample| sample.gain.norm_sqr() < SMALL_GAIN * SMALL_GAIN;
+                let small = is_small(&from) && is_small(&to);
                 let (a, b) = (from.difference(), to.difference());
-                let straight = ticks * width < 0.8 && (b - a).norm() < 0.6 * a.norm().min(b.norm());
+                let nearest = a.norm_sqr().min(b.norm_sqr());
+                let straight = ticks * width < 0.8 && (b - a).norm_sqr() < 0.6 * 0.6 * nearest;
                 if small || straight || width < 1e-14 {
                     step(&from, &to);
                     from = to;

@@ -6,8 +6,8 @@ use super::own_tissue::TissueRange;
 use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{
-    Analysis, Axis, LeftOut, LoopSettings, Parameter, StabilityMap, Switching, SwitchingSettings, TissueKind, ZWidth,
-    left_out, map, unmodelled,
+    AbsoluteOver, Analysis, Axis, Bounded, LeftOut, LoopSettings, Parameter, Population, StabilityError, StabilityMap,
+    Switching, SwitchingSettings, Terminations, TissueKind, ZWidth, left_out, map, unmodelled,
 };
 use crate::warning::{Code, Warning};
 
@@ -36,6 +36,13 @@ pub struct StabilityStudy {
     pub switching: Result<Switching, &'static str>,
     /// The Z-width, if it was computed.
     pub z_width: Option<ZWidth>,
+    /// The limits over the scenario's population, if it has one.
+    pub population: Option<Population>,
+    /// The absolute stability with bounded hands and tissues: any passive hand and the tissues of the switching analysis, if
+    /// no others were given.
+    pub bounded: Bounded,
+    /// The absolute stability over a parameter, if it was computed.
+    pub absolute: Option<AbsoluteOver>,
     /// The comparison of the map with the engine, if it was run.
     pub check: Option<Check>,
 }
@@ -52,12 +59,24 @@ impl StabilityStudy {
         if let (TissueKind::Other, Some((_, stiffest))) = (tissue_kind, tissue.sector()) {
             (settings.stiffness_n_per_m, settings.damping_n_s_per_m) = (stiffest.max(0.0), 0.0);
         }
-        let analysis = Analysis::of(&settings)?;
-        let map = map(&settings, x, y)?;
-        let switching = match SwitchingSettings::with_loop(scenario, settings, sector) {
-            Ok(settings) => Ok(Switching::of(&settings)?),
-            Err(reason) => Err(reason),
+        let population = &scenario.population;
+        let over_people = || Population::of(&settings, population, scenario.seed, (&x, &y));
+        let terminations = Terminations {
+            hand_n_s_per_m: (0.0, f64::INFINITY),
+            stiffness_n_per_m: sector,
+            damping_n_s_per_m: (settings.damping_n_s_per_m, settings.damping_n_s_per_m),
         };
+        let linear = || -> Result<_, StabilityError> {
+            let population = population.varies().then(over_people).transpose()?;
+            let (analysis, map) = (Analysis::of(&settings)?, map(&settings, x, y)?);
+            Ok((analysis, map, population, Bounded::of(&settings, &terminations)?))
+        };
+        let of_events = || match SwitchingSettings::with_loop(scenario, settings.clone(), sector) {
+            Ok(settings) => Switching::of(&settings).map(Ok),
+            Err(reason) => Ok(Err(reason)),
+        };
+        let (linear, switching) = rayon::join(linear, of_events);
+        let ((analysis, map, population, bounded), switching) = (linear?, switching?);
         let (name, left_out, unmodelled) = (scenario.name.clone(), left_out(scenario), unmodelled(scenario));
         Ok(Self {
             name,
@@ -69,6 +88,9 @@ impl StabilityStudy {
             map,
             switching,
             z_width: None,
+            population,
+            bounded,
+            absolute: None,
             check: None,
         })
     }
@@ -79,6 +101,17 @@ impl StabilityStudy {
     /// [`CheckError`].
     pub fn compute_z_width(&mut self, axis: &Axis) -> Result<(), CheckError> {
         self.z_width = Some(ZWidth::of(&self.analysis.settings, axis)?);
+        Ok(())
+    }
+
+    /// Computes the absolute stability with these hands and tissues, and over an axis if there is one.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_absolute(&mut self, terminations: &Terminations, axis: Option<&Axis>) -> Result<(), CheckError> {
+        let settings = &self.analysis.settings;
+        self.bounded = Bounded::of(settings, terminations)?;
+        self.absolute = axis.map(|axis| AbsoluteOver::of(settings, axis, terminations)).transpose()?;
         Ok(())
     }
 

@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use trocar::detect::{DetectionReport, detect};
 use trocar::detection::DistanceKind;
 use trocar::engine::{ColumnValues, Trace};
+use trocar::population::Draw;
 use trocar::roc::{Signal, Study};
 use trocar::run::observe;
 use trocar::scenario::{DetectionSpec, Scenario, Value, Values};
@@ -38,6 +39,7 @@ impl Outputs {
         let (one, two) = (LoopSettings::of(&self.scenario), LoopSettings::of(&other.scenario));
         (settings_differ && self.run() != other.run())
             || (one != two && stability(&one) != stability(&two))
+            || population(&self.scenario) != population(&other.scenario)
             || (detection_differs && detection(&self.values) != detection(&other.values))
             || (settings_differ && roc(&self.scenario) != roc(&other.scenario))
     }
@@ -117,6 +119,15 @@ fn roc(scenario: &Scenario) -> u64 {
     let study = Study { signals: vec![signal], noise_std_n: vec![0.0], seeds: 1, thresholds: 8, within_s: 0.05 };
     let Ok(counts) = study.run(&AtomicBool::new(false), || ()) else { return 0 };
     hash(|hasher| format!("{counts:?}").hash(hasher))
+}
+
+/// The members of the population, on which its limits depend.
+fn population(scenario: &Scenario) -> Vec<Draw> {
+    let population = &scenario.population;
+    if !population.varies() {
+        return vec![];
+    }
+    (0..population.size).map(|index| population.drawn(scenario.seed, index)).collect()
 }
 
 /// The gain of the linear loop at some frequencies; 0 if it cannot be analysed.

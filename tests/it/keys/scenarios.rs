@@ -78,6 +78,12 @@ blend_s = 0.01
 exit_quiet_s = 0.005
 refractory_s = 0.02
 events_s = [0.2, 0.35]
+
+[population]
+size = 3
+arm = "people"
+tissue = "log-normal"
+delay = "uniform"
 "#;
 
 /// What each scenario changes of them. A key acts only where its part has something to do.

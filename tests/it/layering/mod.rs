@@ -32,6 +32,7 @@ const ROOMS: [(&str, u8); 36] = [
     ("estimation", 1),
     ("rig", 1),
     ("plant", 2),
+    ("population", 2),
     ("tissue", 2),
     ("operator", 2),
     ("channel", 2),

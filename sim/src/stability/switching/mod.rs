@@ -88,9 +88,15 @@ impl Switching {
         let modes = Modes::new(settings)?;
         let steps = Steps::new(&modes, phases);
         let mut search = Search::new(settings, &modes, phases)?;
-        let certificate = search.shortest()?;
+        let alone = |vertex| products::growth(&modes, phases, phases.refractory, vertex);
+        let found_growths = || {
+            let (growth, (softest, stiffest)) =
+                rayon::join(|| ascent::growth(&steps, phases.refractory), || rayon::join(|| alone(0), || alone(1)));
+            Ok::<_, StabilityError>((growth?, softest?, stiffest?))
+        };
+        let (certificate, growths) = rayon::join(|| search.shortest(), found_growths);
+        let (certificate, (growth, softest, stiffest)) = (certificate?, growths?);
         let is_certified = certificate.as_ref().is_some_and(|found| found.dwell_ticks <= phases.refractory);
-        let growth = ascent::growth(&steps, phases.refractory)?;
         let tightest = || if is_certified { search.tightest(phases.refractory, growth.found) } else { Ok(None) };
         let without_contact = || is_certified.then(|| Self::keeps_without_contact(settings, phases)).transpose();
         let reach = || match search.choice(phases.refractory) {
@@ -102,21 +108,12 @@ impl Switching {
         let (at_refractory, (covers_lost_contact, reach)) =
             rayon::join(tightest, || rayon::join(without_contact, reach));
         let (at_refractory, covers_lost_contact, reach) = (at_refractory?, covers_lost_contact?, reach?);
-        let alone = |vertex| products::growth(&modes, phases, phases.refractory, vertex);
-        let [softest, stiffest] = [alone(0)?, alone(1)?];
-        let mut growing_dwell_ticks = None;
-        let mut dwell = certificate.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
-        loop {
-            if ascent::growth(&steps, dwell)?.found >= 1.0 {
-                growing_dwell_ticks = Some(dwell);
-                break;
-            }
-            if dwell == 1 {
-                break;
-            }
-            dwell = (dwell / 4).max(1);
-        }
-        let by_dwell = search.by_dwell(&steps, at_refractory.as_ref(), &growth)?;
+        let longest = certificate.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
+        let (growing_dwell_ticks, by_dwell) = rayon::join(
+            || Self::growing_dwell(&steps, longest, (phases.refractory, &growth)),
+            || search.by_dwell(&steps, at_refractory.as_ref(), &growth),
+        );
+        let (growing_dwell_ticks, by_dwell) = (growing_dwell_ticks?, by_dwell?);
         Ok(Self {
             phases,
             reach,
@@ -130,6 +127,25 @@ impl Switching {
             events: EventBound::of_each_policy(settings, GAP_M)?,
             settings: settings.clone(),
         })
+    }
+
+    /// The longest tried dwell, from `dwell` down by factors of four, at which some sequence grows; the growth at one dwell is
+    /// known.
+    fn growing_dwell(
+        steps: &Steps<'_>,
+        mut dwell: u64,
+        (of_known, known): (u64, &Growth),
+    ) -> Result<Option<u64>, StabilityError> {
+        loop {
+            let found = if dwell == of_known { known.found } else { ascent::growth(steps, dwell)?.found };
+            if found >= 1.0 {
+                return Ok(Some(dwell));
+            }
+            if dwell == 1 {
+                return Ok(None);
+            }
+            dwell = (dwell / 4).max(1);
+        }
     }
 
     /// Whether the refractory time is certified with lost contact.

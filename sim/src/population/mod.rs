@@ -1,0 +1,7 @@
+//! A population around a scenario: people, tissues and links drawn at random.
+
+mod draw;
+mod settings;
+
+pub use draw::{DIMENSIONS, Draw};
+pub use settings::{Arms, DelayRange, Delays, PeopleSettings, PopulationSettings, TissueSpread, Tissues};
