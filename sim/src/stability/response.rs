@@ -75,11 +75,8 @@ impl Response {
         x[last] = Complex64::new(1.0, 0.0);
         let mut sum = x[last] * self.c[last];
         let row = |k: usize, x: &[Complex64; MAX_STATES]| {
-            let mut rest = z * x[k];
-            for j in k..self.n {
-                rest -= x[j] * self.a[k][j];
-            }
-            rest
+            let of_states = x[k..self.n].iter().zip(&self.a[k][k..self.n]);
+            of_states.fold(z * x[k], |rest, (state, weight)| rest - state * weight)
         };
         for k in (1..self.n).rev() {
             x[k - 1] = row(k, &x) * self.above[k];

@@ -137,7 +137,7 @@ mod tests {
         let x = axis(Parameter::ForceScale, 0.1, 10.0, 29);
         let y = axis(Parameter::Stiffness, 10.0, 5000.0, 20);
         let expected = map(&settings, x, y).expect("mapped").stable;
-        let once = ShareMap::of(&[settings.clone()], (&x, &y)).expect("mapped");
+        let once = ShareMap::of(std::slice::from_ref(&settings), (&x, &y)).expect("mapped");
         assert!(once.stable.iter().zip(&expected).all(|(count, stable)| *count == u32::from(*stable)));
         assert!(expected.contains(&true) && expected.contains(&false));
         let softer = settings.with(Parameter::Delay, 0.0);
