@@ -99,13 +99,18 @@ fn a_change_is_printed_only_where_it_has_a_meaning() {
     }
 }
 
+/// The commands within commands.
+const NESTED: [[&str; 2]; 5] =
+    [["scenarios", "show"], ["sweep", "merge"], ["link", "master"], ["link", "slave"], ["link", "replay"]];
+
 #[test]
 fn every_help_is_wrapped_once_and_has_an_example() {
     let folder = TestFolder::new();
     let commands = folder.commands();
     assert!(commands.len() > 12, "{commands:?}");
     let mut calls: Vec<Vec<&str>> = commands.iter().map(|command| vec![command.as_str()]).collect();
-    calls.extend([vec![], vec!["scenarios", "show"], vec!["sweep", "merge"]]);
+    calls.push(vec![]);
+    calls.extend(NESTED.map(Vec::from));
     for call in calls {
         for flag in ["--help", "-h"] {
             assert_fits(&folder.good(&[&call[..], &[flag]].concat()), &call.join(" "));
@@ -133,7 +138,8 @@ fn every_command_has_its_manual_page() {
     let printed = folder.good(&["man", "--out", "pages"]);
     assert_fits(&printed, "man");
     let mut expected: Vec<String> = folder.commands().iter().map(|command| format!("trocar-{command}.1")).collect();
-    expected.extend(["trocar.1", "trocar-scenarios-show.1", "trocar-sweep-merge.1"].map(str::to_owned));
+    expected.push("trocar.1".to_owned());
+    expected.extend(NESTED.map(|[command, nested]| format!("trocar-{command}-{nested}.1")));
     expected.sort();
     let pages = folder.files("pages");
     let names: Vec<String> = pages.keys().map(|path| path.display().to_string()).collect();

@@ -26,6 +26,17 @@ Examples:
   trocar link slave my.toml --listen 0.0.0.0:7711 --key-file key
   trocar link master my.toml --to robot.lan:7711 --key-file key";
 
+const MASTER_EXAMPLES: &str = "\
+Examples:
+  trocar link master layers/skin-augmented
+  trocar link master passivity/late-wall-tank --proxy
+  trocar link master my.toml --to robot.lan:7711 --key-file key";
+
+const SLAVE_EXAMPLES: &str = "\
+Examples:
+  trocar link slave layers/skin-augmented
+  trocar link slave my.toml --listen 0.0.0.0:7711 --key-file key";
+
 /// Run the two sides in two processes.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -52,6 +63,7 @@ enum Command {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = MASTER_EXAMPLES)]
 struct MasterArgs {
     #[command(flatten)]
     side: SideArgs,
@@ -68,6 +80,7 @@ struct MasterArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = SLAVE_EXAMPLES)]
 struct SlaveArgs {
     #[command(flatten)]
     side: SideArgs,

@@ -13,6 +13,10 @@ use trocar_sim::remote::{Difference, Direction, Role, delays_csv, first_differen
 use trocar_sim::run::run as run_scenario;
 use trocar_sim::scenario::{Scenario, Source};
 
+const EXAMPLES: &str = "\
+Example:
+  trocar link replay out/skin-augmented";
+
 /// The scenario with the logged delays. The base has every other key.
 const REPLAY: &str = "\
 # A link, with the delays that it logged.
@@ -30,6 +34,7 @@ delays_file = \"delays.csv\"
 
 /// Simulate a link again.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct ReplayArgs {
     /// Folder of a link, with the folders master and slave
     #[arg(value_name = "DIR")]
