@@ -16,6 +16,11 @@ import pyarrow
 import pyarrow.parquet
 import pytest
 import scipy.io
+from mcap.reader import make_reader
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
+from mcap_ros2.decoder import DecoderFactory
+from mcap_ros2.writer import Writer as RosWriter
 from nptdms import ChannelObject, TdmsWriter
 
 import trocar
@@ -134,6 +139,60 @@ def write_xlsx(path: Path, data: dict[str, np.ndarray]) -> Names:
     return {"t": "Trial 1!A", "x": "Trial 1!B", "f": "f"}
 
 
+#: A stamped message of ROS 2 within another message.
+DEFINITION = """\
+std_msgs/Header header
+string name
+geometry_msgs/Vector3 force
+float64[] joints
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+"""
+
+
+def write_ros2(path: Path, data: dict[str, np.ndarray]) -> Names:
+    start = 1_700_000_000_123_456_789
+    with path.open("wb") as file:
+        writer = RosWriter(file, compression=CompressionType.NONE)
+        schema = writer.register_msgdef("rig_msgs/msg/Sample", DEFINITION)
+        other = writer.register_msgdef("rig_msgs/msg/Note", "string text")
+        for row, (t, x, f) in enumerate(zip(*data.values())):
+            stamp = start + round(1e9 * t)
+            message = {
+                "header": {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": "n" * (row % 5)},
+                "name": "needle", "force": {"x": f, "y": 0.0, "z": 0.0}, "joints": [0.0, x],
+            }
+            writer.write_message("/rig/sample", schema, message, log_time=stamp, publish_time=stamp)
+            if row % 500 == 0:
+                writer.write_message("/rig/note", other, {"text": "ok"}, log_time=stamp, publish_time=stamp)
+        writer.finish()
+    return {"t": "/rig/sample.header.stamp", "x": "/rig/sample.joints[1]", "f": "force.x"}
+
+
+def write_json(path: Path, data: dict[str, np.ndarray]) -> Names:
+    with path.open("wb") as file:
+        writer = McapWriter(file, compression=CompressionType.NONE)
+        writer.start()
+        schema = writer.register_schema("Sample", "jsonschema", b'{"type": "object"}')
+        channel = writer.register_channel("/rig", "json", schema)
+        for t, x, f in zip(*data.values()):
+            message = json.dumps({"t": float(t), "needle": {"x": float(x), "f": [float(f)]}, "note": "ok"})
+            writer.add_message(channel, round(1e9 * t), message.encode(), round(1e9 * t))
+        writer.finish()
+    return {"t": "/rig.t", "x": "/rig.needle.x", "f": "needle.f[0]"}
+
+
 WRITERS: dict[str, Callable[[Path, dict[str, np.ndarray]], Names]] = {
     "plain.csv": write_csv,
     "german.csv": write_german,
@@ -144,6 +203,8 @@ WRITERS: dict[str, Callable[[Path, dict[str, np.ndarray]], Names]] = {
     "snappy.parquet": write_parquet,
     "gzip.parquet": write_parquet_gzip,
     "rig.tdms": write_tdms,
+    "ros2.mcap": write_ros2,
+    "json.mcap": write_json,
     "rig.h5": write_h5,
     "v73.mat": write_mat73,
     "book.xlsx": write_xlsx,
@@ -169,7 +230,8 @@ def test_the_same_samples_whatever_the_file(files: dict[str, tuple[Path, Names]]
     if name.endswith(".xlsx"):
         # Spreadsheets are written with 16 digits.
         data = {key: np.array([float(f"{value:.16g}") for value in values]) for key, values in data.items()}
-    assert np.array_equal(read["time"], data["t"])
+    # Stamps of ROS are whole nanoseconds.
+    assert np.array_equal(read["time"], 1e-9 * np.round(1e9 * data["t"]) if name == "ros2.mcap" else data["t"])
     assert np.array_equal(read["position"], data["x"] * 1e-3)
     assert np.array_equal(read["force"], data["f"])
     assert read["velocity"] is None
@@ -203,7 +265,7 @@ def test_a_list_names_the_signals(files: dict[str, tuple[Path, Names]], name: st
 
 
 def test_a_simulation_goes_out_and_comes_in(cli: Cli, tmp_path: Path) -> None:
-    done = cli("run", "paper/classical", "--quiet", "--format", "csv,mat,parquet", "--out", tmp_path)
+    done = cli("run", "paper/classical", "--quiet", "--format", "csv,mat,parquet,mcap", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "classical"
     table = np.genfromtxt(folder / "trace.csv", delimiter=",", names=True)
@@ -214,6 +276,13 @@ def test_a_simulation_goes_out_and_comes_in(cli: Cli, tmp_path: Path) -> None:
         assert matlab[name].shape == (len(table), 1)
         assert np.array_equal(matlab[name].ravel(), table[name])
         assert np.array_equal(parquet[name].to_numpy(), table[name])
+    with (folder / "trace.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        messages = list(reader.iter_decoded_messages())
+    assert [(schema.name, channel.topic) for schema, channel, *_ in messages[:1]] == [("trocar/msg/Row", "/trocar/run")]
+    assert np.array_equal([message.log_time for _, _, message, _ in messages], np.round(1e9 * table["time_s"]))
+    for name in table.dtype.names:
+        assert np.array_equal([getattr(row, name) for *_, row in messages], table[name])
 
 
 def test_unique_roles_serve_as_columns_with_a_warning(cli: Cli, files: dict[str, tuple[Path, Names]], tmp_path: Path) -> None:
@@ -271,6 +340,22 @@ def test_lengths_and_undefined_samples_are_told(tmp_path: Path) -> None:
         trocar.read_recording(path, time="t", position="x", force="f")
     pyarrow.parquet.write_table(pyarrow.table({"t": [0.0, 1.0], "x": [0, 1], "f": [1.0, 2.0]}), path, compression="zstd")
     with pytest.raises(ValueError, match="is a Parquet file that cannot be read: .*zstd"):
+        trocar.read_recording(path, time="t", position="x", force="f")
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start()
+        channel = writer.register_channel("/rig", "protobuf", writer.register_schema("Sample", "protobuf", b""))
+        writer.add_message(channel, 0, b"", 0)
+        writer.finish()
+    with pytest.raises(ValueError, match="compressed by 'zstd'; `mcap compress --compression none`"):
+        trocar.read_recording(path, time="t", position="x", force="f")
+    with path.open("wb") as file:
+        writer = McapWriter(file, compression=CompressionType.NONE)
+        writer.start()
+        channel = writer.register_channel("/rig", "protobuf", writer.register_schema("Sample", "protobuf", b""))
+        writer.add_message(channel, 0, b"", 0)
+        writer.finish()
+    with pytest.raises(ValueError, match="the topic /rig cannot be read: its messages are in 'protobuf'"):
         trocar.read_recording(path, time="t", position="x", force="f")
     book = openpyxl.Workbook()
     for row in [["t", "x", "f"], [0, 1, 2], [1, "soft", 3]]:

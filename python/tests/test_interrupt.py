@@ -49,6 +49,14 @@ def roc_of_ones_own():
 LONG = recording(8_000_000)
 
 
+@pytest.fixture(autouse=True)
+def interruptible():
+    """A shell that runs its tests in the background ignores Ctrl-C, and they inherit that."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect, roc, roc_of_ones_own])
 def test_ctrl_c_ends_a_long_call_and_its_work(call):
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))

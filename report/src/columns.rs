@@ -1,8 +1,12 @@
-//! Columns of a run or a detection as CSV, Parquet, and MATLAB files. The same columns give the same bytes.
+//! Columns of a run or a detection as CSV, Parquet, MATLAB files and MCAP logs. The same columns give the same bytes.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::Arc;
 
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{McapResult, WriteOptions};
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical};
 use parquet::data_type::{DoubleType, Int32Type};
 use parquet::errors::ParquetError;
@@ -25,11 +29,13 @@ pub enum ColumnFormat {
     Parquet,
     /// MATLAB, version 5 to 7: a variable per column.
     Mat,
+    /// MCAP: a message of ROS 2 per row.
+    Mcap,
 }
 
 impl ColumnFormat {
     /// All formats.
-    pub const ALL: [Self; 3] = [Self::Csv, Self::Parquet, Self::Mat];
+    pub const ALL: [Self; 4] = [Self::Csv, Self::Parquet, Self::Mat, Self::Mcap];
 
     /// Its word on the command line, which is the suffix of its files.
     #[must_use]
@@ -38,14 +44,17 @@ impl ColumnFormat {
             Self::Csv => "csv",
             Self::Parquet => "parquet",
             Self::Mat => "mat",
+            Self::Mcap => "mcap",
         }
     }
 
-    pub(super) fn write(self, columns: &[Column<'_>], out: &mut (dyn Write + Send)) -> io::Result<()> {
+    /// Writes columns, the first of which is the time in seconds. `topic` names their rows in a log.
+    pub(super) fn write(self, topic: &str, columns: &[Column<'_>], out: &mut (dyn Write + Send)) -> io::Result<()> {
         match self {
             Self::Csv => csv(columns, out),
             Self::Parquet => parquet(columns, out).map_err(io::Error::other),
             Self::Mat => mat(columns, out),
+            Self::Mcap => mcap(topic, columns, out).map_err(io::Error::other),
         }
     }
 }
@@ -110,6 +119,52 @@ fn parquet(columns: &[Column<'_>], out: &mut (dyn Write + Send)) -> Result<(), P
     }
     group.close()?;
     file.close()?;
+    Ok(())
+}
+
+/// Writes columns as an MCAP log: a message of ROS 2 per row, with a field per column. A message's time is that of its row, from 0
+/// or from the first row if that is negative.
+fn mcap(topic: &str, columns: &[Column<'_>], out: &mut (dyn Write + Send)) -> McapResult<()> {
+    let mut definition = String::new();
+    for (name, values) in columns {
+        let kind = match values {
+            ColumnValues::Numbers(_) => "float64",
+            ColumnValues::Codes(_) => "uint8",
+        };
+        definition.push_str(&format!("{kind} {name}\n"));
+    }
+    let mut log = WriteOptions::new()
+        .compression(None)
+        .profile("ros2")
+        .library(format!("trocar {}", env!("CARGO_PKG_VERSION")))
+        .disable_seeking(true)
+        .create(NoSeek::new(out))?;
+    let schema = log.add_schema("trocar/msg/Row", "ros2msg", definition.as_bytes())?;
+    let channel_id = log.add_channel(schema, &format!("/trocar/{topic}"), "cdr", &BTreeMap::new())?;
+    let time_ns = |row: usize| match columns.first() {
+        Some((_, ColumnValues::Numbers(times))) => (1e9 * (times[row] - times[0].min(0.0))).round() as u64,
+        _ => 0,
+    };
+    // CDR aligns a number to its size, from the end of the four bytes that give the order of the bytes.
+    const HEADER: [u8; 4] = [0, 1, 0, 0];
+    let mut message = vec![];
+    for row in 0..rows(columns) {
+        message.clear();
+        message.extend_from_slice(&HEADER);
+        for (_, column) in columns {
+            match column {
+                ColumnValues::Numbers(numbers) => {
+                    message.resize(HEADER.len() + (message.len() - HEADER.len()).next_multiple_of(8), 0);
+                    message.extend_from_slice(&numbers[row].to_le_bytes());
+                }
+                ColumnValues::Codes(codes) => message.push(codes[row]),
+            }
+        }
+        let time_ns = time_ns(row);
+        let header = MessageHeader { channel_id, sequence: row as u32, log_time: time_ns, publish_time: time_ns };
+        log.write_to_known_channel(&header, &message)?;
+    }
+    log.finish()?;
     Ok(())
 }
 

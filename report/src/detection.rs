@@ -238,5 +238,5 @@ pub fn write_detection(detection: &Detection, format: ColumnFormat, out: &mut (d
     let mut columns = columns.to_vec();
     columns.extend(detection.extra_parameter.iter().map(|(name, column)| (*name, column.as_slice())));
     let columns: Vec<_> = columns.into_iter().map(|(name, column)| (name, ColumnValues::Numbers(column))).collect();
-    format.write(&columns, out)
+    format.write("detection", &columns, out)
 }

@@ -94,15 +94,21 @@ pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
 /// # Errors
 /// Returns the errors of the writer.
 pub fn write_trace(trace: &Trace, format: ColumnFormat, out: &mut (dyn Write + Send)) -> io::Result<()> {
-    format.write(&trace_columns(trace), out)
+    format.write("run", &trace_columns(trace), out)
 }
 
-/// Writes some columns of [`write_trace_csv`], by their names and in the order of the trace.
+/// Writes some columns of [`write_trace_csv`], by their names and in the order of the trace. `topic` names their rows in a log.
 ///
 /// # Errors
 /// Returns the errors of the writer.
-pub fn write_trace_columns(trace: &Trace, names: &[&str], out: &mut dyn Write) -> io::Result<()> {
+pub fn write_trace_columns(
+    trace: &Trace,
+    topic: &str,
+    names: &[&str],
+    format: ColumnFormat,
+    out: &mut (dyn Write + Send),
+) -> io::Result<()> {
     let mut columns = trace_columns(trace);
     columns.retain(|(name, _)| names.contains(name));
-    csv(&columns, out)
+    format.write(topic, &columns, out)
 }

@@ -11,7 +11,8 @@ use trocar_report::{ColumnFormat, Folder};
 /// The formats of the files with a row per sample.
 #[derive(Debug, Args)]
 pub(super) struct FormatArgs {
-    /// Formats of the file with a row per sample, separated by commas; mat is MATLAB
+    /// Formats of the file with a row per sample, separated by commas; mat is MATLAB, mcap a log for Foxglove and
+    /// PlotJuggler
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "csv", value_parser = parser())]
     format: Vec<ColumnFormat>,
 }
@@ -40,6 +41,12 @@ impl FormatArgs {
             folder.stream(&format!("{stem}.{}", format.word()), |out| write(*format, out))?;
         }
         Ok(())
+    }
+
+    /// These formats and CSV.
+    pub(super) fn with_csv(&self) -> Self {
+        let others = self.format.iter().copied().filter(|format| *format != ColumnFormat::Csv);
+        Self { format: std::iter::once(ColumnFormat::Csv).chain(others).collect() }
     }
 
     /// Returns the flag, unless it is the default.

@@ -7,7 +7,7 @@ use crate::support::test_folder::TestFolder;
 use trocar::channel::Schedule;
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
-use trocar_report::write_trace_columns;
+use trocar_report::{ColumnFormat, write_trace_columns};
 use trocar_sim::remote::{
     Calling, Greeted, Key, MasterEnd, PACKET_BYTES, Proxy, Role, SlaveEnd, Waiting, fingerprint, first_difference,
 };
@@ -68,7 +68,7 @@ fn assert_is_run(scenario: &Scenario, (master, slave): &(MasterEnd, SlaveEnd)) {
     let both = [(MasterEnd::COLUMNS, master.trace()), (SlaveEnd::COLUMNS, slave.trace())];
     for (columns, of_side) in both {
         let mut log = vec![];
-        write_trace_columns(of_side, columns, &mut log).expect("written");
+        write_trace_columns(of_side, "side", columns, ColumnFormat::Csv, &mut log).expect("written");
         let log = String::from_utf8(log).expect("text");
         let compared = first_difference("log", &log, &trace).expect("a log");
         assert_eq!(compared, (scenario.grid.ticks(), None), "{}", scenario.echo());

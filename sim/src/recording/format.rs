@@ -51,6 +51,8 @@ formats! {
     Hdf5: "an HDF5 file (or MATLAB 7.3)", ["h5", "hdf5"], "MATLAB v7 (save -v7), Parquet or CSV";
     /// Apache Parquet.
     Parquet: "a Parquet file", ["parquet"], "CSV";
+    /// Logs of robots: MCAP, with messages of ROS or in JSON.
+    Mcap: "an MCAP log", ["mcap"], "CSV";
     /// LabVIEW's binary measurement files.
     Tdms: "a TDMS file", ["tdms"], "CSV";
     /// Excel and OpenDocument spreadsheets.
@@ -71,6 +73,7 @@ impl Format {
             () if [0, 512].into_iter().any(|offset| at(offset, HDF5)) || at(0, b"MATLAB 7.3") => Self::Hdf5,
             () if at(0, b"MATLAB 5.0") || at(126, b"IM") && at(124, b"\x00\x01") || at(124, b"\x01\x00MI") => Self::Mat,
             () if at(0, b"PAR1") => Self::Parquet,
+            () if at(0, b"\x89MCAP0\r\n") => Self::Mcap,
             () if at(0, b"TDSm") => Self::Tdms,
             () if at(0, b"PK\x03\x04") || at(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") => Self::Excel,
             () if is_mat && head.contains(&0) && !utf16::is_marked(&head) => Self::Mat,

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::error::CliError;
+use super::format::FormatArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -91,6 +92,7 @@ struct SlaveArgs {
 
 /// What both sides have.
 #[derive(Debug, Args)]
+#[command(mut_arg("format", |arg| arg.help("Formats of the trace besides csv, separated by commas; mcap is a log for Foxglove and PlotJuggler")))]
 struct SideArgs {
     /// A scenario file, or the name of a shipped scenario; the same on both sides
     #[arg(value_name = "SCENARIO")]
@@ -107,6 +109,8 @@ struct SideArgs {
     /// Folder for the files; it contains one folder per scenario, with a folder per side
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
+    #[command(flatten)]
+    format: FormatArgs,
     /// Print errors only
     #[arg(long, short)]
     quiet: bool,

@@ -310,7 +310,10 @@ impl Side<'_> {
             Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
         };
-        folder.stream("trace.csv", |out| write_trace_columns(either!(end, one => one.trace()), columns, out))?;
+        // A replay needs the CSV.
+        self.args.format.with_csv().write(&folder, "trace", |format, out| {
+            write_trace_columns(either!(end, one => one.trace()), self.role.word(), columns, format, out)
+        })?;
         let delays = delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid);
         folder.write("delays.csv", delays.as_bytes())?;
         folder.write("scenario.toml", self.scenario.echo().as_bytes())?;

@@ -8,9 +8,11 @@ mod bytes;
 mod foreign;
 mod mat;
 mod mat4;
+mod mcap;
 mod name;
 mod parquet;
 mod read;
+mod ros;
 mod tdms;
 
 #[cfg(feature = "lab-formats")]
@@ -95,6 +97,10 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
         Format::Csv => return Err(Problem::Unsupported(format)),
         Format::Mat => mat::open(whole()?, limits)?,
         Format::Tdms => Box::new(tdms::Tdms::open(whole()?, limits)?),
+        Format::Mcap => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(mcap::Mcap::open(&bytes, limits)?)))?
+        }
         Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, limits)?)))?,
         #[cfg(feature = "lab-formats")]
         Format::Hdf5 => {
