@@ -213,7 +213,7 @@ fn a_part_is_named_in_its_file_and_its_line_in_the_registry() {
 }
 
 /// Texts that equal a word of a choice, and their meaning.
-const SPELT_ALIKE: [(&str, &str, &str); 21] = [
+const SPELT_ALIKE: [(&str, &str, &str); 22] = [
     ("none", "core/src/augmentation/mod.rs", "the hold that is none"),
     ("exact", "sim/src/engine/plants.rs", "the remedy of an error"),
     ("hold", "sim/src/detect/phases.rs", "a phase of a recording"),
@@ -224,6 +224,7 @@ const SPELT_ALIKE: [(&str, &str, &str); 21] = [
     ("forbidden-region", "sim/src/compare/strategies/catalogue.rs", "a strategy"),
     ("recording", "sim/src/scenario/key_table.rs", "a section"),
     ("time", "sim/src/metrics/rupture.rs", "a metric"),
+    ("time", "sim/src/recording/containers/ros.rs", "a type of ROS"),
     ("sampled", "sim/src/scenario/key_table.rs", "the sentence of a section"),
     ("layers", "sim/src/scenario/key_table.rs", "the sentence of a section"),
     ("layers", "sim/src/scenario/starter.rs", "a value of a starter"),

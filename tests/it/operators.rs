@@ -97,6 +97,52 @@ fn a_firm_hand_gives_way_less_than_a_relaxed_one_and_both_are_stable() {
 }
 
 #[test]
+fn a_hand_at_rest_has_the_stiffness_that_reflexes_and_grip_give_it() {
+    let settings = [
+        "operator.kind=ramp",
+        "operator.speed_m_per_s=0.02",
+        "tissue.kind=kelvin-voigt",
+        "tissue.stiffness_n_per_m=200",
+        "simulation.duration_s=5",
+    ];
+    let hand = 733.0 * 14998.0 / (733.0 + 14998.0);
+    let final_m = |own: &str, engine: &str| {
+        let trace = trace("classical", &[&settings[..], &[own, engine]].concat());
+        let tail = &trace.slave_position_m[trace.slave_position_m.len() - 200..];
+        assert!(tail.iter().all(|x| (x - tail[0]).abs() < 1e-6), "{own} has come to rest");
+        tail[0]
+    };
+    // At rest the spring of the hand and that of the tissue are in series; the reflex of long latency adds its gain to the hand's.
+    let in_series = |hand: f64| 0.02 * hand / (hand + 200.0);
+    for engine in ["simulation.engine=exact", "simulation.engine=dop853"] {
+        let reflex = final_m("operator.stretch_long_gain_n_per_m=150", engine);
+        assert!((reflex - in_series(hand + 150.0)).abs() < 1e-6, "{engine}: {reflex}");
+        // The short latency answers to speed only.
+        let short = final_m("operator.stretch_short_gain_n_s_per_m=15", engine);
+        assert!((short - in_series(hand)).abs() < 1e-6, "{engine}: {short}");
+        let stiff = final_m("operator.stiffening_per_n=0.1", engine);
+        // x = F/200 and F = hand (1 + 0.1 F) (0.02 - x), solved for x.
+        let of = |x: f64| 200.0 * x - hand * (1.0 + 0.1 * 200.0 * x) * (0.02 - x);
+        assert!(of(stiff - 1e-6) < 0.0 && of(stiff + 1e-6) > 0.0, "{engine}: {stiff}");
+    }
+}
+
+#[test]
+fn reflexes_shorten_the_lurch_and_act_within_a_tenth_of_a_second() {
+    let plain = run(scenario("hand/reflex", &["operator.reflex=none"])).expect("runs");
+    let settings = ["operator.reflex=none", "operator.stretch_short_gain_n_s_per_m=20"];
+    let tense = run(scenario("hand/reflex", &settings)).expect("runs");
+    let lurch_m = |run: &trocar::run::Run| {
+        let tick = (run.metrics.ruptures[0].time_s * 1e3).round() as usize;
+        run.trace.master_position_m[tick + 100] - run.trace.master_position_m[tick]
+    };
+    assert!(lurch_m(&tense) < 0.9 * lurch_m(&plain), "{} {}", lurch_m(&tense), lurch_m(&plain));
+    let gentle = "operator.stiffening_per_n=0.05";
+    let firm = run(scenario("hand/reflex", &["operator.reflex=none", gentle])).expect("runs");
+    assert!(firm.metrics.ruptures[0].time_s < plain.metrics.ruptures[0].time_s, "a stiffer arm gets there earlier");
+}
+
+#[test]
 fn every_shipped_scenario_runs_to_its_end_and_the_same_way_twice() {
     for (name, _) in trocar::scenario::shipped_questions() {
         let load = || Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]).expect("loads");

@@ -131,6 +131,13 @@ fn layers() {
     compare("layers/through-the-skin", &[], &own, 8, 7);
     compare("hand/reflex-augmented", &[], &own, 6, 8);
     compare("hand/trembling-hand", &[], &own, 4, 9);
+    // The arm stiffens and pulls back by its own gains, and by one delay.
+    let tense = [
+        ("operator.stretch_short_gain_n_s_per_m", 1.0, 30.0),
+        ("operator.stretch_long_gain_n_per_m", 1.0, 300.0),
+        ("operator.stiffening_per_n", 0.01, 0.2),
+    ];
+    compare("hand/reflex-augmented", &[], &tense, 4, 13);
 }
 
 #[test]

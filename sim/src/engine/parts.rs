@@ -137,6 +137,7 @@ where
     #[inline(always)]
     pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: L, master: &MasterReading<L>) -> L {
         self.operator.cue(self.supervisor.cue(arrived_mode));
+        self.operator.master(master.position_m);
         self.operator.desired_position_m(tick + 1, master.hand_force_n)
     }
 }

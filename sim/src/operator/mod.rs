@@ -5,6 +5,8 @@ mod kind;
 mod motion;
 mod perception;
 mod reflex;
+mod stiffening;
+mod stretch;
 mod tremor;
 
 pub use hand::Hand;
@@ -15,9 +17,13 @@ pub use kind::{
 pub use motion::{insertion_extraction, minimum_jerk, sine};
 pub use perception::{Perception, PerceptionSettings};
 pub use reflex::{Reflex, ReflexSettings};
+pub use stiffening::StiffeningSettings;
+pub use stretch::StretchSettings;
 pub use tremor::TremorSettings;
 
 use reflex::Reaction;
+use stiffening::Stiffening;
+use stretch::Stretch;
 
 use std::sync::Arc;
 
@@ -54,6 +60,10 @@ pub trait Operator<L: Lane> {
         desired_m
     }
 
+    /// Receives the position of the master in m, before the desired position of the next tick.
+    #[inline(always)]
+    fn master(&mut self, _position_m: L) {}
+
     /// Receives whether a cue on the skin is on. Called before the desired position of the next tick.
     #[inline(always)]
     fn cue(&mut self, _is_on: L::Mask) {}
@@ -74,6 +84,11 @@ impl<L: Lane, O: Operator<L> + ?Sized> Operator<L> for Box<O> {
     #[inline(always)]
     fn intended_position_m(&self, desired_m: L) -> L {
         (**self).intended_position_m(desired_m)
+    }
+
+    #[inline(always)]
+    fn master(&mut self, position_m: L) {
+        (**self).master(position_m);
     }
 
     #[inline(always)]
@@ -106,14 +121,18 @@ impl crate::lane::Gather for Replay {
     }
 }
 
-/// A human operator: the intended motion, the hand's tremor, and the reaction to the felt force.
+/// A human operator: the intended motion, the hand's tremor, its reflexes and grip, and the reaction to the felt force.
 #[derive(Debug, Clone)]
 pub struct HumanOperator<L: Lane> {
     motion: Motion<L>,
     tremor: Option<Arc<[L]>>,
     reaction: Option<Reaction<L>>,
-    /// The position at the last tick without tremor.
+    stretch: Option<Stretch<L>>,
+    stiffening: Option<Stiffening<L>>,
+    /// The position at the last tick without what the hand does involuntarily.
     intended_m: L,
+    /// How far the master was beyond it at the last tick, in m.
+    stretch_m: L,
     /// Lanes in which it was less deep than at the tick before.
     withdraws: L::Mask,
 }
@@ -168,13 +187,37 @@ impl<L: Lane> HumanOperator<L> {
     /// An operator without tremor who does not react to the felt force.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
-        Self { motion, tremor: None, reaction: None, intended_m: L::zero(), withdraws: L::Mask::splat(false) }
+        Self {
+            motion,
+            tremor: None,
+            reaction: None,
+            stretch: None,
+            stiffening: None,
+            intended_m: L::zero(),
+            stretch_m: L::zero(),
+            withdraws: L::Mask::splat(false),
+        }
     }
 
     /// Adds a tremor: one displacement in m per tick, as from [`TremorSettings::displacements`].
     #[must_use]
     pub fn trembling(mut self, displacements_m: Arc<[L]>) -> Self {
         self.tremor = Some(displacements_m);
+        self
+    }
+
+    /// Adds stretch reflexes of an arm of the static stiffness `stiffness_n_per_m` (N/m), and a grip that stiffens, if the settings
+    /// have them; on ticks of `tick_s` (s).
+    #[must_use]
+    pub fn tensing(
+        mut self,
+        stretch: &StretchSettings,
+        stiffening: &StiffeningSettings,
+        stiffness_n_per_m: f64,
+        tick_s: f64,
+    ) -> Self {
+        self.stretch = Stretch::new(stretch, stiffness_n_per_m, tick_s);
+        self.stiffening = Stiffening::new(stiffening, tick_s);
         self
     }
 
@@ -206,10 +249,22 @@ impl<L: Lane> Operator<L> for HumanOperator<L> {
         };
         self.withdraws = intended.lt(self.intended_m);
         self.intended_m = intended;
-        match &self.tremor {
-            Some(displacements) => intended + displacements.get(tick as usize).copied().unwrap_or(L::zero()),
-            None => intended,
+        let mut desired = intended;
+        if let Some(displacements) = &self.tremor {
+            desired = desired + displacements.get(tick as usize).copied().unwrap_or(L::zero());
         }
+        if let Some(stretch) = &mut self.stretch {
+            desired = desired + stretch.step(self.stretch_m);
+        }
+        if let Some(stiffening) = &mut self.stiffening {
+            desired = desired + stiffening.step(felt_n, self.stretch_m);
+        }
+        desired
+    }
+
+    #[inline(always)]
+    fn master(&mut self, position_m: L) {
+        self.stretch_m = position_m - self.intended_m;
     }
 
     #[inline(always)]
@@ -233,7 +288,7 @@ impl<L: Lane> Operator<L> for HumanOperator<L> {
     }
 }
 
-crate::lane::gather!(HumanOperator { motion, tremor, reaction, intended_m } masks { withdraws });
+crate::lane::gather!(HumanOperator { motion, tremor, reaction, stretch, stiffening, intended_m, stretch_m } masks { withdraws });
 crate::lane::gather!(Ramp { start, step, low, high });
 
 impl crate::lane::Gather for Motion<f64> {

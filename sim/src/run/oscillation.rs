@@ -153,6 +153,10 @@ impl<O: Operator<f64>> Operator<f64> for Nudged<O> {
         }
     }
 
+    fn master(&mut self, position_m: f64) {
+        self.operator.master(position_m);
+    }
+
     fn cue(&mut self, is_on: bool) {
         self.operator.cue(is_on);
     }

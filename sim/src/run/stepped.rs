@@ -126,6 +126,10 @@ impl Operator<f64> for Led {
         self.operator.intended_position_m(desired_m)
     }
 
+    fn master(&mut self, position_m: f64) {
+        self.operator.master(position_m);
+    }
+
     fn cue(&mut self, is_on: bool) {
         self.operator.cue(is_on);
     }

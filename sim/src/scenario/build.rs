@@ -14,7 +14,7 @@ use crate::engine::{
     Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
 };
 use crate::lane::Lane;
-use crate::operator::{Hand, Perception, Reflex};
+use crate::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::teleoperation::LinkReport;
 
@@ -261,11 +261,12 @@ impl Scenario {
         }
     }
 
-    /// This scenario moved by a live hand: it starts at the hand's position, without simulated tremor or reflex.
+    /// This scenario moved by a live hand: it starts at the hand's position, without simulated tremor or reflexes.
     #[must_use]
     pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
         self.operator = OperatorSpec::Hand(hand);
         self.tremor.amplitude_m = 0.0;
+        (self.stretch, self.stiffening) = (StretchSettings::default(), StiffeningSettings::default());
         self.reflex.reflex = Reflex::None;
         self.perception = Perception::None;
         self

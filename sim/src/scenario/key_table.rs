@@ -11,7 +11,9 @@ use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
-use crate::operator::{MotionSettings, Perception, ReflexSettings, TremorSettings};
+use crate::operator::{
+    MotionSettings, Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings,
+};
 use crate::plant::{ActuatorLimits, ArmParameters, ArmRoles, Grip, MasterParameters, SlaveParameters};
 use crate::population::PopulationSettings;
 use crate::recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
@@ -51,7 +53,7 @@ pub const SECTIONS: [(&str, &str); 25] = [
 /// Every key, in the order in which they are written; the layers' keys are last.
 pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
 
-const GROUPS: [&[Key]; 34] = [
+const GROUPS: [&[Key]; 36] = [
     RunSettings::KEYS,
     MasterParameters::KEYS,
     Grip::KEYS,
@@ -69,6 +71,8 @@ const GROUPS: [&[Key]; 34] = [
     PassivitySettings::KEYS,
     MotionSettings::KEYS,
     TremorSettings::KEYS,
+    StretchSettings::KEYS,
+    StiffeningSettings::KEYS,
     ReflexSettings::KEYS,
     Perception::KEYS,
     TissueSettings::KEYS,

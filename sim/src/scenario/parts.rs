@@ -198,7 +198,9 @@ impl Scenario {
             OperatorSpec::Recording(positions)
                 if self.tremor.amplitude_m <= 0.0
                     && self.reflex.reflex == Reflex::None
-                    && self.perception.settings().is_none() =>
+                    && self.perception.settings().is_none()
+                    && !self.stretch.acts()
+                    && !self.stiffening.acts() =>
             {
                 Some(Replay(positions.clone()))
             }
@@ -269,6 +271,7 @@ impl Scenario {
             let ticks = self.grid.ticks() + 1;
             operator = operator.trembling(self.tremor.displacements(self.seed, first_stream, tick_s, ticks));
         }
+        let operator = operator.tensing(&self.stretch, &self.stiffening, self.arm.static_stiffness_n_per_m(), tick_s);
         Ok(operator.reacting(&self.reflex, &self.perception, (self.seed, first_stream), tick_s))
     }
 }

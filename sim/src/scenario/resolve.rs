@@ -22,7 +22,9 @@ use crate::channel::{DelaySettings, Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
 use crate::metrics::OperatorTraits;
-use crate::operator::{MAX_POSITION_M, MotionSettings, Perception, ReflexSettings, TremorSettings};
+use crate::operator::{
+    MAX_POSITION_M, MotionSettings, Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings,
+};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
 use crate::population::PopulationSettings;
 use crate::sensor::SensorSettings;
@@ -103,6 +105,10 @@ pub struct Scenario {
     pub operator: OperatorSpec,
     /// The operator's tremor.
     pub tremor: TremorSettings,
+    /// The stretch reflexes of the operator's arm.
+    pub stretch: StretchSettings,
+    /// How the operator's arm stiffens under load.
+    pub stiffening: StiffeningSettings,
     /// The operator's reaction to a drop of the felt force.
     pub reflex: ReflexSettings,
     /// How the operator notices a drop of the felt force.
@@ -209,6 +215,8 @@ impl Scenario {
             backward_schedule,
             operator,
             tremor: TremorSettings::read(&mut values)?,
+            stretch: StretchSettings::read(&mut values)?,
+            stiffening: StiffeningSettings::read(&mut values)?,
             reflex: ReflexSettings::read(&mut values)?,
             perception: Perception::read(&mut values)?,
             tissue,
@@ -294,6 +302,8 @@ impl Scenario {
     fn check(&self) -> Result<(), ScenarioError> {
         let out_of_range = |error| self.values.out_of_range(&error);
         self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
+        self.stretch.validate().map_err(out_of_range)?;
+        self.stiffening.validate().map_err(out_of_range)?;
         self.reflex.validate_where_reacting().map_err(out_of_range)?;
         self.perception.validate().map_err(out_of_range)?;
         self.irregularity.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;

@@ -22,7 +22,7 @@ use crate::augmentation::AugmentationSettings;
 use crate::channel::{DelaySettings, Irregularity};
 use crate::detection::DetectorSettings;
 use crate::estimation::{ContactSettings, RlsSettings};
-use crate::operator::{Perception, ReflexSettings, TremorSettings};
+use crate::operator::{Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings};
 use crate::plant::SlaveParameters;
 use crate::population::PopulationSettings;
 use crate::sensor::SensorSettings;
@@ -55,8 +55,8 @@ enum Part {
     Presliding,
     /// The operator's motion, if it replays no recording.
     Motion,
-    /// Tremor, reflex and perception.
-    TremorAndReflex,
+    /// Tremor, reflexes, grip and perception.
+    Involuntary,
     /// The population.
     Population,
     /// Nothing in this scenario.
@@ -64,6 +64,9 @@ enum Part {
     /// Everything: the scenario is resolved again, its recording read again.
     Whole,
 }
+
+/// The beginnings of the keys of what the operator does involuntarily.
+const INVOLUNTARY: [&str; 4] = ["operator.tremor_", "operator.reflex", "operator.stretch_", "operator.stiffening_"];
 
 impl Part {
     fn of(path: &str, base: &Scenario) -> Self {
@@ -84,9 +87,9 @@ impl Part {
             ("tissue", _) if !replays_force(base.values()) => Self::Tissue,
             (_, "tissue.presliding_m") if matches!(base.tissue, TissueSpec::Depth { .. }) => Self::Presliding,
             ("tissue", _) => Self::Nothing,
-            ("perception", _) => Self::TremorAndReflex,
+            ("perception", _) => Self::Involuntary,
             ("population", _) => Self::Population,
-            ("operator", _) if path.contains("tremor") || path.contains("reflex") => Self::TremorAndReflex,
+            ("operator", key) if INVOLUNTARY.iter().any(|prefix| key.starts_with(prefix)) => Self::Involuntary,
             ("operator", _) if !replays_position(base.values()) => Self::Motion,
             ("operator", _) => Self::Nothing,
             _ => Self::Whole,
@@ -300,12 +303,16 @@ impl CaseFactory<'_> {
                 scenario.population = PopulationSettings::read(values)?;
                 scenario.population.validate().map_err(|error| values.out_of_range(&error))?;
             }
-            Part::TremorAndReflex => {
+            Part::Involuntary => {
                 scenario.tremor = TremorSettings::read(values)?;
+                scenario.stretch = StretchSettings::read(values)?;
+                scenario.stiffening = StiffeningSettings::read(values)?;
                 scenario.reflex = ReflexSettings::read(values)?;
                 scenario.perception = Perception::read(values)?;
                 let invalid = |error| values.out_of_range(&error);
                 scenario.tremor.validate_on_ticks(scenario.grid.tick_s()).map_err(invalid)?;
+                scenario.stretch.validate().map_err(invalid)?;
+                scenario.stiffening.validate().map_err(invalid)?;
                 scenario.reflex.validate_where_reacting().map_err(invalid)?;
                 scenario.perception.validate().map_err(invalid)?;
             }

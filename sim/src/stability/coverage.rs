@@ -54,6 +54,8 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
         (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
         (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
         (scenario.reflex.reacts(), "operator.reflex", "the operator's reflex"),
+        (scenario.stretch.acts(), "operator.stretch_short_gain_n_s_per_m", "the stretch reflexes"),
+        (scenario.stiffening.acts(), "operator.stiffening_per_n", "the grip that stiffens"),
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
         (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),
         (sensor.force_range_n.is_some(), "sensor.force_range_n", "the range of the force sensor"),

@@ -90,6 +90,9 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         // Reached in the first tick.
         format!("operator.speed_m_per_s={:?}", 2.0 * displacement_m / tick_s),
         "operator.tremor_amplitude_m=0.0".to_owned(),
+        "operator.stretch_short_gain_n_s_per_m=0.0".to_owned(),
+        "operator.stretch_long_gain_n_per_m=0.0".to_owned(),
+        "operator.stiffening_per_n=0.0".to_owned(),
         "operator.reflex=none".to_owned(),
         "tissue.kind=kelvin-voigt".to_owned(),
         format!("tissue.stiffness_n_per_m={stiffness_n_per_m:?}"),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::channel::{Irregularity, Schedule};
 use crate::engine::{Observer, Signals};
-use crate::operator::Reflex;
+use crate::operator::{Reflex, StiffeningSettings, StretchSettings};
 use crate::run::RunError;
 use crate::scenario::{EngineKind, OperatorSpec, Scenario, TissueSpec};
 use crate::sensor::SensorSettings;
@@ -98,6 +98,7 @@ pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict,
     run.irregularity = Irregularity::default();
     (run.forward_schedule, run.backward_schedule) = (Schedule::default(), Schedule::default());
     run.operator = OperatorSpec::Recording(desired);
+    (run.stretch, run.stiffening) = (StretchSettings::default(), StiffeningSettings::default());
     (run.tremor.amplitude_m, run.reflex.reflex, run.augmentation.enabled) = (0.0, Reflex::None, false);
     run.tissue = TissueSpec::from(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
         stiffness_n_per_m: settings.stiffness_n_per_m,

@@ -138,6 +138,8 @@ const VARIANTS: &[&str] = &[
     "perception.kind=psychometric perception.criterion=5 perception.lapse_rate=0 perception.weber_fraction=0.9 \
      perception.integration_s=0.005 perception.reaction_mean_s=0.01 perception.reaction_min_s=0 operator.reflex=stop \
      augmentation.events_s=[0.1,0.2,0.3,0.4]",
+    // A tense person.
+    "operator.stretch_short_gain_n_s_per_m=2 operator.stretch_long_gain_n_per_m=10 operator.stiffening_per_n=0.05",
     // A tissue that moves.
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
     // Without random numbers.
