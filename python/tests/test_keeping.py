@@ -129,3 +129,20 @@ def test_a_scenario_is_made_of_a_dictionary_and_changed_by_nested_keywords():
     assert (changed["scaling.force"], changed["tissue.index"], changed.name) == (0.9, "depth", scenario.name)
     with pytest.raises(TypeError, match="made of a dictionary, not of 'paper/augmented'"):
         trocar.Scenario("paper/augmented")
+
+
+@pytest.mark.parametrize("load", [trocar.load, trocar.Sweep.load])
+def test_a_damaged_file_is_told(load, run, tmp_path):
+    path = tmp_path / "whole.npz"
+    if load is trocar.load:
+        run.save(path)
+    else:
+        trocar.sweep("paper/classical", {"scaling.force": [1.0, 2.0]}).save(path)
+    content = path.read_bytes()
+    changed = tmp_path / "changed.npz"
+    for bad in [b"", b"text", content[: len(content) // 2], content[:50] + b"\0" * 30 + content[80:], b"PK\3\4" + bytes(100)]:
+        changed.write_bytes(bad)
+        with pytest.raises(ValueError, match="changed.npz is not a"):
+            load(changed)
+    with pytest.raises(FileNotFoundError):
+        load(tmp_path / "nothing.npz")

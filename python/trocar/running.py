@@ -16,6 +16,7 @@ from ._arrays import recording_of
 from ._columns import Columns
 from ._html import quantity, table
 from ._parts import Parts, core_parts
+from ._stored import read_stored
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -154,12 +155,10 @@ def load(path: str | os.PathLike[str]) -> Run:
     ValueError
         A file that is not one of those.
     """
-    with np.load(path) as file:
-        traces = {name: file[name] for name in file.files}
-    try:
-        about = json.loads(str(traces.pop("_about")))
-    except (KeyError, ValueError):
-        raise ValueError(f"{os.fspath(path)} is not a run that Run.save wrote") from None
+    what = "a run that Run.save wrote"
+    traces, about = read_stored(path, what)
+    if not {"name", "toml", "rows", "summary", "text"} <= about.keys():
+        raise ValueError(f"{os.fspath(path)} is not {what}")
     recordings = _recordings({name: traces.pop(name) for name in list(traces) if name.startswith(_SAMPLES)})
     rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
     run = Run.__new__(Run)

@@ -21,6 +21,7 @@ from ._html import table
 from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._settings import dotted, key_of, value
+from ._stored import read_stored
 from ._workers import Workers, workers_of
 from .scenario import Scenario, scenario_of
 
@@ -90,13 +91,11 @@ class Sweep(Columns):
         ValueError
             A file that is not one of those.
         """
-        with np.load(path) as file:
-            columns = {name: file[name] for name in file.files}
-        try:
-            about = json.loads(str(columns.pop("_about")))
-            return cls(columns, about["sweep"], about["cases"])
-        except (KeyError, ValueError):
-            raise ValueError(f"{os.fspath(path)} is not a sweep that Sweep.save wrote") from None
+        what = "a sweep that Sweep.save wrote"
+        columns, about = read_stored(path, what)
+        if not {"sweep", "cases"} <= about.keys():
+            raise ValueError(f"{os.fspath(path)} is not {what}")
+        return cls(columns, about["sweep"], about["cases"])
 
     def __len__(self) -> int:
         return len(self.columns["case"])
