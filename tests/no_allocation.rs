@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use trocar::engine::IntegrationError;
+use trocar::engine::EngineError;
 use trocar::metrics::MetricsObserver;
 use trocar::rig::{HapticController, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
@@ -40,7 +40,7 @@ static ALLOCATOR: Counting = Counting;
 
 fn allocations(
     scenario: &Scenario,
-    run: impl FnOnce(&mut MetricsObserver<f64>) -> Result<(), IntegrationError>,
+    run: impl FnOnce(&mut MetricsObserver<f64>) -> Result<(), EngineError>,
 ) -> u64 {
     let mut observer = MetricsObserver::<f64>::new(scenario.grid, 4);
     let before = COUNT.with(Cell::get);

@@ -13,7 +13,8 @@ mod instance;
 mod unit;
 mod variables;
 
-pub use description::{Version, describe};
+pub use description::describe;
 pub use instance::{Instance, InstanceError};
+pub use trocar_fmu_import::Version;
 pub use unit::{Unit, UnitError};
 pub use variables::{Causality, Model, Scalar, Type, Variable};
