@@ -72,6 +72,8 @@ pub struct Description {
     pub identifier: String,
     /// What identifies it to its library.
     pub token: String,
+    /// Whether it needs the program that exported it.
+    pub needs_tool: bool,
     /// Whether a process can have one instance only.
     pub is_single: bool,
     /// Its internal step in s, if it is fixed and stated.
@@ -111,9 +113,6 @@ impl Description {
             _ => return Err(FmuError::Version(written.into())),
         };
         let co_simulation = child(root, "CoSimulation").ok_or(FmuError::NoCoSimulation)?;
-        if is_true(co_simulation, "needsExecutionTool") {
-            return Err(FmuError::NeedsTool);
-        }
         let identifier = co_simulation.attribute("modelIdentifier").unwrap_or_default().to_owned();
         // It is part of a path.
         if identifier.is_empty() || !identifier.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_') {
@@ -131,6 +130,7 @@ impl Description {
             version,
             identifier,
             token,
+            needs_tool: is_true(co_simulation, "needsExecutionTool"),
             is_single: is_true(co_simulation, "canBeInstantiatedOnlyOncePerProcess"),
             internal_step_s,
             variables: variables.collect::<Result<_, _>>()?,
@@ -204,7 +204,8 @@ fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<
     };
     let has_start = typed.attribute("start").is_some();
     let is_constant = node.attribute("variability") == Some("constant");
-    let unit = typed.attribute("unit").map(str::to_owned).or_else(|| unit_of_type(root, typed.attribute("declaredType")?));
+    let unit =
+        typed.attribute("unit").map(str::to_owned).or_else(|| unit_of_type(root, typed.attribute("declaredType")?));
     let is_settable = !is_constant && (has_start || matches!(causality, Causality::Parameter | Causality::Input));
     Ok(Variable { name, reference, causality, kind, is_settable, unit })
 }

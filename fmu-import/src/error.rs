@@ -37,9 +37,6 @@ pub enum FmuError {
     /// Not for co-simulation.
     #[error("is not for co-simulation; export it for co-simulation, with its own solver")]
     NoCoSimulation,
-    /// It needs the program that has made it.
-    #[error("needs the program that exported it (needsExecutionTool); export it so that it runs alone")]
-    NeedsTool,
     /// No library for this machine.
     #[error("has no library for this machine, {wanted}{}; export it for {}", found(.has), .wanted.rsplit('/').nth(1).unwrap_or("it"))]
     NoPlatform {
@@ -49,8 +46,16 @@ pub enum FmuError {
         has: Vec<String>,
     },
     /// The library cannot be loaded.
-    #[error("its library cannot be loaded: {0}; it may need other libraries, or be for another machine")]
-    Library(String),
+    #[error("its library cannot be loaded: {reason}; it may {}", needed(*.needs_tool))]
+    Library {
+        /// Why.
+        reason: String,
+        /// Whether it needs the program that exported it.
+        needs_tool: bool,
+    },
+    /// A function is missing in the library.
+    #[error("its library has no function {0}; export it again")]
+    NoFunction(String),
     /// There is no such variable.
     #[error("has no variable {name:?}{}", listed(.role, .known))]
     NoVariable {
@@ -81,8 +86,10 @@ pub enum FmuError {
     #[error("can have one instance in a process, and has one: run one scenario after the other, with one thread")]
     OneInstance,
     /// There is no instance.
-    #[error("cannot be instantiated{}", reported(.messages))]
+    #[error("cannot be instantiated{}{}", reported(.messages), if *.needs_tool { "; it needs the program that exported it" } else { "" })]
     NoInstance {
+        /// Whether it needs the program that exported it.
+        needs_tool: bool,
         /// What it reported.
         messages: Vec<String>,
     },
@@ -123,4 +130,13 @@ fn listed(role: &str, known: &[String]) -> String {
 /// The end of a message: what the unit reported.
 pub(crate) fn reported(messages: &[String]) -> String {
     if messages.is_empty() { String::new() } else { format!(": {}", messages.join("; ")) }
+}
+
+/// What a library may need.
+fn needed(needs_tool: bool) -> &'static str {
+    if needs_tool {
+        "need the program that exported it (needsExecutionTool)"
+    } else {
+        "need other libraries, or be for another machine"
+    }
 }

@@ -110,7 +110,7 @@ impl Fmu {
     /// Loads its library, unless it is loaded. The library is code of others, and loading it executes a part of it.
     ///
     /// # Errors
-    /// [`FmuError::Library`].
+    /// [`FmuError::Library`], [`FmuError::NoFunction`].
     pub fn load(&self) -> Result<(), FmuError> {
         self.library().map(drop)
     }
@@ -124,7 +124,7 @@ impl Fmu {
         if let Some(library) = self.library.get() {
             return Ok(library);
         }
-        let library = LoadedLibrary::load(&self.library_path, self.description.version)?;
+        let library = LoadedLibrary::load(&self.library_path, (self.description.version, self.description.needs_tool))?;
         Ok(self.library.get_or_init(|| library))
     }
 

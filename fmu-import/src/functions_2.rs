@@ -50,15 +50,8 @@ unsafe extern "C" fn log_message(
     unsafe { keep(environment, status, message) }
 }
 
-type Instantiate = unsafe extern "C" fn(
-    *const c_char,
-    i32,
-    *const c_char,
-    *const c_char,
-    *const Callbacks,
-    i32,
-    i32,
-) -> Handle;
+type Instantiate =
+    unsafe extern "C" fn(*const c_char, i32, *const c_char, *const c_char, *const Callbacks, i32, i32) -> Handle;
 type OfInstance = unsafe extern "C" fn(Handle) -> i32;
 type Set<T> = unsafe extern "C" fn(Handle, *const u32, usize, *const T) -> i32;
 type Get<T> = unsafe extern "C" fn(Handle, *const u32, usize, *mut T) -> i32;

@@ -52,7 +52,7 @@ impl Instance {
             library.functions.instantiate(&Birth { token: &token, resources: &resources, callbacks: &callbacks });
         if handle.is_null() {
             fmu.is_taken.store(false, Ordering::Release);
-            return Err(FmuError::NoInstance { messages: log.messages() });
+            return Err(FmuError::NoInstance { needs_tool: description.needs_tool, messages: log.messages() });
         }
         let mut instance = Self { handle, log, _callbacks: callbacks, fmu: Arc::clone(fmu), state: State::New };
         for (variable, value) in settings {

@@ -115,9 +115,14 @@ pub(crate) struct LoadedLibrary {
 
 impl LoadedLibrary {
     /// Loads a library. Its initialisation is executed.
-    pub(crate) fn load(path: &Path, version: Version) -> Result<Self, FmuError> {
+    pub(crate) fn load(path: &Path, (version, needs_tool): (Version, bool)) -> Result<Self, FmuError> {
         // SAFETY: the code is that of the unit, which the user has chosen to run.
-        let library = unsafe { Library::new(path) }.map_err(|error| FmuError::Library(error.to_string()))?;
+        let library = unsafe { Library::new(path) };
+        let library = library.map_err(|error| {
+            // The system's own words, where there are any.
+            let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+            FmuError::Library { reason, needs_tool }
+        })?;
         let functions: Box<dyn Functions> = match version {
             Version::Two => Box::new(Functions2::of(&library)?),
             Version::Three => Box::new(Functions3::of(&library)?),
@@ -139,7 +144,7 @@ impl std::fmt::Debug for LoadedLibrary {
 pub(crate) unsafe fn function<T: Copy>(library: &Library, name: &str) -> Result<T, FmuError> {
     // SAFETY: of this type, as said.
     let found = unsafe { library.get::<T>(name) };
-    found.map(|symbol| *symbol).map_err(|_| FmuError::Library(format!("the function {name} is missing")))
+    found.map(|symbol| *symbol).map_err(|_| FmuError::NoFunction(name.to_owned()))
 }
 
 /// A text for a library; empty if it contains a NUL.

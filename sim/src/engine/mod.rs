@@ -39,6 +39,7 @@ mod wired;
 pub use column::{ColumnValues, TraceColumn};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use eight::{Avx2, Avx512};
+pub use error::EngineError;
 pub use exact::ExactPlants;
 pub(crate) use exact::GatheredPlants;
 pub use instruction_set::InstructionSet;
@@ -48,7 +49,6 @@ pub use limited::LimitedPlants;
 pub use observer::Observer;
 pub use own::{OwnEngine, OwnParts, OwnWiring};
 pub use parts::{Parts, Wiring};
-pub use error::EngineError;
 pub use plants::{IntegrationError, MasterReading, Plants, SlaveReading};
 pub use port_energies::PortEnergies;
 pub use scheduled::ScheduledAlarms;

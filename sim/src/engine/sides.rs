@@ -57,11 +57,7 @@ impl MasterSide {
     ///
     /// # Errors
     /// [`EngineError`].
-    pub fn step(
-        &mut self,
-        received: &Received<f64, 5>,
-        observer: &mut dyn Observer<f64>,
-    ) -> Result<(), EngineError> {
+    pub fn step(&mut self, received: &Received<f64, 5>, observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let master = plants.master();
         let at_master = of_master(&master);

@@ -176,13 +176,13 @@ pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: 
         Version::Two => (
             "2.0",
             "guid",
-            "canHandleVariableCommunicationStepSize=\"true\" canNotUseMemoryManagementFunctions=\"true\"".to_owned(),
+            "canHandleVariableCommunicationStepSize=\"true\" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\"".to_owned(),
         ),
         Version::Three => (
             "3.0",
             "instantiationToken",
             format!(
-                "canHandleVariableCommunicationStepSize=\"true\" fixedInternalStepSize=\"{:?}\"",
+                "canHandleVariableCommunicationStepSize=\"true\" canGetAndSetFMUState=\"true\" fixedInternalStepSize=\"{:?}\"",
                 scenario.grid.tick_s()
             ),
         ),

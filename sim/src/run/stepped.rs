@@ -87,6 +87,12 @@ impl SteppedRun {
         Ok(!self.has_ended)
     }
 
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
     /// The number of ticks so far.
     #[must_use]
     pub fn ticks(&self) -> u64 {

@@ -10,7 +10,7 @@ use super::specs::{OperatorSpec, TissueSpec};
 use super::steps::Steps;
 use crate::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::engine::{
-    Any, Engine, ExactPlants, FractionalDelayPlants, IntegratedPlants, EngineError, LimitedPlants, MasterSide,
+    Any, Engine, EngineError, ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants, MasterSide,
     Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
 };
 use crate::lane::Lane;
@@ -114,11 +114,8 @@ impl Scenario {
     /// Loads the library of a tissue in a unit: code of others, which runs from here on and not before.
     fn load_unit(&self) -> Result<(), ScenarioError> {
         let TissueSpec::Unit(tissue) = &self.tissue else { return Ok(()) };
-        let file = UnitTissue::file_key();
-        let named = |error| {
-            let path = self.values().get(file).map_or_else(String::new, |path| path.to_toml().to_string());
-            self.values().error(file, format!("{path}: {error}"))
-        };
+        let named =
+            |error| self.values().error(UnitTissue::file_key(), format!("{}: {error}", tissue.path().display()));
         tissue.load().map_err(named)
     }
 

@@ -10,7 +10,9 @@ use super::values::Values;
 use crate::operator::{Hand, MotionSettings};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
-use crate::tissue::{DepthCurves, FmuSettings, ReplayIndex, ReplaySettings, TissueSettings, UnfitUnit, UnitProblem, UnitTissue};
+use crate::tissue::{
+    DepthCurves, FmuSettings, ReplayIndex, ReplaySettings, TissueSettings, UnfitUnit, UnitProblem, UnitTissue,
+};
 
 /// The operator's motion.
 #[derive(Debug, Clone, PartialEq)]

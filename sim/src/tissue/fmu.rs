@@ -152,6 +152,12 @@ impl UnitTissue {
         self.unit.load()
     }
 
+    /// The unit's file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.unit.path()
+    }
+
     /// The SHA-256 of the unit's file.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
