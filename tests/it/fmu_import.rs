@@ -1,11 +1,8 @@
 //! A tissue in a unit of others: a unit written in C gives the bits of the built-in model; what is wrong with a unit is said, and
 //! nothing of it is executed before a run. `python/tests/test_fmu.py` runs units that trocar and other programs export.
 
-use std::collections::HashMap;
-use std::io::{Cursor, Write as _};
+use std::io::Cursor;
 use std::path::Path;
-use std::process::Command;
-use std::sync::{Mutex, PoisonError};
 
 use trocar::engine::Trace;
 use trocar::run::run;
@@ -13,108 +10,8 @@ use trocar::scenario::{Scenario, Source};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-use crate::support::{file, test_folder::TestFolder};
-
-/// The faults of `tests/data/fmu/tissue.c`.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Fault {
-    None,
-    Error,
-    NotANumber,
-    Fatal,
-    End,
-    NoInstance,
-    RefusedParameter,
-}
-
-/// The library of `tests/data/fmu/tissue.c`, compiled once for each version and fault.
-fn library(fmi: u8, fault: Fault) -> Vec<u8> {
-    static COMPILED: Mutex<Option<HashMap<(u8, Fault), Vec<u8>>>> = Mutex::new(None);
-    let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
-    let compile = || {
-        let folder = TestFolder::new();
-        let out = folder.path("tissue.so");
-        // No fused multiplication and addition: the bits are those of Rust.
-        let output = Command::new("cc")
-            .args(["-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-o"])
-            .arg(&out)
-            .args([format!("-DFMI={fmi}"), format!("-DFAULT={}", fault as u8)])
-            .arg(file("tests/data/fmu/tissue.c"))
-            .arg("-lm")
-            .output()
-            .expect("a C compiler");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        std::fs::read(out).expect("compiled")
-    };
-    compiled.get_or_insert_default().entry((fmi, fault)).or_insert_with(compile).clone()
-}
-
-/// The description of `tests/data/fmu/tissue.c`.
-fn description(fmi: u8) -> String {
-    let variables = [
-        ("x", 1, "input", "Real", "unit=\"m\" start=\"0\""),
-        ("v", 2, "input", "Real", "unit=\"m/s\" start=\"0\""),
-        ("f", 3, "output", "Real", "declaredType=\"Force\""),
-        ("open", 4, "output", "Boolean", ""),
-        ("k", 5, "parameter", "Real", "start=\"200\""),
-        ("b", 6, "parameter", "Real", "start=\"5\""),
-        ("contact", 7, "parameter", "Real", "unit=\"m\" start=\"0\""),
-        ("depth", 8, "parameter", "Real", "unit=\"m\" start=\"1\""),
-        ("layers", 9, "parameter", "Integer", "start=\"1\""),
-        ("shaft", 10, "output", "Real", ""),
-        ("name", 11, "parameter", "String", ""),
-    ];
-    let units = "<UnitDefinitions><Unit name=\"m\"><BaseUnit m=\"1\"/></Unit><Unit name=\"mm\"><BaseUnit m=\"1\" factor=\"0.001\"/></Unit>\
-                 <Unit name=\"m/s\"><BaseUnit m=\"1\" s=\"-1\"/></Unit><Unit name=\"N\"><BaseUnit kg=\"1\" m=\"1\" s=\"-2\"/></Unit></UnitDefinitions>";
-    let each = variables.map(|(name, reference, causality, kind, attributes)| {
-        let head = format!("name=\"{name}\" valueReference=\"{reference}\" causality=\"{causality}\"");
-        let kind_3 = match kind {
-            "Real" => "Float64",
-            "Integer" => "Int32",
-            other => other,
-        };
-        if fmi == 2 {
-            format!("<ScalarVariable {head}><{kind} {attributes}/></ScalarVariable>\n")
-        } else {
-            format!("<{kind_3} {head} {attributes}/>\n")
-        }
-    });
-    let (token, force) = if fmi == 2 {
-        ("guid", "<SimpleType name=\"Force\"><Real unit=\"N\"/></SimpleType>")
-    } else {
-        ("instantiationToken", "<Float64Type name=\"Force\" unit=\"N\"/>")
-    };
-    format!(
-        "<?xml version=\"1.0\"?>\n<fmiModelDescription fmiVersion=\"{fmi}.0\" modelName=\"t\" {token}=\"{{1}}\">\
-         <CoSimulation modelIdentifier=\"tissue\"/>{units}<TypeDefinitions>{force}</TypeDefinitions>\n\
-         <ModelVariables>\n{}</ModelVariables></fmiModelDescription>",
-        each.concat()
-    )
-}
-
-/// A container of files.
-fn container(files: &[(&str, &[u8])]) -> Vec<u8> {
-    let mut zip = ZipWriter::new(Cursor::new(vec![]));
-    for (path, content) in files {
-        zip.start_file(*path, SimpleFileOptions::default()).expect("begun");
-        zip.write_all(content).expect("written");
-    }
-    zip.finish().expect("finished").into_inner()
-}
-
-/// The path of the library in a unit, on this machine.
-fn place(fmi: u8) -> String {
-    let version = if fmi == 2 { trocar_sim::fmu::Version::Two } else { trocar_sim::fmu::Version::Three };
-    format!("binaries/{}/tissue.{}", version.platform(), std::env::consts::DLL_EXTENSION)
-}
-
-fn unit_with(description: &str, fmi: u8, library: &[u8]) -> Vec<u8> {
-    container(&[("modelDescription.xml", description.as_bytes()), (&place(fmi), library)])
-}
-
-fn unit(fmi: u8, fault: Fault) -> Vec<u8> {
-    unit_with(&description(fmi), fmi, &library(fmi, fault))
-}
+use crate::support::test_folder::TestFolder;
+use crate::support::unit::{Fault, container, description, library, place, unit, unit_with};
 
 /// An insertion of 0.4 s, whose tissue is `[tissue]` and below.
 fn insertion(tissue: &str) -> String {
@@ -217,10 +114,7 @@ fn ruptures_and_the_force_on_the_shaft_are_those_of_the_outputs() {
     for fmi in [2, 3] {
         folder.file("tissue.fmu", unit(fmi, Fault::None));
         let with = |more: &str| {
-            insertion(&OF_UNIT.replace(
-                "1e-3\"",
-                &format!("1e-3; depth = 3e-3{more}\"\nruptured = \"open\"\nshaft_force = \"shaft\""),
-            ))
+            insertion(&OF_UNIT.replace("1e-3\"", &format!("1e-3; depth = 3e-3{more}\"\nruptured = \"open\"")))
         };
         let load = |text: String| {
             folder.file("scenario.toml", text);
@@ -293,8 +187,11 @@ fn what_is_no_unit_for_this_tissue_is_refused_before_the_run() {
             container(&[("modelDescription.xml", xml.as_bytes()), ("binaries/c64/tissue.prg", b"")]),
             &["no library for this machine, binaries/", ", but for c64"],
         ),
-        (with("name=\"f\"", "name=\"g\""), &["has no variable \"f\"; each output: g, open, shaft", "scenario.toml:11"]),
-        (with("name=\"x\"", "name=\"y\""), &["has no variable \"x\"; each input: y, v"]),
+        (
+            with("name=\"f\"", "name=\"g\""),
+            &["has no variable \"f\"; each output: g, open, reaction.shaft_force_n", "scenario.toml:11"],
+        ),
+        (with("name=\"x\"", "name=\"z\""), &["has no variable \"x\"; each input: z, v, w"]),
         (with("\"3\" causality=\"output\"", "\"3\" causality=\"local\""), &["\"f\" is not an output"]),
         (with("unit=\"m\" start=\"0\"", "unit=\"mm\" start=\"0\""), &["\"x\" is in mm, and must be in m"]),
         (with("<Real unit=\"N\"/>", "<Real unit=\"m\"/>"), &["\"f\" is in m, and must be in N"]),

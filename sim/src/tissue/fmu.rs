@@ -23,9 +23,6 @@ trocar_core::settings! {
         velocity: Option<String>,
         /// Name of the output with the force on the needle, in N, positive when it resists insertion.
         force: String = "reaction.force_n",
-        /// Name of the output with the part of the force on the shaft, in N; without it reaction.shaft_force_n, where the unit has that
-        /// output, or 0.
-        shaft_force: Option<String>,
         /// Name of the output that turns true, or from 0 to another number, where a layer ruptures; without it reaction.ruptured, where
         /// the unit has that output, or no rupture is known.
         ruptured: Option<String>,
@@ -34,7 +31,8 @@ trocar_core::settings! {
     }
 }
 
-/// The names in units that trocar exports, for keys without a value.
+/// The names in units that trocar exports, for keys without a value, and of an output without a key: the part of the force that acts on
+/// the shaft.
 const VELOCITY: &str = "needle.velocity_m_per_s";
 const SHAFT_FORCE: &str = "reaction.shaft_force_n";
 const RUPTURED: &str = "reaction.ruptured";
@@ -83,8 +81,8 @@ impl UnitTissue {
     /// # Errors
     /// [`UnfitUnit`] for a file that is no unit, a variable that it does not have, or a step that is not possible.
     pub fn open(path: &Path, settings: &FmuSettings, tick_s: f64) -> Result<Self, UnfitUnit> {
-        const KEYS: [&str; 8] = {
-            let mut paths = [""; 8];
+        const KEYS: [&str; 7] = {
+            let mut paths = [""; 7];
             let mut index = 0;
             while index < paths.len() {
                 paths[index] = FmuSettings::KEYS[index].path;
@@ -92,7 +90,7 @@ impl UnitTissue {
             }
             paths
         };
-        let [file, step, position, velocity, force, shaft_force, ruptured, parameters] = KEYS;
+        let [file, step, position, velocity, force, ruptured, parameters] = KEYS;
         let of_unit = |key| move |error| UnfitUnit { key, problem: UnitProblem::Unit(error) };
         let unit = Unit::open_shared(path).map_err(of_unit(file))?;
         let step_s = settings.step_s.unwrap_or(tick_s);
@@ -117,8 +115,8 @@ impl UnitTissue {
             inputs.push(number(velocity, &name, Causality::Input, METRE_PER_SECOND)?);
         }
         let mut outputs = vec![number(force, &settings.force, Causality::Output, NEWTON)?];
-        if let Some(name) = given_or(&settings.shaft_force, SHAFT_FORCE) {
-            outputs.push(number(shaft_force, &name, Causality::Output, NEWTON)?);
+        if has(&SHAFT_FORCE) {
+            outputs.push(number(file, SHAFT_FORCE, Causality::Output, NEWTON)?);
         }
         let ruptured = given_or(&settings.ruptured, RUPTURED)
             .map(|name| readable(&unit, &name).map_err(of_unit(ruptured)))
