@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use trocar::engine::IntegrationError;
+use trocar::engine::EngineError;
 use trocar::metrics::MetricsObserver;
 use trocar::rig::{HapticController, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
@@ -38,10 +38,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-fn allocations(
-    scenario: &Scenario,
-    run: impl FnOnce(&mut MetricsObserver<f64>) -> Result<(), IntegrationError>,
-) -> u64 {
+fn allocations(scenario: &Scenario, run: impl FnOnce(&mut MetricsObserver<f64>) -> Result<(), EngineError>) -> u64 {
     let mut observer = MetricsObserver::<f64>::new(scenario.grid, 4);
     let before = COUNT.with(Cell::get);
     run(&mut observer).expect("runs");

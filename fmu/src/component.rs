@@ -4,7 +4,7 @@ use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use trocar_sim::fmu::{Instance, InstanceError, Scalar};
+use trocar_sim::fmu::{Instance, InstanceError, SavedState, Scalar};
 
 /// Done.
 pub const OK: i32 = 0;
@@ -74,6 +74,55 @@ impl Component {
                 ERROR
             }
         }
+    }
+
+    /// Saves the state, in a new place or in that of an earlier state.
+    ///
+    /// # Safety
+    /// As of [`Component::call`]; `place` is null, or holds null or a state from here that is not freed.
+    #[allow(unsafe_code, reason = "the importing program holds the state as a pointer")]
+    pub unsafe fn save(component: *mut Self, place: *mut *mut SavedState) -> i32 {
+        // SAFETY: as said.
+        let Some(place) = (unsafe { place.as_mut() }) else { return ERROR };
+        let save = |instance: &mut Instance| {
+            let state = instance.save()?;
+            // SAFETY: as said.
+            match unsafe { place.as_mut() } {
+                Some(earlier) => *earlier = state,
+                None => *place = Box::into_raw(Box::new(state)),
+            }
+            Ok(())
+        };
+        // SAFETY: as this function's.
+        unsafe { Self::call(component, save) }
+    }
+
+    /// Returns to a saved state.
+    ///
+    /// # Safety
+    /// As of [`Component::call`]; `state` is null or a state of this unit that is not freed.
+    #[allow(unsafe_code, reason = "the importing program holds the state as a pointer")]
+    pub unsafe fn restore(component: *mut Self, state: *const SavedState) -> i32 {
+        // SAFETY: as said.
+        let Some(state) = (unsafe { state.as_ref() }) else { return ERROR };
+        // SAFETY: as this function's.
+        unsafe { Self::call(component, |instance| instance.restore(state)) }
+    }
+
+    /// Frees a saved state, and sets its place to null.
+    ///
+    /// # Safety
+    /// `place` is null, or holds null or a state from [`Component::save`], which is not used any more.
+    #[allow(unsafe_code, reason = "the importing program holds the state as a pointer")]
+    pub unsafe fn free_state(place: *mut *mut SavedState) -> i32 {
+        // SAFETY: as said.
+        if let Some(place) = unsafe { place.as_mut() }
+            && !place.is_null()
+        {
+            // SAFETY: it is from a box, and freed once.
+            drop(unsafe { Box::from_raw(std::mem::replace(place, std::ptr::null_mut())) });
+        }
+        OK
     }
 
     /// Reads values of one type: `read` takes each to the type of the call.

@@ -3,7 +3,7 @@
 
 use std::ffi::{CStr, CString, c_char, c_void};
 
-use trocar_sim::fmu::Scalar;
+use trocar_sim::fmu::{SavedState, Scalar};
 
 use crate::component::{Component, ERROR, OK, folder_of_uri, text};
 
@@ -104,6 +104,30 @@ pub unsafe extern "C" fn fmi2DoStep(
     unsafe { Component::call(component, |instance| instance.step(step_s)) }
 }
 
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut Component, state: *mut *mut SavedState) -> i32 {
+    // SAFETY: from the instantiation, and null or a state from here.
+    unsafe { Component::save(component, state) }
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut Component, state: *const SavedState) -> i32 {
+    // SAFETY: from the instantiation, and a state of this unit.
+    unsafe { Component::restore(component, state) }
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeFMUstate(_component: *mut Component, state: *mut *mut SavedState) -> i32 {
+    // SAFETY: null or a state from here.
+    unsafe { Component::free_state(state) }
+}
+
 /// Getter and setter of a type.
 macro_rules! values {
     ($($get:ident, $set:ident, $value:ty, $kind:literal, $read:expr, $scalar:expr;)*) => {$(
@@ -168,7 +192,7 @@ macro_rules! constant {
 
 constant! {
     OK: fmi2SetDebugLogging fmi2SetupExperiment fmi2EnterInitializationMode fmi2Terminate;
-    ERROR: fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate fmi2SerializedFMUstateSize fmi2SerializeFMUstate
+    ERROR: fmi2SerializedFMUstateSize fmi2SerializeFMUstate
         fmi2DeSerializeFMUstate fmi2GetDirectionalDerivative fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives
         fmi2CancelStep fmi2GetStatus fmi2GetRealStatus fmi2GetIntegerStatus fmi2GetBooleanStatus fmi2GetStringStatus;
 }

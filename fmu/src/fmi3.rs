@@ -4,7 +4,7 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::path::PathBuf;
 
-use trocar_sim::fmu::Scalar;
+use trocar_sim::fmu::{SavedState, Scalar};
 
 use crate::component::{Component, ERROR, OK, text};
 
@@ -101,6 +101,30 @@ pub unsafe extern "C" fn fmi3DoStep(
     }
 }
 
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetFMUState(component: *mut Component, state: *mut *mut SavedState) -> i32 {
+    // SAFETY: from the instantiation, and null or a state from here.
+    unsafe { Component::save(component, state) }
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetFMUState(component: *mut Component, state: *const SavedState) -> i32 {
+    // SAFETY: from the instantiation, and a state of this unit.
+    unsafe { Component::restore(component, state) }
+}
+
+/// # Safety
+/// As the standard says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeFMUState(_component: *mut Component, state: *mut *mut SavedState) -> i32 {
+    // SAFETY: null or a state from here.
+    unsafe { Component::free_state(state) }
+}
+
 /// Getter and setter of a type.
 macro_rules! values {
     ($($get:ident, $set:ident, $value:ty, $kind:literal, $read:expr, $scalar:expr;)*) => {$(
@@ -175,7 +199,7 @@ constant! {
         fmi3GetFloat32 fmi3SetFloat32 fmi3GetInt8 fmi3SetInt8 fmi3GetUInt8 fmi3SetUInt8 fmi3GetInt16 fmi3SetInt16
         fmi3GetUInt16 fmi3SetUInt16 fmi3GetInt32 fmi3SetInt32 fmi3GetUInt32 fmi3SetUInt32 fmi3GetUInt64 fmi3SetUInt64
         fmi3GetString fmi3SetString fmi3GetBinary fmi3SetBinary fmi3GetClock fmi3SetClock
-        fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState
+        fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies
         fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState fmi3GetDirectionalDerivative
         fmi3GetAdjointDerivative fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal fmi3GetShiftFraction
         fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction fmi3EvaluateDiscreteStates

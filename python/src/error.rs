@@ -40,7 +40,7 @@ pub(crate) fn value(error: impl ToString) -> PyErr {
 pub(crate) fn run(py: Python<'_>, error: &RunError) -> PyErr {
     match error {
         RunError::Scenario(error) => scenario(py, error),
-        other @ RunError::Integration { .. } => PyRuntimeError::new_err(other.to_string()),
+        other @ RunError::Engine { .. } => PyRuntimeError::new_err(other.to_string()),
     }
 }
 

@@ -182,7 +182,7 @@ pub(crate) fn sweep_with<'py>(
             let scenario = maker.scenario(case).map_err(|error| error::sweep(py, &error))?;
             let (outcome, metrics) = match measure_with(py, &scenario, parts)? {
                 Ok(metrics) => (Outcome::of(metrics.outcome), Some(metrics)),
-                Err(RunError::Integration { .. }) => (Outcome::Failed, None),
+                Err(RunError::Engine { .. }) => (Outcome::Failed, None),
                 Err(refused) => return Err(error::sweep(py, &maker.refused(case, refused))),
             };
             let value = |column: &Column| metrics.as_ref().and_then(|metrics| column.value(metrics, None));

@@ -2,12 +2,15 @@
 
 import csv
 import io
+import json
 import subprocess
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+import trocar
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi2 import FMU2Slave  # noqa: E402
@@ -17,7 +20,7 @@ from fmpy.validation import validate_fmu  # noqa: E402
 REPOSITORY = Path(__file__).resolve().parents[2]
 LEVER_M = 0.075
 SAMPLE = ["master_position_m", "slave_position_m", "slave_velocity_m_per_s", "force_n"]
-KINDS = [(kind, version) for kind in ("rig", "simulation") for version in (2, 3)]
+KINDS = [(kind, version) for kind in ("rig", "simulation", "tissue") for version in (2, 3)]
 
 # The scenario of each recording, whose commands follow from its samples alone.
 RECORDED = """
@@ -48,8 +51,8 @@ def export(cli, library, tmp_path_factory):
     def make(scenario, kind, version):
         unit = folder / f"{len(made)}.fmu"
         if (scenario, kind, version) not in made:
-            rig = ["--rig"] if kind == "rig" else []
-            run = cli("export", "fmu", scenario, "--fmi", version, "--library", library, "--out", unit, *rig)
+            which = [] if kind == "simulation" else [f"--{kind}"]
+            run = cli("export", "fmu", scenario, "--fmi", version, "--library", library, "--out", unit, *which)
             assert run.returncode == 0, run.stderr
             made[scenario, kind, version] = unit
         return made[scenario, kind, version]
@@ -126,13 +129,18 @@ def commands(unit, samples, tick_s, outputs):
 
 @pytest.mark.parametrize(("kind", "version"), KINDS)
 def test_fmpy_finds_no_problem(export, kind, version):
-    unit = export("paper/augmented", kind, version)
+    unit = export("layers/skin-augmented" if kind == "tissue" else "paper/augmented", kind, version)
     assert validate_fmu(str(unit)) == []
     description = fmpy.read_model_description(str(unit))
     assert description.fmiVersion == f"{version}.0" and description.license == "MIT OR Apache-2.0"
     parameters = {v.name: v for v in description.modelVariables if v.causality == "parameter"}
-    quiet = parameters["detector.quiet_std_n"]
-    assert float(quiet.start) == 0.02 and float(quiet.min) == 1e-12 and quiet.description and quiet.unit == "N"
+    if kind == "tissue":
+        stiffness = parameters["tissue.skin.stiffness_n_per_m"]
+        assert float(stiffness.start) > 0 and stiffness.description and stiffness.unit == "N/m"
+        assert not [name for name in parameters if not name.startswith("tissue.") and name != "simulation.tick_s"]
+    else:
+        quiet = parameters["detector.quiet_std_n"]
+        assert float(quiet.start) == 0.02 and float(quiet.min) == 1e-12 and quiet.description and quiet.unit == "N"
     with zipfile.ZipFile(unit) as files:
         names = files.namelist()
     assert f"resources/{kind}.toml" in names and "documentation/licenses/LICENSE-MIT.txt" in names
@@ -141,8 +149,9 @@ def test_fmpy_finds_no_problem(export, kind, version):
 @pytest.mark.parametrize(("kind", "version"), KINDS)
 def test_fmpy_simulates(export, kind, version):
     unit = export("layers/skin-augmented", kind, version)
-    output = "command.slave_reference_m" if kind == "rig" else "slave_position_m"
-    start = {} if kind == "rig" else {"person.is_led": False}
+    outputs = {"rig": "command.slave_reference_m", "simulation": "slave_position_m", "tissue": "reaction.force_n"}
+    output = outputs[kind]
+    start = {"person.is_led": False} if kind == "simulation" else {}
     result = fmpy.simulate_fmu(str(unit), stop_time=1.0, output_interval=1e-3, start_values=start, output=[output])
     assert len(result) == 1001 and np.isfinite(result[output]).all()
     assert (result[output].max() > 1e-3) == (kind == "simulation")
@@ -223,6 +232,96 @@ def test_a_wrong_parameter_is_refused(export, version, capfd):
     with pytest.raises(Exception, match="exitInitializationMode|ExitInitializationMode"):
         Slave(unit, {"detector.quiet_std_n": -1.0})
     assert "detector.quiet_std_n" in "".join(capfd.readouterr())
+
+
+@pytest.mark.parametrize(("kind", "version"), KINDS)
+def test_a_state_is_saved_and_restored(export, kind, version):
+    slave = Slave(export("layers/skin-augmented", kind, version))
+    signals = {
+        "rig": ("sample.slave_position_m", "command.stiffness_n_per_m"),
+        "simulation": ("person.position_m", "feedback_force_n"),
+        "tissue": ("needle.position_m", "reaction.force_n"),
+    }
+    into, out = signals[kind]
+
+    def push(first, ticks):
+        found = []
+        for k in range(first, first + ticks):
+            slave.set(into, 2e-5 * k)
+            slave.step(1e-3)
+            found.append(slave.get(out))
+        return found
+
+    push(0, 100)
+    state = slave.fmu.getFMUState() if not slave.is_2 else slave.fmu.getFMUstate()
+    expected = push(100, 100)
+    assert len(set(expected)) > 10
+    for _ in range(2):
+        (slave.fmu.setFMUstate if slave.is_2 else slave.fmu.setFMUState)(state)
+        assert push(100, 100) == expected
+    (slave.fmu.freeFMUstate if slave.is_2 else slave.fmu.freeFMUState)(state)
+    slave.close()
+
+
+def with_unit(folder, scenario, unit, more=""):
+    """A scenario with the tissue of a unit."""
+    path = folder / "with-unit.toml"
+    path.write_text(f'base = "builtin:{scenario}"\n[tissue]\nkind = "fmu"\n[tissue.fmu]\nfile = {str(unit)!r}\n{more}', encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("scenario", ["passivity/late-wall", "layers/skin-augmented", "tearing/yellow-ligament"])
+def test_the_tissue_of_an_imported_unit_is_the_built_in_one(export, cli, tmp_path, scenario, version):
+    imported = with_unit(tmp_path, scenario, export(scenario, "tissue", version))
+    for path in (scenario, imported):
+        made = cli("run", path, "--out", tmp_path, "--quiet")
+        assert made.returncode == 0, made.stderr
+    traces = [(tmp_path / name / "trace.csv").read_bytes() for name in (scenario.split("/")[1], "with-unit")]
+    assert traces[0] == traces[1]
+    summaries = [json.loads((tmp_path / path / "summary.json").read_text()) for path in (scenario.split("/")[1], "with-unit")]
+    times = [[rupture["time_s"] for rupture in summary["ruptures"]] for summary in summaries]
+    assert times[0] == times[1]
+    # And in this process.
+    run = trocar.run(imported)
+    assert np.array_equal(run.tissue_force_n, trocar.run(scenario).tissue_force_n)
+
+
+SPRING = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Spring(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.x = self.v = self.f = 0.0
+        self.k, self.b, self.contact = 1.0, 0.0, 0.0
+        for name in ("x", "v"):
+            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        self.register_variable(Real("f", causality=Fmi2Causality.output))
+        for name in ("k", "b", "contact"):
+            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable))
+
+    def do_step(self, time, step):
+        if self.x < -1.0:
+            raise ValueError("too far out")
+        depth = self.x - self.contact
+        self.f = self.k * depth + self.b * self.v if depth > 0.0 else 0.0
+        return True
+"""
+
+
+def test_a_unit_of_another_program_gives_the_bits_of_the_built_in_tissue(tmp_path):
+    builder = pytest.importorskip("pythonfmu.builder")
+    (tmp_path / "spring.py").write_text(SPRING, encoding="utf-8")
+    unit = builder.FmuBuilder.build_FMU(tmp_path / "spring.py", dest=tmp_path)
+    names = 'position = "x"\nvelocity = "v"\nforce = "f"\nparameters = "k = 1000; contact = 5e-3"\n'
+    imported = with_unit(tmp_path, "passivity/late-wall", unit, names)
+    expected = trocar.run("passivity/late-wall")
+    found = trocar.run(imported)
+    assert expected.tissue_force_n.max() > 1.0
+    assert np.array_equal(found.tissue_force_n, expected.tissue_force_n)
+    assert np.array_equal(found.slave_position_m, expected.slave_position_m)
 
 
 def test_without_a_library_the_remedy_is_named(cli: object, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ pub use warnings::{outside_measured, seeds_without_effect};
 
 use thiserror::Error;
 
-use crate::engine::{IntegrationError, Observer, OwnParts, Trace, Wiring};
+use crate::engine::{EngineError, Observer, OwnParts, Trace, Wiring};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
 use crate::scenario::{Scenario, ScenarioError};
 use crate::teleoperation::LinkReport;
@@ -37,13 +37,13 @@ pub enum RunError {
     /// The scenario cannot be run as written.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The numerical integration failed.
+    /// The numerical integration or the tissue failed.
     #[error("{name}: {source}")]
-    Integration {
+    Engine {
         /// The scenario's name.
         name: String,
-        /// The integrator's error.
-        source: IntegrationError,
+        /// The engine's error.
+        source: EngineError,
     },
 }
 
@@ -144,10 +144,10 @@ pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Obser
 fn with_metrics<O: Observer<f64>>(
     scenario: &Scenario,
     observer: O,
-    run: impl FnOnce(&mut (MetricsObserver<f64>, O)) -> Result<(), IntegrationError>,
+    run: impl FnOnce(&mut (MetricsObserver<f64>, O)) -> Result<(), EngineError>,
 ) -> Result<Metrics, RunError> {
     let mut observers = (metrics_observer(scenario), observer);
-    run(&mut observers).map_err(|source| RunError::Integration { name: scenario.name.clone(), source })?;
+    run(&mut observers).map_err(|source| RunError::Engine { name: scenario.name.clone(), source })?;
     Ok(observers.0.metrics(0))
 }
 

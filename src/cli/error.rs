@@ -275,7 +275,7 @@ impl CliError {
             Self::Interrupted { .. }
             | Self::Warnings { .. }
             | Self::Stability(_)
-            | Self::Run(RunError::Integration { .. })
+            | Self::Run(RunError::Engine { .. })
             | Self::Output(_)
             | Self::Picture(_)
             | Self::Html(_)

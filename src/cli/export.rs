@@ -19,6 +19,8 @@ Examples:
       the controller of a rig: samples in, commands out
   trocar export fmu layers/skin-augmented --fmi 2
       the whole simulation: the person's position in
+  trocar export fmu layers/skin-augmented --tissue
+      its tissue alone: the needle's position and velocity in, the force out
 
 The unit contains a library, which cargo build --release -p trocar-fmu makes beside trocar.";
 
@@ -49,6 +51,9 @@ pub(super) struct ExportArgs {
     /// Export the controller of a rig instead of the whole simulation
     #[arg(long)]
     rig: bool,
+    /// Export the tissue alone: position and velocity of the needle in, force out
+    #[arg(long, conflicts_with = "rig")]
+    tissue: bool,
     #[arg(long = "set", value_name = "SECTION.KEY=VALUE", help = SET_ONE)]
     settings: Vec<String>,
     /// The library for the unit; without it, the one beside this program
@@ -73,7 +78,11 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     if out.exists() && !args.force {
         return Err(CliError::Exists { path: out.display().to_string() });
     }
-    let model = if args.rig { Model::Rig } else { Model::Simulation };
+    let (model, what) = match (args.rig, args.tissue) {
+        (true, _) => (Model::Rig, "the controller of a rig"),
+        (_, true) => (Model::Tissue, "the tissue"),
+        _ => (Model::Simulation, "the whole simulation"),
+    };
     let version = if args.fmi == "2" { Version::Two } else { Version::Three };
     let mut unit = Unit::new(&source, &args.settings, (model, version), library(args.library.as_deref())?)?;
     unit.files.extend(LICENCES.map(|(name, text)| (format!("documentation/licenses/{name}.txt"), text.into())));
@@ -82,7 +91,6 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     if args.quiet {
         return Ok(());
     }
-    let what = if args.rig { "the controller of a rig" } else { "the whole simulation" };
     terminal::print(&format!("{}: {what}, FMI {}.0, {count} files\n", out.display(), args.fmi))
 }
 

@@ -164,6 +164,9 @@ fn a_rigs_unit_gives_the_commands_of_rust_on_the_augmented_insertion() {
 /// A run of half a second through a surface.
 const SHORT: &str = "base = \"builtin:layers/skin-augmented\"\nsimulation.duration_s = 0.5\n";
 
+/// An insertion through the skin.
+const LAYERED: &str = "base = \"builtin:layers/skin-augmented\"\nsimulation.duration_s = 4.0\n";
+
 #[test]
 fn a_simulations_unit_with_its_own_person_is_the_run() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Three);
@@ -238,6 +241,72 @@ fn what_is_derived_follows_a_changed_parameter_and_a_parameter_at_its_start_chan
 }
 
 #[test]
+fn a_tissues_unit_gives_the_forces_of_the_run() {
+    let unit = Unpacked::of(LAYERED, Model::Tissue, Version::Three);
+    let source = Source::Text { name: "same".into(), text: LAYERED.into() };
+    let found = run(Scenario::load(&source, &[]).expect("loads")).expect("runs");
+    let trace = &found.trace;
+    let mut instance = unit.instance();
+    instance.initialise().expect("its own parameters");
+    let mut ruptures = vec![];
+    for k in 0..trace.len() {
+        unit.set(&mut instance, "needle.position_m", Scalar::Real(trace.slave_position_m[k]));
+        unit.set(&mut instance, "needle.velocity_m_per_s", Scalar::Real(trace.slave_velocity_m_per_s[k]));
+        instance.step(1e-3).expect("a tick");
+        assert_eq!(unit.bits(&instance, "reaction.force_n"), trace.tissue_force_n[k].to_bits(), "tick {k}");
+        if unit.bits(&instance, "reaction.ruptured") == 1 {
+            ruptures.push(trace.time_s[k]);
+        }
+    }
+    let expected: Vec<f64> = found.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
+    assert!(!expected.is_empty());
+    assert_eq!(ruptures, expected);
+    let names: Vec<&str> = unit.variables.iter().map(|variable| variable.name).collect();
+    assert!(names.contains(&"tissue.skin.stiffness_n_per_m") && !names.contains(&"scaling.force"), "{names:?}");
+}
+
+/// Steps a unit through `ticks` ticks from `first` on, and returns the bits of an output after each.
+fn stepped(
+    unit: &Unpacked,
+    instance: &mut Instance,
+    (input, output): (&str, &str),
+    first: u32,
+    ticks: u32,
+) -> Vec<u64> {
+    let each = (first..first + ticks).map(|k| {
+        // A push with a knock, so that each tick differs.
+        unit.set(instance, input, Scalar::Real(1e-5 * f64::from(k) + 1e-6 * f64::from(k % 7)));
+        instance.step(1e-3).expect("a tick");
+        unit.bits(instance, output)
+    });
+    each.collect()
+}
+
+#[test]
+fn a_restored_state_gives_the_same_again() {
+    for (text, model, signals) in [
+        (SHORT, Model::Rig, ("sample.slave_position_m", "command.stiffness_n_per_m")),
+        (SHORT, Model::Simulation, ("person.position_m", "feedback_force_n")),
+        (LAYERED, Model::Tissue, ("needle.position_m", "reaction.force_n")),
+    ] {
+        let unit = Unpacked::of(text, model, Version::Two);
+        let mut instance = unit.instance();
+        let fresh = instance.save().expect("before the initialisation");
+        instance.initialise().expect("its own parameters");
+        stepped(&unit, &mut instance, signals, 0, 200);
+        let state = instance.save().expect("saved");
+        let expected = stepped(&unit, &mut instance, signals, 200, 100);
+        stepped(&unit, &mut instance, signals, 0, 50);
+        for _ in 0..2 {
+            instance.restore(&state).expect("restored");
+            assert_eq!(stepped(&unit, &mut instance, signals, 200, 100), expected, "{model:?}");
+        }
+        instance.restore(&fresh).expect("restored");
+        assert!(instance.step(1e-3).is_err(), "not initialised");
+    }
+}
+
+#[test]
 fn what_a_unit_refuses_it_names() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Three);
     let mut instance = unit.instance();
@@ -266,7 +335,7 @@ fn what_a_unit_refuses_it_names() {
     let error = Instance::load(&unit.resources(), "{another}").expect_err("foreign").to_string();
     assert!(error.contains("export it again"), "{error}");
     let error = Instance::load(&file("docs"), &unit.token).expect_err("no scenario").to_string();
-    assert!(error.contains("neither rig.toml nor simulation.toml"), "{error}");
+    assert!(error.contains("no rig.toml, simulation.toml or tissue.toml"), "{error}");
 }
 
 #[test]

@@ -16,6 +16,8 @@ mod estimators;
 mod explore;
 mod figures;
 mod fmu;
+#[cfg(unix)]
+mod fmu_import;
 mod instruction_sets;
 mod intent;
 mod keys;

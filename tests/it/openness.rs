@@ -43,6 +43,14 @@ const TISSUES: &[Part] = &[
     ("generalised.rs", &["Generalised", "GeneralisedSettings"], &[]),
     ("layers.rs", &["Layers", "LayersParameters"], &WIRED),
     ("tearing.rs", &["Tearing", "TearingSettings"], &[]),
+    (
+        "fmu.rs",
+        &["Fmu", "FmuSettings"],
+        &[
+            ("sim/src/scenario/specs.rs", "what opens the unit's file"),
+            ("sim/src/scenario/parts.rs", "what instantiates it"),
+        ],
+    ),
 ];
 
 const FORCE_LAWS: &[Part] = &[

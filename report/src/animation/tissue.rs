@@ -207,7 +207,8 @@ fn named_layers(scenario: &Scenario) -> Vec<NamedLayer> {
         TissueSettings::Recording(_)
         | TissueSettings::KelvinVoigt(_)
         | TissueSettings::HuntCrossley(_)
-        | TissueSettings::Generalised(_) => vec![],
+        | TissueSettings::Generalised(_)
+        | TissueSettings::Fmu(_) => vec![],
     }
 }
 

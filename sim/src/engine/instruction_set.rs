@@ -5,7 +5,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::{Avx2, Avx512};
-use super::{Engine, IntegrationError, Observer, Plants, Wiring};
+use super::{Engine, EngineError, Observer, Plants, Wiring};
 use crate::lane::Lane;
 
 /// The instruction set for several cases. All give the same bits.
@@ -54,7 +54,7 @@ impl InstructionSet {
 pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine: &mut Engine<P, W>,
     observer: &mut O,
-) -> Result<(), IntegrationError> {
+) -> Result<(), EngineError> {
     #[cfg(target_arch = "x86_64")]
     if InstructionSet::Avx2.is_available() {
         // SAFETY: the check above shows that the machine has the instructions of the function.
@@ -64,10 +64,11 @@ pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
 }
 
 /// Runs an engine in the registers of every machine. The observer is called dynamically.
+#[inline(never)]
 pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring>(
     engine: &mut Engine<P, W>,
     mut observer: &mut dyn Observer<W::Lane>,
-) -> Result<(), IntegrationError> {
+) -> Result<(), EngineError> {
     engine.run_ticks(&mut observer)
 }
 
@@ -76,7 +77,7 @@ pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring>(
 fn run_avx2<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine: &mut Engine<P, W>,
     observer: &mut O,
-) -> Result<(), IntegrationError> {
+) -> Result<(), EngineError> {
     engine.run_ticks(observer)
 }
 
@@ -89,7 +90,7 @@ pub(crate) trait Wide: Lane {
     fn run<P: Plants<Self>, W: Wiring<Lane = Self>, O: Observer<Self>>(
         engine: &mut Engine<P, W>,
         observer: &mut O,
-    ) -> Result<(), IntegrationError>;
+    ) -> Result<(), EngineError>;
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -101,7 +102,7 @@ macro_rules! wide {
                 fn run<P: Plants<Self>, W: Wiring<Lane = Self>, O: Observer<Self>>(
                     engine: &mut Engine<P, W>,
                     observer: &mut O,
-                ) -> Result<(), IntegrationError> {
+                ) -> Result<(), EngineError> {
                     // SAFETY: such a number exists only if the machine has the instructions.
                     unsafe { run(engine, observer) }
                 }
@@ -111,7 +112,7 @@ macro_rules! wide {
             fn run<P: Plants<$Number>, W: Wiring<Lane = $Number>, O: Observer<$Number>>(
                 engine: &mut Engine<P, W>,
                 observer: &mut O,
-            ) -> Result<(), IntegrationError> {
+            ) -> Result<(), EngineError> {
                 engine.run_ticks(observer)
             }
         };

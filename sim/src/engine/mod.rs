@@ -17,6 +17,7 @@
 mod column;
 #[cfg(target_arch = "x86_64")]
 mod eight;
+mod error;
 mod exact;
 mod instruction_set;
 mod integrated;
@@ -38,6 +39,7 @@ mod wired;
 pub use column::{ColumnValues, TraceColumn};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use eight::{Avx2, Avx512};
+pub use error::EngineError;
 pub use exact::ExactPlants;
 pub(crate) use exact::GatheredPlants;
 pub use instruction_set::InstructionSet;
@@ -78,23 +80,24 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
     /// Runs every tick of the grid, or until the observer is done. Nothing is allocated during the run.
     ///
     /// # Errors
-    /// [`IntegrationError`] if the plants are integrated numerically and the integrator fails.
-    pub fn run<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+    /// [`EngineError`] if the plants are integrated numerically and the integrator fails, or if the tissue fails.
+    pub fn run<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         self.run_ticks(observer)
     }
 
     /// [`Engine::run`] in the instruction set of the function that inlines it.
     #[inline(always)]
-    fn run_ticks<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+    fn run_ticks<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         let mut desired_m = self.parts.begin();
         for tick in 0..self.grid.ticks() {
             interrupt::check_at(tick);
             match self.parts.tick(tick, desired_m, &mut self.plants, observer) {
                 ControlFlow::Continue(next) => desired_m = next,
-                ControlFlow::Break(outcome) => return outcome,
+                // Without a number from the tissue, the run ends in many ways, of which it is the reason.
+                ControlFlow::Break(outcome) => return self.parts.tissue_outcome().and(outcome),
             }
         }
-        Ok(())
+        self.parts.tissue_outcome()
     }
 }
 

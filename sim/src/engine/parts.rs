@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::signals::{Desired, FedBack, Sensed};
-use super::{IntegrationError, MasterReading, Observer, Plants, Signals, SlaveReading};
+use super::{EngineError, MasterReading, Observer, Plants, Signals, SlaveReading};
 use crate::augmentation::{AnyForceLaw, ForceLaw, HeldReference, MotionLaw, Situation, SlaveCommand, Supervisor};
 use crate::chain::Chain;
 use crate::detection::Detector;
@@ -30,7 +30,13 @@ pub trait Wiring {
         desired_m: Self::Lane,
         plants: &mut P,
         observer: &mut O,
-    ) -> ControlFlow<Result<(), IntegrationError>, Self::Lane>;
+    ) -> ControlFlow<Result<(), EngineError>, Self::Lane>;
+
+    /// Whether the tissue is able to go on. Not part of a tick: a failed tissue gives forces that are not numbers.
+    ///
+    /// # Errors
+    /// [`EngineError::Tissue`].
+    fn tissue_outcome(&self) -> Result<(), EngineError>;
 
     /// The report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
     fn link_report(&self, index: usize) -> Option<LinkReport>;
@@ -168,7 +174,7 @@ where
         desired_m: L,
         plants: &mut P,
         observer: &mut Ob,
-    ) -> ControlFlow<Result<(), IntegrationError>, L> {
+    ) -> ControlFlow<Result<(), EngineError>, L> {
         // 1. read both plants
         let (master, slave) = (plants.master(), plants.slave());
         let at_master = of_master(&master);
@@ -192,8 +198,12 @@ where
         let reference_m = self.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
         match plants.step(desired_m, desired_next_m, fed_back.force_n, reference_m) {
             Ok(()) => ControlFlow::Continue(desired_next_m),
-            Err(error) => ControlFlow::Break(Err(error)),
+            Err(error) => ControlFlow::Break(Err(error.into())),
         }
+    }
+
+    fn tissue_outcome(&self) -> Result<(), EngineError> {
+        self.tissue.failure().map_or(Ok(()), |failure| Err(failure.clone().into()))
     }
 
     fn link_report(&self, index: usize) -> Option<LinkReport> {

@@ -5,7 +5,7 @@
 
 use super::parts::of_master;
 use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
-use super::{Any, Engine, IntegrationError, Observer, Plants, Signals, Wiring};
+use super::{Any, Engine, EngineError, Observer, Plants, Signals, Wiring};
 use crate::teleoperation::{Connection as _, Received, ToMaster, ToSlave};
 
 /// The engine of a side.
@@ -56,12 +56,8 @@ impl MasterSide {
     /// and the master moves to the next tick.
     ///
     /// # Errors
-    /// [`IntegrationError`].
-    pub fn step(
-        &mut self,
-        received: &Received<f64, 5>,
-        observer: &mut dyn Observer<f64>,
-    ) -> Result<(), IntegrationError> {
+    /// [`EngineError`].
+    pub fn step(&mut self, received: &Received<f64, 5>, observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let master = plants.master();
         let at_master = of_master(&master);
@@ -126,12 +122,12 @@ impl SlaveSide {
     /// to the next tick. Returns what the slave sends.
     ///
     /// # Errors
-    /// [`IntegrationError`].
+    /// [`EngineError`].
     pub fn step(
         &mut self,
         received: &Received<f64, 4>,
         observer: &mut dyn Observer<f64>,
-    ) -> Result<ToMaster<f64>, IntegrationError> {
+    ) -> Result<ToMaster<f64>, EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let slave = plants.slave();
         let sensed = parts.sense(self.tick, &slave);
@@ -139,6 +135,7 @@ impl SlaveSide {
         let command = parts.command_slave(self.tick, hand_m, &sensed);
         let sent = parts.link.slave_sends(command.mode, &sensed.at_slave);
         observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, sensed, command)));
+        parts.tissue_outcome()?;
         let reference_m = parts.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
         plants.step(0.0, 0.0, 0.0, reference_m)?;
         self.tick += 1;

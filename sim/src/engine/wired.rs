@@ -1,6 +1,6 @@
 //! The combinations of parts for which the engine is compiled.
 
-use super::{Engine, IntegrationError, Observer, Parts, Plants, ScheduledAlarms, Wiring, instruction_set};
+use super::{Engine, EngineError, Observer, Parts, Plants, ScheduledAlarms, Wiring, instruction_set};
 use crate::detection::{CusumDetector, SquaredResidual};
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::{LANES, Lane, of_each};
@@ -34,7 +34,7 @@ macro_rules! wirings {
             ///
             /// # Errors
             /// As [`Engine::run`].
-            pub fn run(&mut self, mut observer: &mut dyn Observer<L>) -> Result<(), IntegrationError> {
+            pub fn run(&mut self, mut observer: &mut dyn Observer<L>) -> Result<(), EngineError> {
                 self.run_compiled(&mut observer)
             }
 
@@ -43,7 +43,7 @@ macro_rules! wirings {
             ///
             /// # Errors
             /// As [`Engine::run`].
-            pub fn run_compiled<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+            pub fn run_compiled<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
                 match self {
                     $(Self::$Wiring(engine) => instruction_set::run(engine, observer),)*
                 }
@@ -53,7 +53,7 @@ macro_rules! wirings {
             ///
             /// # Errors
             /// As [`Engine::run`].
-            pub fn run_portably(&mut self, observer: &mut dyn Observer<L>) -> Result<(), IntegrationError> {
+            pub fn run_portably(&mut self, observer: &mut dyn Observer<L>) -> Result<(), EngineError> {
                 match self {
                     $(Self::$Wiring(engine) => instruction_set::run_portably(engine, observer),)*
                 }
@@ -63,7 +63,7 @@ macro_rules! wirings {
             ///
             /// # Errors
             /// As [`Engine::run`].
-            pub(crate) fn run_wide<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), IntegrationError>
+            pub(crate) fn run_wide<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError>
             where
                 L: instruction_set::Wide,
             {

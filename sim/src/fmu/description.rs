@@ -3,40 +3,10 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use trocar_fmu_import::Version;
+
 use super::variables::{Causality, Model, Scalar, Type, Variable};
 use crate::scenario::Scenario;
-
-/// A version of the standard.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
-    /// FMI 2.0.
-    Two,
-    /// FMI 3.0.
-    Three,
-}
-
-impl Version {
-    /// The folder of the library for this machine.
-    #[must_use]
-    pub fn platform(self) -> String {
-        let (system, architecture) = (std::env::consts::OS, std::env::consts::ARCH);
-        match self {
-            Self::Two => {
-                let system = match system {
-                    "windows" => "win",
-                    "macos" => "darwin",
-                    other => other,
-                };
-                // The standard has names for machines of 32 and 64 bits, and not for their architecture.
-                format!("{system}{}", usize::BITS)
-            }
-            Self::Three => {
-                let system = if system == "macos" { "darwin" } else { system };
-                format!("{architecture}-{system}")
-            }
-        }
-    }
-}
 
 /// A text as the value of an attribute.
 fn escaped(text: &str) -> String {
@@ -200,18 +170,19 @@ pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: 
         Model::Simulation => {
             "Bilateral teleoperation of a needle insertion: the person's position in; positions, forces, mode out."
         }
+        Model::Tissue => "Tissue that a needle enters: position and velocity of the needle in, force out.",
     };
     let (fmi, identity, version_attributes) = match version {
         Version::Two => (
             "2.0",
             "guid",
-            "canHandleVariableCommunicationStepSize=\"true\" canNotUseMemoryManagementFunctions=\"true\"".to_owned(),
+            "canHandleVariableCommunicationStepSize=\"true\" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\"".to_owned(),
         ),
         Version::Three => (
             "3.0",
             "instantiationToken",
             format!(
-                "canHandleVariableCommunicationStepSize=\"true\" fixedInternalStepSize=\"{:?}\"",
+                "canHandleVariableCommunicationStepSize=\"true\" canGetAndSetFMUState=\"true\" fixedInternalStepSize=\"{:?}\"",
                 scenario.grid.tick_s()
             ),
         ),

@@ -13,12 +13,13 @@ use crate::rig::{HapticController, Sample};
 use crate::run::{RunError, SteppedRun};
 use crate::scenario::{Scenario, ScenarioError, Source};
 use crate::time::whole_ticks;
+use crate::tissue::{AnyTissue, Tissue as _, TissueFailure};
 
 /// The error of a unit.
 #[derive(Debug, Error)]
 pub enum InstanceError {
     /// There is no scenario in the unit.
-    #[error("{folder} contains neither rig.toml nor simulation.toml: unpack the whole unit, with its resources")]
+    #[error("{folder} contains no rig.toml, simulation.toml or tissue.toml: unpack the whole unit, with its resources")]
     NoScenario {
         /// The folder of the resources.
         folder: String,
@@ -37,6 +38,9 @@ pub enum InstanceError {
     /// The simulation cannot be run.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The tissue cannot go on.
+    #[error(transparent)]
+    Tissue(#[from] TissueFailure),
     /// A number that no variable has, or of another type.
     #[error("there is no {kind} variable with the reference {reference}")]
     NoVariable {
@@ -92,10 +96,24 @@ pub enum InstanceError {
 
 /// What runs.
 #[derive(Debug)]
-enum Running {
+pub(super) enum Running {
     Nothing,
-    Rig { controller: Box<HapticController>, tick_s: f64 },
-    Simulation { run: Box<SteppedRun>, tick_s: f64, has_ended: bool },
+    Rig {
+        controller: Box<HapticController>,
+        tick_s: f64,
+    },
+    /// Also where the person was led at each tick, in m; NaN where it was not.
+    Simulation {
+        run: Box<SteppedRun>,
+        tick_s: f64,
+        has_ended: bool,
+        led_m: Vec<f64>,
+    },
+    Tissue {
+        tissue: Box<AnyTissue<f64>>,
+        tick_s: f64,
+        tick: u64,
+    },
 }
 
 /// A running unit: its variables and what they control.
@@ -104,10 +122,10 @@ pub struct Instance {
     model: Model,
     source: Source,
     variables: Vec<Variable>,
-    values: Vec<Scalar>,
+    pub(super) values: Vec<Scalar>,
     /// The place of each reference.
     places: HashMap<u32, usize>,
-    running: Running,
+    pub(super) running: Running,
 }
 
 impl Instance {
@@ -118,7 +136,7 @@ impl Instance {
     pub fn load(resources: &Path, given_token: &str) -> Result<Self, InstanceError> {
         let has = |model: &Model| resources.join(model.file()).is_file();
         let no_scenario = || InstanceError::NoScenario { folder: resources.display().to_string() };
-        let model = [Model::Rig, Model::Simulation].into_iter().find(has).ok_or_else(no_scenario)?;
+        let model = Model::ALL.into_iter().find(has).ok_or_else(no_scenario)?;
         let source = Source::Disk(resources.join(model.file()));
         if token(model, &source.read()?) != given_token {
             return Err(InstanceError::Foreign);
@@ -212,8 +230,9 @@ impl Instance {
             }
             Model::Simulation => {
                 let run = Box::new(SteppedRun::new(scenario, OwnParts::default())?);
-                Running::Simulation { run, tick_s, has_ended: false }
+                Running::Simulation { run, tick_s, has_ended: false, led_m: vec![] }
             }
+            Model::Tissue => Running::Tissue { tissue: Box::new(scenario.tissue_part()?), tick_s, tick: 0 },
         };
         Ok(())
     }
@@ -223,7 +242,9 @@ impl Instance {
     /// # Errors
     /// A step that is not a whole number of ticks, one after the end of the scenario, or a run that cannot go on.
     pub fn step(&mut self, step_s: f64) -> Result<(), InstanceError> {
-        let (Running::Rig { tick_s, .. } | Running::Simulation { tick_s, .. }) = self.running else {
+        let (Running::Rig { tick_s, .. } | Running::Simulation { tick_s, .. } | Running::Tissue { tick_s, .. }) =
+            self.running
+        else {
             return Err(InstanceError::NotInitialised);
         };
         let ticks = whole_ticks(step_s, tick_s).filter(|ticks| *ticks > 0);
@@ -250,7 +271,21 @@ impl Instance {
                 rest.iter_mut().zip(rig_outputs(&command)).for_each(|(value, output)| *value = output);
                 Ok(())
             }
-            Running::Simulation { run, has_ended, .. } => {
+            Running::Tissue { tissue, tick, .. } => {
+                let reaction = tissue.react(*tick, number(0), number(1));
+                *tick += 1;
+                if let Some(failure) = tissue.failure() {
+                    return Err(InstanceError::Tissue(failure.clone()));
+                }
+                let outputs = [
+                    Scalar::Real(reaction.force_n),
+                    Scalar::Real(tissue.shaft_force_n()),
+                    Scalar::Boolean(reaction.ruptured),
+                ];
+                rest.iter_mut().zip(outputs).for_each(|(value, output)| *value = output);
+                Ok(())
+            }
+            Running::Simulation { run, has_ended, led_m: log, .. } => {
                 if *has_ended {
                     return Err(InstanceError::Ended { ticks: run.ticks() });
                 }
@@ -259,6 +294,7 @@ impl Instance {
                 if let Some(position_m) = led_m.filter(|position_m| !position_m.is_finite()) {
                     return Err(InstanceError::Position { position_m });
                 }
+                log.push(led_m.unwrap_or(f64::NAN));
                 *has_ended = !run.step(led_m)?;
                 let columns = run.trace().columns();
                 for (value, column) in rest.iter_mut().zip(&columns[FIRST_COLUMN..]) {

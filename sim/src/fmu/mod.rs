@@ -10,10 +10,13 @@
 
 mod description;
 mod instance;
+mod state;
 mod unit;
 mod variables;
 
-pub use description::{Version, describe};
+pub use description::describe;
 pub use instance::{Instance, InstanceError};
+pub use state::SavedState;
+pub use trocar_fmu_import::Version;
 pub use unit::{Unit, UnitError};
 pub use variables::{Causality, Model, Scalar, Type, Variable};

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use thiserror::Error;
+use trocar_fmu_import::Version;
 
-use super::description::{Version, describe};
+use super::description::describe;
 use super::variables::Model;
 use crate::scenario::{Scenario, ScenarioError, Source, Values};
 

@@ -11,6 +11,8 @@ pub enum Model {
     Rig,
     /// The whole simulation: the person's position in; positions, forces and mode out.
     Simulation,
+    /// The tissue alone: position and velocity of the needle in, force out.
+    Tissue,
 }
 
 /// The role of a variable.
@@ -162,13 +164,35 @@ fn simulation_outputs() -> Vec<Declared> {
     TRACE_COLUMNS[FIRST_COLUMN..].iter().map(|column| (column.name, kind(column.name), column.meaning)).collect()
 }
 
+/// The inputs of a tissue.
+const TISSUE_INPUTS: [Declared; 2] = [
+    ("needle.position_m", NUMBER, "Position of the needle, growing into the tissue."),
+    ("needle.velocity_m_per_s", NUMBER, "Velocity of the needle."),
+];
+
+/// The outputs of a tissue.
+const TISSUE_OUTPUTS: [Declared; 3] = [
+    ("reaction.force_n", NUMBER, "Force of the tissue on the needle, positive when it resists insertion."),
+    ("reaction.shaft_force_n", NUMBER, "Part of that force that acts on the shaft, not on the tip."),
+    ("reaction.ruptured", Type::Boolean, "Whether a layer ruptures in this step."),
+];
+
+/// The parameters of a tissue: its section, and the tick, without the rest of the scenario.
+fn is_of_tissue(key: &Key) -> bool {
+    key.path.starts_with("tissue.") || key.path == "simulation.tick_s"
+}
+
 impl Model {
+    /// All models.
+    pub const ALL: [Self; 3] = [Self::Rig, Self::Simulation, Self::Tissue];
+
     /// The name of the scenario's file in the unit, which states the model.
     #[must_use]
     pub fn file(self) -> &'static str {
         match self {
             Self::Rig => "rig.toml",
             Self::Simulation => "simulation.toml",
+            Self::Tissue => "tissue.toml",
         }
     }
 
@@ -178,6 +202,7 @@ impl Model {
         match self {
             Self::Rig => "trocar_rig",
             Self::Simulation => "trocar_simulation",
+            Self::Tissue => "trocar_tissue",
         }
     }
 
@@ -187,6 +212,7 @@ impl Model {
         let (inputs, outputs) = match self {
             Self::Rig => (RIG_INPUTS.to_vec(), RIG_OUTPUTS.to_vec()),
             Self::Simulation => (SIMULATION_INPUTS.to_vec(), simulation_outputs()),
+            Self::Tissue => (TISSUE_INPUTS.to_vec(), TISSUE_OUTPUTS.to_vec()),
         };
         let declared = |causality, first, list: Vec<Declared>| {
             list.into_iter().zip(first..).map(move |((name, kind, meaning), reference)| Variable {
@@ -214,8 +240,9 @@ impl Model {
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
         let values: Vec<(&'static Key, Option<Value>)> = match self {
             Self::Rig => scenario.rig_values().collect(),
-            Self::Simulation => {
-                let acts = |key: &&Key| scenario.values().is_acting(key);
+            Self::Simulation | Self::Tissue => {
+                let is_included = |key: &Key| self == Self::Simulation || is_of_tissue(key);
+                let acts = |key: &&Key| is_included(key) && scenario.values().is_acting(key);
                 KEYS.iter().filter(acts).map(|key| (key, scenario.values().get(key.path).cloned())).collect()
             }
         };

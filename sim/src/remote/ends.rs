@@ -4,7 +4,7 @@ use super::counters::Counters;
 use super::endpoint::{Endpoint, Trip};
 use super::packet::{PACKET_BYTES, Role};
 use super::seal::Session;
-use crate::engine::{IntegrationError, MasterSide, Observer, Signals, SlaveSide, Trace};
+use crate::engine::{EngineError, MasterSide, Observer, Signals, SlaveSide, Trace};
 use crate::run::empty_trace;
 use crate::scenario::{Scenario, ScenarioError};
 
@@ -67,8 +67,8 @@ impl MasterEnd {
     /// The second half of a tick, with what has been taken.
     ///
     /// # Errors
-    /// [`IntegrationError`].
-    pub fn step(&mut self) -> Result<(), IntegrationError> {
+    /// [`EngineError`].
+    pub fn step(&mut self) -> Result<(), EngineError> {
         self.meter.add(self.endpoint.other_energy_j(), self.side.energy_j());
         self.side.step(&self.endpoint.at_next_tick(), &mut self.trace)
     }
@@ -141,8 +141,8 @@ impl SlaveEnd {
     /// A tick, with what has been taken, at a time (ns since tick 0). Returns the packet for the master.
     ///
     /// # Errors
-    /// [`IntegrationError`].
-    pub fn step(&mut self, now_ns: i64) -> Result<[u8; PACKET_BYTES], IntegrationError> {
+    /// [`EngineError`].
+    pub fn step(&mut self, now_ns: i64) -> Result<[u8; PACKET_BYTES], EngineError> {
         let tick = self.side.tick();
         let received = self.endpoint.at_next_tick();
         let message = self.side.step(&received, &mut (&mut self.trace, &mut self.events))?;

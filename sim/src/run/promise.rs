@@ -5,6 +5,7 @@ use trocar_core::settings::Source as _;
 use crate::plant::Coupling;
 use crate::scenario::{Scenario, TissueSpec};
 use crate::teleoperation::Scheme;
+use crate::tissue::TissueSettings;
 use crate::warning::{Code, Warning};
 
 /// A reason for which a scheme cannot promise `E_m - E_s >= -E_0`: the key, the sentence, the remedy.
@@ -76,6 +77,11 @@ fn tissue(scenario: &Scenario) -> Option<Gap> {
                 "raise passivity.max_stiffness_n_per_m",
             )
         }
+        TissueSpec::Unit(_) => (
+            TissueSettings::KEY.path,
+            "the energy that an FMU gives is unknown".to_owned(),
+            "a run compares the true energy with the promise",
+        ),
         TissueSpec::Depth { .. } => return None,
     };
     Some((key, reason, remedy))

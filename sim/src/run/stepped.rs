@@ -62,7 +62,7 @@ impl SteppedRun {
     /// `desired_m` (m), between both ticks linear; with `None`, that of the operator. Returns whether there are more ticks.
     ///
     /// # Errors
-    /// [`RunError::Integration`].
+    /// [`RunError::Engine`].
     pub fn step(&mut self, desired_m: Option<f64>) -> Result<bool, RunError> {
         if self.has_ended {
             return Ok(false);
@@ -74,12 +74,23 @@ impl SteppedRun {
             ControlFlow::Break(outcome) => {
                 self.has_ended = true;
                 let name = self.scenario.name.clone();
-                outcome.map_err(|source| RunError::Integration { name, source })?;
+                let outcome = engine.parts.tissue_outcome().and(outcome);
+                outcome.map_err(|source| RunError::Engine { name, source })?;
             }
         }
         self.tick += 1;
+        if self.tick >= engine.grid.ticks() {
+            let name = self.scenario.name.clone();
+            engine.parts.tissue_outcome().map_err(|source| RunError::Engine { name, source })?;
+        }
         self.has_ended |= self.tick >= engine.grid.ticks();
         Ok(!self.has_ended)
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
     }
 
     /// The number of ticks so far.

@@ -6,17 +6,18 @@ use std::sync::Arc;
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::resolve::{DelayTicks, Scenario};
-use super::specs::OperatorSpec;
+use super::specs::{OperatorSpec, TissueSpec};
 use super::steps::Steps;
 use crate::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::engine::{
-    Any, Engine, ExactPlants, FractionalDelayPlants, IntegratedPlants, IntegrationError, LimitedPlants, MasterSide,
+    Any, Engine, EngineError, ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants, MasterSide,
     Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
 };
 use crate::lane::Lane;
 use crate::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
 use crate::plant::{MasterStep, PlantError, SlaveStep};
 use crate::teleoperation::LinkReport;
+use crate::tissue::{AnyTissue, UnitTissue};
 
 /// An engine of any kind.
 #[derive(Debug, Clone)]
@@ -36,7 +37,7 @@ impl ScenarioEngine {
     ///
     /// # Errors
     /// As [`Engine::run`].
-    pub fn run(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), IntegrationError> {
+    pub fn run(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         match self {
             Self::Exact(engine) => engine.run(observer),
             Self::Limited(engine) => engine.run(&mut observer),
@@ -50,7 +51,7 @@ impl ScenarioEngine {
     ///
     /// # Errors
     /// As [`Engine::run`].
-    pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), IntegrationError> {
+    pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         match self {
             Self::Exact(engine) => engine.run_compiled(observer),
             Self::Limited(_) | Self::Split(_) | Self::Integrated(_) => self.run(observer),
@@ -75,6 +76,7 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] if the parameters give no computable plant.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
+        self.load_unit()?;
         Ok(match self.engine {
             EngineKind::Exact if self.is_split() => ScenarioEngine::Split(Box::new(self.split_engine(0)?)),
             EngineKind::Exact if self.actuators.are_none() => ScenarioEngine::Exact(Box::new(self.exact_engine(0)?)),
@@ -88,6 +90,9 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::build`].
     pub fn build_with(&self, own: OwnParts) -> Result<OwnEngine, ScenarioError> {
+        if own.tissue.is_none() {
+            self.load_unit()?;
+        }
         let plants: Box<dyn Plants<f64> + Send> = match self.engine {
             EngineKind::Exact if self.is_split() => Box::new(self.split_plants()?),
             EngineKind::Exact if self.actuators.are_none() => Box::new(self.exact_plants()?),
@@ -95,6 +100,23 @@ impl Scenario {
             EngineKind::Dop853 => Box::new(self.integrated_plants()),
         };
         Ok(Engine { grid: self.grid, plants, parts: self.own_wiring(own)? })
+    }
+
+    /// The scenario's tissue alone, before its first tick.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub(crate) fn tissue_part(&self) -> Result<AnyTissue<f64>, ScenarioError> {
+        self.load_unit()?;
+        self.any_tissue()
+    }
+
+    /// Loads the library of a tissue in a unit: code of others, which runs from here on and not before.
+    fn load_unit(&self) -> Result<(), ScenarioError> {
+        let TissueSpec::Unit(tissue) = &self.tissue else { return Ok(()) };
+        let named =
+            |error| self.values().error(UnitTissue::file_key(), format!("{}: {error}", tissue.path().display()));
+        tissue.load().map_err(named)
     }
 
     /// The master's side alone, for a link to a slave elsewhere. The delays of the scenario's link do not act: messages
@@ -123,6 +145,7 @@ impl Scenario {
             let error = ScenarioError::new(message).at(self.values().place("simulation.engine"));
             return Err(error.remedy(format!("use simulation.engine = \"{}\"", EngineKind::Exact.word())));
         }
+        self.load_unit()?;
         let mut apart = self.clone();
         let [forward, backward] = self.longest_delays_ticks();
         let whole = DelayTicks { whole: 0, share: 0.0 };

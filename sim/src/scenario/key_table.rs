@@ -22,7 +22,7 @@ use crate::teleoperation::{ComplianceSettings, ControllerSettings, PassivitySett
 use crate::tissue::{OrganMotion, TissueSettings};
 
 /// The sections in the order in which they are written, each with its subject.
-pub const SECTIONS: [(&str, &str); 25] = [
+pub const SECTIONS: [(&str, &str); 26] = [
     ("simulation", "Duration, tick and engine."),
     ("master", "The master (eq. 28) and its force controller (eq. 29)."),
     ("arm", "The operator's arm (eq. 32-35), in the paper's symbols."),
@@ -35,6 +35,7 @@ pub const SECTIONS: [(&str, &str); 25] = [
     ("operator", "The operator's motion."),
     ("perception", "What the operator notices of the felt force."),
     ("tissue", "The tissue that the needle enters."),
+    ("tissue.fmu", "A tissue in a functional mock-up unit of others, whose code is executed: run trusted units only."),
     ("tissue.skin", "The first layer, for kind = \"layers\"."),
     ("tissue.fat", "The second layer."),
     ("tissue.muscle", "The third layer."),

@@ -10,12 +10,13 @@ use crate::chain::Chain;
 use crate::channel::{Delay, Irregularity, SampleDelays, Schedule};
 use crate::detection::{CusumDetector, Detector, DistanceKind, SquaredResidual};
 use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
+use crate::error::InvalidValue;
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
 use crate::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use crate::teleoperation::{Connection, DirectLink, Lines, Link, PAYLOAD};
-use crate::tissue::{AnyTissue, DepthReplay, RecordedForce};
+use crate::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce};
 
 /// Separate the random streams of the two directions from all others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
@@ -160,7 +161,7 @@ impl Scenario {
     }
 
     /// The scenario's tissue.
-    fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
+    pub(super) fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
         let start_m = self.reference_m();
         let tissue = match &self.tissue {
             TissueSpec::Recording { force_n, rupture_ticks } => {
@@ -170,11 +171,15 @@ impl Scenario {
                 let ruptures = rupture_depths_m.clone();
                 DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m).map(AnyTissue::Depth)
             }
-            TissueSpec::Model(settings) => settings
-                .build(self.grid.tick_s(), start_m)
-                .and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s())),
+            TissueSpec::Model(settings) => self.moved(settings.build(self.grid.tick_s(), start_m)),
+            TissueSpec::Unit(tissue) => self.moved(Ok(AnyTissue::Fmu(Box::new(Fmu::new(tissue.clone()))))),
         };
         tissue.map_err(|error| self.values().out_of_range(&error))
+    }
+
+    /// A tissue with the motion of the organs.
+    fn moved<L: Lane>(&self, tissue: Result<AnyTissue<L>, InvalidValue>) -> Result<AnyTissue<L>, InvalidValue> {
+        tissue.and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s()))
     }
 
     fn any_sensor<L: Lane>(&self, first_stream: u64) -> Result<AnySensor<L>, ScenarioError> {

@@ -2,13 +2,17 @@
 
 use std::sync::Arc;
 
+use super::document::Source;
 use super::error::ScenarioError;
 use super::replay::{RecordingSpec, missing_recording, rupture_depths, rupture_ticks};
+use super::value::Value;
 use super::values::Values;
 use crate::operator::{Hand, MotionSettings};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
-use crate::tissue::{DepthCurves, ReplayIndex, ReplaySettings, TissueSettings};
+use crate::tissue::{
+    DepthCurves, FmuSettings, ReplayIndex, ReplaySettings, TissueSettings, UnfitUnit, UnitProblem, UnitTissue,
+};
 
 /// The operator's motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +53,8 @@ pub enum TissueSpec {
     },
     /// A tissue model defined by settings alone.
     Model(Box<TissueSettings>),
+    /// A tissue in a functional mock-up unit.
+    Unit(Arc<UnitTissue>),
 }
 
 impl From<TissueSettings> for TissueSpec {
@@ -63,7 +69,7 @@ impl TissueSpec {
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
             Self::Model(settings) => Some(settings),
-            Self::Recording { .. } | Self::Depth { .. } => None,
+            Self::Recording { .. } | Self::Depth { .. } | Self::Unit(_) => None,
         }
     }
 }
@@ -109,6 +115,28 @@ pub(super) fn tissue(
                 presliding_m,
             },
         },
+        (TissueSettings::Fmu(settings), _) => TissueSpec::Unit(unit(values, &settings, grid)?),
         (settings, _) => settings.into(),
     })
+}
+
+/// The unit that a scenario names, whose code is not executed yet.
+fn unit(values: &mut Values, settings: &FmuSettings, grid: &TickGrid) -> Result<Arc<UnitTissue>, ScenarioError> {
+    let (file, step) = (UnitTissue::file_key(), UnitTissue::step_key());
+    let Some(source) = values.file(file) else {
+        let error = values.error(TissueSettings::KEY.path, format!("the tissue is an FMU, but {file} is missing"));
+        return Err(error.remedy(format!("give its path as {file}")));
+    };
+    let source = source.canonical();
+    let Source::Disk(path) = &source else {
+        return Err(values.error(file, format!("{} is not a file on disk", source.display())));
+    };
+    let unfit = |UnfitUnit { key, problem }: UnfitUnit| match problem {
+        UnitProblem::Unit(error) => values.error(key, format!("{}: {error}", source.display())),
+        UnitProblem::Setting(problem) => values.error(key, format!("{key} {problem}")),
+    };
+    let tissue = UnitTissue::open(path, settings, grid.tick_s()).map_err(unfit)?;
+    values.derive_keeping_place(file, Value::Text(source.display()));
+    values.derive_if_missing(step, Value::Number(grid.tick_s()));
+    Ok(Arc::new(tissue))
 }

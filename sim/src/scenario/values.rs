@@ -17,7 +17,7 @@ use crate::detection::DistanceKind;
 use crate::error::InvalidValue;
 use crate::operator::MotionSettings;
 use crate::tissue::{
-    ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, ReplaySettings, TissueSettings, keys_of_layer, layer_key,
+    ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, LAYER_NAMES, ReplaySettings, TissueSettings, keys_of_layer, layer_key,
 };
 
 /// The keys of the tissue that the analysis of stability assumes in place of a recorded force.
@@ -605,7 +605,7 @@ fn layer(path: &str) -> Option<String> {
         return named_layer(path);
     }
     let (name, rest) = path.strip_prefix("tissue.")?.split_once('.').unwrap_or((&path["tissue.".len()..], ""));
-    let layers = || SECTIONS.iter().filter_map(|(section, _)| section.strip_prefix("tissue."));
+    let layers = || LAYER_NAMES.into_iter();
     if let Some(meant) = nearest_of(name, layers()) {
         let key = format!("tissue.{meant}.{rest}");
         // A known layer has a misspelt key, which is another error.

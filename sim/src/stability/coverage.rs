@@ -87,7 +87,7 @@ impl TissueKind {
         match (&scenario.tissue, scenario.tissue.settings()) {
             (TissueSpec::Recording { .. }, _) => Self::RecordedForce,
             (_, Some(TissueSettings::KelvinVoigt(_))) => Self::SpringDamper,
-            (TissueSpec::Depth { .. } | TissueSpec::Model(_), _) => Self::Other,
+            (TissueSpec::Depth { .. } | TissueSpec::Model(_) | TissueSpec::Unit(_), _) => Self::Other,
         }
     }
 }

@@ -112,7 +112,7 @@ pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict,
     };
     let mut observer =
         SpeedObserver { quarter: (run.grid.ticks() / 4).max(1), sums: [0.0; 4], max: 0.0, verdict: None };
-    let integration = |source| RunError::Integration { name: scenario.name.clone(), source };
+    let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
     run.build()?.run(&mut observer).map_err(integration)?;
     let [_, second, _, fourth] = observer.sums;
     Ok(observer.verdict.unwrap_or(match fourth.partial_cmp(&second) {

@@ -130,7 +130,7 @@ impl EventRun {
         run.augmentation.automaton.max_hold_s = self.held_ticks as f64 * tick_s;
         run.events = Arc::from(self.alarms.as_slice());
         let mut record = EventRecord::default();
-        let integration = |source| RunError::Integration { name: base.name.clone(), source };
+        let integration = |source| RunError::Engine { name: base.name.clone(), source };
         run.build()?.run(&mut record).map_err(integration)?;
         Ok(record)
     }

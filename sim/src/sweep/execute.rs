@@ -164,7 +164,7 @@ impl<'a> Worker<'a> {
                     let values = columns.iter().map(|column| column.value(&metrics, of_case.as_ref())).collect();
                     (Row { outcome, values }, thresholds)
                 }
-                Err(RunError::Integration { .. }) => {
+                Err(RunError::Engine { .. }) => {
                     (Row { outcome: Outcome::Failed, values: vec![None; columns.len()] }, vec![])
                 }
                 Err(error @ RunError::Scenario(_)) => return Err(self.maker.refused(case, error)),

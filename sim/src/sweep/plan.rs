@@ -343,7 +343,10 @@ fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
     match &scenario.tissue {
         TissueSpec::Recording { force_n, .. } => numbers(force_n),
         TissueSpec::Depth { curves, .. } => curves.tables_n().into_iter().for_each(numbers),
-        TissueSpec::Model(_) => {}
+        TissueSpec::Unit(_) | TissueSpec::Model(_) => {}
+    }
+    if let TissueSpec::Unit(tissue) = &scenario.tissue {
+        hash.update(tissue.sha256());
     }
     hash.update(format!("{:?} {:?}", scenario.forward_schedule, scenario.backward_schedule));
 }

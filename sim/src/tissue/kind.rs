@@ -8,11 +8,13 @@ use super::*;
 use crate::error::InvalidValue;
 
 /// Defines the settings and the enum of the built-in tissues, one line each: word, type, type of the settings, keys that
-/// follow those of all others, and the keys of a layer in a list of layers. A recording is replayed by time or by depth, which are two tissues.
+/// follow those of all others, and the keys of a layer in a list of layers. A recording is replayed by time or by depth, which are two
+/// tissues; it and a unit are built from a file.
 macro_rules! tissues {
     (
         $(#[doc = $about:literal])*
         $recording_word:literal => $recording:ident($recording_settings:ident) by $time:ident($by_time:ty) $depth:ident($by_depth:ty),
+        $unit_word:literal => $unit:ident($unit_settings:ident) of a file,
         $($word:literal => $model:ident($settings:ident) $(keys last [$last:expr])? $(list [$list:expr])?,)*
     ) => {
         trocar_core::choice! {
@@ -21,6 +23,7 @@ macro_rules! tissues {
             pub enum TissueSettings at "tissue.kind" = $recording no const {
                 $recording_word => $recording($recording_settings),
                 $($word => $model($settings),)*
+                $unit_word => $unit($unit_settings),
             }
         }
 
@@ -32,6 +35,8 @@ macro_rules! tissues {
             /// A recording, replayed by depth.
             $depth($by_depth),
             $(#[doc = concat!("See [`", stringify!($model), "`].")] $model($model<L>),)*
+            #[doc = concat!("See [`", stringify!($unit), "`].")]
+            $unit(Box<$unit<L>>),
             /// Any of them, with a moving surface.
             Moving(Box<Moving<L>>),
         }
@@ -61,7 +66,7 @@ macro_rules! tissues {
             #[must_use]
             pub fn rupturing_layers(&self) -> Vec<&'static str> {
                 match self {
-                    Self::$recording(_) => vec![],
+                    Self::$recording(_) | Self::$unit(_) => vec![],
                     $(Self::$model(settings) => <$model<f64> as Model>::rupturing_layers(settings),)*
                 }
             }
@@ -70,7 +75,7 @@ macro_rules! tissues {
             #[must_use]
             pub fn outside_measured(&self) -> Vec<Outside> {
                 match self {
-                    Self::$recording(_) => vec![],
+                    Self::$recording(_) | Self::$unit(_) => vec![],
                     $(Self::$model(settings) => <$model<f64> as Model>::outside_measured(settings),)*
                 }
             }
@@ -78,14 +83,14 @@ macro_rules! tissues {
             /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
             ///
             /// # Errors
-            /// [`InvalidValue`] naming the setting out of range; also for a recording, whose tissue needs the recording
-            /// itself.
+            /// [`InvalidValue`] naming the setting out of range; also for a recording and for a unit, whose tissues need
+            /// their file.
             pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<AnyTissue<L>, InvalidValue> {
                 match self {
-                    Self::$recording(_) => Err(InvalidValue {
+                    Self::$recording(_) | Self::$unit(_) => Err(InvalidValue {
                         name: "tissue.kind",
                         value: 0.0,
-                        requirement: "replayed with its recording",
+                        requirement: "built with its file",
                     }),
                     $(Self::$model(settings) => Model::build(settings, tick_s, start_m).map(AnyTissue::$model),)*
                 }
@@ -99,6 +104,7 @@ macro_rules! tissues {
                     Self::$time(part) => part.react(tick, position_m, velocity_m_per_s),
                     Self::$depth(part) => part.react(tick, position_m, velocity_m_per_s),
                     $(Self::$model(part) => part.react(tick, position_m, velocity_m_per_s),)*
+                    Self::$unit(part) => part.react(tick, position_m, velocity_m_per_s),
                     Self::Moving(part) => part.react(tick, position_m, velocity_m_per_s),
                 }
             }
@@ -109,19 +115,29 @@ macro_rules! tissues {
                     Self::$time(part) => part.shaft_force_n(),
                     Self::$depth(part) => part.shaft_force_n(),
                     $(Self::$model(part) => part.shaft_force_n(),)*
+                    Self::$unit(part) => part.shaft_force_n(),
                     Self::Moving(part) => part.shaft_force_n(),
+                }
+            }
+
+            fn failure(&self) -> Option<&TissueFailure> {
+                match self {
+                    Self::$unit(part) => part.failure(),
+                    Self::Moving(part) => part.failure(),
+                    _ => None,
                 }
             }
         }
 
-        crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model,)* Moving });
+        crate::lane::gather_variants!(AnyTissue { $time, $depth, $($model,)* $unit, Moving });
     };
 }
 
 tissues! {
     /// The recording's force, or a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth (eq.
-    /// 3-4), or layers that rupture at a force, or by the energy that a crack releases.
+    /// 3-4), or layers that rupture at a force, or by the energy that a crack releases, or the tissue of an FMU.
     "recording" => Recording(ReplaySettings) by Recording(RecordedForce) Depth(DepthReplay<L>),
+    "fmu" => Fmu(FmuSettings) of a file,
     "kelvin-voigt" => KelvinVoigt(KelvinVoigtSettings),
     "hunt-crossley" => HuntCrossley(HuntCrossleySettings),
     "generalised" => Generalised(GeneralisedSettings),

@@ -1,6 +1,8 @@
 //! Tissue models: the force of the tissue on the needle.
 
 mod depth;
+mod failure;
+mod fmu;
 mod generalised;
 mod hunt_crossley;
 mod kelvin_voigt;
@@ -22,6 +24,8 @@ mod tearing_layer;
 mod viscoelastic;
 
 pub use depth::{DepthCurves, DepthReplay};
+pub use failure::TissueFailure;
+pub use fmu::{Fmu, FmuSettings, UnfitUnit, UnitProblem, UnitTissue};
 pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
 pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
@@ -64,6 +68,11 @@ pub trait Tissue<L: Lane> {
     fn shaft_force_n(&self) -> L {
         L::zero()
     }
+
+    /// Why the tissue cannot go on, if it cannot: its forces are then not numbers, and the run ends with this error.
+    fn failure(&self) -> Option<&TissueFailure> {
+        None
+    }
 }
 
 impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
@@ -75,5 +84,9 @@ impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         (**self).shaft_force_n()
+    }
+
+    fn failure(&self) -> Option<&TissueFailure> {
+        (**self).failure()
     }
 }

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use trocar_core::settings::ActsFor;
 
-use super::{AnyTissue, Reaction, Tissue, TissueSettings};
+use super::{AnyTissue, Reaction, Tissue, TissueFailure, TissueSettings};
 use crate::error::InvalidValue;
 use crate::lane::Lane;
 
@@ -125,6 +125,10 @@ impl<L: Lane> Tissue<L> for Moving<L> {
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         self.tissue.shaft_force_n()
+    }
+
+    fn failure(&self) -> Option<&TissueFailure> {
+        self.tissue.failure()
     }
 }
 

@@ -9,7 +9,7 @@ use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, source_of, terminal};
 use trocar_report::{Folder, side_object, side_text, to_json, write_trace_columns};
-use trocar_sim::engine::IntegrationError;
+use trocar_sim::engine::EngineError;
 use trocar_sim::remote::{
     Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
     delays_csv, fingerprint,
@@ -59,7 +59,7 @@ impl End {
     }
 
     /// The rest of a tick; the packet of a side that sends after it has received.
-    fn step(&mut self, now_ns: i64) -> Result<Option<[u8; PACKET_BYTES]>, IntegrationError> {
+    fn step(&mut self, now_ns: i64) -> Result<Option<[u8; PACKET_BYTES]>, EngineError> {
         match self {
             Self::Master(end) => end.step().map(|()| None),
             Self::Slave(end) => end.step(now_ns).map(Some),
@@ -267,7 +267,7 @@ impl Side<'_> {
             }
             take(&mut end);
             let stepped = end.step(clock.now_ns() - greeted.start_ns);
-            let stepped = stepped.map_err(|source| RunError::Integration { name: self.scenario.name.clone(), source });
+            let stepped = stepped.map_err(|source| RunError::Engine { name: self.scenario.name.clone(), source });
             if let Some(packet) = stepped? {
                 send(socket, &packet, to);
             }

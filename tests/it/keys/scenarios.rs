@@ -13,6 +13,7 @@ use super::Chosen;
 use super::outputs::Outputs;
 use super::trials::trial_values;
 use crate::support::test_folder::TestFolder;
+use crate::support::unit::{Fault, description, library, unit_with};
 
 /// What all scenarios have in common: an insertion in which most parts have something to do.
 const COMMON: &str = r#"
@@ -60,6 +61,14 @@ fat = { thickness_m = 0.002 }
 muscle = { thickness_m = 0.003 }
 capsule = { thickness_m = 0.001 }
 organ = { thickness_m = 0.004 }
+
+[tissue.fmu]
+file = "tissue.fmu"
+position = "x"
+velocity = "v"
+force = "f"
+ruptured = "open"
+parameters = "k = 300"
 
 [sensor]
 force_noise_std_n = 0.005
@@ -223,6 +232,10 @@ impl Scenarios {
         folder.file("base.toml", COMMON);
         folder.file("insertion.csv", insertion(1.0)).file("other.csv", insertion(1.1));
         folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.001,0.002\n0.3,0.004,0.001\n");
+        let (plain, description) = (library(3, Fault::None), description(3));
+        // The force of the other unit is that on the shaft of the first.
+        let other = description.replace("\"f\"", "\"g\"").replace("reaction.shaft_force_n", "f");
+        folder.file("tissue.fmu", unit_with(&description, 3, &plain)).file("other.fmu", unit_with(&other, 3, &plain));
         let source = Source::Disk(folder.path("base.toml"));
         let all = VARIANTS.iter().map(|settings| Base::new(source.clone(), settings)).collect();
         let defaults = Base::new(Source::Text { name: "defaults".into(), text: "".into() }, "");
@@ -259,6 +272,12 @@ impl Scenarios {
             "recording.max_gap_s" => vec!["1e-4".into()],
             "augmentation.events_s" => vec!["[0.15, 0.3]".into()],
             "recording.ruptures_s" => vec!["[0.31, 0.52]".into()],
+            "tissue.fmu.file" => vec![file("other.fmu")],
+            "tissue.fmu.position" => vec!["y".into()],
+            "tissue.fmu.velocity" => vec!["w".into()],
+            "tissue.fmu.force" => vec!["reaction.shaft_force_n".into()],
+            "tissue.fmu.ruptured" => vec!["f".into()],
+            "tissue.fmu.parameters" => vec!["\"k = 200\"".into()],
             "slave.denominator" => vec!["[1.0, 90.0, 0.1, 0.0]".into()],
             _ => return None,
         })

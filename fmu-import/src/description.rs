@@ -1,0 +1,238 @@
+//! `modelDescription.xml`.
+
+use roxmltree::{Document, Node};
+
+use crate::error::FmuError;
+use crate::version::Version;
+
+/// The role of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Causality {
+    /// Set before the first step.
+    Parameter,
+    /// Set before each step.
+    Input,
+    /// Read after each step.
+    Output,
+    /// Any other.
+    Other,
+}
+
+impl Causality {
+    /// Its word, as in a message.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Parameter => "parameter",
+            Self::Input => "input",
+            Self::Output => "output",
+            Self::Other => "variable",
+        }
+    }
+}
+
+/// The type of a variable, as far as it can be set or read here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Type {
+    /// A number: `Real` in FMI 2.0, `Float64` in 3.0.
+    Real,
+    /// A whole number of 32 bits: `Integer` and `Enumeration` in FMI 2.0, `Int32` in 3.0.
+    Int32,
+    /// A whole number of 64 bits: `Int64` and `Enumeration` in FMI 3.0.
+    Int64,
+    /// True or false.
+    Boolean,
+}
+
+/// A variable of a unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its number in calls.
+    pub reference: u32,
+    /// Its role.
+    pub causality: Causality,
+    /// Its type; `None` for one that is neither set nor read here, as a text or an array.
+    pub kind: Option<Type>,
+    /// Whether it can be set before the first step.
+    pub is_settable: bool,
+    /// Its unit, as it is written.
+    pub unit: Option<String>,
+}
+
+/// The exponents of kg, m, s, A, K, mol, cd and rad of a unit that is one of the SI units without a factor; `None` for another.
+type Exponents = Option<[i32; 8]>;
+
+/// What a unit says about itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Description {
+    /// The version of the standard.
+    pub version: Version,
+    /// The name of its library.
+    pub identifier: String,
+    /// What identifies it to its library.
+    pub token: String,
+    /// Whether it needs the program that exported it.
+    pub needs_tool: bool,
+    /// Whether a process can have one instance only.
+    pub is_single: bool,
+    /// Its internal step in s, if it is fixed and stated.
+    pub internal_step_s: Option<f64>,
+    /// Its variables.
+    pub variables: Vec<Variable>,
+    units: Vec<(String, Exponents)>,
+}
+
+fn wrong(message: impl Into<String>) -> FmuError {
+    FmuError::Description(message.into())
+}
+
+fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
+    node.children().find(|child| child.has_tag_name(name))
+}
+
+fn is_true(node: Node<'_, '_>, attribute: &str) -> bool {
+    matches!(node.attribute(attribute).map(str::trim), Some("true" | "1"))
+}
+
+impl Description {
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// [`FmuError`] for one that is not for co-simulation in FMI 2.0 or 3.0, or not as the standard says.
+    pub fn parse(text: &str) -> Result<Self, FmuError> {
+        let document = Document::parse(text).map_err(|error| wrong(error.to_string()))?;
+        let root = document.root_element();
+        if !root.has_tag_name("fmiModelDescription") {
+            return Err(wrong("its root is not fmiModelDescription"));
+        }
+        let written = root.attribute("fmiVersion").unwrap_or_default();
+        let version = match written.split('.').next() {
+            Some("2") => Version::Two,
+            Some("3") => Version::Three,
+            _ => return Err(FmuError::Version(written.into())),
+        };
+        let co_simulation = child(root, "CoSimulation").ok_or(FmuError::NoCoSimulation)?;
+        let identifier = co_simulation.attribute("modelIdentifier").unwrap_or_default().to_owned();
+        // It is part of a path.
+        if identifier.is_empty() || !identifier.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_') {
+            return Err(wrong(format!("the modelIdentifier {identifier:?} is not the name of a function in C")));
+        }
+        let of_token = if version == Version::Two { "guid" } else { "instantiationToken" };
+        let token = root.attribute(of_token).ok_or_else(|| wrong(format!("there is no {of_token}")))?.to_owned();
+        let internal_step_s = co_simulation
+            .attribute("fixedInternalStepSize")
+            .and_then(|text| text.trim().parse().ok())
+            .filter(|step_s: &f64| step_s.is_finite() && *step_s > 0.0);
+        let list = child(root, "ModelVariables").ok_or_else(|| wrong("there are no ModelVariables"))?;
+        let variables = list.children().filter(Node::is_element).map(|node| variable(root, version, node));
+        Ok(Self {
+            version,
+            identifier,
+            token,
+            needs_tool: is_true(co_simulation, "needsExecutionTool"),
+            is_single: is_true(co_simulation, "canBeInstantiatedOnlyOncePerProcess"),
+            internal_step_s,
+            variables: variables.collect::<Result<_, _>>()?,
+            units: units(root),
+        })
+    }
+
+    /// The variable of a name.
+    ///
+    /// # Errors
+    /// [`FmuError::NoVariable`], with the names of the variables of `role`.
+    pub fn variable(&self, name: &str, role: Causality) -> Result<&Variable, FmuError> {
+        self.variables.iter().find(|variable| variable.name == name).ok_or_else(|| {
+            let of_role = self.variables.iter().filter(|variable| variable.causality == role);
+            let known = of_role.map(|variable| variable.name.clone()).collect();
+            FmuError::NoVariable { name: name.into(), role: role.word().into(), known }
+        })
+    }
+
+    /// The number of a name that is an input or an output, in the SI unit `unit` or without a stated one.
+    ///
+    /// # Errors
+    /// [`FmuError::NoVariable`]; [`FmuError::Variable`] for another role, type or unit.
+    pub fn number(&self, name: &str, role: Causality, (unit, exponents): (&str, [i32; 8])) -> Result<u32, FmuError> {
+        let variable = self.variable(name, role)?;
+        let refuse = |problem: String| Err(FmuError::Variable { name: name.into(), problem });
+        if variable.causality != role {
+            return refuse(format!("is not an {}", role.word()));
+        }
+        if variable.kind != Some(Type::Real) {
+            let number = if self.version == Version::Two { "Real" } else { "Float64" };
+            return refuse(format!("is not a single number of the type {number}"));
+        }
+        let stated = variable.unit.as_deref().and_then(|unit| self.units.iter().find(|(name, _)| name == unit));
+        if let Some((name, stated)) = stated
+            && *stated != Some(exponents)
+        {
+            return refuse(format!("is in {name}, and must be in {unit}"));
+        }
+        Ok(variable.reference)
+    }
+}
+
+/// A variable. In FMI 2.0 its type is an element inside, in 3.0 its own name.
+fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<Variable, FmuError> {
+    let name = node.attribute("name").ok_or_else(|| wrong("a variable has no name"))?.to_owned();
+    let reference = node.attribute("valueReference").and_then(|text| text.trim().parse().ok());
+    let reference = reference.ok_or_else(|| wrong(format!("{name} has no valueReference")))?;
+    let typed = match version {
+        Version::Two => {
+            const TYPES: [&str; 5] = ["Real", "Integer", "Enumeration", "Boolean", "String"];
+            node.children().find(|child| TYPES.contains(&child.tag_name().name()))
+        }
+        Version::Three => Some(node),
+    };
+    let typed = typed.ok_or_else(|| wrong(format!("{name} has no type")))?;
+    let is_array = node.children().any(|child| child.has_tag_name("Dimension"));
+    let kind = match (typed.tag_name().name(), version) {
+        _ if is_array => None,
+        ("Real", Version::Two) | ("Float64", Version::Three) => Some(Type::Real),
+        ("Integer" | "Enumeration", Version::Two) | ("Int32", Version::Three) => Some(Type::Int32),
+        ("Int64" | "Enumeration", Version::Three) => Some(Type::Int64),
+        ("Boolean", _) => Some(Type::Boolean),
+        _ => None,
+    };
+    let causality = match node.attribute("causality") {
+        Some("parameter") => Causality::Parameter,
+        Some("input") => Causality::Input,
+        Some("output") => Causality::Output,
+        _ => Causality::Other,
+    };
+    let has_start = typed.attribute("start").is_some();
+    let is_constant = node.attribute("variability") == Some("constant");
+    let unit =
+        typed.attribute("unit").map(str::to_owned).or_else(|| unit_of_type(root, typed.attribute("declaredType")?));
+    let is_settable = !is_constant && (has_start || matches!(causality, Causality::Parameter | Causality::Input));
+    Ok(Variable { name, reference, causality, kind, is_settable, unit })
+}
+
+/// The unit of a declared type.
+fn unit_of_type(root: Node<'_, '_>, name: &str) -> Option<String> {
+    let types = root.children().find(|node| node.has_tag_name("TypeDefinitions"))?;
+    let declared = types.children().find(|node| node.attribute("name") == Some(name))?;
+    // In FMI 2.0 the unit is at an element inside.
+    let unit = declared.descendants().find_map(|node| node.attribute("unit"))?;
+    Some(unit.to_owned())
+}
+
+/// The units with a definition.
+fn units(root: Node<'_, '_>) -> Vec<(String, Exponents)> {
+    const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+    let definitions = root.children().filter(|node| node.has_tag_name("UnitDefinitions"));
+    let units = definitions.flat_map(|node| node.children()).filter(|node| node.has_tag_name("Unit"));
+    let unit = |node: Node<'_, '_>| {
+        let base = node.children().find(|child| child.has_tag_name("BaseUnit"))?;
+        let number = |name: &str, otherwise: f64| match base.attribute(name) {
+            Some(text) => text.trim().parse::<f64>().unwrap_or(f64::NAN),
+            None => otherwise,
+        };
+        let is_plain = number("factor", 1.0) == 1.0 && number("offset", 0.0) == 0.0;
+        let exponents = BASE.map(|name| number(name, 0.0) as i32);
+        Some((node.attribute("name")?.to_owned(), is_plain.then_some(exponents)))
+    };
+    units.filter_map(unit).collect()
+}

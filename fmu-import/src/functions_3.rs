@@ -1,0 +1,191 @@
+//! The functions of FMI 3.0.
+#![allow(unsafe_code, reason = "functions of a library of others")]
+
+use std::ffi::{c_char, c_void};
+
+use libloading::Library;
+
+use crate::error::FmuError;
+use crate::library::{Birth, Functions, Handle, Values, function, keep, text};
+
+/// Keeps a message.
+unsafe extern "C" fn log_message(
+    environment: *const c_void,
+    status: i32,
+    _category: *const c_char,
+    message: *const c_char,
+) {
+    // SAFETY: the environment is the log that was given with this function.
+    unsafe { keep(environment, status, message) }
+}
+
+type Logger = unsafe extern "C" fn(*const c_void, i32, *const c_char, *const c_char);
+type Instantiate = unsafe extern "C" fn(
+    *const c_char,
+    *const c_char,
+    *const c_char,
+    bool,
+    bool,
+    bool,
+    bool,
+    *const u32,
+    usize,
+    *const c_void,
+    Logger,
+    *const c_void,
+) -> Handle;
+type OfInstance = unsafe extern "C" fn(Handle) -> i32;
+type Step = unsafe extern "C" fn(Handle, f64, f64, bool, *mut bool, *mut bool, *mut bool, *mut f64) -> i32;
+type Set<T> = unsafe extern "C" fn(Handle, *const u32, usize, *const T, usize) -> i32;
+type Get<T> = unsafe extern "C" fn(Handle, *const u32, usize, *mut T, usize) -> i32;
+
+/// The functions, which point into their library.
+pub(crate) struct Functions3 {
+    instantiate: Instantiate,
+    free: unsafe extern "C" fn(Handle),
+    enter: unsafe extern "C" fn(Handle, bool, f64, f64, bool, f64) -> i32,
+    exit: OfInstance,
+    terminate: OfInstance,
+    step: Step,
+    set_float: Set<f64>,
+    get_float: Get<f64>,
+    set_int32: Set<i32>,
+    get_int32: Get<i32>,
+    set_int64: Set<i64>,
+    get_int64: Get<i64>,
+    set_boolean: Set<bool>,
+    get_boolean: Get<u8>,
+}
+
+impl Functions3 {
+    /// The functions of a library.
+    pub(crate) fn of(library: &Library) -> Result<Self, FmuError> {
+        // SAFETY: the types are those of the standard; a truth value is a byte, which may have any value when it is read.
+        unsafe {
+            Ok(Self {
+                instantiate: function(library, "fmi3InstantiateCoSimulation")?,
+                free: function(library, "fmi3FreeInstance")?,
+                enter: function(library, "fmi3EnterInitializationMode")?,
+                exit: function(library, "fmi3ExitInitializationMode")?,
+                terminate: function(library, "fmi3Terminate")?,
+                step: function(library, "fmi3DoStep")?,
+                set_float: function(library, "fmi3SetFloat64")?,
+                get_float: function(library, "fmi3GetFloat64")?,
+                set_int32: function(library, "fmi3SetInt32")?,
+                get_int32: function(library, "fmi3GetInt32")?,
+                set_int64: function(library, "fmi3SetInt64")?,
+                get_int64: function(library, "fmi3GetInt64")?,
+                set_boolean: function(library, "fmi3SetBoolean")?,
+                get_boolean: function(library, "fmi3GetBoolean")?,
+            })
+        }
+    }
+}
+
+impl Functions for Functions3 {
+    fn instantiate(&self, birth: &Birth<'_>) -> Handle {
+        // With a separator at its end, as the standard says.
+        let path = text(&birth.resources.join("").to_string_lossy());
+        // SAFETY: texts that end with a NUL, and a log that lives as long as the instance.
+        unsafe {
+            (self.instantiate)(
+                c"tissue".as_ptr(),
+                birth.token.as_ptr(),
+                path.as_ptr(),
+                false,
+                false,
+                false,
+                false,
+                std::ptr::null(),
+                0,
+                birth.callbacks.environment,
+                log_message,
+                std::ptr::null(),
+            )
+        }
+    }
+
+    unsafe fn enter_initialisation(&self, handle: Handle) -> i32 {
+        // SAFETY: an instance, by the trait.
+        unsafe { (self.enter)(handle, false, 0.0, 0.0, false, 0.0) }
+    }
+
+    unsafe fn exit_initialisation(&self, handle: Handle) -> i32 {
+        // SAFETY: an instance, by the trait.
+        unsafe { (self.exit)(handle) }
+    }
+
+    unsafe fn do_step(&self, handle: Handle, time_s: f64, step_s: f64) -> (i32, bool) {
+        let (mut event, mut ends, mut is_early, mut last_s) = (0_u8, 0_u8, 0_u8, time_s);
+        // SAFETY: an instance, by the trait; a truth value is a byte.
+        let status = unsafe {
+            (self.step)(
+                handle,
+                time_s,
+                step_s,
+                true,
+                (&raw mut event).cast(),
+                (&raw mut ends).cast(),
+                (&raw mut is_early).cast(),
+                &raw mut last_s,
+            )
+        };
+        // An early return was not allowed, so that it is an end too.
+        (status, ends != 0 || is_early != 0)
+    }
+
+    unsafe fn terminate(&self, handle: Handle) -> i32 {
+        // SAFETY: an instance, by the trait.
+        unsafe { (self.terminate)(handle) }
+    }
+
+    unsafe fn free(&self, handle: Handle) {
+        // SAFETY: an instance, by the trait.
+        unsafe { (self.free)(handle) }
+    }
+
+    unsafe fn set_numbers(&self, handle: Handle, (references, values): Values<'_, &[f64]>) -> i32 {
+        let count = references.len().min(values.len());
+        // SAFETY: an instance, by the trait, and no more than both lists have.
+        unsafe { (self.set_float)(handle, references.as_ptr(), count, values.as_ptr(), count) }
+    }
+
+    unsafe fn get_numbers(&self, handle: Handle, (references, values): Values<'_, &mut [f64]>) -> i32 {
+        let count = references.len().min(values.len());
+        // SAFETY: an instance, by the trait, and no more than both lists have.
+        unsafe { (self.get_float)(handle, references.as_ptr(), count, values.as_mut_ptr(), count) }
+    }
+
+    unsafe fn set_int32(&self, handle: Handle, reference: u32, value: i32) -> i32 {
+        // SAFETY: an instance, by the trait, and one value.
+        unsafe { (self.set_int32)(handle, &raw const reference, 1, &raw const value, 1) }
+    }
+
+    unsafe fn get_int32(&self, handle: Handle, reference: u32, value: &mut i32) -> i32 {
+        // SAFETY: an instance, by the trait, and one value.
+        unsafe { (self.get_int32)(handle, &raw const reference, 1, &raw mut *value, 1) }
+    }
+
+    unsafe fn set_int64(&self, handle: Handle, reference: u32, value: i64) -> i32 {
+        // SAFETY: an instance, by the trait, and one value.
+        unsafe { (self.set_int64)(handle, &raw const reference, 1, &raw const value, 1) }
+    }
+
+    unsafe fn get_int64(&self, handle: Handle, reference: u32, value: &mut i64) -> i32 {
+        // SAFETY: an instance, by the trait, and one value.
+        unsafe { (self.get_int64)(handle, &raw const reference, 1, &raw mut *value, 1) }
+    }
+
+    unsafe fn set_boolean(&self, handle: Handle, reference: u32, value: bool) -> i32 {
+        // SAFETY: an instance, by the trait, and one value.
+        unsafe { (self.set_boolean)(handle, &raw const reference, 1, &raw const value, 1) }
+    }
+
+    unsafe fn get_boolean(&self, handle: Handle, reference: u32, value: &mut bool) -> i32 {
+        let mut byte = 0;
+        // SAFETY: an instance, by the trait, and one value.
+        let status = unsafe { (self.get_boolean)(handle, &raw const reference, 1, &raw mut byte, 1) };
+        *value = byte != 0;
+        status
+    }
+}
