@@ -23,9 +23,12 @@ pub enum Fault {
     RefusedParameter,
 }
 
+/// Compiled libraries, by version and fault.
+type Libraries = HashMap<(u8, Fault), Vec<u8>>;
+
 /// The library of `tests/data/fmu/tissue.c`, compiled once for each version and fault.
 pub fn library(fmi: u8, fault: Fault) -> Vec<u8> {
-    static COMPILED: Mutex<Option<HashMap<(u8, Fault), Vec<u8>>>> = Mutex::new(None);
+    static COMPILED: Mutex<Option<Libraries>> = Mutex::new(None);
     let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
     let compile = || {
         let folder = TestFolder::new();
