@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use serde_json::Value as Json;
-use trocar_sim::scenario::{KEYS, ScenarioError, Source, shipped_questions};
+use trocar_sim::scenario::{KEYS, ScenarioError, Source, Written, shipped_questions};
 
 use crate::recording::Recording;
 use crate::{convert, error};
@@ -14,6 +14,8 @@ use crate::{convert, error};
 pub(crate) struct Scenario {
     pub(crate) scenario: trocar_sim::scenario::Scenario,
     pub(crate) source: Source,
+    /// What was read of it.
+    written: Arc<Written>,
     /// The settings of each call, first those of loading it.
     pub(crate) settings: Vec<Vec<String>>,
     /// The recordings in memory that the settings name; held, so that their names stay valid.
@@ -22,10 +24,22 @@ pub(crate) struct Scenario {
 
 impl Scenario {
     fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>, recordings: Vec<Recording>) -> PyResult<Self> {
+        let written =
+            py.detach(|| Written::read(&source)).map_err(|error| error::scenario(py, &named(error, &source)))?;
+        Self::of_written(py, source, Arc::new(written), settings, recordings)
+    }
+
+    fn of_written(
+        py: Python<'_>,
+        source: Source,
+        written: Arc<Written>,
+        settings: Vec<Vec<String>>,
+        recordings: Vec<Recording>,
+    ) -> PyResult<Self> {
         let lists: Vec<&[String]> = settings.iter().map(Vec::as_slice).collect();
-        let load = || trocar_sim::scenario::Scenario::load_changed(&source, &lists);
-        let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
-        Ok(Self { scenario, source, settings, recordings })
+        let resolve = || written.scenario(&source, &lists);
+        let scenario = py.detach(resolve).map_err(|error| error::scenario(py, &named(error, &source)))?;
+        Ok(Self { scenario, source, written, settings, recordings })
     }
 }
 
@@ -75,10 +89,11 @@ impl Scenario {
     }
 
     /// Returns the scenario with additional settings, which have priority over earlier ones and may change their kinds.
+    /// Files that have been read are not read again.
     fn replace(&self, py: Python<'_>, settings: Vec<String>, recordings: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain([settings]).collect();
         let recordings = self.recordings.iter().cloned().chain(cloned(&recordings)).collect();
-        Self::of(py, self.source.clone(), settings, recordings)
+        Self::of_written(py, self.source.clone(), self.written.clone(), settings, recordings)
     }
 
     /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call, and the recordings in

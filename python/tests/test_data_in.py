@@ -103,3 +103,19 @@ def test_a_gap_is_told_and_the_samples_are_limited_by_the_scenario():
     trocar.Scenario.load("paper/augmented", **{"recording.file": gap, "recording.max_gap_s": 0.2})
     with pytest.raises(TypeError, match="position and force are missing"):
         trocar.detect(data["time_s"], data["position_m"])
+
+
+def test_a_scenario_keeps_the_files_that_it_was_loaded_from(tmp_path):
+    frame = trocar.record(2)
+    table = tmp_path / "recording.csv"
+    rows = zip(frame["time_s"], frame["position_m"], frame["force_n"])
+    table.write_text("time_s,position_m,force_n\n" + "".join(f"{t!r},{x!r},{f!r}\n" for t, x, f in ((*map(float, row),) for row in rows)))
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "builtin:paper/augmented"\n[recording]\nfile = "recording.csv"\nruptures_s = []\n[recording.columns]\nvelocity_m_per_s = ""\n')
+    scenario = trocar.Scenario.load(file)
+    expected = trocar.run(scenario.replace(**{"scaling.force": 0.5})).metrics
+    table.write_text("time_s,position_m,force_n\n0,0,0\n1,1,1\n")
+    file.unlink()
+    assert trocar.run(scenario.replace(**{"scaling.force": 0.5})).metrics == expected
+    with pytest.raises(trocar.ScenarioError):
+        trocar.Scenario.load(file)

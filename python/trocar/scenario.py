@@ -91,6 +91,8 @@ class Scenario:
         The key ``recording.file`` takes samples, too: a DataFrame or a dictionary of arrays, as for :func:`trocar.detect`. They become
         part of the scenario, are pickled with it, and are not read again.
 
+        The scenario's file, its bases and its recording are those that were loaded, also if the files have changed since.
+
         >>> again = scenario.replace(**{"recording.file": trocar.record(2)})
         >>> trocar.run(again)["desired_position_m"].shape
         (17000,)

@@ -19,7 +19,13 @@ const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 const TEXT: &str = "text/plain; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
-/// All files.
+/// The page of a link, and its script; the other files are those of [`ASSETS`].
+pub(super) const FIELD_ASSETS: &[Asset] = &[
+    Asset { path: "/", media: HTML, content: include_str!("assets/field.html") },
+    Asset { path: "/field.js", media: JAVASCRIPT, content: include_str!("assets/field.js") },
+];
+
+/// All files of the page of `trocar explore`.
 pub(super) const ASSETS: &[Asset] = &[
     Asset { path: "/", media: HTML, content: include_str!("assets/index.html") },
     Asset { path: "/explore.css", media: CSS, content: include_str!("assets/explore.css") },

@@ -7,6 +7,7 @@
 mod assets;
 mod connections;
 mod controls;
+mod field;
 mod frame;
 mod guard;
 pub mod limits;
@@ -20,5 +21,6 @@ mod state;
 mod thin;
 mod worker;
 
-pub use server::{ExploreError, Options, serve};
+pub use field::Field;
+pub use server::{ExploreError, Options, serve, serve_field};
 pub use state::Catalogue;

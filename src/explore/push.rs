@@ -25,7 +25,7 @@ use trocar_sim::run::observe;
 use trocar_sim::scenario::{OperatorSpec, Scenario};
 
 /// Interval of messages to the page.
-const FRAME: Duration = Duration::from_micros(16_667);
+pub(super) const FRAME: Duration = Duration::from_micros(16_667);
 
 /// Maximum lag of the engine behind real time. A larger lag is not caught up.
 const MAX_LAG: Duration = Duration::from_millis(100);
@@ -59,9 +59,8 @@ impl Push {
         (answers, permit): (Sender<ServerMessage>, Arc<OwnedSemaphorePermit>),
     ) -> Result<Self, StateError> {
         let scenario = by_hand(state, augmented, maker)?;
-        let (from_m, to_m) = travel(&scenario);
-        let range_m = (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m));
-        let hand = Arc::new(Hand::new(from_m));
+        let range_m = range_m(&scenario);
+        let hand = Arc::new(Hand::new(range_m.0));
         let stop = Arc::new(AtomicBool::new(false));
         let pacer = Pacer::new(id, &scenario, hand.clone(), stop.clone(), answers.clone());
         let start = json!({
@@ -133,6 +132,12 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
     bounded(maker.written(&state, augmented)?)
 }
 
+/// Returns the range of the hand in m: from the first position of the scenario's operator to a little beyond the deepest.
+pub(super) fn range_m(scenario: &Scenario) -> (f64, f64) {
+    let (from_m, to_m) = travel(scenario);
+    (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m))
+}
+
 /// Returns the first and the deepest position of the scenario's operator, in m.
 fn travel(scenario: &Scenario) -> (f64, f64) {
     match &scenario.operator {
@@ -163,7 +168,7 @@ struct Pacer {
 }
 
 /// The columns of a row.
-const COLUMNS: [&str; 8] = [
+pub(super) const COLUMNS: [&str; 8] = [
     "time_s",
     "desired_position_mm",
     "master_position_mm",

@@ -13,8 +13,9 @@ use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 
-use super::assets::ASSETS;
+use super::assets::{ASSETS, FIELD_ASSETS};
 use super::connections::{accept, header, host, text};
+use super::field::{self, Field};
 use super::guard::Guard;
 use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS};
 use super::session;
@@ -49,13 +50,51 @@ pub enum ExploreError {
     System(std::io::Error),
 }
 
+/// What a server shows.
+#[derive(Debug)]
+enum Site {
+    /// The page of `trocar explore`, with its scenarios and the first one.
+    Explore(Catalogue, String),
+    /// The page of a link.
+    Field(Arc<Field>),
+}
+
 /// The state of the server.
 #[derive(Debug)]
 struct ServerState {
     guard: Guard,
-    catalogue: Catalogue,
-    first: String,
+    site: Site,
     sessions: Arc<Semaphore>,
+}
+
+impl ServerState {
+    fn new(guard: Guard, site: Site) -> Arc<Self> {
+        Arc::new(Self { guard, site, sessions: Arc::new(Semaphore::new(MAX_SESSIONS)) })
+    }
+}
+
+async fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> {
+    let listener = TcpListener::bind(address).await.map_err(|source| ExploreError::Bind { address, source })?;
+    let bound = listener.local_addr().map_err(ExploreError::System)?;
+    Ok((listener, bound))
+}
+
+async fn answer_all(listener: TcpListener, state: Arc<ServerState>) -> std::convert::Infallible {
+    accept(listener, Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request))).await
+}
+
+/// Serves the page of a link on this machine, until the process ends. Returns the address of the server.
+///
+/// # Errors
+/// [`ExploreError`].
+pub fn serve_field(field: Arc<Field>, port: u16) -> Result<SocketAddr, ExploreError> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(ExploreError::System)?;
+    let address = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, port));
+    let (listener, bound) = runtime.block_on(bind(address))?;
+    let state = ServerState::new(Guard::new(bound), Site::Field(field));
+    let serve = move || match runtime.block_on(answer_all(listener, state)) {};
+    std::thread::Builder::new().name("trocar field".into()).spawn(serve).map_err(ExploreError::System)?;
+    Ok(bound)
 }
 
 /// Serves the page until Ctrl-C or SIGTERM. `ready` is called with the address of the server and the query of the page's address. The
@@ -67,23 +106,15 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(ExploreError::System)?;
     let outcome = runtime.block_on(async {
-        let address = SocketAddr::new(options.address, options.port);
-        let listener = TcpListener::bind(address).await.map_err(|source| ExploreError::Bind { address, source })?;
-        let bound = listener.local_addr().map_err(ExploreError::System)?;
+        let (listener, bound) = bind(SocketAddr::new(options.address, options.port)).await?;
         let guard = Guard::new(bound);
         let guard = if bound.ip().is_loopback() { guard } else { guard.with_token().map_err(ExploreError::System)? };
         let query = guard.query();
-        let state = Arc::new(ServerState {
-            guard,
-            catalogue: options.catalogue,
-            first: options.first,
-            sessions: Arc::new(Semaphore::new(MAX_SESSIONS)),
-        });
-        let router = Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request));
+        let state = ServerState::new(guard, Site::Explore(options.catalogue, options.first));
         let stopped = stopped().map_err(ExploreError::System)?;
         ready(bound, &query);
         tokio::select! {
-            never = accept(listener, router) => match never {},
+            never = answer_all(listener, state) => match never {},
             () = stopped => Ok(()),
         }
     });
@@ -133,7 +164,11 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
     if path == "/link" {
         return link(&state, request).await;
     }
-    match ASSETS.iter().find(|asset| asset.path == path) {
+    let own = match state.site {
+        Site::Explore(..) => &[],
+        Site::Field(_) => FIELD_ASSETS,
+    };
+    match own.iter().chain(ASSETS).find(|asset| asset.path == path) {
         Some(asset) => text(200, asset.media, asset.content),
         None => refusal(404, "Not found.\n"),
     }
@@ -152,9 +187,15 @@ async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
     let Ok(permit) = state.sessions.clone().try_acquire_owned() else {
         return refusal(503, "Too many pages are open; close one.\n");
     };
-    let (catalogue, first) = (state.catalogue.clone(), state.first.clone());
-    upgrade
-        .max_message_size(MAX_MESSAGE_BYTES)
-        .max_frame_size(MAX_MESSAGE_BYTES)
-        .on_upgrade(move |socket| session::serve(socket, catalogue, first, permit))
+    let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES);
+    match &state.site {
+        Site::Explore(catalogue, first) => {
+            let (catalogue, first) = (catalogue.clone(), first.clone());
+            upgrade.on_upgrade(move |socket| session::serve(socket, catalogue, first, permit))
+        }
+        Site::Field(field) => {
+            let field = field.clone();
+            upgrade.on_upgrade(move |socket| field::serve(socket, field, permit))
+        }
+    }
 }

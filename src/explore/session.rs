@@ -20,13 +20,18 @@ use super::worker::{Job, Mailbox, WorkerContext, start};
 const MAX_ANSWERS: usize = 4;
 
 /// A token bucket: allows a burst of messages and a rate.
-struct Allowance {
+pub(super) struct Allowance {
     left: f64,
     updated: Instant,
 }
 
 impl Allowance {
-    fn take(&mut self, now: Instant) -> bool {
+    /// A full bucket.
+    pub(super) fn new(now: Instant) -> Self {
+        Self { left: MESSAGES.0, updated: now }
+    }
+
+    pub(super) fn take(&mut self, now: Instant) -> bool {
         let (burst, per_s) = MESSAGES;
         self.left = (self.left + per_s * now.duration_since(self.updated).as_secs_f64()).min(burst);
         self.updated = now;
@@ -69,7 +74,7 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
     if !sent(&mut socket, message(greeting(&catalogue, &first))).await {
         return;
     }
-    let mut allowance = Allowance { left: MESSAGES.0, updated: Instant::now() };
+    let mut allowance = Allowance::new(Instant::now());
     let mut last_received = Instant::now();
     let mut ping = interval(PING_INTERVAL);
     loop {
@@ -180,7 +185,7 @@ mod tests {
     #[test]
     fn an_allowance_lets_a_burst_pass_and_then_a_rate() {
         let start = Instant::now();
-        let mut allowance = Allowance { left: MESSAGES.0, updated: start };
+        let mut allowance = Allowance::new(start);
         let passed = (0..10_000).filter(|_| allowance.take(start)).count();
         assert_eq!(passed as f64, MESSAGES.0);
         let mut allowance = Allowance { left: 0.0, updated: start };

@@ -5,23 +5,10 @@ use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
-use tungstenite::client::IntoClientRequest;
-use tungstenite::{Message, WebSocket};
+use tungstenite::Message;
 
-use crate::support::server::{Running, explore};
+use crate::support::server::{RESPONSIVE, Running, Socket, connect, explore, link, open};
 use crate::support::test_folder::TestFolder;
-
-/// Maximum time of an answer during an attack.
-const RESPONSIVE: Duration = Duration::from_secs(5);
-
-type Socket = WebSocket<TcpStream>;
-
-fn connect(address: SocketAddr) -> TcpStream {
-    let stream = TcpStream::connect_timeout(&address, RESPONSIVE).expect("connects");
-    stream.set_read_timeout(Some(Duration::from_secs(30))).expect("set");
-    stream.set_write_timeout(Some(Duration::from_secs(30))).expect("set");
-    stream
-}
 
 /// Returns the answer to a request: all bytes until the server closes the connection.
 fn answer(address: SocketAddr, request: &str) -> String {
@@ -36,21 +23,6 @@ fn get(address: SocketAddr, path: &str, host: &str) -> String {
     answer(address, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n"))
 }
 
-/// Opens the WebSocket with an origin.
-fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Socket, Box<tungstenite::Error>> {
-    let mut request = format!("ws://{address}/link").into_client_request().map_err(Box::new)?;
-    let headers = request.headers_mut();
-    headers.insert("host", host.parse().expect("a header"));
-    if let Some(origin) = origin {
-        headers.insert("origin", origin.parse().expect("a header"));
-    }
-    match tungstenite::client(request, connect(address)) {
-        Ok((socket, _)) => Ok(socket),
-        Err(tungstenite::HandshakeError::Failure(error)) => Err(Box::new(error)),
-        Err(tungstenite::HandshakeError::Interrupted(_)) => panic!("the stream blocks"),
-    }
-}
-
 /// A page of this server.
 struct Page {
     socket: Socket,
@@ -59,8 +31,7 @@ struct Page {
 
 impl Page {
     fn open(address: SocketAddr) -> Self {
-        let socket = link(address, Some(&format!("http://{address}")), &address.to_string()).expect("opens");
-        let mut page = Self { socket, last_id: 0 };
+        let mut page = Self { socket: open(&address.to_string()), last_id: 0 };
         assert_eq!(page.receive("hello")["type"], "hello");
         page
     }

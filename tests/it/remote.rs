@@ -3,6 +3,11 @@
 
 use std::process::{Child, Command, Stdio};
 
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use tungstenite::Message;
+
+use crate::support::server::{Socket, open};
 use crate::support::test_folder::TestFolder;
 use trocar::channel::Schedule;
 use trocar::run::run;
@@ -120,30 +125,53 @@ fn both_ends_give_the_signals_of_a_run_for_other_links_and_machines() {
 }
 
 #[test]
-fn replays_foreign_keys_and_noise_on_the_line_change_nothing() {
+fn a_million_foreign_old_and_mutated_packets_change_nothing() {
     let scenario = scenario(CHANNEL);
     let key = Key::new(&[3; 32]).expect("long enough");
-    // The packets of a session with another key, and of another session with the same.
+    // The packets of a session with another key.
     let (other, _) = greeted(&scenario, &Key::new(&[4; 32]).expect("long enough"));
     let mut foreign = MasterEnd::new(&scenario, other.session).expect("builds");
     let mut seen: Vec<[u8; PACKET_BYTES]> = vec![];
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut given = 0;
     let ends = in_virtual_time(&scenario, &key, |tick, packet, master, slave| {
-        if tick % 10 == 0 {
+        let of_foreign = foreign.send(0);
+        let mut give = |bytes: &[u8]| {
+            master.take(bytes, 0);
+            slave.take(bytes, 0);
+            given += 2;
+        };
+        for round in 0..30 {
+            let mut bytes = [0; 2 * PACKET_BYTES];
+            random.fill(&mut bytes);
+            let length = random.random_range(0..bytes.len());
+            give(&bytes[..length]);
+            // Noise with the head of a packet.
+            bytes[..12].copy_from_slice(&packet[..12]);
+            give(&bytes[..PACKET_BYTES]);
             let mut changed = *packet;
-            changed[tick as usize % PACKET_BYTES] ^= 1;
-            let old = seen.get(seen.len() / 2).copied().unwrap_or(changed);
-            for bytes in [&changed[..], &old, &foreign.send(0), &packet[..tick as usize % PACKET_BYTES]] {
-                master.take(bytes, 0);
-                slave.take(bytes, 0);
+            for _ in 0..=round % 4 {
+                changed[random.random_range(0..PACKET_BYTES)] ^= 1 << random.random_range(0..8);
             }
+            if changed != *packet {
+                give(&changed);
+            }
+            give(&packet[..random.random_range(0..PACKET_BYTES)]);
+            if !seen.is_empty() {
+                give(&seen[random.random_range(0..seen.len())]);
+            }
+        }
+        give(&of_foreign);
+        if tick > foreign.tick() {
             foreign.step().expect("steps");
         }
         seen.push(*packet);
     });
+    assert!(given >= 1_000_000, "{given}");
     assert_is_run(&scenario, &ends);
-    let dropped = [ends.0.counters(), ends.1.counters()];
-    for counters in dropped {
-        assert!(counters.malformed > 100 && counters.foreign > 500 && counters.replayed > 50, "{counters:?}");
+    for counters in [ends.0.counters(), ends.1.counters()] {
+        let dropped = [counters.malformed, counters.foreign, counters.replayed];
+        assert!(dropped.into_iter().all(|count| count > 50_000), "{counters:?}");
     }
 }
 
@@ -172,6 +200,74 @@ impl Drop for Running {
     }
 }
 
+/// A side that has started, and the address that it tells.
+fn started(mut side: Child) -> (Running, String) {
+    let mut line = String::new();
+    let mut told = std::io::BufReader::new(side.stderr.take().expect("a pipe"));
+    std::io::BufRead::read_line(&mut told, &mut line).expect("a line");
+    let address = line.split_whitespace().find_map(|word| word.strip_suffix(';')).expect("an address").to_owned();
+    (Running(side), address)
+}
+
+#[test]
+fn a_person_leads_a_link_with_the_pointer_of_a_page_and_the_log_repeats_it() {
+    let folder = TestFolder::new();
+    folder.file("x.toml", BASE);
+    let start = |arguments: &[&str]| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin("trocar"));
+        command.current_dir(folder.path("")).args(["link"]).args(arguments).arg("x.toml");
+        command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts")
+    };
+    let (mut slave, address) = started(start(&["slave", "--listen", "127.0.0.1:0"]));
+    let (mut master, page) =
+        started(start(&["master", "--pointer", "--port", "0", "--no-open", "--to", &address, "--wait-s", "60"]));
+    let host = page.trim_start_matches("http://").trim_end_matches('/');
+    let mut page = open(host);
+    let tell = |page: &mut Socket, message: &str| page.send(Message::text(message)).expect("sent");
+    let hear = |page: &mut Socket| -> serde_json::Value {
+        loop {
+            if let Message::Text(text) = page.read().expect("received") {
+                return serde_json::from_str(&text).expect("JSON");
+            }
+        }
+    };
+    // Before the person begins, aims have no effect and the slave is not called.
+    tell(&mut page, r#"{"type":"aim","m":0.01}"#);
+    tell(&mut page, r#"{"type":"push","id":7,"state":null,"augmented":false}"#);
+    let opening = hear(&mut page);
+    assert_eq!((opening["type"].as_str(), opening["id"].as_u64()), (Some("pushing"), Some(7)));
+    let range = [0, 1].map(|k| opening["range_mm"][k].as_f64().expect("a number"));
+    let mut second = open(host);
+    tell(&mut second, r#"{"type":"push","id":1}"#);
+    assert_eq!(hear(&mut second)["type"], "refused");
+    let (mut rows, mut alarms) = (0, 0);
+    let end = loop {
+        let message = hear(&mut page);
+        if message["type"] != "moved" {
+            break message;
+        }
+        let new = message["rows"].as_array().expect("rows");
+        rows += new.len();
+        alarms += message["events"].as_array().expect("events").len();
+        // A hand that goes steadily to the end of its travel.
+        let time_s = new.last().and_then(|row| row[0].as_f64()).expect("a row");
+        let aim_mm = range[0] + (range[1] - range[0]) * (time_s / 2.0).min(1.0);
+        tell(&mut page, &format!(r#"{{"type":"aim","m":{}}}"#, aim_mm / 1e3));
+    };
+    assert_eq!(end["type"], "pushed", "{end}");
+    assert!(end["text"].as_str().is_some_and(|text| text.starts_with("2500 ticks")), "{end}");
+    assert_eq!(rows, 2500, "every tick is shown");
+    assert!(master.0.wait().expect("ends").success() && slave.0.wait().expect("ends").success());
+    let of_slave: serde_json::Value = serde_json::from_str(&folder.text("out/x/slave/summary.json")).expect("JSON");
+    let count = |name: &str| of_slave[name].as_array().expect("times").len();
+    assert!(count("ruptures_s") >= 1 && count("alarms_s") >= alarms && alarms >= 1, "{of_slave}");
+    let told = folder.good(&["link", "replay", "out/x"]);
+    assert_eq!(told.matches("2500 ticks, the replay is the same bit for bit").count(), 2, "{told}");
+    let moved = |line: &str| line.split(',').nth(1).and_then(|cell| cell.parse::<f64>().ok()).expect("a number");
+    let trace = folder.text("out/x/master/trace.csv");
+    assert!(1e3 * moved(trace.lines().last().expect("rows")) > range[0] + 0.8 * (range[1] - range[0]));
+}
+
 #[test]
 fn what_a_link_in_real_time_logs_is_simulated_again() {
     let folder = TestFolder::new();
@@ -182,12 +278,7 @@ fn what_a_link_in_real_time_logs_is_simulated_again() {
         command.current_dir(folder.path("")).args(["link"]).args(arguments).args(["x.toml", "--key-file", "key"]);
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts")
     };
-    let mut slave = start(&["slave", "--listen", "127.0.0.1:0"]);
-    let mut line = String::new();
-    let mut told = std::io::BufReader::new(slave.stderr.take().expect("a pipe"));
-    std::io::BufRead::read_line(&mut told, &mut line).expect("a line");
-    let mut slave = Running(slave);
-    let address = line.split_whitespace().find_map(|word| word.strip_suffix(';')).expect("an address").to_owned();
+    let (mut slave, address) = started(start(&["slave", "--listen", "127.0.0.1:0"]));
     let mut master = Running(start(&["master", "--proxy", "--to", &address]));
     assert!(master.0.wait().expect("ends").success() && slave.0.wait().expect("ends").success());
 
@@ -222,6 +313,7 @@ fn what_cannot_be_linked_is_refused() {
     let folder = TestFolder::new();
     folder.file("x.toml", format!("{BASE}{CHANNEL}")).file("short", "secret");
     folder.refused(&["link", "master", "x.toml"], &["act with --proxy only"]);
+    folder.refused(&["link", "master", "paper/augmented", "--pointer", "--no-open"], &["is the force of a recording"]);
     folder.refused(&["link", "slave", "x.toml", "--listen", "0.0.0.0:0"], &["--key-file"]);
     folder.refused(&["link", "slave", "x.toml", "--key-file", "short"], &["short: the key has 6 bytes"]);
     folder.refused(&["link", "slave", "x.toml", "--key-file", "none"], &["none: "]);

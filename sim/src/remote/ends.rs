@@ -32,6 +32,7 @@ pub struct MasterEnd {
     endpoint: Endpoint<5>,
     trace: Trace,
     meter: Meter,
+    received: [f64; 5],
 }
 
 impl MasterEnd {
@@ -55,7 +56,8 @@ impl MasterEnd {
         let side = scenario.master_side()?;
         let endpoint = Endpoint::new(Role::Master, session, scenario.grid.ticks(), side.initial());
         let meter = Meter { generated_j: 0.0, promised_j: side.promised_j() };
-        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter })
+        let received = side.initial();
+        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, received })
     }
 
     /// The first half of a tick: the packet for the slave, at a time (ns since tick 0).
@@ -70,7 +72,16 @@ impl MasterEnd {
     /// [`EngineError`].
     pub fn step(&mut self) -> Result<(), EngineError> {
         self.meter.add(self.endpoint.other_energy_j(), self.side.energy_j());
-        self.side.step(&self.endpoint.at_next_tick(), &mut self.trace)
+        let received = self.endpoint.at_next_tick();
+        self.received = received.sample;
+        self.side.step(&received, &mut self.trace)
+    }
+
+    /// The sample of the slave that the last tick had: force scaled to the master (N), position (m), velocity (m/s),
+    /// acceleration (m/s²), mode.
+    #[must_use]
+    pub fn received(&self) -> [f64; 5] {
+        self.received
     }
 
     /// Whether all ticks are done.

@@ -214,13 +214,32 @@ pub struct Entry {
 /// # Errors
 /// A file that cannot be read, is not TOML, or is based on itself; a setting that is not `section.key=value`.
 pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
+    let mut entries = of_settings(settings)?;
+    let earlier_lists = settings.len().saturating_sub(1);
+    entries.extend(of_files(source)?.into_iter().map(|entry| Entry { layer: entry.layer + earlier_lists, ..entry }));
+    Ok(entries)
+}
+
+/// The entries of lists of settings, the last list in layer 0.
+///
+/// # Errors
+/// A setting that is not `section.key=value`.
+pub(super) fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
     for (layer, list) in settings.iter().rev().enumerate() {
         for setting in list.iter().rev() {
             entries.extend(parse_setting(setting)?.into_iter().map(|entry| Entry { layer, ..entry }));
         }
     }
-    let earlier_lists = settings.len().saturating_sub(1);
+    Ok(entries)
+}
+
+/// The entries of a scenario's file in layer 1, and of its bases in the layers after.
+///
+/// # Errors
+/// A file that cannot be read, is not TOML, or is based on itself.
+pub(super) fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
+    let mut entries = Vec::new();
     let mut visited = HashSet::new();
     let mut next = Some((source.clone(), None));
     while let Some((source, place)) = next {
@@ -241,7 +260,7 @@ pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, Sce
             return Err(error.remedy(format!("run it with `trocar sweep {}`", source.display())));
         }
         let (bases, rest): (Vec<_>, Vec<_>) = file.into_iter().partition(|entry| entry.path == "base");
-        let layer = earlier_lists + visited.len();
+        let layer = visited.len();
         entries.extend(rest.into_iter().map(|entry| Entry { layer, ..entry }));
         next = bases.into_iter().next().map(|entry| based_on(&source, entry)).transpose()?;
     }

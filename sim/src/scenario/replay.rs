@@ -289,11 +289,13 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
     let columns = recording_columns(values)?;
     let limits = Limits::read(values)?;
     let source = source.canonical();
-    let read = match &source {
-        Source::Disk(path) => open_recording(path, &columns, &limits),
-        Source::Builtin(name) => read_csv(&source.display(), embedded(values, FILE, name)?, &columns, &limits),
-        Source::Text { name, text } => read_csv(name, text.as_bytes(), &columns, &limits),
-        Source::Memory(name) => Ok(in_memory(values, name, &limits)?),
+    let open = |path: &_| open_recording(path, &columns, &limits);
+    let read = match (&source, &values.read) {
+        (Source::Disk(path), Some(read)) => read.get_or_read((&source, &columns, &limits), || open(path)),
+        (Source::Disk(path), None) => open(path),
+        (Source::Builtin(name), _) => read_csv(&source.display(), embedded(values, FILE, name)?, &columns, &limits),
+        (Source::Text { name, text }, _) => read_csv(name, text.as_bytes(), &columns, &limits),
+        (Source::Memory(name), _) => Ok(in_memory(values, name, &limits)?),
     };
     let recording = read.map_err(|error| {
         // A missing column is an error of its key, if the key was written.

@@ -11,6 +11,7 @@ use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
 use super::keys::{find, is_section, nearest, nearest_of};
 use super::quantity;
+use super::read_recordings::ReadRecordings;
 use super::value::Value;
 use crate::channel::DelaySettings;
 use crate::detection::DistanceKind;
@@ -68,9 +69,17 @@ pub struct Values {
     layers: Option<LayerList>,
     /// The layer whose keys are read as those of the layer `*`.
     visited: Option<&'static str>,
+    /// The recordings that scenarios of the same files have read.
+    pub(super) read: Option<ReadRecordings>,
 }
 
 impl Values {
+    /// These values, with recordings that were read before.
+    pub(super) fn remembering(mut self, read: ReadRecordings) -> Self {
+        self.read = Some(read);
+        self
+    }
+
     /// The values of a file, its bases, and `section.key=value` settings that override them, and the defaults.
     ///
     /// # Errors
@@ -84,8 +93,15 @@ impl Values {
     /// # Errors
     /// As [`Values::load`].
     pub(super) fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
+        Self::of_entries(source, gather(source, settings)?)
+    }
+
+    /// The values of the entries of a source and of settings, the nearest first, and the defaults.
+    ///
+    /// # Errors
+    /// An unknown key, or a value that its key does not allow.
+    pub(super) fn of_entries(source: &Source, mut entries: Vec<Entry>) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
-        let mut entries = gather(source, settings)?;
         drop_replaced_layers(&mut entries);
         let refused = entries.into_iter().filter_map(|entry| values.take(entry).err());
         ScenarioError::all(refused.collect())?;

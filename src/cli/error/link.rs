@@ -58,6 +58,11 @@ pub(in crate::cli) enum LinkError {
         "the delays, jitter, loss and outages of [channel] act with --proxy only: add --proxy, or set them to 0 for the delays of the network"
     )]
     ChannelWithoutProxy,
+    /// A pointer on a tissue that replays a recording.
+    #[error(
+        "the tissue is the force of a recording, which another hand made, and does not answer to --pointer: choose a scenario whose tissue.kind is a model, such as layers/skin-augmented"
+    )]
+    PointerOnRecording,
     /// No reply.
     #[error("no slave replied at {address} within {wait_s} s: start it, with the same --key-file if there is one")]
     NoReply {

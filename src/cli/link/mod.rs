@@ -2,6 +2,7 @@
 
 mod address;
 mod pace;
+mod pointer;
 mod priority;
 mod proxy;
 mod replay;
@@ -31,6 +32,8 @@ const MASTER_EXAMPLES: &str = "\
 Examples:
   trocar link master layers/skin-augmented
   trocar link master passivity/late-wall-tank --proxy
+  trocar link master layers/skin-augmented --pointer
+      a person leads, with the pointer of a page
   trocar link master my.toml --to robot.lan:7711 --key-file key";
 
 const SLAVE_EXAMPLES: &str = "\
@@ -75,6 +78,15 @@ struct MasterArgs {
     /// random numbers of a run
     #[arg(long)]
     proxy: bool,
+    /// Lead the master with the pointer of a page in the browser, instead of the scenario's operator
+    #[arg(long)]
+    pointer: bool,
+    /// Port of this page; 0 for any free port
+    #[arg(long, value_name = "PORT", default_value_t = 8418, requires = "pointer")]
+    port: u16,
+    /// Do not open the browser
+    #[arg(long, requires = "pointer")]
+    no_open: bool,
     /// Time to wait for the slave, in s
     #[arg(long, value_name = "S", default_value = "10", value_parser = clap::value_parser!(u32).range(1..=3600))]
     wait_s: u32,

@@ -1,9 +1,11 @@
 //! A side in real time.
 
 use std::net::{SocketAddr, UdpSocket};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::pace::{Clock, send, take_all};
+use super::pointer::Pointer;
 use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
@@ -75,6 +77,8 @@ struct Side<'a> {
     socket: UdpSocket,
     clock: Clock,
     stop: &'static AtomicBool,
+    /// The person at the page, of a master that is led so.
+    pointer: Option<Pointer>,
 }
 
 pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
@@ -95,16 +99,14 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
         SocketAddr::V6(_) => "[::]:0",
     };
     let socket = address::bound(address::resolved(any_port)?)?;
+    let stop = interrupt::stop_flag();
+    let pointer = if args.pointer { Some(Pointer::open(&scenario, args)?) } else { None };
+    if let Some(pointer) = &pointer {
+        pointer.wait(stop)?;
+    }
     let proxy = if args.proxy { Some(Running::start(&scenario, slave, args.side.realtime)?) } else { None };
     let to = proxy.as_ref().map_or(slave, |proxy| proxy.address);
-    let side = Side {
-        args: &args.side,
-        role: Role::Master,
-        scenario,
-        socket,
-        clock: Clock::new(),
-        stop: interrupt::stop_flag(),
-    };
+    let side = Side { args: &args.side, role: Role::Master, scenario, socket, clock: Clock::new(), stop, pointer };
     let greeted = side.call(key, to, args)?;
     side.run(&greeted, to, proxy)
 }
@@ -126,6 +128,7 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
         socket,
         clock: Clock::new(),
         stop: interrupt::stop_flag(),
+        pointer: None,
     };
     let (greeted, master) = side.wait(key)?;
     side.run(&greeted, master, None)
@@ -237,8 +240,9 @@ impl Side<'_> {
     }
 
     /// Runs the ticks, and writes what they leave.
-    fn run(self, greeted: &Greeted, to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
-        let mut end = End::new(self.role, &self.scenario, greeted)?;
+    fn run(mut self, greeted: &Greeted, to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
+        let led = self.pointer.as_ref().map(|pointer| pointer.lead(&self.scenario));
+        let mut end = End::new(self.role, led.as_ref().unwrap_or(&self.scenario), greeted)?;
         let grid = self.scenario.grid;
         let tick_ns = grid.tick_s() * 1e9;
         // The slave's ticks are half a tick after the master's: neither side races the other's packet.
@@ -248,7 +252,7 @@ impl Side<'_> {
         let priority = priority::ask(self.args.realtime);
         let (clock, socket) = (self.clock, &self.socket);
         for tick in 0..grid.ticks() {
-            if self.stop.load(Ordering::Relaxed) {
+            if self.has_stopped() {
                 break;
             }
             let mut take = |end: &mut End| {
@@ -266,10 +270,16 @@ impl Side<'_> {
                 send(socket, &packet, to);
             }
             take(&mut end);
+            if let Some(pointer) = &self.pointer {
+                pointer.step();
+            }
             let stepped = end.step(clock.now_ns() - greeted.start_ns);
             let stepped = stepped.map_err(|source| RunError::Engine { name: self.scenario.name.clone(), source });
             if let Some(packet) = stepped? {
                 send(socket, &packet, to);
+            }
+            if let (Some(pointer), End::Master(end)) = (&mut self.pointer, &end) {
+                pointer.show(end);
             }
         }
         let (one_way_s, round_s) = SideSummary::times(trips);
@@ -297,14 +307,23 @@ impl Side<'_> {
             alarms_s,
             proxy_lost: proxy.and_then(Running::end),
         };
-        self.write(&end, &summary)?;
+        let files = self.write(&end, &summary)?;
+        if let Some(pointer) = &self.pointer {
+            pointer.end(&summary, &files);
+        }
         if self.stop.load(Ordering::Relaxed) {
             return Err(CliError::Interrupted { kept: Some("the ticks so far were written".into()) });
         }
         Ok(())
     }
 
-    fn write(&self, end: &End, summary: &SideSummary) -> Result<(), CliError> {
+    /// Whether Ctrl-C, or the person at the page, has ended the link.
+    fn has_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.pointer.as_ref().is_some_and(Pointer::has_ended)
+    }
+
+    /// Writes the files. Returns their folder.
+    fn write(&self, end: &End, summary: &SideSummary) -> Result<PathBuf, CliError> {
         let folder = Folder::new(&self.args.out).folder(&self.scenario.name).folder(self.role.word());
         let (columns, direction) = match self.role {
             Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
@@ -316,15 +335,21 @@ impl Side<'_> {
         })?;
         let delays = delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid);
         folder.write("delays.csv", delays.as_bytes())?;
-        folder.write("scenario.toml", self.scenario.echo().as_bytes())?;
+        match &self.pointer {
+            None => folder.write("scenario.toml", self.scenario.echo().as_bytes())?,
+            Some(_) => {
+                folder.write("link.toml", self.scenario.echo().as_bytes())?;
+                folder.write("scenario.toml", Pointer::logged(&self.scenario.name).as_bytes())?;
+            }
+        }
         let object = to_json(&side_object(summary));
         folder.write("summary.json", object.as_bytes())?;
+        let files = folder.path().to_owned();
         if self.args.json {
-            terminal::print(&object)
-        } else if self.args.quiet {
-            Ok(())
-        } else {
-            terminal::print(&format!("{}files: {}\n", side_text(summary), folder.path().display()))
+            terminal::print(&object)?;
+        } else if !self.args.quiet {
+            terminal::print(&format!("{}files: {}\n", side_text(summary), files.display()))?;
         }
+        Ok(files)
     }
 }

@@ -158,6 +158,7 @@ const trocarPush = (() => {
       if (!state || message.id !== state.id) return;
       if (message.type === "pushing" && !state.ended) {
         state.range = message.range_mm;
+        state.augmented = message.augmented;
         state.aim = message.range_mm[0];
         state.scale = message.position_scale;
         const [from, to] = message.range_mm.map((mm) => mm * state.scale);
@@ -179,6 +180,8 @@ const trocarPush = (() => {
         state.torn = message.torn;
         draw();
         strips();
+      } else if (message.type === "pushed" && message.text !== undefined) {
+        end(message.text);
       } else if (message.type === "pushed") {
         const overshoot = message.overshoot_mm.map((value) => (value === null ? "—" : mm(value))).join(", ");
         const diverged = message.diverged_s === null ? "" : `diverged at ${message.diverged_s} s; `;

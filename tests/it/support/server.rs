@@ -1,8 +1,17 @@
 //! The server of the page for tests.
 
 use std::io::{BufRead, BufReader};
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpStream};
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use tungstenite::WebSocket;
+use tungstenite::client::IntoClientRequest;
+
+/// Maximum time of an answer during an attack.
+pub const RESPONSIVE: Duration = Duration::from_secs(5);
+
+pub type Socket = WebSocket<TcpStream>;
 
 /// A program that ends with the test.
 pub struct Running(Child);
@@ -45,4 +54,33 @@ pub fn explore(arguments: &[&str]) -> (Running, SocketAddr) {
     command.args(["explore", "--no-open", "--port", "0"]).args(arguments);
     let address = |line: &str| line.split("http://").nth(1)?.split('/').next()?.parse().ok();
     Running::start(&mut command, address).expect("the page is served")
+}
+
+/// Connects to a server.
+pub fn connect(address: SocketAddr) -> TcpStream {
+    let stream = TcpStream::connect_timeout(&address, RESPONSIVE).expect("connects");
+    stream.set_read_timeout(Some(Duration::from_secs(30))).expect("set");
+    stream.set_write_timeout(Some(Duration::from_secs(30))).expect("set");
+    stream
+}
+
+/// Opens the WebSocket with an origin.
+pub fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Socket, Box<tungstenite::Error>> {
+    let mut request = format!("ws://{address}/link").into_client_request().map_err(Box::new)?;
+    let headers = request.headers_mut();
+    headers.insert("host", host.parse().expect("a header"));
+    if let Some(origin) = origin {
+        headers.insert("origin", origin.parse().expect("a header"));
+    }
+    match tungstenite::client(request, connect(address)) {
+        Ok((socket, _)) => Ok(socket),
+        Err(tungstenite::HandshakeError::Failure(error)) => Err(Box::new(error)),
+        Err(tungstenite::HandshakeError::Interrupted(_)) => panic!("the stream blocks"),
+    }
+}
+
+/// Opens the WebSocket of a server's own page.
+pub fn open(address: &str) -> Socket {
+    let to = address.parse().expect("an address");
+    link(to, Some(&format!("http://{address}")), address).expect("opens")
 }

@@ -1,0 +1,145 @@
+//! The person who leads a link with the pointer of a page.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::MasterArgs;
+use crate::cli::error::{CliError, LinkError};
+use crate::explore::{Field, serve_field};
+use trocar_report::DrawnTissue;
+use trocar_sim::remote::{MasterEnd, SideSummary};
+use trocar_sim::scenario::{Scenario, Value};
+
+/// Time between two looks at the stop flag.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The scenario of a link that was led so: the hand is that of the trace. The base has every other key.
+const LOGGED: &str = "\
+base = \"link.toml\"
+
+[operator]
+kind = \"recording\"
+tremor_amplitude_m = 0.0
+reflex = \"none\"
+stretch_short_gain_n_s_per_m = 0.0
+stretch_long_gain_n_per_m = 0.0
+stiffening_per_n = 0.0
+
+[perception]
+kind = \"none\"
+
+[recording]
+file = \"trace.csv\"
+ruptures_s = []
+force_sign = 1
+position_sign = 1
+
+[recording.columns]
+time_s = \"time_s\"
+position_m = \"desired_position_m\"
+velocity_m_per_s = \"\"
+force_n = \"operator_force_n\"
+
+[recording.scale]
+time_s = 1.0
+position_m = 1.0
+force_n = 1.0
+";
+
+/// A person at a page.
+pub(super) struct Pointer {
+    field: Arc<Field>,
+    tissue: DrawnTissue,
+    tick_s: f64,
+    /// The mode in the last row.
+    mode: f64,
+    alarms: u32,
+}
+
+impl Pointer {
+    /// Serves the page, prints its address and opens it.
+    pub(super) fn open(scenario: &Scenario, args: &MasterArgs) -> Result<Self, CliError> {
+        let kind = scenario.values().get("tissue.kind");
+        if kind.is_some_and(|kind| kind.to_toml().as_str() == Some("recording")) {
+            return Err(LinkError::PointerOnRecording.into());
+        }
+        let field = Arc::new(Field::new(scenario));
+        let page = format!("http://{}/", serve_field(field.clone(), args.port)?);
+        if !args.side.quiet {
+            anstream::eprintln!("lead the link at {page}; Ctrl-C ends");
+        }
+        if !args.no_open {
+            // Without a browser, the user can copy the printed address.
+            let _ = open::that_detached(page);
+        }
+        let tissue = DrawnTissue::of_scenario(scenario);
+        Ok(Self { field, tissue, tick_s: scenario.grid.tick_s(), mode: 0.0, alarms: 0 })
+    }
+
+    /// Waits until the person is ready.
+    pub(super) fn wait(&self, stop: &AtomicBool) -> Result<(), CliError> {
+        while !self.field.wait(LOOK) {
+            if stop.load(Ordering::Relaxed) {
+                return Err(CliError::Interrupted { kept: None });
+            }
+        }
+        Ok(())
+    }
+
+    /// The scenario with this person's hand.
+    pub(super) fn lead(&self, scenario: &Scenario) -> Scenario {
+        scenario.clone().held_by(self.field.hand().clone())
+    }
+
+    /// Moves the hand for a tick.
+    pub(super) fn step(&self) {
+        self.field.hand().step(self.tick_s);
+    }
+
+    /// Shows the last tick of the master's side.
+    pub(super) fn show(&mut self, end: &MasterEnd) {
+        let trace = end.trace();
+        let last = |column: &[f64]| column.last().copied().unwrap_or_default();
+        let [force_n, position_m, _, _, mode] = end.received();
+        let time_s = last(&trace.time_s);
+        // The slave's alarm is known by its mode.
+        let is_alarm = self.mode == 0.0 && mode != 0.0;
+        self.mode = mode;
+        if is_alarm {
+            self.alarms += 1;
+            self.tissue.tear(time_s);
+        }
+        self.tissue.step(time_s, 1e3 * position_m);
+        let row = [
+            time_s as f32,
+            (1e3 * last(&trace.desired_position_m)) as f32,
+            (1e3 * last(&trace.master_position_m)) as f32,
+            (1e3 * position_m) as f32,
+            force_n as f32,
+            last(&trace.feedback_force_n) as f32,
+            mode as f32,
+            last(&trace.operator_force_n) as f32,
+        ];
+        self.field.add(row, is_alarm.then_some((time_s, "alarm")), &self.tissue);
+    }
+
+    /// Whether the person has ended the link, or left the page.
+    pub(super) fn has_ended(&self) -> bool {
+        self.field.has_ended()
+    }
+
+    /// Tells the page how the link ended.
+    pub(super) fn end(&self, summary: &SideSummary, files: &Path) {
+        let (ticks, _) = summary.ticks;
+        let text = format!("{ticks} ticks, {} alarms; files: {}", self.alarms, files.display());
+        self.field.end(text);
+    }
+
+    /// The scenario that repeats what the person did, beside `link.toml` and `trace.csv`.
+    pub(super) fn logged(name: &str) -> String {
+        let name = Value::Text(name.to_owned()).to_toml();
+        format!("# A link that a person led: the hand is that of trace.csv.\nname = {name}\n{LOGGED}")
+    }
+}

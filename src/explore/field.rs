@@ -1,0 +1,273 @@
+//! The page of a link: its pointer is the operator's hand, and it shows what the master's side knows.
+//!
+//! The link runs on a thread of its own. Between its ticks and the page there are only the [`Hand`] and the rows of the last
+//! [`FRAME`], so that a slow page delays no tick.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use axum::extract::ws::{Message, WebSocket};
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+use tokio::sync::OwnedSemaphorePermit;
+use tokio::time::{interval, timeout};
+
+use super::limits::{MAX_SILENCE, PING_INTERVAL, SEND_TIMEOUT};
+use super::push::{COLUMNS, FRAME, range_m};
+use super::session::Allowance;
+use super::state::SCHEME;
+use trocar_report::DrawnTissue;
+use trocar_sim::operator::Hand;
+use trocar_sim::scenario::{Scenario, Value};
+
+/// Maximum number of rows that wait for the page; the oldest are left out beyond it.
+const MAX_ROWS: usize = 4096;
+
+/// Time to deliver the last message to the page.
+const LAST_MESSAGE: Duration = Duration::from_millis(500);
+
+/// One row, by [`COLUMNS`].
+pub type Row = [f32; COLUMNS.len()];
+
+/// A request of the page.
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+enum Request {
+    /// The person is ready.
+    Push { id: u32 },
+    /// The desired position of the hand, in m.
+    Aim { m: f64 },
+    /// The person ends the link.
+    Stop {},
+}
+
+/// What waits for the page.
+#[derive(Debug, Default)]
+struct Waiting {
+    /// The number of the request with which the page began.
+    leader: Option<u32>,
+    rows: Vec<Row>,
+    events: Vec<(f64, &'static str)>,
+    tops_mm: Vec<f64>,
+    torn: Vec<bool>,
+    /// The last text, and whether it was delivered.
+    end: Option<String>,
+    is_delivered: bool,
+}
+
+/// The field in which a person leads a link with the pointer.
+#[derive(Debug)]
+pub struct Field {
+    hand: Arc<Hand>,
+    range_m: (f64, f64),
+    opening: Json,
+    stop: AtomicBool,
+    waiting: Mutex<Waiting>,
+    changed: Condvar,
+}
+
+impl Field {
+    /// The field of a scenario: the travel is that of its operator and a little more.
+    #[must_use]
+    pub fn new(scenario: &Scenario) -> Self {
+        let range_m = range_m(scenario);
+        let grid = scenario.grid;
+        let is_augmented = scenario.values().get(SCHEME) == Some(&Value::Flag(true));
+        let opening = json!({
+            "type": "pushing", "augmented": is_augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
+            "position_scale": scenario.position_scale(), "layers": DrawnTissue::of_scenario(scenario).layers(),
+            "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
+        });
+        let rows = Vec::with_capacity(MAX_ROWS);
+        Self {
+            hand: Arc::new(Hand::new(range_m.0)),
+            range_m,
+            opening,
+            stop: AtomicBool::new(false),
+            waiting: Mutex::new(Waiting { rows, ..Waiting::default() }),
+            changed: Condvar::new(),
+        }
+    }
+
+    /// The hand.
+    #[must_use]
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.hand
+    }
+
+    fn waiting(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits until the person is ready, at most for a time. Returns whether that is so.
+    pub fn wait(&self, time: Duration) -> bool {
+        let waiting = self.waiting();
+        let outcome = self.changed.wait_timeout_while(waiting, time, |waiting| waiting.leader.is_none());
+        outcome.is_ok_and(|(waiting, _)| waiting.leader.is_some())
+    }
+
+    /// Whether the person has ended the link, or left the page.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Adds a row, and an alarm if there is one.
+    pub(crate) fn add(&self, row: Row, event: Option<(f64, &'static str)>, tissue: &DrawnTissue) {
+        let mut waiting = self.waiting();
+        if waiting.rows.len() < MAX_ROWS {
+            waiting.rows.push(row);
+        }
+        waiting.events.extend(event);
+        if waiting.tops_mm.len() != tissue.depths_mm().len() {
+            waiting.tops_mm = tissue.depths_mm().to_vec();
+        }
+        waiting.tops_mm.copy_from_slice(tissue.depths_mm());
+        if event.is_some() || waiting.torn.is_empty() {
+            waiting.torn = tissue.torn();
+        }
+    }
+
+    /// Ends with a text, which the page shows.
+    pub fn end(&self, text: String) {
+        let mut waiting = self.waiting();
+        waiting.end = Some(text);
+        let is_due = |waiting: &mut Waiting| waiting.leader.is_some() && !waiting.is_delivered;
+        // A page that has left gets no message.
+        let _ = self.changed.wait_timeout_while(waiting, LAST_MESSAGE, is_due);
+    }
+
+    /// Takes a request of a page, which leads with request `leads` if it leads. Returns an answer.
+    fn take(&self, request: &Request, leads: &mut Option<u32>) -> Option<Json> {
+        match *request {
+            Request::Push { id } => {
+                let mut waiting = self.waiting();
+                if waiting.leader.is_some() {
+                    let reason = "this link has a hand already: it runs once, led by one page";
+                    return Some(json!({ "type": "refused", "id": id, "message": reason, "all": [reason] }));
+                }
+                (waiting.leader, *leads) = (Some(id), Some(id));
+                self.changed.notify_all();
+                let mut opening = self.opening.clone();
+                opening["id"] = id.into();
+                return Some(opening);
+            }
+            Request::Aim { m } if leads.is_some() && m.is_finite() => {
+                self.hand.aim(m.clamp(self.range_m.0, self.range_m.1));
+            }
+            Request::Stop {} if leads.is_some() => self.stop.store(true, Ordering::Relaxed),
+            Request::Aim { .. } | Request::Stop {} => {}
+        }
+        None
+    }
+
+    /// The next message for the page that leads, if there is one, and whether it is the last.
+    fn next(&self, id: u32) -> Option<(Json, bool)> {
+        let mut waiting = self.waiting();
+        if !waiting.rows.is_empty() {
+            let message = json!({
+                "type": "moved", "id": id, "columns": COLUMNS, "rows": waiting.rows, "events": waiting.events,
+                "tops_mm": waiting.tops_mm, "torn": waiting.torn,
+            });
+            waiting.rows.clear();
+            waiting.events.clear();
+            return Some((message, false));
+        }
+        let text = waiting.end.as_ref().filter(|_| !waiting.is_delivered)?;
+        Some((json!({ "type": "pushed", "id": id, "text": text }), true))
+    }
+
+    fn delivered(&self) {
+        self.waiting().is_delivered = true;
+        self.changed.notify_all();
+    }
+}
+
+/// Serves a page until it closes, violates a limit, or stops reading. If it leads, the link ends with it.
+pub(super) async fn serve(mut socket: WebSocket, field: Arc<Field>, _permit: OwnedSemaphorePermit) {
+    let mut leads = None;
+    converse(&mut socket, &field, &mut leads).await;
+    if leads.is_some() {
+        field.stop.store(true, Ordering::Relaxed);
+        field.delivered();
+    }
+}
+
+async fn converse(socket: &mut WebSocket, field: &Field, leads: &mut Option<u32>) {
+    let mut allowance = Allowance::new(Instant::now());
+    let mut last_received = Instant::now();
+    let (mut ping, mut frame) = (interval(PING_INTERVAL), interval(FRAME));
+    loop {
+        tokio::select! {
+            _ = frame.tick() => {
+                let Some((message, is_last)) = leads.and_then(|id| field.next(id)) else { continue };
+                if !sent(socket, Message::Text(message.to_string().into())).await {
+                    return;
+                }
+                if is_last {
+                    field.delivered();
+                }
+            }
+            _ = ping.tick() => {
+                if last_received.elapsed() > MAX_SILENCE || !sent(socket, Message::Ping("".into())).await {
+                    return;
+                }
+            }
+            received = socket.recv() => {
+                last_received = Instant::now();
+                let Some(Ok(message)) = received else { return };
+                if !allowance.take(last_received) {
+                    return;
+                }
+                let text = match message {
+                    Message::Text(text) => text,
+                    Message::Ping(_) | Message::Pong(_) => continue,
+                    Message::Binary(_) | Message::Close(_) => return,
+                };
+                let Ok(request) = serde_json::from_str(&text) else { return };
+                if let Some(answer) = field.take(&request, leads)
+                    && !sent(socket, Message::Text(answer.to_string().into())).await
+                {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+async fn sent(socket: &mut WebSocket, message: Message) -> bool {
+    matches!(timeout(SEND_TIMEOUT, socket.send(message)).await, Ok(Ok(())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_sim::scenario::Source;
+
+    #[test]
+    fn one_page_leads_and_others_change_nothing() {
+        let scenario = Scenario::load(&Source::parse("layers/skin-augmented"), &[]).expect("shipped");
+        let field = Field::new(&scenario);
+        assert!(!field.wait(Duration::ZERO));
+        let (mut first, mut second) = (None, None);
+        field.take(&Request::Aim { m: 0.01 }, &mut first);
+        field.hand.step(1.0);
+        assert_eq!(field.hand.position_m(), field.range_m.0, "nobody has begun");
+        let opening = field.take(&Request::Push { id: 3 }, &mut first).expect("an answer");
+        assert_eq!((opening["type"].as_str(), opening["id"].as_u64()), (Some("pushing"), Some(3)));
+        assert!(field.wait(Duration::ZERO));
+        assert_eq!(field.take(&Request::Push { id: 1 }, &mut second).expect("an answer")["type"], "refused");
+        for request in [Request::Aim { m: 0.02 }, Request::Stop {}] {
+            field.take(&request, &mut second);
+        }
+        assert!(!field.has_ended());
+        field.take(&Request::Aim { m: f64::MAX }, &mut first);
+        for _ in 0..10_000 {
+            field.hand.step(1e-3);
+        }
+        assert!((field.hand.position_m() - field.range_m.1).abs() < 1e-9, "the travel is bounded");
+        field.take(&Request::Stop {}, &mut first);
+        assert!(field.has_ended());
+    }
+}
